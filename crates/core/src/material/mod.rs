@@ -1,0 +1,70 @@
+//! Hyperelastic energy densities: one model, one file, one line in the registry below.
+
+use crate::algebra::Mat;
+use crate::scalar::Scalar;
+
+/// Which states of deformation a model is defined for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// Every `F`, inverted and collapsed ones included.
+    Everywhere,
+    /// Only `det F > 0`; outside, `psi = +inf` and nothing else is evaluated.
+    PositiveJ,
+}
+
+/// Whether a Hessian is given as it is or with its negative eigenvalues set to zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Psd {
+    /// The exact second derivative.
+    Exact,
+    /// The nearest positive semi-definite matrix, by the analytic eigensystem.
+    Projected,
+}
+
+/// The fourth-order tensor `dP_ij / dF_kl`, `t.0[i][j][k][l]` [Pa].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangent<const D: usize>(pub [[Mat<f64, D>; D]; D]);
+
+impl<const D: usize> Tangent<D> {
+    /// The zero tensor.
+    pub fn zero() -> Self {
+        Tangent([[Mat::zero(); D]; D])
+    }
+
+    /// `dP = C : dF`, that is `dP_ij = sum_kl C_ijkl dF_kl`.
+    pub fn apply(&self, d: &Mat<f64, D>) -> Mat<f64, D> {
+        let mut r = Mat::zero();
+        for i in 0..D {
+            for j in 0..D {
+                r[i][j] = self.0[i][j].dot(d);
+            }
+        }
+        r
+    }
+}
+
+/// A hyperelastic energy density `psi(F)`.
+///
+/// Written once, generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two dimensions the
+/// model is in plane strain (`F_33 = 1`), per unit thickness.
+pub trait Material<const D: usize>: Send + Sync + 'static {
+    /// Energy density `psi(F)` [J/m^3]; in 2D [J/m^2] per metre of thickness.
+    fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S;
+
+    /// First Piola-Kirchhoff stress `P = d psi / dF` [Pa]; by forward automatic differentiation of
+    /// [`psi`](Self::psi) unless the model gives it in closed form.
+    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D>;
+
+    /// Second derivative `dP/dF` [Pa].
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
+
+    /// Where the model is defined.
+    fn domain(&self) -> Domain {
+        Domain::Everywhere
+    }
+}
+
+/// A model by name, with its parameters.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MaterialSpec {}

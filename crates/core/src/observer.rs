@@ -1,0 +1,58 @@
+//! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
+
+use crate::diagnostics::Diagnostics;
+
+/// Work done since the start of the run, in counts that do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Work {
+    /// Time steps taken.
+    pub steps: u64,
+    /// Evaluations of the total force.
+    pub force_evaluations: u64,
+}
+
+/// One moment of a run. Borrowed: an observer copies what it keeps.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// Number of the frame, from 0.
+    pub index: u64,
+    /// Steps taken so far.
+    pub step: u64,
+    /// Simulated time [s].
+    pub time: f64,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Positions, flat `(n, dimension)` [m].
+    pub x: &'a [f64],
+    /// Velocities, flat `(n, dimension)` [m/s].
+    pub v: &'a [f64],
+    /// Energies and momenta of this moment; `None` where no observer asked for them.
+    pub diagnostics: Option<&'a Diagnostics>,
+    /// Work counters.
+    pub work: Work,
+}
+
+/// Watches a run, frame by frame.
+pub trait Observer {
+    /// Whether this observer reads [`Frame::diagnostics`]; they are computed only if one does.
+    fn wants_diagnostics(&self) -> bool {
+        false
+    }
+
+    /// Called at every output frame, the initial state included.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from doing its work; the run stops and reports it.
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
+}
+
+/// An observer could not do its work.
+#[derive(Debug, thiserror::Error)]
+#[error("{what}: {source}")]
+pub struct ObserverError {
+    /// What it was doing, e.g. `writing out.mcap.part`.
+    pub what: String,
+    /// Why it failed.
+    #[source]
+    pub source: Box<dyn std::error::Error + Send + Sync>,
+}
