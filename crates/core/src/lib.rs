@@ -11,6 +11,7 @@
 pub mod algebra;
 pub mod diagnostics;
 pub mod integrator;
+pub mod lanes;
 pub mod material;
 pub mod mesh;
 pub mod observer;

@@ -1,0 +1,87 @@
+//! The choice of the instruction set, made once, at run time.
+
+use std::sync::OnceLock;
+
+use super::{Lanes, Portable};
+
+/// A computation over packs, with its arguments as fields.
+pub trait Kernel {
+    /// What it gives.
+    type Output;
+    /// The computation. Mark the implementation `#[inline(always)]`, see the rules in [`crate::lanes`].
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// An instruction set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Level {
+    /// Plain code.
+    Portable,
+    /// AVX2 and FMA: two registers of four numbers.
+    Avx2,
+    /// AVX-512 F, DQ and VL: one register of eight numbers.
+    Avx512,
+}
+
+impl Level {
+    /// All levels, from the slowest to the fastest.
+    pub const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
+
+    /// The name that `PLIANT_SIMD` accepts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Portable => "portable",
+            Level::Avx2 => "avx2",
+            Level::Avx512 => "avx512",
+        }
+    }
+
+    /// Whether this processor has the instructions.
+    pub fn is_available(self) -> bool {
+        self == Level::Portable
+    }
+
+    /// The best available level.
+    pub fn best() -> Level {
+        let mut best = Level::Portable;
+        for level in Level::ALL {
+            if level.is_available() {
+                best = level;
+            }
+        }
+        best
+    }
+}
+
+/// The level that [`dispatch`] uses.
+///
+/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `avx2` or `avx512`
+/// when this is first called. A name that is unknown, or a level that the processor lacks, is ignored: results do not
+/// depend on the level, and what was chosen can be read here.
+pub fn level() -> Level {
+    static LEVEL: OnceLock<Level> = OnceLock::new();
+    *LEVEL.get_or_init(|| choose(std::env::var("PLIANT_SIMD").ok().as_deref()))
+}
+
+/// The level for this value of `PLIANT_SIMD`.
+fn choose(request: Option<&str>) -> Level {
+    for level in Level::ALL {
+        if request == Some(level.name()) && level.is_available() {
+            return level;
+        }
+    }
+    Level::best()
+}
+
+/// Runs a kernel on the best instruction set.
+#[inline]
+pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+    dispatch_at(level(), kernel)
+}
+
+/// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
+#[inline]
+pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    let _ = level;
+    kernel.run::<Portable>()
+}
