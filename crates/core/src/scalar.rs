@@ -8,6 +8,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::algebra::{self, Mat};
+
 /// Result of comparing two scalars, lane by lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
     /// True where any lane is true.
@@ -58,6 +60,14 @@ pub trait Scalar:
     fn lt(self, o: Self) -> Self::Mask;
     /// `mask ? a : b`, lane by lane.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+
+    /// The rotation of the signed polar decomposition `F = R S`, see [`algebra::rotation`].
+    ///
+    /// A primitive, because its derivative has a closed form: dual numbers do not differentiate the iteration.
+    #[inline(always)]
+    fn rotation<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        algebra::rotation(f)
+    }
 
     /// Zero in every lane.
     #[inline(always)]

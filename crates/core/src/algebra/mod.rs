@@ -2,6 +2,15 @@
 //!
 //! The only place of the crate that knows what differs between two and three dimensions.
 
+mod eigen;
 mod matrix;
+mod polar;
+mod svd;
 
+pub use eigen::symmetric_eigen;
 pub use matrix::{Mat, Vect};
+pub use polar::rotation;
+pub use svd::{Svd, signed_svd};
+
+#[cfg(test)]
+mod tests;
