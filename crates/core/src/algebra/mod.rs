@@ -2,11 +2,13 @@
 //!
 //! The only place of the crate that knows what differs between two and three dimensions.
 
+mod dual;
 mod eigen;
 mod matrix;
 mod polar;
 mod svd;
 
+pub use dual::Dual;
 pub use eigen::symmetric_eigen;
 pub use matrix::{Mat, Vect};
 pub use polar::rotation;

@@ -1,5 +1,9 @@
 //! Hyperelastic energy densities: one model, one file, one line in the registry below.
 
+mod autodiff;
+
+pub use autodiff::{Autodiff, gradient};
+
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
@@ -53,7 +57,10 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
 
     /// First Piola-Kirchhoff stress `P = d psi / dF` [Pa]; by forward automatic differentiation of
     /// [`psi`](Self::psi) unless the model gives it in closed form.
-    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D>;
+    #[inline(always)]
+    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
+        gradient(self, f)
+    }
 
     /// Second derivative `dP/dF` [Pa].
     fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;

@@ -3,10 +3,10 @@
 use crate::algebra::{Mat, Vect};
 
 /// SplitMix64: deterministic, and enough for tests.
-pub(super) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(super) u64);
 
 impl Random {
-    pub(super) fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -14,7 +14,7 @@ impl Random {
         z ^ (z >> 31)
     }
     /// Uniform in `[a, b)`.
-    pub(super) fn uniform(&mut self, a: f64, b: f64) -> f64 {
+    pub(crate) fn uniform(&mut self, a: f64, b: f64) -> f64 {
         a + (b - a) * ((self.bits() >> 11) as f64 / (1u64 << 53) as f64)
     }
     /// Log-uniform in `[a, b)`, either sign.
@@ -28,7 +28,7 @@ impl Random {
         let r = self.uniform(1e-300, 1.0);
         (-2.0 * r.ln()).sqrt() * self.uniform(0.0, std::f64::consts::TAU).cos()
     }
-    pub(super) fn gaussian<const D: usize>(&mut self) -> Mat<f64, D> {
+    pub(crate) fn gaussian<const D: usize>(&mut self) -> Mat<f64, D> {
         let mut m = Mat::zero();
         for i in 0..D {
             for j in 0..D {
@@ -38,7 +38,7 @@ impl Random {
         m
     }
     /// A random rotation: Gram-Schmidt of a gaussian matrix, twice, the last row by the cofactor.
-    pub(super) fn rotation<const D: usize>(&mut self) -> Mat<f64, D> {
+    pub(crate) fn rotation<const D: usize>(&mut self) -> Mat<f64, D> {
         let mut m = self.gaussian::<D>();
         for _ in 0..2 {
             for i in 0..D - 1 {
@@ -62,7 +62,7 @@ impl Random {
 }
 
 /// The categories: a name and a generator.
-pub(super) type Category<const D: usize> = (&'static str, fn(&mut Random) -> Mat<f64, D>);
+pub(crate) type Category<const D: usize> = (&'static str, fn(&mut Random) -> Mat<f64, D>);
 
 /// `head` values spread by `spread`, then the last one.
 fn stretches<const D: usize>(r: &mut Random, lo: f64, hi: f64, last: f64) -> Mat<f64, D> {
@@ -74,7 +74,7 @@ fn stretches<const D: usize>(r: &mut Random, lo: f64, hi: f64, last: f64) -> Mat
     r.with_stretches(s)
 }
 
-pub(super) fn categories<const D: usize>() -> Vec<Category<D>> {
+pub(crate) fn categories<const D: usize>() -> Vec<Category<D>> {
     vec![
         ("identity", |_| Mat::identity()),
         ("rotation", |r| r.rotation()),
@@ -125,21 +125,21 @@ pub(super) fn categories<const D: usize>() -> Vec<Category<D>> {
 }
 
 /// Largest entry of `|A^T A - I|`.
-pub(super) fn orthogonality<const D: usize>(a: &Mat<f64, D>) -> f64 {
+pub(crate) fn orthogonality<const D: usize>(a: &Mat<f64, D>) -> f64 {
     largest(&(a.transpose_mul(a) - Mat::identity()))
 }
 
 /// Largest entry by magnitude; NaN where there is one.
-pub(super) fn largest<const D: usize>(a: &Mat<f64, D>) -> f64 {
+pub(crate) fn largest<const D: usize>(a: &Mat<f64, D>) -> f64 {
     a.0.iter().flatten().fold(0.0, |m, x| if x.abs() > m || x.is_nan() { x.abs() } else { m })
 }
 
-pub(super) fn all_nan<const D: usize>(a: &Mat<f64, D>) -> bool {
+pub(crate) fn all_nan<const D: usize>(a: &Mat<f64, D>) -> bool {
     a.0.iter().flatten().all(|x| x.is_nan())
 }
 
 /// `F` with one entry replaced, for every entry and every value that is not a number to compute with.
-pub(super) fn not_finite<const D: usize>() -> Vec<Mat<f64, D>> {
+pub(crate) fn not_finite<const D: usize>() -> Vec<Mat<f64, D>> {
     let mut list = vec![Mat([[1e160; D]; D])];
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         for i in 0..D {
