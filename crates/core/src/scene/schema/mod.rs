@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 use crate::material::MaterialSpec;
 
+mod one_or_many;
+
+pub use one_or_many::OneOrMany;
+
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -31,6 +35,9 @@ pub struct Scene {
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
+    /// Directory that files named in the scene are relative to: where the scene file is. No part of the text.
+    #[serde(skip)]
+    pub directory: PathBuf,
 }
 
 /// How time advances.
@@ -145,16 +152,6 @@ pub struct Springs {
     /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest_length: Option<OneOrMany>,
-}
-
-/// A number for all, or a list with a number for each.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum OneOrMany {
-    /// The same for all.
-    One(f64),
-    /// One for each, in index order.
-    Many(Vec<f64>),
 }
 
 /// The mass of a body, lumped to its vertices.
