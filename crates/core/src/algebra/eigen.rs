@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 /// The plane rotation `(cos, sin, tan)` that diagonalises `[[p, b], [b, q]]`, by an angle of at most 45 degrees.
 ///
 /// `t = 2 b sgn(q - p) / (|q - p| + sqrt((q - p)^2 + 4 b^2))`, the smaller root of `t^2 + (q - p) t / b - 1 = 0`
-/// written without cancellation (Golub and Van Loan, Matrix Computations, section 8.5.2).
+/// written without cancellation (Golub and Van Loan, "Matrix computations").
 #[inline(always)]
 pub(super) fn jacobi_rotation<S: Scalar>(p: S, q: S, b: S) -> (S, S, S) {
     let difference = q - p;

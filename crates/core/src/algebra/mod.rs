@@ -9,6 +9,7 @@ mod polar;
 mod svd;
 
 pub use dual::Dual;
+pub(crate) use dual::SMALLEST_SUM;
 pub use eigen::symmetric_eigen;
 pub use matrix::{Mat, Vect};
 pub use polar::rotation;
