@@ -9,6 +9,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod algebra;
+pub mod assembly;
 pub mod constraint;
 pub mod diagnostics;
 pub mod element;

@@ -4,10 +4,10 @@
 //! documentation. Two engines turn the data into steps.
 
 mod amplification;
-#[cfg(test)]
-mod tests;
 pub mod runge_kutta;
 pub mod splitting;
+#[cfg(test)]
+mod tests;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -14,6 +14,7 @@ mod error;
 mod geometry;
 mod grid;
 mod inline;
+mod measure;
 mod select;
 mod size;
 mod strand;
