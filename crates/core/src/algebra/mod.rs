@@ -16,4 +16,4 @@ pub use polar::rotation;
 pub use svd::{Svd, signed_svd};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -113,3 +113,6 @@ register_materials! {
     "displacement-gradient" => displacement_gradient::DisplacementGradient(Stiffness);
     "dirichlet" => dirichlet::Dirichlet(Stiffness);
 }
+
+#[cfg(test)]
+mod tests;
