@@ -19,6 +19,10 @@
 
 use crate::scalar::Real;
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod dispatch;
 mod elementary;
 mod operators;

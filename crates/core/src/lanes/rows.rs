@@ -37,6 +37,29 @@ impl<const D: usize> Rows<D> {
         (index & (Self::CAPACITY - 1)) * Self::STRIDE
     }
 
+    /// The `STRIDE` numbers of row `index`, wrapped at the capacity.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(super) fn row<const STRIDE: usize>(&self, index: u16) -> &[f64; STRIDE] {
+        debug_assert!(STRIDE == Self::STRIDE);
+        &self.0.0.as_chunks().0[Self::start(index as usize) / STRIDE]
+    }
+
+    /// The `STRIDE` numbers of row `index`, wrapped at the capacity.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(super) fn row_mut<const STRIDE: usize>(&mut self, index: u16) -> &mut [f64; STRIDE] {
+        debug_assert!(STRIDE == Self::STRIDE);
+        &mut self.0.0.as_chunks_mut().0[Self::start(index as usize) / STRIDE]
+    }
+
+    /// Numbers `2 half` and `2 half + 1` of row `index`, wrapped at the capacity.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(super) fn two(&self, index: u16, half: usize) -> &[f64; 2] {
+        &self.0.0.as_chunks().0[(Self::start(index as usize) / 2 + half) & (LENGTH / 2 - 1)]
+    }
+
     /// Row `index`.
     #[inline(always)]
     pub fn get(&self, index: usize) -> [f64; D] {
