@@ -1,5 +1,51 @@
 //! Scenes: what a user writes. Text to plain data here; plain data to a simulation in [`crate::simulation`].
+//!
+//! [`Scene`] knows nothing of text. A [`Problem`] names its place by a [`KeyPath`]; [`Source`] finds the line and
+//! column of that path when there is an error to show, and only then.
+//!
+//! ```
+//! use pliant::scene::Scene;
+//! let error = Scene::from_toml("dimension = 2\n[time]\nstep = 'small'").unwrap_err();
+//! assert_eq!((error.line(), error.column()), (Some(3), Some(8)));
+//! ```
 
+mod deserialize;
+mod document;
+mod error;
+mod key_path;
+mod render;
 mod schema;
+mod source;
+mod suggest;
+#[cfg(test)]
+mod tests;
 
+use std::path::Path;
+
+pub use error::{Problem, ProblemKind, SceneError};
+pub use key_path::{KeyPath, KeyPathError, KeySegment};
 pub use schema::*;
+pub use source::Source;
+
+impl Scene {
+    /// Reads and validates a scene written in TOML.
+    ///
+    /// # Errors
+    /// As for [`Source::scene`].
+    pub fn from_toml(text: &str) -> Result<Scene, SceneError> {
+        Source::new("<scene>", text).scene()
+    }
+
+    /// Reads and validates a scene file.
+    ///
+    /// # Errors
+    /// The file cannot be read, and as for [`Source::scene`].
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Source::from_path(path)?.scene()
+    }
+
+    /// Everything that makes the scene impossible to simulate and shows without building meshes.
+    pub fn validate(&self) -> Vec<Problem> {
+        Vec::new()
+    }
+}

@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 use crate::material::MaterialSpec;
 
+mod one_or_many;
+
+pub use one_or_many::OneOrMany;
+
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -31,6 +35,9 @@ pub struct Scene {
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
+    /// Directory that files named in the scene are relative to: where the scene file is. No part of the text.
+    #[serde(skip)]
+    pub directory: PathBuf,
 }
 
 /// How time advances.
@@ -110,9 +117,19 @@ pub struct Body {
     /// Vertices that never move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Selection>,
+    /// Where it starts; in its rest shape without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionSpec>,
     /// Initial velocity; at rest without it. Pinned vertices stay at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocitySpec>,
+}
+
+impl Body {
+    /// Its name, or `body0`, `body1`, ... by its index.
+    pub fn name_or_default(&self, index: usize) -> String {
+        self.name.clone().unwrap_or_else(|| format!("body{index}"))
+    }
 }
 
 /// How the stress `P` of a material is computed.
@@ -145,16 +162,6 @@ pub struct Springs {
     /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest_length: Option<OneOrMany>,
-}
-
-/// A number for all, or a list with a number for each.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum OneOrMany {
-    /// The same for all.
-    One(f64),
-    /// One for each, in index order.
-    Many(Vec<f64>),
 }
 
 /// The mass of a body, lumped to its vertices.
@@ -192,6 +199,33 @@ pub struct BoxSelection {
     pub min: Vec<f64>,
     /// Upper corner [m].
     pub max: Vec<f64>,
+}
+
+/// Initial positions of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionSpec {
+    /// `x = centre + matrix (X - centre) + translation`, pinned vertices included.
+    Affine(AffinePosition),
+    /// One point per vertex [m].
+    PerVertex(Vec<Vec<f64>>),
+    /// One displacement from the rest position per vertex [m].
+    Displacement(Vec<Vec<f64>>),
+}
+
+/// A uniform deformation of the rest shape.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AffinePosition {
+    /// The deformation gradient, by rows; the identity without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// The point that `matrix` leaves where it is [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<Vec<f64>>,
+    /// Then moved by this [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translation: Option<Vec<f64>>,
 }
 
 /// Initial velocities of a body.

@@ -1,0 +1,100 @@
+//! From a path of keys to the bytes that it names in a TOML text.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::Underline;
+use super::key_path::{KeyPath, KeySegment};
+
+/// What stands at a path.
+#[derive(Clone)]
+struct Place<'d> {
+    key: Option<Range<usize>>,
+    value: Range<usize>,
+    node: &'d DeValue<'d>,
+}
+
+/// The bytes to underline for `path`: its key or value or, if the text has no such value, the nearest table or value
+/// that should hold it. The start of the text for what is missing at the top.
+pub(super) fn locate(text: &str, root: &DeTable<'_>, path: &KeyPath, underline: Underline) -> Range<usize> {
+    let mut place: Option<Place<'_>> = None;
+    for segment in path.segments() {
+        let next = match (&place, segment) {
+            (None, KeySegment::Key(key)) => entry(root, key),
+            (None, KeySegment::Index(_)) => None,
+            (Some(place), segment) => child(place.node, segment),
+        };
+        match (next, place) {
+            (Some(next), _) => place = Some(next),
+            (None, None) => return 0..0,
+            (None, Some(parent)) => return holder(text, &parent),
+        }
+    }
+    match place {
+        None => 0..0,
+        Some(Place { key: Some(key), .. }) if underline == Underline::Key => key,
+        Some(place) => on_one_line(text, &place),
+    }
+}
+
+fn child<'d>(node: &'d DeValue<'d>, segment: &KeySegment) -> Option<Place<'d>> {
+    match (node, segment) {
+        (DeValue::Table(table), KeySegment::Key(key)) => entry(table, key),
+        (DeValue::Array(array), KeySegment::Index(index)) => array.get(*index).map(|element| Place {
+            key: None,
+            value: element.span(),
+            node: element.get_ref(),
+        }),
+        _ => None,
+    }
+}
+
+fn entry<'d>(table: &'d DeTable<'d>, key: &str) -> Option<Place<'d>> {
+    let (key, value) = table.get_key_value(key)?;
+    Some(Place { key: Some(key.span()), value: value.span(), node: value.get_ref() })
+}
+
+/// What to underline when something is missing in `parent`: its header `[time]`, or the key of an inline table.
+fn holder(text: &str, parent: &Place<'_>) -> Range<usize> {
+    match (&parent.key, parent.node) {
+        (Some(key), DeValue::Table(_)) if text[parent.value.clone()].starts_with('{') => key.clone(),
+        _ => on_one_line(text, parent),
+    }
+}
+
+/// The value; of a value over several lines only its key or its first line, to keep the picture small.
+fn on_one_line(text: &str, place: &Place<'_>) -> Range<usize> {
+    let value = &text[place.value.clone()];
+    match (value.find(['\r', '\n']), &place.key) {
+        (None, _) => place.value.clone(),
+        (Some(_), Some(key)) => key.clone(),
+        (Some(newline), None) => place.value.start..place.value.start + newline,
+    }
+}
+
+/// Line and column, both from 1, of byte `offset`; columns are counted in characters.
+pub(super) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..offset];
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+}
+
+/// The span with both ends inside `text` and between characters, whatever a parser reported.
+pub(super) fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
+    let floor = |mut offset: usize| {
+        offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
+        }
+        offset
+    };
+    let start = floor(span.start);
+    start..floor(span.end).max(start)
+}
+
+/// Parses TOML, keeping positions.
+pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, toml::de::Error> {
+    DeTable::parse(text)
+}
