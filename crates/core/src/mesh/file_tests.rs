@@ -95,11 +95,24 @@ fn version_4_1_with_gaps_parameters_and_entities_in_several_groups() {
 
 #[test]
 fn version_2_2_repeats_elements_once_per_group_and_they_are_merged() {
-    let text = MESHIO_22.replace("4\n1 4 2 7", "5\n9 4 4 8 1 1 1 1 2 3 4\n1 4 2 7");
+    let text =
+        MESHIO_22.replace("4\n1 4 2 7", "5\n1 4 2 7").replace("3 2 2 3", "9 4 4 7 1 1 1 5 4 3 2\n3 2 2 3");
     let mesh = gmsh(&text, 3).unwrap();
     assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3], [1, 2, 3, 4]]);
-    assert_eq!(mesh.groups["soft"].cells, [0]);
-    assert_eq!(mesh.groups["hard part"].cells, [0, 1]);
+    assert_eq!(mesh.groups["soft"].cells, [0, 1]);
+    assert_eq!(mesh.groups["hard part"].cells, [1]);
+}
+
+#[test]
+fn a_name_given_to_several_dimensions_stands_for_the_highest_and_all_vertices() {
+    let mesh = gmsh(&GMSH_41.replace("both sides", "body"), 3).unwrap();
+    let body = &mesh.groups["body"];
+    assert_eq!(
+        (body.topological_dimension, &body.cells[..], &body.vertices[..]),
+        (3, &[0][..], &[0, 1, 2, 3][..])
+    );
+    let corner = gmsh(&GMSH_41.replace("corner", "left"), 3).unwrap();
+    assert_eq!(corner.groups["left"].vertices, [0, 2, 3]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Read here and not with the `tobj` crate: that one gives every group vertices of its own, so that a mesh falls apart
 //! along its groups, turns polylines of three vertices into triangles, drops vertices that no face uses and with them
-//! the numbering, reports no lines, and by default rounds positions to single precision.
+//! the numbering, reports no lines, by default rounds positions to single precision, and overflows on some indices.
 
 use std::collections::BTreeMap;
 

@@ -76,7 +76,7 @@ mod tests {
     use std::path::Path;
 
     use crate::mesh::test_support::{build_grid, grid};
-    use crate::scene::{MeshSpec, StrandSpec};
+    use crate::scene::{GridSpec, MeshSpec, StrandSpec};
 
     #[test]
     fn edges_are_unique_sorted_and_as_many_as_euler_says() {
@@ -112,13 +112,15 @@ mod tests {
         assert_eq!(surface.len(), 2 * 2 * (2 * 3 + 3 * 4 + 4 * 2));
         assert!(mesh.boundary_edges().is_empty());
         assert_eq!(enclosed(&mesh.points, &surface), 24.0 * 0.125);
-        let single = build_grid(&grid(&[1, 1, 1], 1.0), 3).unwrap();
+        // Away from the origin, where every face counts.
+        let spec = GridSpec { origin: Some(vec![1.0, 2.0, 4.0]), ..grid(&[1, 1, 1], 1.0) };
+        let single = build_grid(&spec, 3).unwrap();
         let one = crate::mesh::Mesh { tetrahedra: vec![single.tetrahedra[0]], ..single };
         assert_eq!(one.surface_triangles().len(), 4);
-        assert!((enclosed(&one.points, &one.surface_triangles()) - 1.0 / 6.0).abs() < 1e-16);
+        assert!((enclosed(&one.points, &one.surface_triangles()) - 1.0 / 6.0).abs() < 1e-14);
     }
 
-    pub(super) fn enclosed(points: &[f64], surface: &[[u32; 3]]) -> f64 {
+    fn enclosed(points: &[f64], surface: &[[u32; 3]]) -> f64 {
         let x = |i: u32| [points[3 * i as usize], points[3 * i as usize + 1], points[3 * i as usize + 2]];
         let volume = |[a, b, c]: [[f64; 3]; 3]| {
             a[0] * (b[1] * c[2] - b[2] * c[1])
