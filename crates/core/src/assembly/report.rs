@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::body::Parts;
 use crate::diagnostics::StabilityLimit;
 use crate::lanes;
+use crate::mesh::Quality;
 use crate::scene::{Channel, Scene, Stress};
 use crate::simulation::Simulation;
 
@@ -62,6 +63,8 @@ pub struct BodyReport {
     pub pinned: usize,
     /// Mass [kg].
     pub mass: f64,
+    /// Size and quality of the mesh.
+    pub quality: Quality,
 }
 
 impl Report {
@@ -109,6 +112,7 @@ impl BodyReport {
             springs: body.assembled.springs.len(),
             pinned: body.pinned.len(),
             mass: body.mass.iter().sum(),
+            quality: mesh.quality(),
         }
     }
 }

@@ -19,6 +19,7 @@ mod source;
 mod suggest;
 #[cfg(test)]
 mod tests;
+mod validate;
 
 use std::path::Path;
 
@@ -46,6 +47,6 @@ impl Scene {
 
     /// Everything that makes the scene impossible to simulate and shows without building meshes.
     pub fn validate(&self) -> Vec<Problem> {
-        Vec::new()
+        validate::problems(self)
     }
 }
