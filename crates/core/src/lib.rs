@@ -14,5 +14,8 @@ pub mod integrator;
 pub mod material;
 pub mod mesh;
 pub mod observer;
+#[cfg(feature = "mcap")]
+pub mod record;
 pub mod scalar;
 pub mod scene;
+pub mod topology;
