@@ -6,6 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, register};
 use super::{Lanes, Rows, WIDTH};
+use crate::algebra::{self, Mat};
 use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
 
 /// Lanes 0 to 3 and lanes 4 to 7.
@@ -63,6 +64,18 @@ impl Mask for Avx2Mask {
 
 impl Scalar for Avx2 {
     type Mask = Avx2Mask;
+
+    #[inline(always)]
+    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        /// Not inlined: the branch is rare and its code large.
+        #[inline(never)]
+        #[target_feature(enable = "avx2,fma")]
+        fn outlined<const D: usize>(f: &Mat<Avx2, D>) -> Mat<Avx2, D> {
+            algebra::rotation_by_svd(f)
+        }
+        // SAFETY: a value of this type exists, so the processor has the instructions.
+        unsafe { outlined(f) }
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {

@@ -41,6 +41,10 @@ pub const WIDTH: usize = 8;
 
 /// Eight numbers, side by side.
 pub trait Lanes: Real {
+    /// Whether a kernel gains from working on a [`Pair`] of packs: where one pack is one register and there are registers to
+    /// spare.
+    const PAIRED: bool = false;
+
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
     fn load(a: &[f64; WIDTH]) -> Self;
     /// Overwrites `a`.

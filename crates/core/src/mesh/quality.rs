@@ -4,7 +4,7 @@ use super::Mesh;
 use super::geometry::{Measure, measure};
 
 /// Size and shape of a mesh.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Quality {
     /// Number of vertices.
     pub vertex_count: usize,
@@ -17,7 +17,7 @@ pub struct Quality {
 }
 
 /// Sizes and shapes of the elements: the cells of the highest dimension `d` there is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ElementQuality {
     /// 3 tetrahedra, 2 triangles, 1 edges.
     pub topological_dimension: usize,

@@ -39,13 +39,13 @@ impl<const D: usize, M: Material<D>> Probe<D> for M {
         Material::domain(self)
     }
     fn derived_pk1(&self, f: &Mat<f64, D>) -> Mat<f64, D> {
-        gradient(self, f)
+        autodiff_stress(self, f)
     }
     fn derived_hessian(&self, f: &Mat<f64, D>) -> Tangent<D> {
         partials(&Material::pk1(self, &Dual::variable(f)))
     }
     fn second_derivative(&self, f: &Mat<f64, D>) -> Tangent<D> {
-        partials(&gradient(self, &Dual::variable(f)))
+        partials(&autodiff_stress(self, &Dual::variable(f)))
     }
 }
 
