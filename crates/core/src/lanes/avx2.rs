@@ -158,24 +158,30 @@ pub(super) fn load2(a: &[f64; 2]) -> __m128d {
     unsafe { _mm_loadu_pd(a.as_ptr()) }
 }
 
-/// The first or the last two numbers of two rows, one above the other.
+/// The numbers of `low` and, above them, of `high`.
 #[inline(always)]
-fn stack<const D: usize>(rows: &Rows<D>, half: usize, low: u16, high: u16) -> __m256d {
-    let (low, high) = (load2(rows.two(low, half)), load2(rows.two(high, half)));
+pub(super) fn stack(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
+    let (low, high) = (load2(low), load2(high));
     register!(_mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high))
 }
 
 #[inline(always)]
 fn gather_half<const D: usize>(rows: &Rows<D>, i: &[u16; WIDTH], l: usize) -> [__m256d; D] {
     let mut r = [register!(_mm256_setzero_pd()); D];
-    // x0 y0 x2 y2 and x1 y1 x3 y3
-    let (even, odd) = (stack(rows, 0, i[l], i[l + 2]), stack(rows, 0, i[l + 1], i[l + 3]));
-    r[0] = register!(_mm256_unpacklo_pd(even, odd));
-    r[1] = register!(_mm256_unpackhi_pd(even, odd));
     if D == 3 {
+        let [[a, za], [b, zb]] = [rows.halves(i[l]), rows.halves(i[l + 1])];
+        let [[c, zc], [d, zd]] = [rows.halves(i[l + 2]), rows.halves(i[l + 3])];
+        // x0 y0 x2 y2 and x1 y1 x3 y3
+        let (even, odd) = (stack(a, c), stack(b, d));
+        r[0] = register!(_mm256_unpacklo_pd(even, odd));
+        r[1] = register!(_mm256_unpackhi_pd(even, odd));
         // z0 0 z2 0 and z1 0 z3 0
-        let (even, odd) = (stack(rows, 1, i[l], i[l + 2]), stack(rows, 1, i[l + 1], i[l + 3]));
-        r[2] = register!(_mm256_unpacklo_pd(even, odd));
+        r[2] = register!(_mm256_unpacklo_pd(stack(za, zc), stack(zb, zd)));
+    } else {
+        let even = stack(rows.row(i[l]), rows.row(i[l + 2]));
+        let odd = stack(rows.row(i[l + 1]), rows.row(i[l + 3]));
+        r[0] = register!(_mm256_unpacklo_pd(even, odd));
+        r[1] = register!(_mm256_unpackhi_pd(even, odd));
     }
     r
 }

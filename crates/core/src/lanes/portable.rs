@@ -163,7 +163,7 @@ impl Lanes for Portable {
     fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D] {
         let mut r = [Portable([0.0; WIDTH]); D];
         for l in 0..WIDTH {
-            let row = rows.get(index[l] as usize);
+            let row = rows.get(index[l]);
             for c in 0..D {
                 r[c].0[l] = row[c];
             }
@@ -173,11 +173,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]) {
         for l in 0..WIDTH {
-            let mut row = rows.get(index[l] as usize);
+            let mut row = rows.get(index[l]);
             for c in 0..D {
                 row[c] += v[c].0[l];
             }
-            rows.set(index[l] as usize, row);
+            rows.set(index[l], row);
         }
     }
     #[inline(always)]
