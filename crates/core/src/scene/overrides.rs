@@ -8,6 +8,9 @@ use super::key_path::{KeyPath, KeySegment};
 use super::source::Source;
 use super::{document, suggest};
 
+/// Boxed: a problem is much larger than what the functions below return when there is none.
+type Fault = Box<Problem>;
+
 impl Source {
     /// The text with values set, in order: `("body.0.elastic.corotated.young", "1e5")`.
     ///
@@ -25,20 +28,20 @@ impl Source {
             source = source.with_override(path, value).map_err(|problem| {
                 SceneError::new(vec![Problem {
                     note: Some(format!("from `--set {path}={value}`")),
-                    ..problem
+                    ..*problem
                 }])
             })?;
         }
         Ok(source)
     }
 
-    fn with_override(mut self, path: &str, value: &str) -> Result<Source, Problem> {
+    fn with_override(mut self, path: &str, value: &str) -> Result<Source, Fault> {
         let at: KeyPath = path.parse().map_err(|error: super::KeyPathError| {
-            Problem::new(ProblemKind::Override, KeyPath::root(), error.to_string())
+            Box::new(Problem::new(ProblemKind::Override, KeyPath::root(), error.to_string()))
         })?;
         let parsed = parsed(&at, value)?;
         let mut document: DocumentMut = self.text.parse().map_err(|error: toml_edit::TomlError| {
-            Problem::new(ProblemKind::Override, at.clone(), error.message().to_owned())
+            Box::new(Problem::new(ProblemKind::Override, at.clone(), error.message().to_owned()))
         })?;
         set(Node::Table(document.as_table_mut()), &at, 0, parsed)?;
         self.text = document.to_string();
@@ -48,7 +51,7 @@ impl Source {
 }
 
 /// The value as TOML; a bare word as text.
-fn parsed(at: &KeyPath, value: &str) -> Result<Value, Problem> {
+fn parsed(at: &KeyPath, value: &str) -> Result<Value, Fault> {
     let value = value.trim();
     let error = match value.parse::<Value>() {
         Ok(mut parsed) => {
@@ -65,7 +68,9 @@ fn parsed(at: &KeyPath, value: &str) -> Result<Value, Problem> {
     if value.is_empty() || value.contains(char::is_control) || starts_as_toml || is_number_like {
         let message = format!("{} is not a value: {}", quoted(value), error.message());
         let problem = Problem::new(ProblemKind::Override, at.clone(), message);
-        return Err(problem.with_help("a value is a number, a word, a text in quotes, [ ... ] or { ... }"));
+        return Err(Box::new(
+            problem.with_help("a value is a number, a word, a text in quotes, [ ... ] or { ... }"),
+        ));
     }
     Ok(Value::from(value))
 }
@@ -78,7 +83,7 @@ enum Node<'a> {
 }
 
 /// Puts `value` at segment `depth` of `path`, below `node`.
-fn set(node: Node<'_>, path: &KeyPath, depth: usize, value: Value) -> Result<(), Problem> {
+fn set(node: Node<'_>, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
     let segment = &path.segments()[depth];
     let last = depth + 1 == path.segments().len();
     match (node, segment) {
@@ -126,7 +131,7 @@ fn set(node: Node<'_>, path: &KeyPath, depth: usize, value: Value) -> Result<(),
                     }
                     other => {
                         let message = format!("`{path}` is a table, and {} is not", other.type_name());
-                        Err(Problem::new(ProblemKind::Override, path.clone(), message))
+                        Err(Box::new(Problem::new(ProblemKind::Override, path.clone(), message)))
                     }
                 },
                 Some(table) => set(Node::Table(table), path, depth + 1, value),
@@ -141,7 +146,7 @@ fn set(node: Node<'_>, path: &KeyPath, depth: usize, value: Value) -> Result<(),
     }
 }
 
-fn below_item(item: &mut Item, path: &KeyPath, depth: usize, value: Value) -> Result<(), Problem> {
+fn below_item(item: &mut Item, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
     match item {
         Item::Table(table) => set(Node::Table(table), path, depth + 1, value),
         Item::ArrayOfTables(tables) => set(Node::Tables(tables), path, depth + 1, value),
@@ -150,7 +155,7 @@ fn below_item(item: &mut Item, path: &KeyPath, depth: usize, value: Value) -> Re
     }
 }
 
-fn below_value(old: &mut Value, path: &KeyPath, depth: usize, value: Value) -> Result<(), Problem> {
+fn below_value(old: &mut Value, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
     match old {
         Value::InlineTable(table) => set(Node::Table(table), path, depth + 1, value),
         Value::Array(list) => set(Node::List(list), path, depth + 1, value),
@@ -180,7 +185,7 @@ fn holder(path: &KeyPath, depth: usize) -> KeyPath {
     path.segments()[..depth].iter().cloned().collect()
 }
 
-fn nowhere(path: &KeyPath, depth: usize, what: &str, names: &[String]) -> Problem {
+fn nowhere(path: &KeyPath, depth: usize, what: &str, names: &[String]) -> Fault {
     let holder = match depth {
         0 => "the scene".to_owned(),
         _ => format!("`{}`", holder(path, depth)),
@@ -191,23 +196,25 @@ fn nowhere(path: &KeyPath, depth: usize, what: &str, names: &[String]) -> Proble
     if !names.is_empty() {
         problem.help = suggest::help("", &names, "keys here");
     }
-    problem
+    Box::new(problem)
 }
 
-fn out_of_range(path: &KeyPath, depth: usize, index: usize, length: usize) -> Problem {
+fn out_of_range(path: &KeyPath, depth: usize, index: usize, length: usize) -> Fault {
     let list = holder(path, depth);
     let entries = if length == 1 { "entry" } else { "entries" };
     let message = format!("there is no `{list}.{index}`: `{list}` has {length} {entries}");
     let problem = Problem::new(ProblemKind::Override, path.clone(), message);
-    match length {
+    Box::new(match length {
         0 => problem,
         _ => problem.with_help(format!("entries are counted from 0 to {}", length - 1)),
-    }
+    })
 }
 
-fn not_a_key(path: &KeyPath, depth: usize, length: usize) -> Problem {
+fn not_a_key(path: &KeyPath, depth: usize, length: usize) -> Fault {
     let list = holder(path, depth);
     let message = format!("`{path}` leads nowhere: `{list}` is a list of {length}");
-    Problem::new(ProblemKind::Override, path.clone(), message)
-        .with_help(format!("name an entry by its number, from 0: `{list}.0`"))
+    Box::new(
+        Problem::new(ProblemKind::Override, path.clone(), message)
+            .with_help(format!("name an entry by its number, from 0: `{list}.0`")),
+    )
 }
