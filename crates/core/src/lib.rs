@@ -9,10 +9,19 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod algebra;
+pub mod assembly;
+pub mod constraint;
 pub mod diagnostics;
+pub mod element;
+pub mod energy;
 pub mod integrator;
+pub mod lanes;
 pub mod material;
 pub mod mesh;
 pub mod observer;
+pub mod run;
 pub mod scalar;
 pub mod scene;
+pub mod simulation;
+pub mod state;
+pub mod system;

@@ -1,12 +1,14 @@
 //! The number type that material and element kernels are written over.
 //!
-//! A kernel is one text. It runs on `f64`, on a pack of lanes  and on dual numbers
-//!, so that the same source gives the reference value, the fast value and the derivative.
+//! A kernel is one text. It runs on `f64`, on a pack of lanes ([`crate::lanes`]) and on dual numbers, so that the
+//! same source gives the reference value, the fast value and the derivative.
 //! Only IEEE operations that are exactly rounded everywhere appear here (`+ - * / sqrt fma`, compare, select):
 //! that is why every instruction set gives the same bits.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use crate::algebra::{self, Mat};
 
 /// Result of comparing two scalars, lane by lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
@@ -59,6 +61,14 @@ pub trait Scalar:
     /// `mask ? a : b`, lane by lane.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 
+    /// The rotation of the signed polar decomposition `F = R S`, see [`algebra::rotation`].
+    ///
+    /// A primitive, because its derivative has a closed form: dual numbers do not differentiate the iteration.
+    #[inline(always)]
+    fn rotation<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        algebra::rotation(f)
+    }
+
     /// Zero in every lane.
     #[inline(always)]
     fn zero() -> Self {
@@ -68,6 +78,30 @@ pub trait Scalar:
     #[inline(always)]
     fn one() -> Self {
         Self::splat(1.0)
+    }
+}
+
+/// A scalar whose exponent can be taken apart: `f64` and packs of lanes, but not dual numbers.
+///
+/// The elementary functions of [`crate::lanes`] are written once over this trait, which is why every instruction
+/// set and plain `f64` give the same bits. No platform library is asked for a logarithm or an exponential.
+pub trait Real: Scalar {
+    /// `(k, m)` with `self = 2^k m`, `k` an integer and `m` in `[sqrt(1/2), sqrt(2))`.
+    ///
+    /// Meaningless, but harmless, unless `self` is positive, normal and finite.
+    fn split(self) -> (Self, Self);
+    /// `2^self` for an integer `self` in `-1022..=1023`; meaningless, but harmless, elsewhere.
+    fn power_of_two(self) -> Self;
+
+    /// `e^self`, see [`crate::lanes::exp`].
+    #[inline(always)]
+    fn exp(self) -> Self {
+        crate::lanes::exp(self)
+    }
+    /// `self^exponent` for positive `self`, see [`crate::lanes::powf`].
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        crate::lanes::powf(self, exponent)
     }
 }
 
@@ -88,7 +122,7 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn ln(self) -> f64 {
-        f64::ln(self)
+        crate::lanes::ln(self)
     }
     #[inline(always)]
     fn abs(self) -> f64 {
@@ -109,5 +143,31 @@ impl Scalar for f64 {
     #[inline(always)]
     fn select(mask: bool, a: f64, b: f64) -> f64 {
         if mask { a } else { b }
+    }
+}
+
+/// The bits of `sqrt(1/2)`: where the mantissa of [`Real::split`] begins.
+pub(crate) const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
+/// What brings `sqrt(1/2)` to the next binade, so that the exponent field of the sum counts from there.
+pub(crate) const SPLIT_OFFSET: u64 = 0x3ff0_0000_0000_0000 - SQRT_HALF_BITS;
+/// The mantissa field of an `f64`.
+pub(crate) const MANTISSA_BITS: u64 = 0x000f_ffff_ffff_ffff;
+/// `2^52`: an integer below `2^52` that is or-ed into its mantissa becomes a floating-point number.
+pub(crate) const TWO_52: f64 = 4_503_599_627_370_496.0;
+/// The bias of the exponent field of an `f64`.
+pub(crate) const EXPONENT_BIAS: f64 = 1023.0;
+
+impl Real for f64 {
+    #[inline(always)]
+    fn split(self) -> (f64, f64) {
+        let shifted = self.to_bits().wrapping_add(SPLIT_OFFSET);
+        let k = f64::from_bits((shifted >> 52) | TWO_52.to_bits()) - (TWO_52 + EXPONENT_BIAS);
+        let m = f64::from_bits((shifted & MANTISSA_BITS) + SQRT_HALF_BITS);
+        (k, m)
+    }
+    #[inline(always)]
+    fn power_of_two(self) -> f64 {
+        // The sum holds the biased exponent in its lowest bits; everything above is shifted out.
+        f64::from_bits((self + (TWO_52 + EXPONENT_BIAS)).to_bits() << 52)
     }
 }

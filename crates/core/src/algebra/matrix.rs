@@ -74,6 +74,18 @@ impl<S: Scalar, const D: usize> Mat<S, D> {
         m
     }
 
+    /// `mask ? a : b`, lane by lane.
+    #[inline(always)]
+    pub fn select(mask: S::Mask, a: &Self, b: &Self) -> Self {
+        let mut r = *a;
+        for i in 0..D {
+            for j in 0..D {
+                r[i][j] = S::select(mask, a[i][j], b[i][j]);
+            }
+        }
+        r
+    }
+
     /// `A^T`.
     #[inline(always)]
     pub fn transpose(&self) -> Self {

@@ -2,6 +2,18 @@
 //!
 //! The only place of the crate that knows what differs between two and three dimensions.
 
+mod dual;
+mod eigen;
 mod matrix;
+mod polar;
+mod svd;
 
+pub use dual::Dual;
+pub(crate) use dual::SMALLEST_SUM;
+pub use eigen::symmetric_eigen;
 pub use matrix::{Mat, Vect};
+pub use polar::rotation;
+pub use svd::{Svd, signed_svd};
+
+#[cfg(test)]
+pub(crate) mod tests;

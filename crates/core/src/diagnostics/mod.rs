@@ -22,3 +22,50 @@ pub struct Diagnostics {
     /// Number of elements with `det F <= 0`; `None` without elements.
     pub inverted: Option<u64>,
 }
+
+mod stability;
+
+pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
+
+use crate::energy::EnergyKind;
+use crate::system::System;
+
+impl Diagnostics {
+    /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any number of
+    /// threads.
+    pub fn measure(system: &mut System, time: f64, x: &[f64], v: &[f64]) -> Self {
+        let kinetic = system.kinetic(v);
+        let elastic = system.potential(EnergyKind::Elastic, x);
+        let gravitational = system.potential(EnergyKind::Gravitational, x);
+        let (linear_momentum, angular_momentum) = momenta(system.dimension(), system.mass(), x, v);
+        let deformation = system.deformation(x);
+        Diagnostics {
+            time,
+            kinetic,
+            elastic,
+            gravitational,
+            total: kinetic + elastic + gravitational,
+            linear_momentum,
+            angular_momentum,
+            min_j: deformation.map(|d| d.min_j),
+            inverted: deformation.map(|d| d.inverted),
+        }
+    }
+}
+
+/// `sum m v` and `sum m x cross v`.
+fn momenta(dimension: usize, mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
+    let (mut p, mut l) = ([0.0; 3], [0.0; 3]);
+    let rows = x.chunks_exact(dimension).zip(v.chunks_exact(dimension));
+    for ((xi, vi), m) in rows.zip(mass) {
+        let (mut x, mut v) = ([0.0; 3], [0.0; 3]);
+        x[..dimension].copy_from_slice(xi);
+        v[..dimension].copy_from_slice(vi);
+        for c in 0..3 {
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            p[c] += m * v[c];
+            l[c] += m * (x[a] * v[b] - x[b] * v[a]);
+        }
+    }
+    (p, l)
+}

@@ -1,12 +1,150 @@
 //! Time integrators: one scheme, one file, one line in the registry below.
+//!
+//! A scheme is data: coefficients of kicks and drifts ([`splitting`]) or a Butcher tableau ([`runge_kutta`]), with its own
+//! documentation. Two engines turn the data into steps.
+
+mod amplification;
+pub mod runge_kutta;
+pub mod splitting;
+#[cfg(test)]
+mod tests;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A scheme by name, with its parameters.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum IntegratorSpec {
-    /// Symplectic Euler.
-    SymplecticEuler,
+use crate::energy::Fault;
+use crate::state::State;
+use crate::system::System;
+
+pub use amplification::{Amplification, amplification};
+
+/// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
+/// and the list that `pliant list` and the conformance tests go through.
+macro_rules! register {
+    ($($module:ident => $variant:ident),+ $(,)?) => {
+        $(pub mod $module;)+
+
+        /// A scheme by name.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum IntegratorSpec {
+            $(
+                #[allow(missing_docs, reason = "the method documents itself")]
+                $variant,
+            )+
+        }
+
+        impl IntegratorSpec {
+            /// Every scheme.
+            pub const ALL: &[IntegratorSpec] = &[$(IntegratorSpec::$variant),+];
+
+            /// The scheme of this name.
+            pub fn method(self) -> &'static Method {
+                match self {
+                    $(IntegratorSpec::$variant => &$module::METHOD,)+
+                }
+            }
+        }
+    };
+}
+
+register! {
+    forward_euler => ForwardEuler,
+    symplectic_euler => SymplecticEuler,
+    velocity_verlet => VelocityVerlet,
+    rk2_midpoint => Rk2Midpoint,
+    rk4 => Rk4,
+    yoshida4 => Yoshida4,
+}
+
+/// What a scheme says of itself; `pliant list` prints it, and the conformance tests measure every number in it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Documentation {
+    /// Name in scenes.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// Order of convergence of positions and velocities.
+    pub order: u32,
+    /// Force evaluations per step.
+    pub force_evaluations: u32,
+    /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at any step.
+    pub stability_limit: f64,
+    /// Whether it is symplectic: the energy error is bounded and does not drift.
+    pub symplectic: bool,
+    /// What it conserves beside linear momentum.
+    pub conserves: &'static str,
+    /// Where it comes from.
+    pub source: &'static str,
+}
+
+/// The coefficients of a scheme.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scheme {
+    /// Alternating kicks and drifts.
+    Splitting(&'static [splitting::Stage]),
+    /// An explicit Runge-Kutta tableau on `(x, v)`.
+    RungeKutta(runge_kutta::Tableau),
+}
+
+/// A scheme with its documentation: what one file of this folder exports.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// What it says of itself.
+    pub documentation: Documentation,
+    /// Its coefficients.
+    pub scheme: Scheme,
+}
+
+impl Method {
+    /// An integrator for systems with `unknowns = n * dimension` coordinates; allocates all it will ever need.
+    pub fn build(&self, unknowns: usize) -> Box<dyn Integrator> {
+        match self.scheme {
+            Scheme::Splitting(stages) => Box::new(splitting::Splitting::new(stages, unknowns)),
+            Scheme::RungeKutta(tableau) => Box::new(runge_kutta::RungeKutta::new(tableau, unknowns)),
+        }
+    }
+}
+
+/// Advances a state by one step: the black box `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3).
+pub trait Integrator: Send + Sync {
+    /// One step of size `h` [s]. Advances positions and velocities; time, drag and walls are the caller's.
+    ///
+    /// # Errors
+    /// [`StepFault`] where a force or the new state is not finite. `state` is then what it was before.
+    fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault>;
+
+    /// Bytes of scratch memory held.
+    fn bytes(&self) -> usize;
+}
+
+/// A step could not be taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepFault {
+    /// Where and why, if a term knows.
+    pub fault: Option<Fault>,
+    /// First vertex whose new position or velocity is not finite.
+    pub vertex: Option<usize>,
+}
+
+impl StepFault {
+    /// Finds out what went wrong with these stage values.
+    fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
+        let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
+        StepFault { fault: system.fault(x), vertex: vertex.map(|i| i / system.dimension()) }
+    }
+}
+
+/// Whether all are finite; a sum instead of a test for each, so that it vectorises.
+fn all_finite(values: &[f64]) -> bool {
+    let mut sums = [0.0; 8];
+    let chunks = values.chunks_exact(8);
+    let rest: f64 = chunks.remainder().iter().map(|x| x * 0.0).sum();
+    for chunk in chunks {
+        for (sum, x) in sums.iter_mut().zip(chunk) {
+            *sum += x * 0.0;
+        }
+    }
+    // Zero times a finite number is zero, times anything else NaN.
+    sums.iter().sum::<f64>() + rest == 0.0
 }

@@ -1,14 +1,27 @@
 //! Hyperelastic energy densities: one model, one file, one line in the registry below.
 
+mod autodiff;
+mod parameters;
+mod registry;
+mod spectrum;
+
+pub use autodiff::{Autodiff, gradient};
+pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Stiffness};
+pub use registry::{About, MaterialVisitor, Model};
+pub use spectrum::{Derivatives, Spectrum};
+
+use registry::register_materials;
+
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
 /// Which states of deformation a model is defined for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Domain {
     /// Every `F`, inverted and collapsed ones included.
     Everywhere,
-    /// Only `det F > 0`; outside, `psi = +inf` and nothing else is evaluated.
+    /// Only `det F > 0`; outside, `psi = +inf`, and the stress is not finite.
     PositiveJ,
 }
 
@@ -29,6 +42,27 @@ impl<const D: usize> Tangent<D> {
     /// The zero tensor.
     pub fn zero() -> Self {
         Tangent([[Mat::zero(); D]; D])
+    }
+
+    /// The identity, `C : dF = dF`.
+    pub fn identity() -> Self {
+        let mut t = Self::zero();
+        for i in 0..D {
+            for j in 0..D {
+                t.0[i][j][i][j] = 1.0;
+            }
+        }
+        t
+    }
+
+    /// `s C`.
+    pub fn scale(mut self, s: f64) -> Self {
+        for i in 0..D {
+            for j in 0..D {
+                self.0[i][j] = self.0[i][j].scale(s);
+            }
+        }
+        self
     }
 
     /// `dP = C : dF`, that is `dP_ij = sum_kl C_ijkl dF_kl`.
@@ -53,7 +87,10 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
 
     /// First Piola-Kirchhoff stress `P = d psi / dF` [Pa]; by forward automatic differentiation of
     /// [`psi`](Self::psi) unless the model gives it in closed form.
-    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D>;
+    #[inline(always)]
+    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
+        gradient(self, f)
+    }
 
     /// Second derivative `dP/dF` [Pa].
     fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
@@ -64,7 +101,18 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
     }
 }
 
-/// A model by name, with its parameters.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum MaterialSpec {}
+// One line per model: its name in a scene, its file, its type, the type of its parameters. `rustfmt` does not look for
+// modules behind a macro, so format new files with `rustfmt --edition 2024 FILE`.
+register_materials! {
+    "linear" => linear::Linear(Isotropic);
+    "stvk" => stvk::Stvk(Isotropic);
+    "corotated" => corotated::Corotated(Isotropic);
+    "neo-hookean" => neo_hookean::NeoHookean(Isotropic);
+    "stable-neo-hookean" => stable_neo_hookean::StableNeoHookean(Isotropic);
+    "stable-neo-hookean-log" => stable_neo_hookean_log::StableNeoHookeanLog(Isotropic);
+    "displacement-gradient" => displacement_gradient::DisplacementGradient(Stiffness);
+    "dirichlet" => dirichlet::Dirichlet(Stiffness);
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,15 +1,52 @@
 //! Meshes: generators, readers, checks and selections. Plain data, either two- or three-dimensional.
+//!
+//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`]; [`select`] turns a selection into vertex
+//! indices; [`predicted_size`] says what a mesh will take before any of it is allocated. One generator or format
+//! lives in one file.
 
 use std::collections::BTreeMap;
+
+mod build;
+mod check;
+mod cloth;
+mod disk;
+mod error;
+mod file;
+#[cfg(test)]
+mod file_tests;
+#[cfg(test)]
+mod fuzz_tests;
+mod geometry;
+mod gmsh;
+mod grid;
+mod inline;
+mod measure;
+mod obj;
+mod quality;
+mod select;
+mod size;
+mod strand;
+#[cfg(test)]
+mod test_support;
+mod tokens;
+mod topology;
+
+pub use build::build;
+pub use error::{Cell, FileTag, MeshError};
+pub use quality::{ElementQuality, Quality};
+pub use select::select;
+pub use size::{MeshSize, predicted_size};
 
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Group {
-    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra.
+    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra. Where a file gives one name to cells of several dimensions, the
+    /// highest of them.
     pub topological_dimension: usize,
-    /// Indices into the mesh's cells of that dimension (for points: vertex indices), ascending.
+    /// Indices into the mesh's cells of that dimension (for points: vertex indices; for edges: [`Mesh::lines`] if
+    /// there are any, otherwise [`Mesh::edges`]), ascending.
     pub cells: Vec<u32>,
-    /// Every vertex of those cells, ascending, each once.
+    /// Every vertex of the cells of that name, ascending, each once.
     pub vertices: Vec<u32>,
 }
 
@@ -25,6 +62,9 @@ pub struct Mesh {
     pub points: Vec<f64>,
     /// Edges. When there are any, springs are made of these; otherwise of the edges of the highest cells.
     pub edges: Vec<[u32; 2]>,
+    /// Line cells of a file that has triangles or tetrahedra too. They carry groups and are no springs: a file with
+    /// named boundary curves would otherwise lose the springs of its interior.
+    pub lines: Vec<[u32; 2]>,
     /// Triangles, counter-clockwise in 2D.
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra, `(x1-x0, x2-x0, x3-x0)` right-handed.
@@ -39,8 +79,49 @@ impl Mesh {
         self.points.len() / self.dimension.max(1)
     }
 
-    /// Position of vertex `i`.
+    /// Position of vertex `i`, `(dimension)` [m].
     pub fn point(&self, i: usize) -> &[f64] {
         &self.points[i * self.dimension..(i + 1) * self.dimension]
+    }
+
+    /// Topological dimension of the elements: 3 with tetrahedra, 2 with triangles, 1 with edges only, 0 for points.
+    pub fn element_dimension(&self) -> usize {
+        if !self.tetrahedra.is_empty() {
+            3
+        } else if !self.triangles.is_empty() {
+            2
+        } else {
+            usize::from(!self.edges.is_empty())
+        }
+    }
+
+    /// Number of elements: cells of the highest dimension there is; 0 for points.
+    pub fn element_count(&self) -> usize {
+        match self.element_dimension() {
+            3 => self.tetrahedra.len(),
+            2 => self.triangles.len(),
+            _ => self.edges.len(),
+        }
+    }
+
+    /// Lower and upper corner of the axis-aligned bounding box, `(dimension)` each [m]; empty without vertices.
+    pub fn bounding_box(&self) -> (Vec<f64>, Vec<f64>) {
+        if self.points.is_empty() {
+            return (Vec::new(), Vec::new());
+        }
+        let (mut lower, mut upper) = (self.point(0).to_vec(), self.point(0).to_vec());
+        for i in 1..self.vertex_count() {
+            for (axis, &x) in self.point(i).iter().enumerate() {
+                lower[axis] = lower[axis].min(x);
+                upper[axis] = upper[axis].max(x);
+            }
+        }
+        (lower, upper)
+    }
+
+    /// Length of the diagonal of the bounding box [m]: the size that tolerances refer to.
+    pub fn diagonal(&self) -> f64 {
+        let (lower, upper) = self.bounding_box();
+        lower.iter().zip(&upper).fold(0.0_f64, |sum, (a, b)| sum.hypot(b - a))
     }
 }

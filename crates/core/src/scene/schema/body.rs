@@ -30,6 +30,9 @@ pub struct Body {
     /// Vertices that never move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Selection>,
+    /// Where it starts; in its rest shape without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionSpec>,
     /// Initial velocity; at rest without it. Pinned vertices stay at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocitySpec>,
@@ -99,6 +102,33 @@ pub struct BoxSelection {
     /// Upper corner [m].
     #[schemars(length(min = 2, max = 3))]
     pub max: Vec<f64>,
+}
+
+/// Initial positions of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionSpec {
+    /// `x = centre + matrix (X - centre) + translation`, pinned vertices included.
+    Affine(AffinePosition),
+    /// One point per vertex [m].
+    PerVertex(Vec<Vec<f64>>),
+    /// One displacement from the rest position per vertex [m].
+    Displacement(Vec<Vec<f64>>),
+}
+
+/// A uniform deformation of the rest shape.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AffinePosition {
+    /// The deformation gradient, by rows; the identity without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// The point that `matrix` leaves where it is [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<Vec<f64>>,
+    /// Then moved by this [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translation: Option<Vec<f64>>,
 }
 
 /// Initial velocities of a body.

@@ -40,6 +40,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     for (index, selection) in body.pin.iter().enumerate() {
         motion::pin(check, &path.key("pin").index(index), selection, body.mesh.vertex_count());
     }
+    if let Some(position) = &body.position {
+        motion::position(check, &path.key("position"), position, body.mesh.vertex_count());
+    }
     if let Some(velocity) = &body.velocity {
         motion::velocity(check, &path.key("velocity"), velocity, body.mesh.vertex_count());
     }

@@ -1,4 +1,4 @@
-//! Pins and initial velocities.
+//! Pins, initial positions and initial velocities.
 
 use super::check::{Checker, Sign};
 use super::mesh::no_such_vertex;
@@ -6,7 +6,7 @@ use super::surroundings::wall;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{
-    BoxSelection, OneOrMany, RigidVelocity, Selection, TangentialVelocity, VelocitySpec,
+    AffinePosition, BoxSelection, OneOrMany, PositionSpec, RigidVelocity, Selection, TangentialVelocity, VelocitySpec,
 };
 
 pub(super) fn pin(check: &mut Checker, path: &KeyPath, selection: &Selection, vertex_count: Option<u64>) {
@@ -56,6 +56,54 @@ fn corners_of_box(check: &mut Checker, path: &KeyPath, corners: &BoxSelection) {
     }
 }
 
+pub(super) fn position(
+    check: &mut Checker,
+    path: &KeyPath,
+    position: &PositionSpec,
+    vertex_count: Option<u64>,
+) {
+    match position {
+        PositionSpec::Affine(map) => affine(check, &path.key("affine"), map),
+        PositionSpec::PerVertex(rows) => {
+            one_per_vertex(check, &path.key("per_vertex"), rows, "positions", "m", vertex_count);
+        }
+        PositionSpec::Displacement(rows) => {
+            one_per_vertex(check, &path.key("displacement"), rows, "displacements", "m", vertex_count);
+        }
+    }
+}
+
+fn affine(check: &mut Checker, path: &KeyPath, map: &AffinePosition) {
+    if let Some(rows) = &map.matrix {
+        let path = path.key("matrix");
+        check.components(&path, rows.len());
+        check.vectors(&path, rows, "");
+    }
+    for (key, vector) in [("centre", &map.centre), ("translation", &map.translation)] {
+        if let Some(vector) = vector {
+            check.vector(&path.key(key), vector, "m");
+        }
+    }
+}
+
+/// A list with a vector for each vertex.
+fn one_per_vertex(
+    check: &mut Checker,
+    path: &KeyPath,
+    rows: &[Vec<f64>],
+    what: &str,
+    unit: &str,
+    vertex_count: Option<u64>,
+) {
+    check.vectors(path, rows, unit);
+    let listed = rows.len() as u64;
+    if let Some(count) = vertex_count.filter(|&count| count != listed) {
+        let key = path.last_key().unwrap_or_default();
+        let message = format!("`{key}` lists {listed} {what}, but the body has {count} vertices");
+        check.report(Problem::semantic(path.clone(), message));
+    }
+}
+
 pub(super) fn velocity(
     check: &mut Checker,
     path: &KeyPath,
@@ -65,14 +113,7 @@ pub(super) fn velocity(
     match velocity {
         VelocitySpec::Rigid(rigid) => self::rigid(check, &path.key("rigid"), rigid),
         VelocitySpec::PerVertex(velocities) => {
-            let path = path.key("per_vertex");
-            check.vectors(&path, velocities, "m/s");
-            let listed = velocities.len() as u64;
-            if let Some(count) = vertex_count.filter(|&count| count != listed) {
-                let message =
-                    format!("`per_vertex` lists {listed} velocities, but the body has {count} vertices");
-                check.report(Problem::semantic(path, message));
-            }
+            one_per_vertex(check, &path.key("per_vertex"), velocities, "velocities", "m/s", vertex_count);
         }
         VelocitySpec::Tangential(TangentialVelocity { speed, centre }) => {
             let path = path.key("tangential");

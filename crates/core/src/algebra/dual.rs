@@ -1,0 +1,254 @@
+//! Forward automatic differentiation with respect to a matrix.
+
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+use super::{Mat, Vect};
+use crate::scalar::Scalar;
+
+/// Sums of two singular values below this are raised to it, in derivatives of the rotation only: where
+/// `sigma_i + sigma_j = 0` the rotation jumps and has no derivative.
+pub(crate) const SMALLEST_SUM: f64 = 1e-10;
+
+/// A number and its derivative with respect to each entry of a `D x D` matrix.
+///
+/// It is a [`Scalar`] itself, so any kernel runs on it, and it nests: `Dual<Dual<f64, D>, D>` carries second
+/// derivatives. Comparisons look at the value only.
+///
+/// ```
+/// use pliant::algebra::{Dual, Mat};
+///
+/// let f = Mat([[1.0, 2.0], [3.0, 4.0]]);
+/// let det = Dual::variable(&f).determinant();
+/// assert_eq!((det.value, det.partial), (-2.0, f.cofactor()));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<S, const D: usize> {
+    /// The number.
+    pub value: S,
+    /// `partial[k][l]`: its derivative with respect to entry `(k, l)`.
+    pub partial: Mat<S, D>,
+}
+
+impl<S: Scalar, const D: usize> Dual<S, D> {
+    /// `f` as the variable that derivatives are taken with respect to.
+    #[inline(always)]
+    pub fn variable(f: &Mat<S, D>) -> Mat<Self, D> {
+        let mut r = Mat([[Self::constant(S::zero()); D]; D]);
+        for i in 0..D {
+            for j in 0..D {
+                r[i][j].value = f[i][j];
+                r[i][j].partial[i][j] = S::one();
+            }
+        }
+        r
+    }
+
+    /// A number that does not depend on the variable.
+    #[inline(always)]
+    pub fn constant(value: S) -> Self {
+        Dual { value, partial: Mat::zero() }
+    }
+
+    /// `value` with the derivative `slope` times that of `self`.
+    #[inline(always)]
+    fn chain(self, value: S, slope: S) -> Self {
+        Dual { value, partial: self.partial.scale(slope) }
+    }
+}
+
+impl<S: Scalar, const D: usize> Add for Dual<S, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, o: Self) -> Self {
+        Dual { value: self.value + o.value, partial: self.partial + o.partial }
+    }
+}
+
+impl<S: Scalar, const D: usize> Sub for Dual<S, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Dual { value: self.value - o.value, partial: self.partial - o.partial }
+    }
+}
+
+impl<S: Scalar, const D: usize> Mul for Dual<S, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, o: Self) -> Self {
+        let partial = self.partial.scale_add(o.value, &o.partial.scale(self.value));
+        Dual { value: self.value * o.value, partial }
+    }
+}
+
+impl<S: Scalar, const D: usize> Div for Dual<S, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, o: Self) -> Self {
+        let value = self.value / o.value;
+        let partial = o.partial.scale_add(-value, &self.partial).scale(S::one() / o.value);
+        Dual { value, partial }
+    }
+}
+
+impl<S: Scalar, const D: usize> Neg for Dual<S, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Dual { value: -self.value, partial: -self.partial }
+    }
+}
+
+impl<S: Scalar, const D: usize> AddAssign for Dual<S, D> {
+    #[inline(always)]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+
+impl<S: Scalar, const D: usize> SubAssign for Dual<S, D> {
+    #[inline(always)]
+    fn sub_assign(&mut self, o: Self) {
+        *self = *self - o;
+    }
+}
+
+impl<S: Scalar, const D: usize> MulAssign for Dual<S, D> {
+    #[inline(always)]
+    fn mul_assign(&mut self, o: Self) {
+        *self = *self * o;
+    }
+}
+
+impl<S: Scalar, const D: usize> Scalar for Dual<S, D> {
+    type Mask = S::Mask;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self::constant(S::splat(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        let partial = self.partial.scale_add(b.value, &b.partial.scale_add(self.value, &c.partial));
+        Dual { value: self.value.mul_add(b.value, c.value), partial }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, S::splat(0.5) / root)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.chain(self.value.ln(), S::one() / self.value)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.chain(self.value.abs(), S::one().copysign(self.value))
+    }
+    #[inline(always)]
+    fn max(self, o: Self) -> Self {
+        Self::select(o.value.lt(self.value), self, o)
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let slope = S::one().copysign(self.value) * S::one().copysign(sign.value);
+        self.chain(self.value.copysign(sign.value), slope)
+    }
+    #[inline(always)]
+    fn lt(self, o: Self) -> S::Mask {
+        self.value.lt(o.value)
+    }
+    #[inline(always)]
+    fn select(mask: S::Mask, a: Self, b: Self) -> Self {
+        Dual { value: S::select(mask, a.value, b.value), partial: Mat::select(mask, &a.partial, &b.partial) }
+    }
+
+    /// With `F = R S`: `R^T dR` is antisymmetric, with the axial vector `(tr(S) I - S)^-1 axial(R^T dF - dF^T R)`; in
+    /// two dimensions `R^T dR = (R^T dF - dF^T R) / tr S`.
+    ///
+    /// From differentiating `F = R S` and taking the antisymmetric part. The eigenvalues of `tr(S) I - S` are the sums
+    /// of two singular values; they are kept away from zero, so the derivative is always finite where `F` is.
+    #[inline(always)]
+    fn rotation<const E: usize>(f: &Mat<Self, E>) -> Mat<Self, E> {
+        let mut value: Mat<S, E> = Mat::zero();
+        for i in 0..E {
+            for j in 0..E {
+                value[i][j] = f[i][j].value;
+            }
+        }
+        let r = S::rotation(&value);
+        let inverse = spin_inverse(&r.transpose_mul(&value).symmetric());
+        let mut result: Mat<Self, E> = Mat::zero();
+        for i in 0..E {
+            for j in 0..E {
+                result[i][j] = Self::constant(r[i][j]);
+            }
+        }
+        for k in 0..D {
+            for l in 0..D {
+                let mut df: Mat<S, E> = Mat::zero();
+                for i in 0..E {
+                    for j in 0..E {
+                        df[i][j] = f[i][j].partial[k][l];
+                    }
+                }
+                let spin = cross(&inverse.mul_vec(&axial(&r.transpose_mul(&df))));
+                let dr = r * spin;
+                for i in 0..E {
+                    for j in 0..E {
+                        result[i][j].partial[k][l] = dr[i][j];
+                    }
+                }
+            }
+        }
+        result
+    }
+}
+
+/// `(tr(S) I - S)^-1`; in 2D `1 / tr S` in the first entry. Bounded by `1 / SMALLEST_SUM`.
+#[inline(always)]
+fn spin_inverse<S: Scalar, const D: usize>(stretch: &Mat<S, D>) -> Mat<S, D> {
+    let smallest = S::splat(SMALLEST_SUM);
+    let trace = stretch.trace();
+    if D == 2 {
+        return Mat::scalar(S::one() / S::select(trace.lt(smallest), smallest, trace));
+    }
+    let m = Mat::scalar(trace) - *stretch;
+    let c = m.cofactor();
+    let det = m.determinant_with(&c);
+    // tr(cof) / det is the sum of the reciprocal eigenvalues.
+    let floor = smallest.mul_add(c.trace(), S::splat(1e-290));
+    c.scale(S::one() / S::select(det.lt(floor), floor, det))
+}
+
+/// The axial vector of `A - A^T`: `w_0 = A_21 - A_12` and so on; in 2D its one component, first.
+#[inline(always)]
+fn axial<S: Scalar, const D: usize>(a: &Mat<S, D>) -> Vect<S, D> {
+    let mut w = [S::zero(); D];
+    if D == 2 {
+        w[0] = a[1][0] - a[0][1];
+    } else {
+        for i in 0..D {
+            let (p, q) = ((i + 1) % D, (i + 2) % D);
+            w[i] = a[q][p] - a[p][q];
+        }
+    }
+    w
+}
+
+/// The antisymmetric matrix with this axial vector, the inverse of taking it: `[w]_10 = w_0` in 2D, `w x` in 3D.
+#[inline(always)]
+fn cross<S: Scalar, const D: usize>(w: &Vect<S, D>) -> Mat<S, D> {
+    let mut m = Mat::zero();
+    if D == 2 {
+        m[1][0] = w[0];
+        m[0][1] = -w[0];
+    } else {
+        for i in 0..D {
+            let (p, q) = ((i + 1) % D, (i + 2) % D);
+            m[q][p] = w[i];
+            m[p][q] = -w[i];
+        }
+    }
+    m
+}

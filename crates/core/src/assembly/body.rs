@@ -1,0 +1,231 @@
+//! One body: its mesh, masses, pins, initial velocities, and the energies it adds.
+
+use std::path::Path;
+
+use super::{AssembledBody, initial};
+use crate::energy::EnergyTerm;
+use crate::energy::elastic::Elastic;
+use crate::energy::spring::Springs;
+use crate::material::{Autodiff, Material, MaterialVisitor};
+use crate::mesh::{Mesh, build, select};
+use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
+use crate::system::System;
+
+/// What a body contributes to a simulation.
+pub(super) struct Parts {
+    pub(super) assembled: AssembledBody,
+    /// Lumped mass of every vertex [kg].
+    pub(super) mass: Vec<f64>,
+    /// Pinned vertices, from 0 in the body, ascending.
+    pub(super) pinned: Vec<u32>,
+    /// Initial positions, flat [m].
+    pub(super) position: Vec<f64>,
+    /// Initial velocities, flat [m/s].
+    pub(super) velocity: Vec<f64>,
+    stiffness: Vec<f64>,
+    rest_length: Vec<f64>,
+}
+
+impl Parts {
+    pub(super) fn new(
+        spec: &Body,
+        path: &KeyPath,
+        index: usize,
+        dimension: usize,
+        base: &Path,
+        first_vertex: u32,
+    ) -> Result<Self, Vec<Problem>> {
+        let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
+        let mesh = build(&spec.mesh, dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        let mut problems = vec![];
+        if spec.elastic.is_some() && mesh.element_dimension() != dimension {
+            let (needs, what) =
+                if dimension == 2 { ("triangles", "a plane") } else { ("tetrahedra", "a solid") };
+            problems
+                .extend(one("elastic", format!("the mesh has no {needs}; finite elements need {what} mesh")));
+        }
+        let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
+        if spec.springs.is_some() && springs.is_empty() {
+            problems.extend(one("springs", "the mesh has no edges for springs".into()));
+        }
+        let (stiffness, rest_length) = spec.springs.as_ref().map_or_else(
+            || (vec![], vec![]),
+            |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
+        );
+        let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
+        let pinned = pinned(spec, &mesh, path, &mut problems);
+        let position =
+            initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
+        let velocity =
+            initial::velocities(spec.velocity.as_ref(), &mesh, &mass, &path.key("velocity"), &mut problems);
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let name = spec.name_or_default(index);
+        let assembled = AssembledBody { name, first_vertex, mesh, springs, elastic: spec.elastic.is_some() };
+        Ok(Parts { assembled, mass, pinned, position, velocity, stiffness, rest_length })
+    }
+
+    /// Its vertices in the simulation.
+    pub(super) fn vertices(&self) -> std::ops::Range<u32> {
+        self.assembled.first_vertex..self.assembled.first_vertex + self.mass.len() as u32
+    }
+
+    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system.
+    pub(super) fn add_terms<const D: usize, const N: usize>(
+        &self,
+        spec: &Body,
+        rest: &[f64],
+        system: &mut System,
+    ) {
+        let AssembledBody { name, first_vertex, mesh, springs, .. } = &self.assembled;
+        if let Some(material) = &spec.elastic {
+            let elements: Vec<[u32; N]> = if D == 2 {
+                mesh.triangles.iter().map(|t| globalised(t, *first_vertex)).collect()
+            } else {
+                mesh.tetrahedra.iter().map(|t| globalised(t, *first_vertex)).collect()
+            };
+            let maker = ElasticMaker::<N> { body: name, elements: &elements, rest, stress: spec.stress };
+            system.add_term(material.visit::<D, _>(maker));
+        }
+        if !springs.is_empty() {
+            let edges: Vec<[u32; 2]> = springs.iter().map(|e| globalised(e, *first_vertex)).collect();
+            let count = rest.len() / D;
+            system.add_term(Box::new(Springs::<D>::new(
+                name,
+                &edges,
+                &self.stiffness,
+                &self.rest_length,
+                count,
+            )));
+        }
+    }
+}
+
+fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u32; N] {
+    let mut global = [0; N];
+    for (g, v) in global.iter_mut().zip(cell) {
+        *g = first + v;
+    }
+    global
+}
+
+/// Makes the elastic term of whatever material is visited.
+struct ElasticMaker<'a, const N: usize> {
+    body: &'a str,
+    elements: &'a [[u32; N]],
+    rest: &'a [f64],
+    stress: Stress,
+}
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for ElasticMaker<'_, N> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<M: Material<D> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
+        match self.stress {
+            Stress::Analytic => {
+                Box::new(Elastic::<M, D, N>::new(self.body, material, self.elements, self.rest))
+            }
+            Stress::Autodiff => Box::new(Elastic::<Autodiff<M>, D, N>::new(
+                self.body,
+                Autodiff(material),
+                self.elements,
+                self.rest,
+            )),
+        }
+    }
+}
+
+/// One value per item; a list must have the right length.
+fn spread(
+    value: &OneOrMany,
+    count: usize,
+    what: &str,
+    path: KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<f64> {
+    match value {
+        OneOrMany::One(v) => vec![*v; count],
+        OneOrMany::Many(values) if values.len() == count => values.clone(),
+        OneOrMany::Many(values) => {
+            let message = format!("the list has {} numbers, the body has {count} {what}", values.len());
+            problems.push(Problem::semantic(path, message));
+            vec![1.0; count]
+        }
+    }
+}
+
+/// Stiffness `k` [N/m] and rest length [m] of every spring.
+fn spring_constants(
+    spec: &scene::Springs,
+    mesh: &Mesh,
+    springs: &[[u32; 2]],
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> (Vec<f64>, Vec<f64>) {
+    let rest = match &spec.rest_length {
+        Some(length) => spread(length, springs.len(), "springs", path.key("rest_length"), problems),
+        None => {
+            springs.iter().map(|&[a, b]| distance(mesh.point(a as usize), mesh.point(b as usize))).collect()
+        }
+    };
+    let stiffness = match (&spec.stiffness, spec.young) {
+        (Some(k), _) => spread(k, springs.len(), "springs", path.key("stiffness"), problems),
+        // k = Y l0, as the lecture's program has it (lecture 9).
+        (None, young) => rest.iter().map(|l0| young.unwrap_or(0.0) * l0).collect(),
+    };
+    (stiffness, rest)
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+/// Lumped mass of every vertex.
+fn masses(
+    spec: &MassSpec,
+    mesh: &Mesh,
+    springs: &[[u32; 2]],
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<f64> {
+    let n = mesh.vertex_count();
+    match spec {
+        MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
+        MassSpec::Total(total) => vec![total / n as f64; n],
+        MassSpec::Density(density) => {
+            let mut mass = mesh.lumped_measure();
+            if mesh.element_dimension() < 2 {
+                // Mass per length of the springs themselves.
+                mass = vec![0.0; n];
+                for &[a, b] in springs {
+                    let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
+                    mass[a as usize] += half;
+                    mass[b as usize] += half;
+                }
+            }
+            mass.iter_mut().for_each(|m| *m *= density);
+            if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
+                let message = format!(
+                    "vertex {vertex} belongs to no element and no spring: a density gives it no mass"
+                );
+                let help = "give `per_vertex` or `total` instead";
+                problems.push(Problem::semantic(path.key("density"), message).with_help(help));
+            }
+            mass
+        }
+    }
+}
+
+fn pinned(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<u32> {
+    let mut pinned = vec![];
+    for (i, selection) in spec.pin.iter().enumerate() {
+        match select(mesh, selection) {
+            Ok(vertices) => pinned.extend(vertices),
+            Err(error) => problems.push(Problem::semantic(path.key("pin").index(i), error.to_string())),
+        }
+    }
+    pinned.sort_unstable();
+    pinned.dedup();
+    pinned
+}

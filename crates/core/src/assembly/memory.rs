@@ -1,0 +1,70 @@
+//! Whether a scene fits into memory, before any of it is allocated.
+
+use crate::mesh::{MeshSize, predicted_size};
+use crate::scene::{KeyPath, Problem, Scene};
+
+/// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
+const BYTES_PER_ELEMENT: u64 = 250;
+/// Bytes per spring.
+const BYTES_PER_SPRING: u64 = 80;
+/// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
+const BYTES_PER_COORDINATE: u64 = 120;
+
+/// Refuses a scene that asks for more memory than there is.
+pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
+    let (mut total, mut problems) = (0u64, vec![]);
+    let mut vertices = 0u64;
+    for (i, body) in scene.body.iter().enumerate() {
+        let path = KeyPath::root().key("body").index(i).key("mesh");
+        match predicted_size(&body.mesh, scene.dimension, &scene.directory) {
+            Ok(size) => {
+                total = total.saturating_add(predicted_bytes(&size, scene.dimension));
+                vertices = vertices.saturating_add(size.vertices);
+            }
+            Err(error) => problems.push(Problem::semantic(path, error.to_string())),
+        }
+    }
+    if vertices > u64::from(u32::MAX) {
+        let message =
+            format!("the bodies together have {vertices} vertices; at most {} can be numbered", u32::MAX);
+        problems.push(Problem::semantic(KeyPath::root().key("body"), message));
+    }
+    if let Some(available) = available_bytes()
+        && total > available
+        && problems.is_empty()
+    {
+        let message = format!("the scene needs about {}, {} are available", human(total), human(available));
+        let help = "fewer cells, or a machine with more memory";
+        problems.push(Problem::semantic(KeyPath::root().key("body"), message).with_help(help));
+    }
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
+fn predicted_bytes(size: &MeshSize, dimension: usize) -> u64 {
+    let cells = if dimension == 3 && size.tetrahedra > 0 { size.tetrahedra } else { size.triangles };
+    size.bytes
+        .saturating_add(cells.saturating_mul(BYTES_PER_ELEMENT))
+        .saturating_add(size.edges.saturating_mul(BYTES_PER_SPRING))
+        .saturating_add(size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE))
+}
+
+/// Memory that the system could hand out now, where it says so (Linux).
+fn available_bytes() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+/// `3.2 GB`.
+pub(crate) fn human(bytes: u64) -> String {
+    let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
+    let mut value = bytes as f64;
+    let mut unit = 0;
+    while value >= 1000.0 && unit + 1 < units.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{bytes} B") } else { format!("{value:.3} {}", units[unit]) }
+}

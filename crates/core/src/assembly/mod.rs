@@ -1,0 +1,173 @@
+//! From a scene to a simulation: meshes are built, masses lumped, energies made, the step judged.
+//!
+//! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
+
+mod body;
+mod initial;
+mod memory;
+mod report;
+
+use std::path::Path;
+
+use crate::constraint::Wall;
+use crate::energy::gravity::UniformGravity;
+use crate::energy::nbody::NBody;
+use crate::mesh::Mesh;
+use crate::run::Plan;
+use crate::scene::{KeyPath, Problem, Scene};
+use crate::simulation::Simulation;
+use crate::state::State;
+use crate::system::System;
+
+pub use report::{BodyReport, Report};
+
+/// A simulation ready to run, and what it was made of.
+pub struct Assembly {
+    /// The stepper.
+    pub simulation: Simulation,
+    /// The bodies, in the order of the scene; their vertices follow one another.
+    pub bodies: Vec<AssembledBody>,
+    /// Counts, sizes, the stability limit, what was left out.
+    pub report: Report,
+}
+
+/// One body of an assembled scene.
+#[derive(Clone, Debug)]
+pub struct AssembledBody {
+    /// Its name.
+    pub name: String,
+    /// Its first vertex in the simulation.
+    pub first_vertex: u32,
+    /// Its mesh, indices from 0.
+    pub mesh: Mesh,
+    /// Its springs, indices from 0.
+    pub springs: Vec<[u32; 2]>,
+    /// Whether its cells are finite elements.
+    pub elastic: bool,
+}
+
+impl AssembledBody {
+    /// Whether it is a cloud of particles: neither elements nor springs.
+    pub fn is_particles(&self) -> bool {
+        !self.elastic && self.springs.is_empty()
+    }
+}
+
+/// Whether a scene whose step is above the stability limit is assembled all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnstableStep {
+    /// Refused, unless the scene says `allow_unstable`: for running.
+    Refuse,
+    /// Accepted: for looking at it.
+    Accept,
+}
+
+impl Scene {
+    /// Builds the simulation that this scene describes.
+    ///
+    /// # Errors
+    /// Every problem with a mesh, a selection or a mass; if there is none, a time step above the stability limit.
+    pub fn assemble(&self, unstable: UnstableStep) -> Result<Assembly, Vec<Problem>> {
+        match self.dimension {
+            2 => assemble::<2, 3>(self, unstable),
+            3 => assemble::<3, 4>(self, unstable),
+            d => Err(vec![Problem::semantic(
+                KeyPath::root().key("dimension"),
+                format!("dimension is {d}; it is 2 or 3"),
+            )]),
+        }
+    }
+
+    /// Duration and frame rate of this scene.
+    pub fn plan(&self) -> Plan {
+        Plan { duration: self.time.duration, rate: self.output.rate }
+    }
+}
+
+fn assemble<const D: usize, const N: usize>(
+    scene: &Scene,
+    unstable: UnstableStep,
+) -> Result<Assembly, Vec<Problem>> {
+    memory::check(scene)?;
+    let bodies = build_bodies(scene, &scene.directory)?;
+    let mass: Vec<f64> = bodies.iter().flat_map(|b| b.mass.iter().copied()).collect();
+    let rest: Vec<f64> = bodies.iter().flat_map(|b| b.assembled.mesh.points.iter().copied()).collect();
+    let position: Vec<f64> = bodies.iter().flat_map(|b| b.position.iter().copied()).collect();
+    let velocity: Vec<f64> = bodies.iter().flat_map(|b| b.velocity.iter().copied()).collect();
+
+    let mut system = System::new(D, mass);
+    if let Some(gravity) = &scene.world.gravity
+        && gravity.iter().any(|g| *g != 0.0)
+    {
+        system.add_term(Box::new(UniformGravity::new(gravity, system.mass())));
+    }
+    for (body, spec) in bodies.iter().zip(&scene.body) {
+        body.add_terms::<D, N>(spec, &rest, &mut system);
+        let first = body.assembled.first_vertex;
+        let pinned: Vec<u32> = body.pinned.iter().map(|v| first + v).collect();
+        system.pin(&pinned);
+    }
+    if let Some(nbody) = &scene.world.nbody {
+        let particles = bodies.iter().filter(|b| b.assembled.is_particles());
+        let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
+        let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
+        system.add_term(Box::new(NBody::<D>::new(vertices, mass, nbody.constant, nbody.softening)));
+    }
+    for wall in &scene.world.walls {
+        system.add_wall(Wall::new(&wall.normal, wall.offset));
+    }
+    system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
+
+    let state = State::new(position, velocity);
+    let simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
+    let stability = simulation.stability_limit(scene.time.duration);
+    if unstable == UnstableStep::Refuse && !scene.time.allow_unstable && scene.time.step > stability.step {
+        return Err(vec![unstable_step(scene, &stability)]);
+    }
+    let report = Report::new(scene, &simulation, &bodies, stability);
+    let bodies = bodies.into_iter().map(|b| b.assembled).collect();
+    Ok(Assembly { simulation, bodies, report })
+}
+
+fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {
+    let (mut bodies, mut problems, mut first_vertex) = (vec![], vec![], 0u32);
+    for (i, spec) in scene.body.iter().enumerate() {
+        let path = KeyPath::root().key("body").index(i);
+        match body::Parts::new(spec, &path, i, scene.dimension, base, first_vertex) {
+            Ok(body) => {
+                first_vertex += body.mass.len() as u32;
+                bodies.push(body);
+            }
+            Err(found) => problems.extend(found),
+        }
+    }
+    if problems.is_empty() { Ok(bodies) } else { Err(problems) }
+}
+
+fn unstable_step(scene: &Scene, stability: &crate::diagnostics::StabilityLimit) -> Problem {
+    let name = scene.time.integrator.method().documentation.name;
+    let (step, limit) = (scene.time.step, stability.step);
+    let path = KeyPath::root().key("time").key("step");
+    let message = if stability.grows_at_any_step {
+        format!(
+            "{name} gains energy at any step; with {step:e} s the fastest motion ({:.4e} rad/s) more than doubles in \
+             {} s",
+            stability.frequency, scene.time.duration
+        )
+    } else {
+        format!(
+            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s, allows at \
+             most {limit:.6e} s",
+            stability.frequency
+        )
+    };
+    // Two digits, rounded down, of a step a little below the limit.
+    let digits = 10f64.powf((0.98 * limit).log10().floor() - 1.0);
+    let advice = format!("use `step = {:e}`", ((0.98 * limit) / digits).floor() * digits);
+    let other = "or say `allow_unstable = true` in [time] to watch it blow up".to_string();
+    let mut problem = Problem::semantic(path, message).with_help(advice);
+    if stability.grows_at_any_step {
+        problem = problem.with_help("or a scheme that does not: symplectic-euler costs the same");
+    }
+    problem.with_help(other)
+}

@@ -1,0 +1,170 @@
+//! What `pliant check` prints: the assembled problem in numbers.
+
+use serde::Serialize;
+
+use super::body::Parts;
+use crate::diagnostics::StabilityLimit;
+use crate::lanes;
+use crate::mesh::Quality;
+use crate::scene::{Channel, Scene, Stress};
+use crate::simulation::Simulation;
+
+/// The assembled problem in numbers.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Report {
+    /// Title of the scene.
+    pub title: Option<String>,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Vertices of all bodies.
+    pub vertices: usize,
+    /// Coordinates that can move.
+    pub free_coordinates: usize,
+    /// Total mass [kg].
+    pub mass: f64,
+    /// Extent of all bodies along each axis [m].
+    pub size: Vec<f64>,
+    /// The bodies.
+    pub bodies: Vec<BodyReport>,
+    /// Bytes held while running.
+    pub bytes: usize,
+    /// Name of the scheme.
+    pub integrator: &'static str,
+    /// Time step [s].
+    pub step: f64,
+    /// Steps to the end of the run.
+    pub steps: u64,
+    /// Frames to be written.
+    pub frames: u64,
+    /// The largest stable step and the frequency it comes from.
+    pub stability: StabilityLimit,
+    /// Instruction set of the kernels.
+    pub instruction_set: &'static str,
+    /// What the scene uses: each entry is computed, held in memory or written.
+    pub uses: Vec<String>,
+    /// What it does not name, and what therefore costs nothing.
+    pub left_out: Vec<String>,
+}
+
+/// One body in numbers.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct BodyReport {
+    /// Its name.
+    pub name: String,
+    /// Vertices.
+    pub vertices: usize,
+    /// Finite elements.
+    pub elements: usize,
+    /// Springs.
+    pub springs: usize,
+    /// Pinned vertices.
+    pub pinned: usize,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Size and quality of the mesh.
+    pub quality: Quality,
+}
+
+impl Report {
+    pub(super) fn new(
+        scene: &Scene,
+        simulation: &Simulation,
+        bodies: &[Parts],
+        stability: StabilityLimit,
+    ) -> Self {
+        let system = simulation.system();
+        let d = system.dimension();
+        let free = system.inverse_mass().iter().filter(|w| **w > 0.0).count();
+        let plan = scene.plan();
+        let h = simulation.step_size();
+        let (uses, left_out) = uses(scene, bodies, simulation);
+        Report {
+            title: scene.title.clone(),
+            dimension: d,
+            vertices: system.mass().len(),
+            free_coordinates: free * d,
+            mass: system.mass().iter().sum(),
+            size: extent(simulation.state().x(), d),
+            bodies: bodies.iter().map(BodyReport::new).collect(),
+            bytes: simulation.bytes(),
+            integrator: simulation.method().documentation.name,
+            step: h,
+            steps: plan.steps(h),
+            frames: plan.frames(h),
+            stability,
+            instruction_set: lanes::level().name(),
+            uses,
+            left_out,
+        }
+    }
+}
+
+impl BodyReport {
+    fn new(body: &Parts) -> Self {
+        let mesh = &body.assembled.mesh;
+        let elements = if mesh.dimension == 2 { mesh.triangles.len() } else { mesh.tetrahedra.len() };
+        BodyReport {
+            name: body.assembled.name.clone(),
+            vertices: body.mass.len(),
+            elements: if body.assembled.elastic { elements } else { 0 },
+            springs: body.assembled.springs.len(),
+            pinned: body.pinned.len(),
+            mass: body.mass.iter().sum(),
+            quality: mesh.quality(),
+        }
+    }
+}
+
+fn extent(x: &[f64], d: usize) -> Vec<f64> {
+    let component = |c: usize| x.iter().skip(c).step_by(d).copied();
+    let range =
+        |c| component(c).fold(f64::NEG_INFINITY, f64::max) - component(c).fold(f64::INFINITY, f64::min);
+    (0..d).map(range).collect()
+}
+
+/// What is used and what is not, each in words.
+fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String>, Vec<String>) {
+    let (mut uses, mut left_out) = (vec![], vec![]);
+    let mut say = |used: bool, yes: String, no: &str| {
+        if used {
+            uses.push(yes);
+        } else {
+            left_out.push(no.to_owned());
+        }
+    };
+    let method = simulation.method().documentation;
+    say(true, format!("{}: {} force evaluation(s) a step", method.name, method.force_evaluations), "");
+    let of = |name: &str| simulation.system().terms().iter().any(|t| t.name().starts_with(name));
+    say(of("elements"), "finite elements".into(), "finite elements: no body is `elastic`");
+    let autodiff = scene.body.iter().any(|b| b.stress == Stress::Autodiff);
+    say(
+        autodiff,
+        "stress by automatic differentiation".into(),
+        "automatic differentiation: no body asks for it",
+    );
+    say(of("springs"), "springs".into(), "springs: no body has any");
+    say(of("uniform gravity"), "uniform gravity".into(), "uniform gravity: none given");
+    say(
+        of("mutual gravity"),
+        "mutual gravity of particles, every pair".into(),
+        "mutual gravity: no [world] nbody",
+    );
+    let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
+    say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
+    let walls = simulation.system().walls().len();
+    say(walls > 0, format!("{walls} wall(s)"), "walls: none, and no test for crossing them");
+    let drag = simulation.system().ether_drag();
+    say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
+    let channel = |c: Channel| scene.output.channels.contains(&c);
+    say(channel(Channel::State), "output /state".into(), "output /state: not written");
+    say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");
+    say(
+        channel(Channel::Energy),
+        "output /energy: energies and momenta at every frame".into(),
+        "output /energy: energies are looked at every 128 steps only, to catch a blow-up",
+    );
+    say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
+    (uses, left_out)
+}

@@ -1,0 +1,73 @@
+//! A rigid half-space.
+
+/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that has crossed is
+/// put back on the plane and its velocity into the wall is zeroed. Inelastic, without friction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wall {
+    normal: Vec<f64>,
+    offset: f64,
+}
+
+impl Wall {
+    /// The half-space `normal . x >= offset`; `normal` is scaled to unit length, `offset` [m] is along that unit normal.
+    ///
+    /// # Panics
+    /// If the normal is zero; scenes are checked before.
+    pub fn new(normal: &[f64], offset: f64) -> Self {
+        let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
+        assert!(length > 0.0, "a wall has a direction");
+        Wall { normal: normal.iter().map(|c| c / length).collect(), offset }
+    }
+
+    /// Unit normal, out of the wall.
+    pub fn normal(&self) -> &[f64] {
+        &self.normal
+    }
+
+    /// Distance of the plane from the origin along the normal [m].
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Puts vertices back, pinned ones (zero inverse mass) excepted. Returns whether any position changed.
+    pub fn apply(&self, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
+        let d = self.normal.len();
+        let mut moved = false;
+        for ((x, v), w) in x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d)).zip(inverse_mass) {
+            let depth = self.offset - dot(&self.normal, x);
+            if depth <= 0.0 || *w == 0.0 {
+                continue;
+            }
+            moved = true;
+            let into = dot(&self.normal, v).min(0.0);
+            for ((x, v), n) in x.iter_mut().zip(v).zip(&self.normal) {
+                *x += depth * n;
+                *v -= into * n;
+            }
+        }
+        moved
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // lecture 21
+    #[test]
+    fn a_vertex_that_crossed_is_put_back_and_keeps_its_tangential_velocity() {
+        let wall = Wall::new(&[2.0, 0.0], 0.1);
+        let (mut x, mut v) = (vec![0.05, 0.7, 0.2, 0.7, 0.0, 0.0], vec![-3.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
+        assert!(wall.apply(&[1.0, 1.0, 0.0], &mut x, &mut v));
+        assert_eq!(x, [0.1, 0.7, 0.2, 0.7, 0.0, 0.0]);
+        assert_eq!(v, [0.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
+        let mut leaving = vec![3.0, 0.0];
+        assert!(wall.apply(&[1.0], &mut [0.0, 0.0], &mut leaving));
+        assert_eq!(leaving, [3.0, 0.0]);
+        assert!(!wall.apply(&[1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0]));
+    }
+}

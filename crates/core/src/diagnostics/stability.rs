@@ -1,0 +1,159 @@
+//! How large a time step may be: the highest natural frequency of the assembled system, and what a scheme does to it.
+
+use nalgebra::DMatrix;
+
+use crate::integrator::{Method, amplification};
+use crate::system::System;
+
+/// Lanczos stops here; a few dozen steps are enough unless the top of the spectrum is very crowded.
+const MAX_LANCZOS_STEPS: usize = 300;
+/// Relative accuracy asked of the largest eigenvalue.
+const EIGENVALUE_TOLERANCE: f64 = 1e-12;
+
+/// The upper end of the spectrum of `K u = omega^2 M u`, `K` the Hessian of the energy.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Spectrum {
+    /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
+    pub frequency: f64,
+    /// Estimate of its relative error, from the residual of the eigenpair.
+    pub relative_error: f64,
+    /// Products with the Hessian that it took.
+    pub products: usize,
+}
+
+/// The largest natural frequency of `system` linearised at `x`, by Lanczos iteration on `M^-1/2 K M^-1/2` with products
+/// only; pinned vertices do not take part. Golub, Van Loan 2013, *Matrix Computations*, algorithm 10.1.1.
+///
+/// The basis is not kept: lost orthogonality repeats eigenvalues that have converged, and does not move the largest.
+/// The start vector is fixed, so that the result is the same everywhere.
+pub fn largest_frequency(system: &System, x: &[f64]) -> Spectrum {
+    let d = system.dimension();
+    let scale: Vec<f64> = (0..x.len()).map(|i| system.inverse_mass()[i / d].sqrt()).collect();
+    let mut q: Vec<f64> =
+        (0..x.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
+    let length = norm(&q);
+    let none = Spectrum { frequency: 0.0, relative_error: 0.0, products: 0 };
+    if length == 0.0 {
+        return none;
+    }
+    q.iter_mut().for_each(|q| *q /= length);
+    let mut previous = vec![0.0; q.len()];
+    let (mut scaled, mut w) = (q.clone(), q.clone());
+    let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
+    let (mut eigenvalue, mut error) = (0.0, f64::INFINITY);
+    for step in 0..MAX_LANCZOS_STEPS {
+        for i in 0..q.len() {
+            scaled[i] = scale[i] * q[i];
+        }
+        system.hessian_product(x, &scaled, &mut w);
+        for i in 0..q.len() {
+            w[i] *= scale[i];
+        }
+        let a: f64 = dot(&q, &w);
+        alpha.push(a);
+        let last = beta.last().copied().unwrap_or(0.0);
+        for i in 0..q.len() {
+            w[i] -= a * q[i] + last * previous[i];
+        }
+        let b = norm(&w);
+        let check = step % 5 == 4 || step + 1 == MAX_LANCZOS_STEPS;
+        let exhausted = b <= f64::EPSILON * alpha.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+        if check || exhausted {
+            (eigenvalue, error) = largest_ritz_value(&alpha, &beta, b);
+            if exhausted || error <= EIGENVALUE_TOLERANCE * eigenvalue.abs() {
+                break;
+            }
+        }
+        beta.push(b);
+        for i in 0..q.len() {
+            (previous[i], q[i]) = (q[i], w[i] / b);
+        }
+    }
+    if eigenvalue.is_nan() || eigenvalue <= 0.0 {
+        return Spectrum { products: alpha.len(), ..none };
+    }
+    Spectrum { frequency: eigenvalue.sqrt(), relative_error: 0.5 * error / eigenvalue, products: alpha.len() }
+}
+
+/// Largest eigenvalue of the tridiagonal matrix and the residual of its eigenvector.
+fn largest_ritz_value(alpha: &[f64], beta: &[f64], next_beta: f64) -> (f64, f64) {
+    let n = alpha.len();
+    let mut t = DMatrix::<f64>::zeros(n, n);
+    for i in 0..n {
+        t[(i, i)] = alpha[i];
+        if i + 1 < n {
+            t[(i, i + 1)] = beta[i];
+            t[(i + 1, i)] = beta[i];
+        }
+    }
+    let eigen = t.symmetric_eigen();
+    let top = (0..n).fold(0, |top, i| if eigen.eigenvalues[i] > eigen.eigenvalues[top] { i } else { top });
+    (eigen.eigenvalues[top], (next_beta * eigen.eigenvectors[(n - 1, top)]).abs())
+}
+
+/// Component `i` of the start vector: equidistributed in (-1, 1), with no symmetry that a mesh could share.
+fn start_component(i: usize) -> f64 {
+    2.0 * (0.5 + (i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The largest step that a scheme may take.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct StabilityLimit {
+    /// Largest natural frequency at the start [rad/s].
+    pub frequency: f64,
+    /// Largest stable step [s]; infinite where nothing oscillates.
+    pub step: f64,
+    /// True for schemes that gain energy at any step: `step` is then the one at which the fastest mode's amplitude doubles
+    /// over the duration of the run.
+    pub grows_at_any_step: bool,
+}
+
+/// The largest step at which `method` does not amplify a mode of angular frequency `frequency` [rad/s] under ether drag
+/// `ether_drag` [1/s], found by running the scheme on that oscillator.
+pub fn stability_limit(method: &Method, frequency: f64, ether_drag: f64, duration: f64) -> StabilityLimit {
+    let limit = |step, grows_at_any_step| StabilityLimit { frequency, step, grows_at_any_step };
+    if frequency == 0.0 {
+        return limit(f64::INFINITY, false);
+    }
+    let radius = |h: f64| amplification(method, h * frequency, ether_drag * h).spectral_radius();
+    // Rounding leaves the radius of a neutral mode within a few units of one.
+    let bounded = |h: f64| radius(h) <= 1.0 + 1e-13;
+    let smallest = 1e-4 / frequency;
+    if bounded(smallest) {
+        return limit(last_true(smallest, bounded), false);
+    }
+    let doubles_later = |h: f64| radius(h).ln() * (duration / h) <= std::f64::consts::LN_2;
+    let mut start = smallest;
+    while !doubles_later(start) && start > f64::MIN_POSITIVE {
+        start *= 0.5;
+    }
+    limit(last_true(start, doubles_later), true)
+}
+
+/// The end of the interval around `start` in which `holds` is true.
+fn last_true(start: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (start, start);
+    while holds(high) {
+        low = high;
+        high *= 1.1;
+        if !high.is_finite() {
+            return f64::INFINITY;
+        }
+    }
+    while high - low > 1e-15 * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    low
+}

@@ -1,0 +1,108 @@
+//! The linear simplex: triangle in 2D, tetrahedron in 3D.
+//!
+//! With `D_s = [x_1 - x_0, ..., x_D - x_0]` and `D_m` the same at rest, `F = D_s D_m^-1` is constant in the element; its
+//! energy is `w Psi(F)`, `w` the rest area or volume, and with `H = w P D_m^-T` the gradient at vertex `a + 1` is column
+//! `a` of `H`, at vertex 0 minus their sum (lecture 18 and 19; Sifakis, Barbic 2012, *FEM Simulation of 3D Deformable
+//! Solids*, section 4.1, with the reference vertex first instead of last).
+
+use crate::algebra::Mat;
+use crate::lanes::{Lanes, WIDTH};
+use crate::scalar::Scalar;
+
+/// Rest data of `WIDTH` simplices, laid out for vector loads.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct SimplexPack<const D: usize> {
+    /// `D_m^-1`, `inverse_rest[row][column][lane]` [1/m].
+    inverse_rest: [[[f64; WIDTH]; D]; D],
+    /// Rest area [m^2] or volume [m^3]; zero in lanes without an element of their own.
+    weight: [f64; WIDTH],
+}
+
+/// `D_m^-1` and the signed rest area or volume of the simplex with these vertices.
+pub fn simplex_rest<const D: usize, const N: usize>(points: &[[f64; D]; N]) -> (Mat<f64, D>, f64) {
+    let rest = edge_matrix(points);
+    let factorial = if D == 2 { 2.0 } else { 6.0 };
+    (rest.inverse(), rest.determinant() / factorial)
+}
+
+/// `[x_1 - x_0, ..., x_D - x_0]` in columns.
+#[inline(always)]
+pub(crate) fn edge_matrix<S: Scalar, const D: usize, const N: usize>(x: &[[S; D]; N]) -> Mat<S, D> {
+    let mut m = Mat::zero();
+    for i in 0..D {
+        for a in 0..D {
+            m[i][a] = x[a + 1][i] - x[0][i];
+        }
+    }
+    m
+}
+
+/// The gradients at the vertices, given `H = w P D_m^-T`.
+#[inline(always)]
+pub(crate) fn vertex_gradients<S: Scalar, const D: usize, const N: usize>(h: &Mat<S, D>) -> [[S; D]; N] {
+    let mut g = [[S::zero(); D]; N];
+    for i in 0..D {
+        let mut sum = h[i][0];
+        for a in 1..D {
+            sum += h[i][a];
+        }
+        g[0][i] = -sum;
+        for a in 0..D {
+            g[a + 1][i] = h[i][a];
+        }
+    }
+    g
+}
+
+impl<const D: usize> SimplexPack<D> {
+    /// A pack of empty lanes.
+    pub fn new() -> Self {
+        SimplexPack { inverse_rest: [[[0.0; WIDTH]; D]; D], weight: [0.0; WIDTH] }
+    }
+
+    /// Sets the element of one lane; zero `weight` for a lane that only fills up.
+    pub fn set(&mut self, lane: usize, inverse_rest: &Mat<f64, D>, weight: f64) {
+        for i in 0..D {
+            for j in 0..D {
+                self.inverse_rest[i][j][lane] = inverse_rest[i][j];
+            }
+        }
+        self.weight[lane] = weight;
+    }
+
+    /// `D_m^-1` of every lane.
+    #[inline(always)]
+    pub fn inverse_rest<L: Lanes>(&self) -> Mat<L, D> {
+        let mut m = Mat::zero();
+        for i in 0..D {
+            for j in 0..D {
+                m[i][j] = L::load(&self.inverse_rest[i][j]);
+            }
+        }
+        m
+    }
+
+    /// Rest area or volume of every lane.
+    #[inline(always)]
+    pub fn weight<L: Lanes>(&self) -> L {
+        L::load(&self.weight)
+    }
+
+    /// `D_m^-1` and weight of one lane.
+    pub fn lane(&self, lane: usize) -> (Mat<f64, D>, f64) {
+        let mut m = Mat::zero();
+        for i in 0..D {
+            for j in 0..D {
+                m[i][j] = self.inverse_rest[i][j][lane];
+            }
+        }
+        (m, self.weight[lane])
+    }
+}
+
+impl<const D: usize> Default for SimplexPack<D> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

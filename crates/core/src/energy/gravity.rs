@@ -1,0 +1,64 @@
+//! Uniform gravity.
+
+use super::{EnergyKind, EnergyTerm, Fault};
+
+/// `E = -sum_i m_i g . x_i`, zero at the origin.
+#[derive(Clone, Debug)]
+pub struct UniformGravity {
+    /// Acceleration [m/s^2], one component per dimension.
+    acceleration: Vec<f64>,
+    /// `-m_i` of every vertex [kg]; gravity pulls at pinned vertices too, the pin carries it.
+    negative_mass: Vec<f64>,
+}
+
+impl UniformGravity {
+    /// Gravity `acceleration` [m/s^2] on vertices of these masses [kg].
+    pub fn new(acceleration: &[f64], mass: &[f64]) -> Self {
+        UniformGravity {
+            acceleration: acceleration.to_vec(),
+            negative_mass: mass.iter().map(|m| -m).collect(),
+        }
+    }
+}
+
+impl EnergyTerm for UniformGravity {
+    fn name(&self) -> String {
+        "uniform gravity".into()
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Gravitational
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let rows = x.chunks_exact(self.acceleration.len());
+        rows.zip(&self.negative_mass)
+            .map(|(x, m)| m * x.iter().zip(&self.acceleration).map(|(x, g)| x * g).sum::<f64>())
+            .sum()
+    }
+
+    /// `M |g| L`, `L` the diagonal of the bounding box: the origin of the potential is arbitrary.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let mass: f64 = self.negative_mass.iter().map(|m| -m).sum();
+        mass * g * crate::state::diagonal(x, self.acceleration.len())
+    }
+
+    fn add_gradient(&mut self, _x: &[f64], g: &mut [f64]) {
+        for (g, m) in g.chunks_exact_mut(self.acceleration.len()).zip(&self.negative_mass) {
+            for (g, a) in g.iter_mut().zip(&self.acceleration) {
+                *g += m * a;
+            }
+        }
+    }
+
+    fn add_hessian_product(&self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
+
+    fn fault(&self, _x: &[f64]) -> Option<Fault> {
+        None
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.negative_mass[..])
+    }
+}

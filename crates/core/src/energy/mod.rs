@@ -1,0 +1,117 @@
+//! Additive potentials: the energy of a system is a sum of these terms, and everything else follows from it.
+
+pub mod elastic;
+pub mod gravity;
+pub mod nbody;
+pub mod patch;
+pub mod spring;
+
+/// Which sum of the diagnostics an energy belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EnergyKind {
+    /// Stored by deformation: elements, springs.
+    Elastic,
+    /// Potential energy in a gravitational field, uniform or mutual.
+    Gravitational,
+}
+
+/// What keeps a configuration from having a finite energy or force.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fault {
+    /// An element left the domain of its material, or its stress is not finite.
+    Element {
+        /// Name of the body.
+        body: String,
+        /// Index of the element in the body.
+        element: usize,
+        /// `det F` there.
+        j: f64,
+    },
+    /// A spring's force is not finite.
+    Spring {
+        /// Name of the body.
+        body: String,
+        /// Index of the spring in the body.
+        spring: usize,
+        /// Its length [m].
+        length: f64,
+    },
+    /// Two gravitating bodies at the same place without softening.
+    Pair {
+        /// Index of the first vertex.
+        first: usize,
+        /// Index of the second vertex.
+        second: usize,
+    },
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fault::Element { body, element, j } => write!(f, "element {element} of `{body}` has J = {j:.6e}"),
+            Fault::Spring { body, spring, length } => {
+                write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
+            }
+            Fault::Pair { first, second } => {
+                write!(f, "vertices {first} and {second} attract each other from the same place")
+            }
+        }
+    }
+}
+
+/// Extremes of the deformation over the elements of one term.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeformationExtremes {
+    /// Smallest `det F`.
+    pub min_j: f64,
+    /// Number of elements with `det F <= 0`.
+    pub inverted: u64,
+}
+
+impl DeformationExtremes {
+    /// The extremes over both sets of elements.
+    pub fn merge(self, other: Self) -> Self {
+        DeformationExtremes {
+            min_j: if self.min_j < other.min_j { self.min_j } else { other.min_j },
+            inverted: self.inverted + other.inverted,
+        }
+    }
+}
+
+/// One additive potential `E(x)`.
+///
+/// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own business. It
+/// takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated in a step.
+pub trait EnergyTerm: Send + Sync {
+    /// Name for reports, e.g. `corotated elements of beam`.
+    fn name(&self) -> String;
+
+    /// Which sum of the diagnostics this belongs to.
+    fn kind(&self) -> EnergyKind;
+
+    /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. The same bits for any number of threads.
+    fn energy(&mut self, x: &[f64]) -> f64;
+
+    /// How much energy this term can be expected to turn over from `x` on [J]: what a change of the total is compared with.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        self.energy(x).abs()
+    }
+
+    /// Adds `dE/dx` [N] to `g`. The same bits for any number of threads.
+    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]);
+
+    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`.
+    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]);
+
+    /// The first place where `x` has no finite energy or force; called only after something went wrong.
+    fn fault(&self, x: &[f64]) -> Option<Fault>;
+
+    /// Extremes of `det F`; `None` for terms without elements.
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let _ = x;
+        None
+    }
+
+    /// Bytes held, for the memory report.
+    fn bytes(&self) -> usize;
+}

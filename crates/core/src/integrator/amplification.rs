@@ -1,0 +1,70 @@
+//! What a scheme does to the oscillator, measured by running it.
+
+use super::Method;
+use crate::energy::{EnergyKind, EnergyTerm, Fault};
+use crate::state::State;
+use crate::system::System;
+
+/// The matrix that one step applies to `(x, v / omega)` of the oscillator `x'' = -omega^2 x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Amplification(pub [[f64; 2]; 2]);
+
+impl Amplification {
+    /// Largest modulus of an eigenvalue.
+    pub fn spectral_radius(&self) -> f64 {
+        let [[a, b], [c, d]] = self.0;
+        let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
+        // ((a - d)/2)^2 + b c is half_trace^2 - determinant without its cancellation.
+        let discriminant = 0.25 * (a - d) * (a - d) + b * c;
+        if discriminant < 0.0 { determinant.abs().sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+    }
+}
+
+/// Runs one step of `method` with `z = h omega` from both unit vectors; velocities decay by `exp(-decay / 2)` before and
+/// after, which is what ether drag `c = decay / h` does.
+pub fn amplification(method: &Method, z: f64, decay: f64) -> Amplification {
+    let half_decay = (-0.5 * decay).exp();
+    let mut columns = [[0.0; 2]; 2];
+    for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
+        let mut system = System::new(1, vec![1.0]);
+        system.add_term(Box::new(Oscillator));
+        let mut state = State::new(vec![start[0]], vec![start[1] * half_decay]);
+        // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large anyway.
+        *column = match method.build(1).step(&mut system, &mut state, z) {
+            Ok(()) => [state.x()[0], state.v()[0] * half_decay],
+            Err(_) => [f64::INFINITY; 2],
+        };
+    }
+    Amplification([[columns[0][0], columns[1][0]], [columns[0][1], columns[1][1]]])
+}
+
+/// `E = 1/2 |x|^2`.
+struct Oscillator;
+
+impl EnergyTerm for Oscillator {
+    fn name(&self) -> String {
+        "oscillator".into()
+    }
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        0.5 * x.iter().map(|x| x * x).sum::<f64>()
+    }
+    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        for (g, x) in g.iter_mut().zip(x) {
+            *g += x;
+        }
+    }
+    fn add_hessian_product(&self, _x: &[f64], p: &[f64], y: &mut [f64]) {
+        for (y, p) in y.iter_mut().zip(p) {
+            *y += p;
+        }
+    }
+    fn fault(&self, _x: &[f64]) -> Option<Fault> {
+        None
+    }
+    fn bytes(&self) -> usize {
+        0
+    }
+}

@@ -1,0 +1,21 @@
+//! Forward Euler (lecture 4).
+//!
+//! `x+ = x + h v`, `v+ = v + h M^-1 f(x)`. On the oscillator `|R(iz)|^2 = 1 + z^2`: it gains energy at every step, however
+//! small. Kept to be compared against.
+use super::runge_kutta::Tableau;
+use super::{Documentation, Method, Scheme};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "forward-euler",
+        summary: "Forward Euler: fast, gains energy at every step; to compare against",
+        order: 1,
+        force_evaluations: 1,
+        stability_limit: 0.0,
+        symplectic: false,
+        conserves: "nothing else",
+        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, eq. I.7.3",
+    },
+    scheme: Scheme::RungeKutta(Tableau { a: &[&[]], b: &[1.0] }),
+};

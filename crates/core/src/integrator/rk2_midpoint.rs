@@ -1,0 +1,20 @@
+//! Runge-Kutta of order 2, the explicit midpoint rule.
+//!
+//! On the oscillator `|R(iz)|^2 = 1 + z^4/4`: it gains energy at every step, slowly.
+use super::runge_kutta::Tableau;
+use super::{Documentation, Method, Scheme};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "rk2-midpoint",
+        summary: "Explicit midpoint rule: second order, gains energy slowly at every step",
+        order: 2,
+        force_evaluations: 2,
+        stability_limit: 0.0,
+        symplectic: false,
+        conserves: "nothing else",
+        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, eq. II.1.4",
+    },
+    scheme: Scheme::RungeKutta(Tableau { a: &[&[], &[0.5]], b: &[0.0, 1.0] }),
+};

@@ -1,0 +1,164 @@
+//! The choice of the instruction set, made once, at run time.
+
+#![allow(unsafe_code)]
+
+use std::sync::OnceLock;
+
+use super::{Lanes, Portable};
+#[cfg(target_arch = "x86_64")]
+use super::{avx2::Avx2, avx512::Avx512};
+
+/// A computation over packs, with its arguments as fields.
+pub trait Kernel {
+    /// What it gives.
+    type Output;
+    /// The computation. Mark the implementation `#[inline(always)]`, see the rules in [`crate::lanes`].
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+/// An instruction set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Level {
+    /// Plain code.
+    Portable,
+    /// AVX2 and FMA: two registers of four numbers.
+    Avx2,
+    /// AVX-512 F, DQ and VL: one register of eight numbers.
+    Avx512,
+}
+
+impl Level {
+    /// All levels, from the slowest to the fastest.
+    pub const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
+
+    /// The name that `PLIANT_SIMD` accepts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Portable => "portable",
+            Level::Avx2 => "avx2",
+            Level::Avx512 => "avx512",
+        }
+    }
+
+    /// Whether this processor has the instructions.
+    #[cfg(target_arch = "x86_64")]
+    pub fn is_available(self) -> bool {
+        let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        match self {
+            Level::Portable => true,
+            Level::Avx2 => avx2,
+            Level::Avx512 => {
+                avx2 && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+            }
+        }
+    }
+
+    /// Whether this processor has the instructions.
+    #[cfg(not(target_arch = "x86_64"))]
+    pub fn is_available(self) -> bool {
+        self == Level::Portable
+    }
+
+    /// The best available level.
+    pub fn best() -> Level {
+        let mut best = Level::Portable;
+        for level in Level::ALL {
+            if level.is_available() {
+                best = level;
+            }
+        }
+        best
+    }
+}
+
+/// The level that [`dispatch`] uses.
+///
+/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `avx2` or `avx512`
+/// when this is first called. A name that is unknown, or a level that the processor lacks, is ignored: results do not
+/// depend on the level, and what was chosen can be read here.
+pub fn level() -> Level {
+    static LEVEL: OnceLock<Level> = OnceLock::new();
+    *LEVEL.get_or_init(|| choose(std::env::var("PLIANT_SIMD").ok().as_deref()))
+}
+
+/// The level for this value of `PLIANT_SIMD`.
+fn choose(request: Option<&str>) -> Level {
+    for level in Level::ALL {
+        if request == Some(level.name()) && level.is_available() {
+            return level;
+        }
+    }
+    Level::best()
+}
+
+/// Runs a kernel on the best instruction set, see [`level`].
+#[inline]
+pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+    dispatch_at(level(), kernel)
+}
+
+/// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    match level {
+        // SAFETY: the processor has the features that the wrapper enables.
+        Level::Avx512 if level.is_available() => unsafe { run_avx512(kernel) },
+        // SAFETY: as above.
+        Level::Avx2 if level.is_available() => unsafe { run_avx2(kernel) },
+        // SAFETY: as above.
+        _ if is_x86_feature_detected!("fma") => unsafe { run_portable_with_fma(kernel) },
+        _ => kernel.run::<Portable>(),
+    }
+}
+
+/// Runs a kernel in plain code, the only level of this processor.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+pub fn dispatch_at<K: Kernel>(_level: Level, kernel: K) -> K::Output {
+    kernel.run::<Portable>()
+}
+
+/// # Safety
+/// The processor must have the features enabled here.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+unsafe fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx512>()
+}
+
+/// # Safety
+/// The processor must have the features enabled here.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx2>()
+}
+
+/// Plain code in which `mul_add` is an instruction instead of a call of the C library.
+///
+/// # Safety
+/// The processor must have the features enabled here.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "fma")]
+unsafe fn run_portable_with_fma<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Portable>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_is_honoured_where_possible_and_ignored_otherwise() {
+        assert_eq!(choose(None), Level::best());
+        assert_eq!(choose(Some("portable")), Level::Portable);
+        assert_eq!(choose(Some("quantum")), Level::best());
+        for level in Level::ALL {
+            let expected = if level.is_available() { level } else { Level::best() };
+            assert_eq!(choose(Some(level.name())), expected);
+        }
+    }
+}

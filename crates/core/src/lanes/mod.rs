@@ -1,0 +1,95 @@
+//! Packs of eight numbers in vector registers, and the choice of the instruction set at run time.
+//!
+//! A kernel is written once, over [`Lanes`], and handed to [`dispatch`], which runs it on the best instruction set
+//! that the processor has: AVX-512, AVX2 with FMA, or plain code. The pack is eight wide on every path, every
+//! operation rounds as IEEE 754 says, and sums have a written order, so all three give the same bits and data laid
+//! out for one suits the others.
+//!
+//! # Rules for kernels
+//! - Everything between [`Kernel::run`] and the operations of [`Lanes`] is `#[inline(always)]`: only code that is
+//!   inlined into the wrapper of [`dispatch`] is compiled for its instruction set.
+//! - No closures, `array::from_fn` or `map` around lane operations. A closure that the compiler declines to inline
+//!   turns every operation in it into a call: correct, three times slower, and silent
+//!   (`tests/tools/check_inlining.sh` finds them).
+//! - Threads go outside: dispatch inside the task, not around it, for the same reason.
+//!
+//! # Safety
+//! Only this module contains `unsafe` code. The register types are private: safe code meets them only as the type
+//! parameter of [`Kernel::run`], that is, after the processor was found to have the instructions.
+
+use crate::scalar::Real;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod dispatch;
+mod elementary;
+mod operators;
+mod pair;
+mod portable;
+mod rows;
+
+pub use dispatch::{Kernel, Level, dispatch, dispatch_at, level};
+pub use elementary::{exp, ln, powf};
+pub use pair::Pair;
+pub use portable::{Portable, PortableMask};
+pub use rows::Rows;
+
+/// Lanes in a pack, on every instruction set.
+pub const WIDTH: usize = 8;
+
+/// Eight numbers, side by side.
+pub trait Lanes: Real {
+    /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
+    fn load(a: &[f64; WIDTH]) -> Self;
+    /// Overwrites `a`.
+    fn store(self, a: &mut [f64; WIDTH]);
+    /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
+    ///
+    /// Indices wrap at [`Rows::CAPACITY`].
+    fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D];
+    /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
+    ///
+    /// Indices wrap at [`Rows::CAPACITY`].
+    fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]);
+    /// Bit `l` of the result is lane `l` of the mask.
+    fn mask_to_bits(mask: Self::Mask) -> u8;
+    /// Lane `l` of the result is bit `l` of `bits`.
+    fn mask_from_bits(bits: u8) -> Self::Mask;
+
+    /// The lanes as an array.
+    #[inline(always)]
+    fn to_array(self) -> [f64; WIDTH] {
+        let mut a = [0.0; WIDTH];
+        self.store(&mut a);
+        a
+    }
+    /// The sum of all lanes, `((0+4)+(2+6)) + ((1+5)+(3+7))` on every instruction set.
+    #[inline(always)]
+    fn horizontal_sum(self) -> f64 {
+        let a = self.to_array();
+        ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+    }
+    /// The smallest lane; NaN if any lane is NaN.
+    #[inline(always)]
+    fn horizontal_min(self) -> f64 {
+        -(-self).horizontal_max()
+    }
+    /// The largest lane; NaN if any lane is NaN.
+    #[inline(always)]
+    fn horizontal_max(self) -> f64 {
+        let a = self.to_array();
+        let mut m = a[0];
+        for x in a {
+            // `x != x`: a NaN enters and then stays, because nothing compares greater than it.
+            if x > m || x.is_nan() {
+                m = x;
+            }
+        }
+        m
+    }
+}
+
+#[cfg(test)]
+mod tests;

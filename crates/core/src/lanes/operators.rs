@@ -1,0 +1,42 @@
+//! What the operators of all packs have in common.
+
+/// `+=`, `-=` and `*=` by way of `+`, `-` and `*`.
+macro_rules! assigning_operators {
+    ($pack:ty $(, $scalar:ident: $bound:path)?) => {
+        impl $(<$scalar: $bound>)? std::ops::AddAssign for $pack {
+            #[inline(always)]
+            fn add_assign(&mut self, o: Self) {
+                *self = *self + o;
+            }
+        }
+        impl $(<$scalar: $bound>)? std::ops::SubAssign for $pack {
+            #[inline(always)]
+            fn sub_assign(&mut self, o: Self) {
+                *self = *self - o;
+            }
+        }
+        impl $(<$scalar: $bound>)? std::ops::MulAssign for $pack {
+            #[inline(always)]
+            fn mul_assign(&mut self, o: Self) {
+                *self = *self * o;
+            }
+        }
+    };
+}
+
+/// Evaluates intrinsics that neither read nor write memory.
+#[cfg(target_arch = "x86_64")]
+macro_rules! register {
+    ($e:expr) => {
+        // SAFETY: intrinsics on registers need nothing but the instructions. The register types are private to
+        // `lanes`, and their methods are reached only through the wrappers of `dispatch`, which are entered only
+        // after the processor was found to have the instructions.
+        unsafe {
+            $e
+        }
+    };
+}
+
+pub(super) use assigning_operators;
+#[cfg(target_arch = "x86_64")]
+pub(super) use register;

@@ -1,0 +1,75 @@
+use super::spectrum::{Derivatives, Spectrum};
+use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
+use crate::algebra::{Mat, signed_svd};
+use crate::scalar::Scalar;
+
+/// Compressible neo-Hookean elasticity with a logarithmic barrier.
+///
+/// With `I_C = F : F` and `J = det F`:
+///
+/// ```text
+/// psi = mu/2 (I_C - d) - mu ln J + lambda/2 (ln J)^2        [J/m^3]
+/// P   = mu F + (lambda ln J - mu) F^-T                      [Pa]
+/// ```
+///
+/// Only for `J > 0`: `psi = +inf` where `J <= 0` (below the smallest normal number, to be exact), and `P` is then not
+/// finite. The barrier is weak: `psi` grows like `(ln J)^2` only.
+///
+/// Bonet and Wood, "Nonlinear continuum mechanics for finite element analysis", 2nd edition, 2008.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NeoHookean {
+    lame: Lame,
+}
+
+impl Model for NeoHookean {
+    type Parameters = Isotropic;
+    const ABOUT: About = About {
+        summary: "Neo-Hookean with ln J: rubber-like, forbids inversion.",
+        formula: "mu/2 (I_C - d) - mu ln J + lambda/2 (ln J)^2, I_C = F:F, J = det F",
+        source: "Bonet and Wood 2008",
+        domain: Domain::PositiveJ,
+        frame_indifferent: true,
+        has_rest_shape: true,
+    };
+    fn new(parameters: &Isotropic) -> Self {
+        NeoHookean { lame: parameters.lame() }
+    }
+}
+
+impl<const D: usize> Material<D> for NeoHookean {
+    #[inline(always)]
+    fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S {
+        let stretch = f.norm_squared();
+        let j = f.determinant();
+        let ln = j.ln();
+        let inside = S::splat(0.5 * self.lame.mu).mul_add(
+            stretch - S::splat(D as f64),
+            S::splat(0.5 * self.lame.lambda).mul_add(ln, S::splat(-self.lame.mu)) * ln,
+        );
+        // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and stays.
+        let outside = S::splat(f64::INFINITY) * (stretch + S::one());
+        S::select(j.lt(S::splat(f64::MIN_POSITIVE)), outside, inside)
+    }
+
+    #[inline(always)]
+    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
+        let cofactor = f.cofactor();
+        let j = f.determinant_with(&cofactor);
+        let factor = S::splat(self.lame.lambda).mul_add(j.ln(), S::splat(-self.lame.mu)) / j;
+        f.scale_add(S::splat(self.lame.mu), &cofactor.scale(factor))
+    }
+
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+        let Lame { lambda, mu } = self.lame;
+        let svd = signed_svd(f);
+        let j: f64 = svd.sigma.iter().product();
+        let g = lambda * j.ln() - mu;
+        let a = Derivatives { first: 0.5 * mu, second: 0.0 };
+        let b = Derivatives { first: g / j, second: (lambda - g) / (j * j) };
+        Spectrum::from_invariants(&svd.sigma, a, b).tangent(&svd, psd)
+    }
+
+    fn domain(&self) -> Domain {
+        Self::ABOUT.domain
+    }
+}

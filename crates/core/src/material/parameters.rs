@@ -1,0 +1,131 @@
+//! What a scene gives a model: elastic constants, and the checks that they make sense.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A parameter has a value that no material has.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field} = {value}: {problem}")]
+#[non_exhaustive]
+pub struct ParameterError {
+    /// Name of the field, as in the scene.
+    pub field: &'static str,
+    /// What it was.
+    pub value: f64,
+    /// What is wrong with it and what would be right.
+    pub problem: &'static str,
+}
+
+/// The parameters of a model, as a table of a scene.
+pub trait Parameters {
+    /// The first field with an impossible value.
+    ///
+    /// # Errors
+    /// [`ParameterError`] with the field, its value and the range it must be in.
+    fn check(&self) -> Result<(), ParameterError>;
+
+    /// The Lame parameters of the linear elasticity that the model reduces to at `F = I`; `None` where the model is
+    /// not meant to reduce to it.
+    fn lame(&self) -> Option<Lame>;
+
+    /// Sensible values, for lists, documentation and tests.
+    fn example() -> Self
+    where
+        Self: Sized;
+}
+
+/// Lame parameters [Pa] of isotropic linear elasticity, `sigma = 2 mu eps + lambda tr(eps) I`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lame {
+    /// First parameter.
+    pub lambda: f64,
+    /// Second parameter, the shear modulus.
+    pub mu: f64,
+}
+
+impl Lame {
+    /// `mu = E / (2 (1 + nu))`, `lambda = E nu / ((1 + nu) (1 - 2 nu))`; in two dimensions that is plane strain.
+    pub fn new(young: f64, poisson: f64) -> Lame {
+        Lame {
+            lambda: young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
+            mu: young / (2.0 * (1.0 + poisson)),
+        }
+    }
+}
+
+/// Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and
+/// `poisson` for small strains.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Isotropic {
+    /// Young's modulus E [Pa], positive.
+    pub young: f64,
+    /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain.
+    pub poisson: f64,
+}
+
+impl Isotropic {
+    /// The equivalent Lame parameters.
+    pub fn lame(&self) -> Lame {
+        Lame::new(self.young, self.poisson)
+    }
+}
+
+impl Parameters for Isotropic {
+    fn check(&self) -> Result<(), ParameterError> {
+        check_positive("young", self.young)?;
+        let problem = if !self.poisson.is_finite() {
+            "must be a finite number"
+        } else if self.poisson == 0.5 {
+            "makes the bulk modulus infinite; use at most 0.4999, or 0.45 for rubber"
+        } else if self.poisson > 0.5 {
+            "makes the bulk modulus negative; must be below 0.5, for example 0.45 for rubber"
+        } else if self.poisson <= -1.0 {
+            "makes the shear modulus infinite or negative; must be above -1, and is 0 to 0.5 in ordinary materials"
+        } else {
+            return Ok(());
+        };
+        Err(ParameterError { field: "poisson", value: self.poisson, problem })
+    }
+
+    fn lame(&self) -> Option<Lame> {
+        Some(self.lame())
+    }
+
+    fn example() -> Self {
+        Isotropic { young: 1e6, poisson: 0.3 }
+    }
+}
+
+/// One stiffness for everything.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stiffness {
+    /// Stiffness k [Pa], positive.
+    pub stiffness: f64,
+}
+
+impl Parameters for Stiffness {
+    fn check(&self) -> Result<(), ParameterError> {
+        check_positive("stiffness", self.stiffness)
+    }
+
+    fn lame(&self) -> Option<Lame> {
+        None
+    }
+
+    fn example() -> Self {
+        Stiffness { stiffness: 1e6 }
+    }
+}
+
+fn check_positive(field: &'static str, value: f64) -> Result<(), ParameterError> {
+    let problem = if !value.is_finite() {
+        "must be a finite number [Pa]"
+    } else if value <= 0.0 {
+        "must be positive [Pa]; 1e5 is soft rubber, 2e11 steel"
+    } else {
+        return Ok(());
+    };
+    Err(ParameterError { field, value, problem })
+}

@@ -1,0 +1,96 @@
+//! The macro that turns one line per model into everything the rest of the crate needs.
+
+use super::parameters::Parameters;
+use super::{Domain, Material};
+
+/// What a model says of itself, for `pliant list materials` and for the tests.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct About {
+    /// One line.
+    pub summary: &'static str,
+    /// The energy density.
+    pub formula: &'static str,
+    /// Where it comes from.
+    pub source: &'static str,
+    /// Which deformations it is defined for.
+    pub domain: Domain,
+    /// Whether `psi(Q F) = psi(F)` for every rotation `Q`, as every real material has it.
+    pub frame_indifferent: bool,
+    /// Whether `psi(I) = 0` and `P(I) = 0`: without it a body has no rest shape.
+    pub has_rest_shape: bool,
+}
+
+/// A model that can be registered.
+pub trait Model: Clone {
+    /// Its table in a scene.
+    type Parameters: Parameters;
+    /// What it is.
+    const ABOUT: About;
+    /// The model with these parameters, which have been [checked](Parameters::check).
+    fn new(parameters: &Self::Parameters) -> Self;
+}
+
+/// Something to be done with a model whose type is known at compile time, see [`MaterialSpec::visit`].
+///
+/// [`MaterialSpec::visit`]: super::MaterialSpec::visit
+pub trait MaterialVisitor<const D: usize> {
+    /// What comes out.
+    type Output;
+    /// Called once, with the model.
+    fn visit<M: Material<D> + Clone>(self, material: M) -> Self::Output;
+}
+
+/// `"name" => file::Type(Parameters);` for each model.
+macro_rules! register_materials {
+    ($($name:literal => $module:ident :: $model:ident ($parameters:ident);)+) => {
+        $(mod $module; pub use $module::$model;)+
+
+        /// A model by name, with its parameters.
+        #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[non_exhaustive]
+        pub enum MaterialSpec {
+            $(
+                #[doc = concat!("See [`", stringify!($model), "`].")]
+                #[serde(rename = $name)]
+                #[schemars(description = <$model as Model>::ABOUT.summary)]
+                $model($parameters),
+            )+
+        }
+
+        impl MaterialSpec {
+            /// The name in a scene.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => $name,)+ }
+            }
+
+            /// What the model is.
+            pub fn about(&self) -> About {
+                match self { $(Self::$model(_) => <$model as Model>::ABOUT,)+ }
+            }
+
+            /// The Lame parameters that the model has for small strains, if it is meant to have any.
+            pub fn lame(&self) -> Option<Lame> {
+                match self { $(Self::$model(parameters) => Parameters::lame(parameters),)+ }
+            }
+
+            /// Whether the parameters make sense.
+            ///
+            /// # Errors
+            /// [`ParameterError`] for the first that does not.
+            pub fn check(&self) -> Result<(), ParameterError> {
+                match self { $(Self::$model(parameters) => parameters.check(),)+ }
+            }
+
+            /// Calls `visitor` with the model itself, so that what it builds is compiled for that model.
+            pub fn visit<const D: usize, V: MaterialVisitor<D>>(&self, visitor: V) -> V::Output {
+                match self { $(Self::$model(parameters) => visitor.visit($model::new(parameters)),)+ }
+            }
+
+            /// Every registered model, with example parameters, in the order of the registry.
+            pub fn examples() -> Vec<MaterialSpec> {
+                vec![$(Self::$model(Parameters::example()),)+]
+            }
+        }
+    };
+}
+pub(super) use register_materials;

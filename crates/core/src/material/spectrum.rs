@@ -1,0 +1,137 @@
+//! The eigensystem that all isotropic models share.
+//!
+//! Where `psi` depends on `F = U diag(sigma) V^T` only through the signed singular values, `dP/dF` leaves three kinds
+//! of subspaces invariant, each rotated by `U` and `V`: the diagonal matrices ("scaling"), and for each pair of axes
+//! the antisymmetric ("twist") and the symmetric ("flip") off-diagonal matrix. Smith, de Goes and Kim, "Analytic
+//! eigensystems for isotropic distortion energies", 2019; Kim and Eberle, "Dynamic deformables", SIGGRAPH course, 2022.
+
+use super::{Psd, Tangent};
+use crate::algebra::{Mat, SMALLEST_SUM, Svd, Vect, symmetric_eigen};
+
+/// Eigenvalues of `dP/dF` [Pa], the scaling block not yet diagonalised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spectrum<const D: usize> {
+    /// `d^2 psi / d sigma_i d sigma_j`, symmetric.
+    pub scaling: Mat<f64, D>,
+    /// `twist[i][j] = (psi_i + psi_j) / (sigma_i + sigma_j)` for `i < j`, of `U (e_i e_j^T - e_j e_i^T) V^T`.
+    pub twist: Mat<f64, D>,
+    /// `flip[i][j] = (psi_i - psi_j) / (sigma_i - sigma_j)` for `i < j`, of `U (e_i e_j^T + e_j e_i^T) V^T`.
+    pub flip: Mat<f64, D>,
+}
+
+/// First and second derivative of a function of one number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Derivatives {
+    /// First derivative.
+    pub first: f64,
+    /// Second derivative.
+    pub second: f64,
+}
+
+impl<const D: usize> Spectrum<D> {
+    /// Of `psi = a(I_C) + b(J)`, with `I_C = F : F` and `J = det F`: no division, so good for every `sigma`.
+    pub fn from_invariants(sigma: &Vect<f64, D>, a: Derivatives, b: Derivatives) -> Self {
+        let zero = Mat::zero();
+        let mut s = Spectrum { scaling: zero, twist: zero, flip: zero };
+        // dJ / d sigma_i
+        let cofactor = Mat::diagonal(sigma).cofactor();
+        for i in 0..D {
+            s.scaling[i][i] = 2.0 * a.first
+                + 4.0 * a.second * sigma[i] * sigma[i]
+                + b.second * cofactor[i][i] * cofactor[i][i];
+            for j in i + 1..D {
+                let third = if D == 2 { 1.0 } else { sigma[3 - i - j] };
+                s.scaling[i][j] = 4.0 * a.second * sigma[i] * sigma[j]
+                    + b.second * cofactor[i][i] * cofactor[j][j]
+                    + b.first * third;
+                s.scaling[j][i] = s.scaling[i][j];
+                s.twist[i][j] = 2.0 * a.first + b.first * third;
+                s.flip[i][j] = 2.0 * a.first - b.first * third;
+            }
+        }
+        s
+    }
+
+    /// Of any isotropic `psi`, from its `gradient[i] = psi_i` and `hessian[i][j] = psi_ij` in the stretches.
+    ///
+    /// The quotients lose digits where two stretches nearly coincide; there they are replaced by their limit
+    /// `psi_ii - psi_ij`, averaged over the two. About ten digits survive in the worst case.
+    pub fn from_stretches(sigma: &Vect<f64, D>, gradient: &Vect<f64, D>, hessian: &Mat<f64, D>) -> Self {
+        let mut s = Spectrum { scaling: *hessian, twist: Mat::zero(), flip: Mat::zero() };
+        for i in 0..D {
+            for j in i + 1..D {
+                s.twist[i][j] = (gradient[i] + gradient[j]) / sum_of_stretches(sigma, i, j);
+                let difference = sigma[i] - sigma[j];
+                let scale = sigma[i].abs() + sigma[j].abs();
+                s.flip[i][j] = if difference.abs() > 1e-5 * scale {
+                    (gradient[i] - gradient[j]) / difference
+                } else {
+                    0.5 * (hessian[i][i] + hessian[j][j]) - hessian[i][j]
+                };
+            }
+        }
+        s
+    }
+
+    /// Assembles `dP/dF`, with `svd` the decomposition of `F`; with [`Psd::Projected`] every negative eigenvalue is
+    /// set to zero first, which gives the nearest positive semi-definite tensor.
+    pub fn tangent(&self, svd: &Svd<f64, D>, psd: Psd) -> Tangent<D> {
+        let projected = psd == Psd::Projected;
+        let clamp = |eigenvalue: f64| if projected && eigenvalue < 0.0 { 0.0 } else { eigenvalue };
+        let scaling = if projected { nearest_psd(&self.scaling) } else { self.scaling };
+
+        // `basis[i][j] = u_i v_j^T`; `image` is what the tensor makes of it.
+        let (u, v) = (svd.u.transpose(), svd.v.transpose());
+        let mut basis = [[Mat::zero(); D]; D];
+        for i in 0..D {
+            for j in 0..D {
+                for k in 0..D {
+                    for l in 0..D {
+                        basis[i][j][k][l] = u[i][k] * v[j][l];
+                    }
+                }
+            }
+        }
+        let mut image = [[Mat::zero(); D]; D];
+        for i in 0..D {
+            for k in 0..D {
+                image[i][i] = basis[k][k].scale_add(scaling[i][k], &image[i][i]);
+            }
+            for j in i + 1..D {
+                let (twist, flip) = (clamp(self.twist[i][j]), clamp(self.flip[i][j]));
+                let (same, swapped) = (0.5 * (flip + twist), 0.5 * (flip - twist));
+                image[i][j] = basis[i][j].scale(same) + basis[j][i].scale(swapped);
+                image[j][i] = basis[j][i].scale(same) + basis[i][j].scale(swapped);
+            }
+        }
+        let mut t = Tangent::zero();
+        for i in 0..D {
+            for j in 0..D {
+                for k in 0..D {
+                    for l in 0..D {
+                        t.0[k][l] = image[i][j].scale_add(basis[i][j][k][l], &t.0[k][l]);
+                    }
+                }
+            }
+        }
+        t
+    }
+}
+
+/// `sigma_i + sigma_j`, kept from zero: where it vanishes the rotation of `F` jumps, and a model built on that
+/// rotation has no second derivative.
+pub(super) fn sum_of_stretches<const D: usize>(sigma: &Vect<f64, D>, i: usize, j: usize) -> f64 {
+    let sum = sigma[i] + sigma[j];
+    if sum < SMALLEST_SUM { SMALLEST_SUM } else { sum }
+}
+
+/// The nearest positive semi-definite matrix in the Frobenius norm.
+fn nearest_psd<const D: usize>(a: &Mat<f64, D>) -> Mat<f64, D> {
+    let (lambda, v) = symmetric_eigen(a);
+    if lambda.iter().all(|&x| x >= 0.0) {
+        return *a;
+    }
+    // NaN is kept: a maximum would turn it into a plausible zero.
+    let clamped = lambda.map(|x| if x < 0.0 { 0.0 } else { x });
+    v.transpose_mul(&Mat::diagonal(&clamped)).mul(&v)
+}

@@ -1,0 +1,55 @@
+//! From the `mesh` table of a scene to a checked mesh.
+
+use std::path::Path;
+
+use super::{Mesh, MeshError, check::check, cloth, disk, file, grid, inline, predicted_size, strand};
+use crate::scene::MeshSpec;
+
+/// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
+///
+/// `base` is the directory that relative paths of mesh files start from: the one of the scene file.
+///
+/// # Errors
+/// Whatever makes the specification, the file or the mesh unusable; see [`MeshError`].
+pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
+    let size = predicted_size(spec, dimension, base)?;
+    if !matches!(spec, MeshSpec::File(_)) {
+        // The prediction for a file is a bound far above what it takes; that the file is there shows the proportion.
+        size.probe()?;
+    }
+    let mesh = match spec {
+        MeshSpec::Grid(spec) => grid::build(spec, dimension)?,
+        MeshSpec::Cloth(spec) => cloth::build(spec, dimension)?,
+        MeshSpec::Strand(spec) => strand::build(spec, dimension)?,
+        MeshSpec::Disk(spec) => disk::build(spec, dimension)?,
+        MeshSpec::Inline(spec) => inline::build(spec, dimension)?,
+        // Checked there, where the places in the file are known.
+        MeshSpec::File(spec) => return file::build(spec, dimension, base),
+    };
+    check(&mesh)?;
+    Ok(mesh)
+}
+
+/// Refuses a vector of the wrong length or with a NaN or an infinity.
+pub(super) fn vector(field: &'static str, value: &[f64], dimension: usize) -> Result<(), MeshError> {
+    if value.len() != dimension {
+        return Err(MeshError::Components { field, expected: dimension, found: value.len() });
+    }
+    value.iter().try_for_each(|&value| finite(field, value))
+}
+
+/// Refuses a NaN or an infinity.
+pub(super) fn finite(field: &'static str, value: f64) -> Result<(), MeshError> {
+    if value.is_finite() { Ok(()) } else { Err(MeshError::NotFinite { field, value }) }
+}
+
+/// Refuses what is not finite and greater than zero.
+pub(super) fn positive(field: &'static str, value: f64) -> Result<(), MeshError> {
+    finite(field, value)?;
+    if value > 0.0 { Ok(()) } else { Err(MeshError::NotPositive { field, value }) }
+}
+
+/// Refuses zero.
+pub(super) fn at_least_one(field: &'static str, count: usize) -> Result<(), MeshError> {
+    if count > 0 { Ok(()) } else { Err(MeshError::ZeroCount { field }) }
+}

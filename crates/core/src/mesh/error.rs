@@ -1,0 +1,399 @@
+//! What can be wrong with a mesh. Every message says where, what was found, and what would be right.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// A cell of a mesh, named by its kind and its index among the cells of that kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cell {
+    /// Index into `edges`.
+    Edge(usize),
+    /// Index into `lines`.
+    Line(usize),
+    /// Index into `triangles`.
+    Triangle(usize),
+    /// Index into `tetrahedra`.
+    Tetrahedron(usize),
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cell::Edge(i) => write!(f, "edge {i}"),
+            Cell::Line(i) => write!(f, "line {i}"),
+            Cell::Triangle(i) => write!(f, "triangle {i}"),
+            Cell::Tetrahedron(i) => write!(f, "tetrahedron {i}"),
+        }
+    }
+}
+
+impl Cell {
+    /// What its measure is called, and the unit.
+    fn measure(&self) -> (&'static str, &'static str) {
+        match self {
+            Cell::Edge(_) | Cell::Line(_) => ("length", "m"),
+            Cell::Triangle(_) => ("area", "m^2"),
+            Cell::Tetrahedron(_) => ("volume", "m^3"),
+        }
+    }
+}
+
+/// Why a mesh could not be built, read or selected from. Indices count from 0.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The scene is neither two- nor three-dimensional.
+    #[error("dimension is {dimension}; meshes are two- or three-dimensional")]
+    Dimension {
+        /// The dimension asked for.
+        dimension: usize,
+    },
+    /// A vector of the specification has the wrong length.
+    #[error(
+        "`{field}` has {found} components where the scene has {expected} dimensions; give {expected} numbers"
+    )]
+    Components {
+        /// Name of the field, as in the scene.
+        field: &'static str,
+        /// Components there must be.
+        expected: usize,
+        /// Components there are.
+        found: usize,
+    },
+    /// A point written in the scene has the wrong number of coordinates.
+    #[error("point {vertex} has {found} coordinates where the scene has {expected} dimensions")]
+    PointComponents {
+        /// Index of the point.
+        vertex: usize,
+        /// Coordinates there must be.
+        expected: usize,
+        /// Coordinates there are.
+        found: usize,
+    },
+    /// A number of the specification is NaN or infinite.
+    #[error("`{field}` is {value}; it must be a finite number")]
+    NotFinite {
+        /// Name of the field.
+        field: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A length of the specification must be positive.
+    #[error("`{field}` is {value}; it must be greater than 0")]
+    NotPositive {
+        /// Name of the field.
+        field: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A length of the specification must not be negative.
+    #[error("`{field}` is {value}; it must not be negative")]
+    Negative {
+        /// Name of the field.
+        field: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// A count of the specification must be at least one.
+    #[error("`{field}` is 0; it must be at least 1")]
+    ZeroCount {
+        /// Name of the field.
+        field: &'static str,
+    },
+    /// A grid needs exactly one of `spacing` and `size`.
+    #[error("a grid takes exactly one of `spacing` and `size`; {} given", if *both { "both are" } else { "none is" })]
+    SpacingOrSize {
+        /// Both were given; otherwise none.
+        both: bool,
+    },
+    /// The sides of a cloth span no area.
+    #[error("the sides `u` and `v` of the cloth are parallel or of zero length; they must span an area")]
+    ParallelSides,
+    /// The sides of a two-dimensional cloth are clockwise.
+    #[error("in 2D the side `v` of the cloth must lie counter-clockwise of `u`; exchange `u` and `v`")]
+    ClockwiseSides,
+    /// A strand whose ends coincide.
+    #[error("`start` and `end` of the strand are the same point; they must differ")]
+    ZeroLengthStrand,
+    /// The hole of a disk is as large as the disk.
+    #[error("`inner_radius` is {inner_radius}; it must be less than `radius` = {radius}")]
+    InnerRadius {
+        /// Inner radius [m].
+        inner_radius: f64,
+        /// Outer radius [m].
+        radius: f64,
+    },
+    /// Only three-dimensional disks are thick.
+    #[error("`thickness` is {thickness}, which only a 3D scene can have; remove it or set `dimension = 3`")]
+    ThicknessInPlane {
+        /// Thickness [m].
+        thickness: f64,
+    },
+    /// Indices are 32 bits wide.
+    #[error("the mesh would have {count} {what}; at most {} fit 32-bit indices", u32::MAX)]
+    TooMany {
+        /// `vertices`, `edges`, `triangles` or `tetrahedra`.
+        what: &'static str,
+        /// How many there would be, saturated.
+        count: u64,
+    },
+    /// The allocator refused.
+    #[error("the mesh would take {bytes} bytes, which this machine does not have; use fewer cells")]
+    OutOfMemory {
+        /// Bytes asked for.
+        bytes: u64,
+    },
+
+    /// A mesh without vertices.
+    #[error("the mesh has no vertices")]
+    Empty,
+    /// Solids do not fit the plane.
+    #[error("the mesh has {count} tetrahedra, but the scene is two-dimensional; set `dimension = 3`")]
+    TetrahedraInPlane {
+        /// Number of tetrahedra.
+        count: usize,
+    },
+    /// A vertex off the plane of a two-dimensional scene.
+    #[error("vertex {vertex} has z = {z}; in a two-dimensional scene every z must be 0")]
+    OffPlane {
+        /// Vertex index.
+        vertex: usize,
+        /// Its z [m].
+        z: f64,
+    },
+    /// NaN or infinity as a coordinate.
+    #[error("coordinate {axis} of vertex {vertex} is {value}; it must be a finite number")]
+    NonFiniteCoordinate {
+        /// Vertex index.
+        vertex: usize,
+        /// 0 is x, 1 is y, 2 is z.
+        axis: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A cell names a vertex that is not there.
+    #[error("{cell} uses vertex {vertex}, but the mesh has {count} vertices, numbered from 0")]
+    IndexOutOfRange {
+        /// The cell.
+        cell: Cell,
+        /// The vertex it names.
+        vertex: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A cell names a vertex twice.
+    #[error("{cell} uses vertex {vertex} more than once; its vertices must all differ")]
+    RepeatedVertex {
+        /// The cell.
+        cell: Cell,
+        /// The vertex.
+        vertex: u32,
+    },
+    /// An element without area or volume: `|det Dm| <= 1e-12 h^d`.
+    #[error("{cell} is degenerate: its {} is {volume:e} {} at a longest edge of {size:e} m; move its vertices apart \
+             or remove it", cell.measure().0, cell.measure().1)]
+    Degenerate {
+        /// The element.
+        cell: Cell,
+        /// Its signed volume or area [m^3 or m^2].
+        volume: f64,
+        /// Its longest edge `h` [m].
+        size: f64,
+    },
+    /// An element with its vertices in the wrong order.
+    #[error("{cell} is inverted: its {} is {volume:e} {} at a longest edge of {size:e} m; swap two of its vertices",
+            cell.measure().0, cell.measure().1)]
+    Inverted {
+        /// The element.
+        cell: Cell,
+        /// Its signed volume or area [m^3 or m^2].
+        volume: f64,
+        /// Its longest edge `h` [m].
+        size: f64,
+    },
+    /// An edge between two vertices at the same place.
+    #[error("edge {edge} joins vertices {} and {}, which are at the same place; a spring needs a length",
+            vertices[0], vertices[1])]
+    ZeroLengthEdge {
+        /// Index into `edges`.
+        edge: usize,
+        /// Its ends.
+        vertices: [u32; 2],
+    },
+    /// Vertices that no element and no edge uses would have no mass.
+    #[error(
+        "{count} vertices belong to no element and no edge, the first is vertex {vertex}; remove them (Gmsh: give \
+             the bodies physical groups, so that only their vertices are saved)"
+    )]
+    Unreferenced {
+        /// The first of them.
+        vertex: usize,
+        /// How many there are.
+        count: usize,
+    },
+
+    /// A selection by a name that the mesh does not have.
+    #[error("there is no group `{name}`{}; {}", suggestion.as_ref().map(|s| format!(" (did you mean `{s}`?)")).unwrap_or_default(),
+            if known.is_empty() { "the mesh has no groups".to_string() } else { format!("the mesh has `{}`", known.join("`, `")) })]
+    UnknownGroup {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+        /// The nearest of them, if one is near.
+        suggestion: Option<String>,
+    },
+    /// A selection by an index that is not there.
+    #[error("the selection names vertex {vertex}, but the body has {count} vertices, numbered from 0")]
+    SelectedVertex {
+        /// The index.
+        vertex: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A box whose lower corner is above the upper one.
+    #[error("`min` of the box is {min} on axis {axis}, above `max` = {max}; exchange them")]
+    BoxReversed {
+        /// 0 is x, 1 is y, 2 is z.
+        axis: usize,
+        /// Lower bound [m].
+        min: f64,
+        /// Upper bound [m].
+        max: f64,
+    },
+    /// A half-space with a normal of zero length.
+    #[error("`normal` is zero; it must point somewhere")]
+    ZeroNormal,
+    /// A selection that selects nothing.
+    #[error("{selection} selects no vertex; the body spans {lower:?} to {upper:?}")]
+    NothingSelected {
+        /// The selection, in words.
+        selection: String,
+        /// Lower corner of the body [m].
+        lower: Vec<f64>,
+        /// Upper corner of the body [m].
+        upper: Vec<f64>,
+    },
+
+    /// The file could not be read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file of no known format.
+    #[error("{}: unknown mesh format; supported are Gmsh `.msh` (2.2 and 4.1, ASCII) and Wavefront `.obj`", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A fault in a file, and where.
+    #[error("{}{}: {}{source}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(),
+            tag.map(|t| format!("{t} of the file: ")).unwrap_or_default())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: Option<u32>,
+        /// What the file calls the vertex or element at fault.
+        tag: Option<FileTag>,
+        /// The fault.
+        source: Box<MeshError>,
+    },
+    /// A word that makes no sense where it stands.
+    #[error("expected {expected}, found `{found}`")]
+    Expected {
+        /// What should be there.
+        expected: &'static str,
+        /// What is there, shortened.
+        found: String,
+    },
+    /// The file is cut off.
+    #[error("the file ends where {expected} should be; is it complete?")]
+    EndOfFile {
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// A Gmsh file without nodes or elements.
+    #[error("the file has no section {section}; is it complete?")]
+    MissingSection {
+        /// The section.
+        section: &'static str,
+    },
+    /// A Gmsh file of another version.
+    #[error(
+        "version {version} of the Gmsh format; supported are 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = 4.1;`)"
+    )]
+    GmshVersion {
+        /// The version that the file states.
+        version: String,
+    },
+    /// A binary Gmsh file.
+    #[error(
+        "a binary Gmsh file; only ASCII files are read (in Gmsh: `Mesh.Binary = 0;`, in meshio: `binary=False`)"
+    )]
+    Binary,
+    /// Elements that are not linear simplices.
+    #[error(
+        "element {element} is a {name} (type {kind}); supported are points, lines, triangles and tetrahedra of \
+             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination)"
+    )]
+    ElementType {
+        /// Its tag in the file.
+        element: u64,
+        /// Gmsh's number for the type.
+        kind: u64,
+        /// What the type is called.
+        name: &'static str,
+    },
+    /// Two nodes with the same tag.
+    #[error("there are two nodes with the tag {node}; tags must differ")]
+    RepeatedNode {
+        /// The tag.
+        node: u64,
+    },
+    /// An element that names a node that is not there.
+    #[error("element {element} uses node {node}, which the file does not define")]
+    UnknownNode {
+        /// Tag of the element.
+        element: u64,
+        /// Tag of the node.
+        node: u64,
+    },
+    /// An OBJ statement that names a vertex that is not there.
+    #[error(
+        "vertex {index} does not exist: {count} vertices stand above this line (1 is the first of them, -1 the last)"
+    )]
+    ObjIndex {
+        /// The number in the file.
+        index: i64,
+        /// Vertices defined so far.
+        count: usize,
+    },
+    /// More named groups on one thing than a reader follows.
+    #[error("a cell or an entity is in more than {limit} groups")]
+    TooManyGroups {
+        /// The most there may be.
+        limit: usize,
+    },
+}
+
+/// The number by which a mesh file calls a vertex or an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileTag {
+    /// A vertex.
+    Node(u64),
+    /// An element.
+    Element(u64),
+}
+
+impl fmt::Display for FileTag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FileTag::Node(tag) => write!(f, "node {tag}"),
+            FileTag::Element(tag) => write!(f, "element {tag}"),
+        }
+    }
+}

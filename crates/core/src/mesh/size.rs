@@ -1,0 +1,122 @@
+//! What a mesh will take, before any of it is allocated.
+
+use std::path::Path;
+
+use super::MeshError;
+use crate::scene::MeshSpec;
+
+/// Counts and memory of a mesh. Exact for generators, upper bounds for files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MeshSize {
+    /// Number of vertices.
+    pub vertices: u64,
+    /// Number of explicit edges.
+    pub edges: u64,
+    /// Number of triangles.
+    pub triangles: u64,
+    /// Number of tetrahedra.
+    pub tetrahedra: u64,
+    /// Bytes of all of it; saturates.
+    pub bytes: u64,
+}
+
+impl MeshSize {
+    /// Refuses what 32-bit indices cannot count; fills in `bytes`.
+    pub(super) fn checked(mut self, dimension: usize) -> Result<MeshSize, MeshError> {
+        let Self { vertices, edges, triangles, tetrahedra, .. } = self;
+        for (what, count) in
+            [("vertices", vertices), ("edges", edges), ("triangles", triangles), ("tetrahedra", tetrahedra)]
+        {
+            // u32::MAX itself stays free, for whoever needs a "no vertex".
+            if count > u64::from(u32::MAX) {
+                return Err(MeshError::TooMany { what, count });
+            }
+        }
+        // At most 2^32 of each: none of these products overflows.
+        self.bytes = vertices * 8 * dimension as u64 + edges * 8 + triangles * 12 + tetrahedra * 16;
+        Ok(self)
+    }
+
+    /// Refuses a mesh larger than the memory there is. Asks for all of it at once and touches none: each array by
+    /// itself might be granted.
+    pub(super) fn probe(&self) -> Result<(), MeshError> {
+        self.reserve(&mut Vec::<u8>::new(), self.bytes)
+    }
+
+    /// An error instead of an abort where the allocator has less than `bytes`.
+    pub(super) fn reserve<T>(&self, items: &mut Vec<T>, count: u64) -> Result<(), MeshError> {
+        let refused = MeshError::OutOfMemory { bytes: self.bytes };
+        match usize::try_from(count) {
+            Ok(count) if items.try_reserve_exact(count).is_ok() => Ok(()),
+            _ => Err(refused),
+        }
+    }
+}
+
+/// Counts and memory that [`build`](super::build) will need for `spec`, without allocating any of it.
+///
+/// `base` is the directory of the scene file. Counts saturate, so that no specification overflows. For a file the
+/// counts are bounds from its size: no format spells a vertex in fewer than 8 bytes or a cell in fewer than 2.
+///
+/// # Errors
+/// The errors of the specification itself (wrong number of components, zero cells), [`MeshError::TooMany`] above
+/// 2^32 - 1 vertices or cells of one kind, [`MeshError::Unreadable`] for a missing file.
+pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
+    if !(2..=3).contains(&dimension) {
+        return Err(MeshError::Dimension { dimension });
+    }
+    match spec {
+        MeshSpec::Grid(grid) => super::grid::size(grid, dimension),
+        MeshSpec::Cloth(cloth) => super::cloth::size(cloth, dimension),
+        MeshSpec::Strand(strand) => super::strand::size(strand, dimension),
+        MeshSpec::Disk(disk) => super::disk::size(disk, dimension),
+        MeshSpec::Inline(inline) => super::inline::size(inline, dimension),
+        MeshSpec::File(file) => super::file::size(file, dimension, base),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::test_support::grid;
+    use crate::scene::ClothSpec;
+
+    fn predicted(spec: MeshSpec, dimension: usize) -> Result<MeshSize, MeshError> {
+        predicted_size(&spec, dimension, Path::new("."))
+    }
+
+    #[test]
+    fn predictions_are_what_is_built() {
+        let cloth =
+            ClothSpec { cells: [3, 4], origin: vec![0.0; 3], u: vec![1.0, 0.0, 0.0], v: vec![0.0, 1.0, 0.0] };
+        for (spec, dimension) in [
+            (MeshSpec::Grid(grid(&[3, 4], 1.0)), 2),
+            (MeshSpec::Grid(grid(&[3, 4, 5], 1.0)), 3),
+            (MeshSpec::Cloth(cloth), 3),
+        ] {
+            let size = predicted(spec.clone(), dimension).unwrap();
+            let mesh = crate::mesh::build(&spec, dimension, Path::new(".")).unwrap();
+            assert_eq!(size.vertices, mesh.vertex_count() as u64);
+            assert_eq!(size.edges, mesh.edges.len() as u64);
+            assert_eq!(size.triangles, mesh.triangles.len() as u64);
+            assert_eq!(size.tetrahedra, mesh.tetrahedra.len() as u64);
+            let bytes = size_of_val(&mesh.points[..])
+                + size_of_val(&mesh.edges[..])
+                + size_of_val(&mesh.triangles[..])
+                + size_of_val(&mesh.tetrahedra[..]);
+            assert_eq!(size.bytes, bytes as u64);
+        }
+    }
+
+    #[test]
+    fn a_mesh_larger_than_memory_is_refused_without_allocating_it() {
+        let bytes = 1 << 50;
+        assert!(matches!(
+            MeshSize { bytes, ..MeshSize::default() }.probe(),
+            Err(MeshError::OutOfMemory { bytes: refused }) if refused == bytes
+        ));
+        // A line of cells that 32-bit indices can count: 32 GB of points are predicted at once.
+        let size = predicted(MeshSpec::Grid(grid(&[1_000_000_000, 1], 1.0)), 2).unwrap();
+        assert_eq!((size.vertices, size.bytes), (2_000_000_002, 2_000_000_002 * 16 + 2_000_000_000 * 12));
+    }
+}

@@ -1,0 +1,229 @@
+//! A whole run: steps, frames, observers, and how it ended.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::diagnostics::Diagnostics;
+use crate::observer::{Frame, Observer, ObserverError, Work};
+use crate::simulation::{Simulation, StepError};
+
+/// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
+const GUARD_INTERVAL: u64 = 128;
+/// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
+const ENERGY_GROWTH_BOUND: f64 = 1e3;
+
+/// How far to go and how often to show a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Simulated time [s]; the last step is the first that reaches it.
+    pub duration: f64,
+    /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`, and at the end.
+    pub rate: f64,
+}
+
+impl Plan {
+    /// Number of steps of size `h` that the plan takes.
+    pub fn steps(&self, h: f64) -> u64 {
+        // A duration that is a whole number of steps but for rounding is that number of steps.
+        (self.duration / h - 1e-9 * (self.duration / h).max(1.0)).ceil().max(0.0) as u64
+    }
+
+    /// Number of frames, the first and the last included.
+    pub fn frames(&self, h: f64) -> u64 {
+        let steps = self.steps(h);
+        let (mut count, mut step) = (1, 0);
+        // Only as many iterations as frames.
+        while step < steps {
+            step = self.frame_step(count, h).max(step + 1).min(steps);
+            count += 1;
+        }
+        count
+    }
+
+    /// The step at which frame `index` is taken.
+    fn frame_step(&self, index: u64, h: f64) -> u64 {
+        (index as f64 / (self.rate * h)).round() as u64
+    }
+}
+
+/// How a run ended.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// It reached its duration.
+    Done,
+    /// It was asked to stop.
+    Interrupted,
+    /// A step could not be taken, or the energy blew up.
+    Failed(StepError),
+    /// An observer could not do its work.
+    ObserverFailed(ObserverError),
+}
+
+/// What can be said at the end.
+#[derive(Debug)]
+pub struct Summary {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Frames shown.
+    pub frames: u64,
+    /// Work done in this run.
+    pub work: Work,
+    /// Measurements at the start.
+    pub start: Diagnostics,
+    /// Measurements of the last good state.
+    pub end: Diagnostics,
+    /// Largest `|E - E_0|` seen at any frame or guard [J].
+    pub largest_energy_change: f64,
+    /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
+    /// what gravity can give over the size of the scene.
+    pub energy_scale: f64,
+}
+
+impl Summary {
+    /// `|E_end - E_0|` over the energy scale.
+    pub fn relative_energy_drift(&self) -> f64 {
+        (self.end.total - self.start.total).abs() / self.energy_scale
+    }
+
+    /// Largest `|E - E_0|` seen, over the energy scale.
+    pub fn relative_energy_error(&self) -> f64 {
+        self.largest_energy_change / self.energy_scale
+    }
+
+    /// `|p_end - p_0|` [kg m/s].
+    pub fn momentum_change(&self) -> f64 {
+        let d = |i: usize| self.end.linear_momentum[i] - self.start.linear_momentum[i];
+        (d(0).powi(2) + d(1).powi(2) + d(2).powi(2)).sqrt()
+    }
+}
+
+/// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
+///
+/// Every observer has seen the last good state when this returns, whatever the outcome.
+pub fn run(
+    simulation: &mut Simulation,
+    plan: &Plan,
+    observers: &mut [&mut dyn Observer],
+    interrupt: &AtomicBool,
+) -> Summary {
+    let start = simulation.diagnostics();
+    let energy_scale = energy_scale(simulation, &start);
+    let mut run = Run { simulation, observers, start, energy_scale, largest_energy_change: 0.0, frames: 0 };
+    let outcome = run.go(plan, interrupt);
+    let end = run.simulation.diagnostics();
+    Summary {
+        outcome,
+        frames: run.frames,
+        work: run.simulation.work(),
+        largest_energy_change: run.largest_energy_change.max((end.total - run.start.total).abs()),
+        start: run.start,
+        end,
+        energy_scale,
+    }
+}
+
+struct Run<'a, 'b> {
+    simulation: &'a mut Simulation,
+    observers: &'a mut [&'b mut dyn Observer],
+    start: Diagnostics,
+    energy_scale: f64,
+    largest_energy_change: f64,
+    frames: u64,
+}
+
+impl Run<'_, '_> {
+    fn go(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
+        let h = self.simulation.step_size();
+        let first = self.simulation.state().step;
+        let steps = plan.steps(h);
+        let mut shown = 0;
+        let mut next_frame = plan.frame_step(1, h).max(1);
+        if let Err(outcome) = self.show() {
+            return outcome;
+        }
+        for step in 1..=steps {
+            if interrupt.load(Ordering::Relaxed) {
+                return self.end_with(Outcome::Interrupted, shown, step - 1);
+            }
+            if let Err(error) = self.simulation.step() {
+                return self.end_with(Outcome::Failed(error), shown, step - 1);
+            }
+            debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
+            if step == next_frame.min(steps) {
+                if let Err(outcome) = self.show() {
+                    return outcome;
+                }
+                shown = step;
+                while next_frame <= step {
+                    next_frame = plan.frame_step(self.frames, h).max(next_frame + 1);
+                }
+            } else if step % GUARD_INTERVAL == 0 {
+                let energy = self.simulation.diagnostics().total;
+                if let Err(error) = self.guard(energy) {
+                    return self.end_with(Outcome::Failed(error), shown, step);
+                }
+            }
+        }
+        Outcome::Done
+    }
+
+    /// Shows the last good state, if it has not been shown, and ends.
+    fn end_with(&mut self, outcome: Outcome, shown: u64, step: u64) -> Outcome {
+        if step == shown {
+            return outcome;
+        }
+        match self.show() {
+            // The failure of the run is the news, not a second failure found while showing its last state.
+            Err(Outcome::ObserverFailed(error)) => Outcome::ObserverFailed(error),
+            _ => outcome,
+        }
+    }
+
+    /// One frame for every observer, and a look at the energy if it is computed anyway.
+    fn show(&mut self) -> Result<(), Outcome> {
+        let wanted = self.observers.iter().any(|o| o.wants_diagnostics());
+        let diagnostics = wanted.then(|| self.simulation.diagnostics());
+        let state = self.simulation.state();
+        let frame = Frame {
+            index: self.frames,
+            step: state.step,
+            time: state.time,
+            dimension: self.simulation.system().dimension(),
+            x: state.x(),
+            v: state.v(),
+            diagnostics: diagnostics.as_ref(),
+            work: self.simulation.work(),
+        };
+        for observer in self.observers.iter_mut() {
+            observer.frame(&frame).map_err(Outcome::ObserverFailed)?;
+        }
+        self.frames += 1;
+        diagnostics.map_or(Ok(()), |d| self.guard(d.total).map_err(Outcome::Failed))
+    }
+
+    fn guard(&mut self, energy: f64) -> Result<(), StepError> {
+        let change = energy - self.start.total;
+        self.largest_energy_change = self.largest_energy_change.max(change.abs());
+        if change <= ENERGY_GROWTH_BOUND * self.energy_scale {
+            return Ok(());
+        }
+        let state = self.simulation.state();
+        Err(StepError::Unstable {
+            step: state.step,
+            time: state.time,
+            energy,
+            start: self.start.total,
+            step_size: self.simulation.step_size(),
+            stable_step: self.simulation.stability_limit(state.time).step,
+        })
+    }
+}
+
+/// The energy that a change of energy is compared with: what is kinetic and stored at the start, what gravity can give
+/// over the size of the scene, and at least the motion of a billionth of that size per step, which is where rounding ends.
+fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
+    let size = simulation.size();
+    let floor =
+        0.5 * simulation.system().mass().iter().sum::<f64>() * (1e-9 * size / simulation.step_size()).powi(2);
+    (start.kinetic + simulation.potential_scale()).max(floor).max(f64::MIN_POSITIVE)
+}

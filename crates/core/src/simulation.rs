@@ -1,0 +1,220 @@
+//! A system, its state and a scheme: the stepper.
+
+use crate::diagnostics::{Diagnostics, StabilityLimit, largest_frequency, stability_limit};
+use crate::energy::Fault;
+use crate::integrator::{Integrator, Method, StepFault};
+use crate::observer::Work;
+use crate::state::{State, diagonal};
+use crate::system::System;
+
+/// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and in Python
+/// (lecture 3).
+pub struct Simulation {
+    system: System,
+    state: State,
+    method: &'static Method,
+    integrator: Box<dyn Integrator>,
+    step_size: f64,
+    /// Velocities before the drag of a step that may fail; empty without drag.
+    undamped: Vec<f64>,
+}
+
+/// A step could not be taken; the state is still the last good one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// A position, velocity or force is not finite.
+    #[error("step {step} (t = {time:.6} s) cannot be taken: {}{}", cause(.fault, .vertex), stable_step_hint(*.step_size, *.stable_step))]
+    NotFinite {
+        /// The step that was tried, from 1.
+        step: u64,
+        /// Time at its beginning [s].
+        time: f64,
+        /// What a term knows of the cause.
+        fault: Option<Fault>,
+        /// First vertex whose position or velocity is not finite.
+        vertex: Option<usize>,
+        /// The step size that was tried [s].
+        step_size: f64,
+        /// Largest stable step at the last good state [s].
+        stable_step: f64,
+    },
+    /// The total energy has grown beyond any physical cause.
+    #[error(
+        "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
+        stable_step_hint(*.step_size, *.stable_step)
+    )]
+    Unstable {
+        /// Steps taken.
+        step: u64,
+        /// Simulated time [s].
+        time: f64,
+        /// Total energy now [J].
+        energy: f64,
+        /// Total energy at the start [J].
+        start: f64,
+        /// The step size [s].
+        step_size: f64,
+        /// Largest stable step at the start [s].
+        stable_step: f64,
+    },
+}
+
+fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
+    match (fault, vertex) {
+        (Some(fault), _) => fault.to_string(),
+        (None, Some(vertex)) => format!("vertex {vertex} has no finite position or velocity"),
+        (None, None) => "the force is not finite".into(),
+    }
+}
+
+fn stable_step_hint(step: f64, stable: f64) -> String {
+    if step > stable {
+        format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
+    } else {
+        "; a smaller step, or a material that allows inversion, would help".into()
+    }
+}
+
+impl Simulation {
+    /// A simulation of `system` from `state` by `method` with steps of `step_size` [s].
+    ///
+    /// Pinned vertices lose their velocity.
+    ///
+    /// # Panics
+    /// If `state` has not `n * dimension` coordinates.
+    pub fn new(system: System, mut state: State, method: &'static Method, step_size: f64) -> Self {
+        let d = system.dimension();
+        assert_eq!(state.x().len(), system.mass().len() * d, "one row of coordinates per vertex");
+        for (i, v) in state.v_mut().chunks_exact_mut(d).enumerate() {
+            if system.is_pinned(i) {
+                v.fill(0.0);
+            }
+        }
+        let integrator = method.build(state.x().len());
+        let undamped = if system.ether_drag() == 0.0 { vec![] } else { state.v().to_vec() };
+        Simulation { system, state, method, integrator, step_size, undamped }
+    }
+
+    /// Takes one step.
+    ///
+    /// # Errors
+    /// [`StepError::NotFinite`]; the state is then what it was before.
+    pub fn step(&mut self) -> Result<(), StepError> {
+        let h = self.step_size;
+        let drag = self.system.ether_drag();
+        // Strang splitting: half of the drag before the step and half after keeps second order.
+        let half_drag = (-0.5 * drag * h).exp();
+        if drag != 0.0 {
+            self.undamped.copy_from_slice(self.state.v());
+            self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
+        }
+        if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
+            if drag != 0.0 {
+                self.state.v_mut().copy_from_slice(&self.undamped);
+            }
+            return Err(self.not_finite(fault));
+        }
+        if drag != 0.0 {
+            self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
+        }
+        let (x, v) = self.state.both_mut();
+        let mut moved = false;
+        for wall in self.system.walls() {
+            moved |= wall.apply(self.system.inverse_mass(), x, v);
+        }
+        if moved {
+            self.state.acceleration_is_current = false;
+        }
+        self.state.step += 1;
+        // A product, not a sum: no rounding accumulates.
+        self.state.time = self.state.step as f64 * h;
+        Ok(())
+    }
+
+    fn not_finite(&self, StepFault { fault, vertex }: StepFault) -> StepError {
+        let stable = self.stability_limit(self.step_size * 1e3).step;
+        StepError::NotFinite {
+            step: self.state.step + 1,
+            time: self.state.time,
+            fault,
+            vertex,
+            step_size: self.step_size,
+            stable_step: stable,
+        }
+    }
+
+    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place. Time and
+    /// step count go on.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    ///
+    /// # Panics
+    /// If the arrays have not the length of the state's.
+    pub fn advance(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
+        self.state.x_mut().copy_from_slice(x);
+        self.state.v_mut().copy_from_slice(v);
+        self.step()?;
+        x.copy_from_slice(self.state.x());
+        v.copy_from_slice(self.state.v());
+        Ok(())
+    }
+
+    /// The state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The state, to be changed.
+    pub fn state_mut(&mut self) -> &mut State {
+        &mut self.state
+    }
+
+    /// The equations of motion.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The scheme.
+    pub fn method(&self) -> &'static Method {
+        self.method
+    }
+
+    /// Step size [s].
+    pub fn step_size(&self) -> f64 {
+        self.step_size
+    }
+
+    /// Energies, momenta and the worst element, now.
+    pub fn diagnostics(&mut self) -> Diagnostics {
+        Diagnostics::measure(&mut self.system, self.state.time, self.state.x(), self.state.v())
+    }
+
+    /// Diagonal of the bounding box of all vertices, now [m].
+    pub fn size(&self) -> f64 {
+        diagonal(self.state.x(), self.system.dimension())
+    }
+
+    /// How much energy the potentials can be expected to turn over from the present state on [J].
+    pub fn potential_scale(&mut self) -> f64 {
+        self.system.potential_scale(self.state.x())
+    }
+
+    /// Work done so far.
+    pub fn work(&self) -> Work {
+        Work { steps: self.state.step, force_evaluations: self.system.force_evaluations() }
+    }
+
+    /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
+    /// to schemes that gain energy at any step.
+    pub fn stability_limit(&self, duration: f64) -> StabilityLimit {
+        let frequency = largest_frequency(&self.system, self.state.x()).frequency;
+        stability_limit(self.method, frequency, self.system.ether_drag(), duration)
+    }
+
+    /// Bytes held: the state, the system, the scheme's scratch memory.
+    pub fn bytes(&self) -> usize {
+        8 * (3 * self.state.x().len() + self.undamped.len()) + self.system.bytes() + self.integrator.bytes()
+    }
+}
