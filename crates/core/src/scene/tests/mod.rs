@@ -1,3 +1,6 @@
+mod arbitrary;
+mod files;
+mod overrides;
 mod parse;
 mod picture;
 mod semantic;

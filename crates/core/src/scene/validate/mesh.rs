@@ -128,11 +128,6 @@ fn disk(check: &mut Checker, path: &KeyPath, disk: &DiskSpec) {
         let problem = Problem::semantic(thickness, "`thickness` is for 3D only, and `dimension` is 2");
         check.report(problem);
     }
-    if i64::try_from(disk.seed).is_err() {
-        // TOML guarantees 64 bits with a sign, and the scene is kept as TOML in recordings.
-        let message = format!("`seed` must be at most {}, got {}", i64::MAX, disk.seed);
-        check.report(Problem::semantic(path.key("seed"), message));
-    }
 }
 
 fn inline(check: &mut Checker, path: &KeyPath, inline: &InlineSpec) {
