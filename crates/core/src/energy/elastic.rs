@@ -4,7 +4,7 @@ use super::patch::{Patch, Patches, Scratch};
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::algebra::Mat;
 use crate::element::{SimplexPack, edge_matrix, simplex_rest, vertex_gradients};
-use crate::lanes::{Kernel, Lanes, Pair, WIDTH, dispatch};
+use crate::lanes::{Kernel, Lanes, Pair, WIDTH, dispatch, dispatch_compact};
 use crate::material::{Domain, Material, Psd, autodiff_stress};
 use crate::scalar::Scalar;
 use crate::scene::Stress;
@@ -90,7 +90,7 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
         let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
         patches.for_each(&mut self.scratch, &mut self.parts, 1, |patch, scratch, out| {
             scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch(EnergyKernel { material, patches, packs, patch, scratch });
+            out[0] = dispatch_compact(EnergyKernel { material, patches, packs, patch, scratch });
         });
         self.parts.iter().sum()
     }
@@ -116,7 +116,7 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
                         });
                     }
                     Stress::Autodiff => {
-                        dispatch(GradientKernel::<_, D, N, true> {
+                        dispatch_compact(GradientKernel::<_, D, N, true> {
                             material,
                             patches,
                             packs,
@@ -161,7 +161,7 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
             vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
         patches.for_each(&mut self.scratch, &mut parts, 1, |patch, scratch, out| {
             scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch(DeformationKernel { patches, packs, patch, scratch });
+            out[0] = dispatch_compact(DeformationKernel { patches, packs, patch, scratch });
         });
         parts.into_iter().reduce(DeformationExtremes::merge)
     }
@@ -219,8 +219,31 @@ impl<M: Material<D>, const D: usize, const N: usize, const AUTODIFF: bool>
     fn one_pack<L: Lanes>(&mut self, pack: usize) {
         let rest = self.packs[pack].inverse_rest::<L>();
         let f = deformation_gradient(self.scratch, &self.patches.index[pack], &rest);
-        let h = self.weighted_stress(&f, &rest, self.packs[pack].weight());
-        self.scatter(pack, &h);
+        let weight = self.packs[pack].weight::<L>();
+        if !L::BY_LANE {
+            let h = self.weighted_stress(&f, &rest, weight);
+            return self.scatter(pack, &h);
+        }
+        let mut h = [[[0.0; WIDTH]; D]; D];
+        for l in 0..WIDTH {
+            let of_lane = self.weighted_stress_of_lane(&lane(&f, l), &lane(&rest, l), weight.to_array()[l]);
+            for i in 0..D {
+                for j in 0..D {
+                    h[i][j][l] = of_lane[i][j];
+                }
+            }
+        }
+        self.scatter(pack, &load_matrix::<L, D>(&h));
+    }
+
+    #[inline(never)]
+    fn weighted_stress_of_lane(
+        &self,
+        f: &Mat<f64, D>,
+        inverse_rest: &Mat<f64, D>,
+        weight: f64,
+    ) -> Mat<f64, D> {
+        self.weighted_stress(f, inverse_rest, weight)
     }
 
     /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added one after the
@@ -270,12 +293,54 @@ fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>,
     Mat(Pair::zip_rows(&a.0, &b.0))
 }
 
+/// The matrix of one lane.
+#[inline(always)]
+fn lane<L: Lanes, const D: usize>(m: &Mat<L, D>, lane: usize) -> Mat<f64, D> {
+    let mut r = Mat::zero();
+    for i in 0..D {
+        for j in 0..D {
+            r[i][j] = m[i][j].to_array()[lane];
+        }
+    }
+    r
+}
+
+#[inline(always)]
+fn load_matrix<L: Lanes, const D: usize>(m: &[[[f64; WIDTH]; D]; D]) -> Mat<L, D> {
+    let mut r = Mat::zero();
+    for i in 0..D {
+        for j in 0..D {
+            r[i][j] = L::load(&m[i][j]);
+        }
+    }
+    r
+}
+
 struct EnergyKernel<'a, M, const D: usize, const N: usize> {
     material: &'a M,
     patches: &'a Patches<N>,
     packs: &'a [SimplexPack<D>],
     patch: &'a Patch,
     scratch: &'a Scratch<D>,
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> EnergyKernel<'_, M, D, N> {
+    #[inline(always)]
+    fn density<L: Lanes>(&self, f: &Mat<L, D>) -> L {
+        if !L::BY_LANE {
+            return self.material.psi(f);
+        }
+        let mut psi = [0.0; WIDTH];
+        for (l, psi) in psi.iter_mut().enumerate() {
+            *psi = self.density_of_lane(&lane(f, l));
+        }
+        L::load(&psi)
+    }
+
+    #[inline(never)]
+    fn density_of_lane(&self, f: &Mat<f64, D>) -> f64 {
+        self.material.psi(f)
+    }
 }
 
 impl<M: Material<D>, const D: usize, const N: usize> Kernel for EnergyKernel<'_, M, D, N> {
@@ -288,7 +353,7 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for EnergyKernel<'_,
             let rest = self.packs[pack].inverse_rest::<L>();
             let f = deformation_gradient(self.scratch, &self.patches.index[pack], &rest);
             let weight = self.packs[pack].weight::<L>();
-            let energy = weight * self.material.psi(&f);
+            let energy = weight * self.density(&f);
             // Zero times infinity in an empty lane is not zero.
             sum += L::select(L::zero().lt(weight), energy, L::zero());
         }

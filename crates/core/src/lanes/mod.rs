@@ -30,7 +30,7 @@ mod pair;
 mod portable;
 mod rows;
 
-pub use dispatch::{Kernel, Level, dispatch, dispatch_at, level};
+pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
@@ -44,6 +44,9 @@ pub trait Lanes: Real {
     /// Whether a kernel gains from working on a [`Pair`] of packs: where one pack is one register and there are registers to
     /// spare.
     const PAIRED: bool = false;
+    /// Whether a kernel had better call a function of `f64` for each lane than inline its mathematics on packs: where a pack is
+    /// no register. The bits are the same.
+    const BY_LANE: bool = false;
 
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
     fn load(a: &[f64; WIDTH]) -> Self;

@@ -151,6 +151,8 @@ impl Real for Portable {
 }
 
 impl Lanes for Portable {
+    const BY_LANE: bool = cfg!(target_arch = "x86_64");
+
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {
         Portable(*a)
