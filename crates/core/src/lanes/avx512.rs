@@ -169,6 +169,8 @@ fn high_halves(a: __m512d, b: __m512d) -> __m512d {
 }
 
 impl Lanes for Avx512 {
+    const PAIRS_PAY: bool = true;
+
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {
         // SAFETY: the reference is to eight numbers, and the load needs no alignment.

@@ -41,6 +41,11 @@ pub const WIDTH: usize = 8;
 
 /// Eight numbers, side by side.
 pub trait Lanes: Real {
+    /// Whether kernels with divisions or roots run faster on a [`Pair`] of packs.
+    ///
+    /// They do where a pack is one of 32 registers; where it is two of 16, a pair only spills. Same bits either way.
+    const PAIRS_PAY: bool;
+
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
     fn load(a: &[f64; WIDTH]) -> Self;
     /// Overwrites `a`.

@@ -138,6 +138,8 @@ impl Real for Portable {
 }
 
 impl Lanes for Portable {
+    const PAIRS_PAY: bool = false;
+
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {
         Portable(*a)
