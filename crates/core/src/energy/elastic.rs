@@ -275,7 +275,7 @@ impl<M: Material<D>, const D: usize, const N: usize, const AUTODIFF: bool> Kerne
     fn run<L: Lanes>(mut self) {
         // One of the two loops is compiled, so that a material's stress is inlined once. Dual numbers are many registers
         // already: pairs of them only spill.
-        if L::PAIRED && !AUTODIFF {
+        if L::PAIRS_PAY && !AUTODIFF {
             for pack in self.patch.packs.clone().step_by(2) {
                 self.two_packs::<L>(pack);
             }

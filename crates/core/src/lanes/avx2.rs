@@ -224,6 +224,8 @@ fn scatter_add_half<const D: usize>(rows: &mut Rows<D>, i: &[u16; WIDTH], l: usi
 }
 
 impl Lanes for Avx2 {
+    const PAIRS_PAY: bool = false;
+
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {
         let p = a.as_ptr();

@@ -182,7 +182,7 @@ fn high_halves(a: __m512d, b: __m512d) -> __m512d {
 }
 
 impl Lanes for Avx512 {
-    const PAIRED: bool = true;
+    const PAIRS_PAY: bool = true;
 
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {

@@ -151,6 +151,7 @@ impl Real for Portable {
 }
 
 impl Lanes for Portable {
+    const PAIRS_PAY: bool = false;
     const BY_LANE: bool = cfg!(target_arch = "x86_64");
 
     #[inline(always)]
