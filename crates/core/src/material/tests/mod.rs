@@ -7,7 +7,7 @@ mod reference;
 mod registry;
 mod stiffness;
 
-use super::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent, gradient};
+use super::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent, autodiff_stress};
 use crate::algebra::tests::sample::{Random, categories};
 use crate::algebra::{Dual, Mat, signed_svd};
 
