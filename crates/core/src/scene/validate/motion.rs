@@ -6,7 +6,8 @@ use super::surroundings::wall;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{
-    AffinePosition, BoxSelection, OneOrMany, PositionSpec, RigidVelocity, Selection, TangentialVelocity, VelocitySpec,
+    AffinePosition, BoxSelection, OneOrMany, PositionSpec, RigidVelocity, Selection, TangentialVelocity,
+    VelocitySpec,
 };
 
 pub(super) fn pin(check: &mut Checker, path: &KeyPath, selection: &Selection, vertex_count: Option<u64>) {
