@@ -333,3 +333,29 @@ fn motion() {
         ),
     ]);
 }
+
+/// The material knows what its parameters may be; the scene knows where they stand.
+#[test]
+fn materials() {
+    let elastic = |young: &str, poisson: &str| {
+        changed(
+            &format!("springs = {SPRINGS}"),
+            &format!("elastic = {{ corotated = {{ young = {young}, poisson = {poisson} }} }}"),
+        )
+    };
+    assert!(read(&elastic("1e5", "0.3")).is_ok());
+    let failed = error(&elastic("1e5", "0.5"));
+    assert_eq!(
+        briefly(&failed),
+        ["14:50 body.0.elastic.corotated.poisson: `poisson` = 0.5: makes the bulk modulus infinite"]
+    );
+    assert_eq!(failed.problems()[0].help, ["use at most 0.4999, or 0.45 for rubber"]);
+    assert_eq!(
+        briefly(&error(&elastic("0", "0.3"))),
+        ["14:35 body.0.elastic.corotated.young: `young` = 0.0: must be positive [Pa]"]
+    );
+    assert_eq!(
+        briefly(&error(&changed(&format!("springs = {SPRINGS}"), "elastic = \"corotated\""))),
+        ["14:11 body.0.elastic.corotated.young: missing field `young` in `corotated`"]
+    );
+}

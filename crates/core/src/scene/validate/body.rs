@@ -28,6 +28,12 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     for problem in made_of.problems(path, &body.mesh, has, attracted) {
         check.report(problem);
     }
+    if let Some(material) = &body.elastic
+        && let Err(error) = material.check()
+    {
+        let path = path.key("elastic").key(material.name());
+        check.report(Problem::parameter(&path, error.field, error.value, error.problem));
+    }
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =
             Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");
