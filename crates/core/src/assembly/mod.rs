@@ -13,12 +13,12 @@ use crate::constraint::Wall;
 use crate::diagnostics::StabilityLimit;
 use crate::energy::gravity::UniformGravity;
 use crate::energy::nbody::NBody;
-use crate::mesh::Mesh;
 use crate::run::Plan;
 use crate::scene::{KeyPath, Problem, Scene};
 use crate::simulation::Simulation;
 use crate::state::State;
 use crate::system::System;
+use crate::topology::Topology;
 
 pub use report::{BodyReport, Report};
 
@@ -26,32 +26,10 @@ pub use report::{BodyReport, Report};
 pub struct Assembly {
     /// The stepper.
     pub simulation: Simulation,
-    /// The bodies, in the order of the scene; their vertices follow one another.
-    pub bodies: Vec<AssembledBody>,
+    /// Its bodies and their cells.
+    pub topology: Topology,
     /// Counts, sizes, the stability limit, what was left out.
     pub report: Report,
-}
-
-/// One body of an assembled scene.
-#[derive(Clone, Debug)]
-pub struct AssembledBody {
-    /// Its name.
-    pub name: String,
-    /// Its first vertex in the simulation.
-    pub first_vertex: u32,
-    /// Its mesh, indices from 0.
-    pub mesh: Mesh,
-    /// Its springs, indices from 0.
-    pub springs: Vec<[u32; 2]>,
-    /// Whether its cells are finite elements.
-    pub elastic: bool,
-}
-
-impl AssembledBody {
-    /// Whether it is a cloud of particles: neither elements nor springs.
-    pub fn is_particles(&self) -> bool {
-        !self.elastic && self.springs.is_empty()
-    }
 }
 
 /// Whether a scene whose step is above the stability limit is assembled all the same.
@@ -98,7 +76,7 @@ fn assemble<const D: usize, const N: usize>(
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
     let mass: Vec<f64> = bodies.iter().flat_map(|b| b.mass.iter().copied()).collect();
-    let rest: Vec<f64> = bodies.iter().flat_map(|b| b.assembled.mesh.points.iter().copied()).collect();
+    let rest: Vec<f64> = bodies.iter().flat_map(|b| b.mesh.points.iter().copied()).collect();
     let position: Vec<f64> = bodies.iter().flat_map(|b| b.position.iter().copied()).collect();
     let velocity: Vec<f64> = bodies.iter().flat_map(|b| b.velocity.iter().copied()).collect();
 
@@ -110,12 +88,12 @@ fn assemble<const D: usize, const N: usize>(
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &mut system);
-        let first = body.assembled.first_vertex;
+        let first = body.first_vertex;
         let pinned: Vec<u32> = body.pinned.iter().map(|v| first + v).collect();
         system.pin(&pinned);
     }
     if let Some(nbody) = &scene.world.nbody {
-        let particles = bodies.iter().filter(|b| b.assembled.is_particles());
+        let particles = bodies.iter().filter(|b| b.is_particles());
         let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
         let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
         system.add_term(Box::new(NBody::<D>::new(vertices, mass, nbody.constant, nbody.softening)));
@@ -134,8 +112,14 @@ fn assemble<const D: usize, const N: usize>(
         return Err(vec![problem]);
     }
     let report = Report::new(scene, &simulation, &bodies, stability);
-    let bodies = bodies.into_iter().map(|b| b.assembled).collect();
-    Ok(Assembly { simulation, bodies, report })
+    let topology = Topology {
+        dimension: D,
+        vertex_count: simulation.system().mass().len(),
+        masses: simulation.system().mass().to_vec(),
+        bodies: bodies.iter().map(body::Parts::topology).collect(),
+        rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
+    };
+    Ok(Assembly { simulation, topology, report })
 }
 
 fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::body::Parts;
 use crate::diagnostics::StabilityLimit;
 use crate::lanes;
+use crate::mesh::Quality;
 use crate::scene::{Channel, Scene, Stress};
 use crate::simulation::Simulation;
 
@@ -62,6 +63,8 @@ pub struct BodyReport {
     pub pinned: usize,
     /// Mass [kg].
     pub mass: f64,
+    /// Size and quality of the mesh.
+    pub quality: Quality,
 }
 
 impl Report {
@@ -100,15 +103,16 @@ impl Report {
 
 impl BodyReport {
     fn new(body: &Parts) -> Self {
-        let mesh = &body.assembled.mesh;
+        let mesh = &body.mesh;
         let elements = if mesh.dimension == 2 { mesh.triangles.len() } else { mesh.tetrahedra.len() };
         BodyReport {
-            name: body.assembled.name.clone(),
+            name: body.name.clone(),
             vertices: body.mass.len(),
-            elements: if body.assembled.elastic { elements } else { 0 },
-            springs: body.assembled.springs.len(),
+            elements: if body.elastic { elements } else { 0 },
+            springs: body.springs.len(),
             pinned: body.pinned.len(),
             mass: body.mass.iter().sum(),
+            quality: mesh.quality(),
         }
     }
 }
@@ -134,7 +138,7 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(true, format!("{}: {} force evaluation(s) a step", method.name, method.force_evaluations), "");
     let of = |name: &str| simulation.system().terms().iter().any(|t| t.name().starts_with(name));
     say(of("elements"), "finite elements".into(), "finite elements: no body is `elastic`");
-    let autodiff = scene.body.iter().any(|b| b.stress == Stress::Autodiff);
+    let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,
         "stress by automatic differentiation".into(),

@@ -6,6 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, register};
 use super::{Lanes, Rows, WIDTH};
+use crate::algebra::{self, Mat};
 use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
 
 /// Lanes 0 to 3 and lanes 4 to 7.
@@ -63,6 +64,18 @@ impl Mask for Avx2Mask {
 
 impl Scalar for Avx2 {
     type Mask = Avx2Mask;
+
+    #[inline(always)]
+    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        /// Not inlined: the branch is rare and its code large.
+        #[inline(never)]
+        #[target_feature(enable = "avx2,fma")]
+        fn outlined<const D: usize>(f: &Mat<Avx2, D>) -> Mat<Avx2, D> {
+            algebra::rotation_by_svd(f)
+        }
+        // SAFETY: a value of this type exists, so the processor has the instructions.
+        unsafe { outlined(f) }
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {
@@ -145,24 +158,30 @@ pub(super) fn load2(a: &[f64; 2]) -> __m128d {
     unsafe { _mm_loadu_pd(a.as_ptr()) }
 }
 
-/// The first or the last two numbers of two rows, one above the other.
+/// The numbers of `low` and, above them, of `high`.
 #[inline(always)]
-fn stack<const D: usize>(rows: &Rows<D>, half: usize, low: u16, high: u16) -> __m256d {
-    let (low, high) = (load2(rows.two(low, half)), load2(rows.two(high, half)));
+pub(super) fn stack(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
+    let (low, high) = (load2(low), load2(high));
     register!(_mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(low), high))
 }
 
 #[inline(always)]
 fn gather_half<const D: usize>(rows: &Rows<D>, i: &[u16; WIDTH], l: usize) -> [__m256d; D] {
     let mut r = [register!(_mm256_setzero_pd()); D];
-    // x0 y0 x2 y2 and x1 y1 x3 y3
-    let (even, odd) = (stack(rows, 0, i[l], i[l + 2]), stack(rows, 0, i[l + 1], i[l + 3]));
-    r[0] = register!(_mm256_unpacklo_pd(even, odd));
-    r[1] = register!(_mm256_unpackhi_pd(even, odd));
     if D == 3 {
+        let [[a, za], [b, zb]] = [rows.halves(i[l]), rows.halves(i[l + 1])];
+        let [[c, zc], [d, zd]] = [rows.halves(i[l + 2]), rows.halves(i[l + 3])];
+        // x0 y0 x2 y2 and x1 y1 x3 y3
+        let (even, odd) = (stack(a, c), stack(b, d));
+        r[0] = register!(_mm256_unpacklo_pd(even, odd));
+        r[1] = register!(_mm256_unpackhi_pd(even, odd));
         // z0 0 z2 0 and z1 0 z3 0
-        let (even, odd) = (stack(rows, 1, i[l], i[l + 2]), stack(rows, 1, i[l + 1], i[l + 3]));
-        r[2] = register!(_mm256_unpacklo_pd(even, odd));
+        r[2] = register!(_mm256_unpacklo_pd(stack(za, zc), stack(zb, zd)));
+    } else {
+        let even = stack(rows.row(i[l]), rows.row(i[l + 2]));
+        let odd = stack(rows.row(i[l + 1]), rows.row(i[l + 3]));
+        r[0] = register!(_mm256_unpacklo_pd(even, odd));
+        r[1] = register!(_mm256_unpackhi_pd(even, odd));
     }
     r
 }

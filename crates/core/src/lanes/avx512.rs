@@ -7,6 +7,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 use super::avx2::{add2, add4, load2};
 use super::operators::{assigning_operators, register};
 use super::{Lanes, Rows, WIDTH};
+use crate::algebra::{self, Mat};
 use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
 
 /// All lanes.
@@ -69,6 +70,18 @@ impl Mask for Avx512Mask {
 
 impl Scalar for Avx512 {
     type Mask = Avx512Mask;
+
+    #[inline(always)]
+    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        /// Not inlined: the branch is rare and its code large.
+        #[inline(never)]
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+        fn outlined<const D: usize>(f: &Mat<Avx512, D>) -> Mat<Avx512, D> {
+            algebra::rotation_by_svd(f)
+        }
+        // SAFETY: a value of this type exists, so the processor has the instructions.
+        unsafe { outlined(f) }
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {
@@ -169,6 +182,8 @@ fn high_halves(a: __m512d, b: __m512d) -> __m512d {
 }
 
 impl Lanes for Avx512 {
+    const PAIRED: bool = true;
+
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {
         // SAFETY: the reference is to eight numbers, and the load needs no alignment.

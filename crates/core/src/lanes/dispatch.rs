@@ -108,8 +108,6 @@ pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
         Level::Avx512 if level.is_available() => unsafe { run_avx512(kernel) },
         // SAFETY: as above.
         Level::Avx2 if level.is_available() => unsafe { run_avx2(kernel) },
-        // SAFETY: as above.
-        _ if is_x86_feature_detected!("fma") => unsafe { run_portable_with_fma(kernel) },
         _ => kernel.run::<Portable>(),
     }
 }
@@ -135,16 +133,6 @@ unsafe fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx2,fma")]
 unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
-}
-
-/// Plain code in which `mul_add` is an instruction instead of a call of the C library.
-///
-/// # Safety
-/// The processor must have the features enabled here.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "fma")]
-unsafe fn run_portable_with_fma<K: Kernel>(kernel: K) -> K::Output {
-    kernel.run::<Portable>()
 }
 
 #[cfg(test)]

@@ -41,17 +41,17 @@ pub const WIDTH: usize = 8;
 
 /// Eight numbers, side by side.
 pub trait Lanes: Real {
+    /// Whether a kernel gains from working on a [`Pair`] of packs: where one pack is one register and there are registers to
+    /// spare.
+    const PAIRED: bool = false;
+
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
     fn load(a: &[f64; WIDTH]) -> Self;
     /// Overwrites `a`.
     fn store(self, a: &mut [f64; WIDTH]);
     /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
-    ///
-    /// Indices wrap at [`Rows::CAPACITY`].
     fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D];
     /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
-    ///
-    /// Indices wrap at [`Rows::CAPACITY`].
     fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]);
     /// Bit `l` of the result is lane `l` of the mask.
     fn mask_to_bits(mask: Self::Mask) -> u8;
