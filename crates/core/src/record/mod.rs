@@ -16,7 +16,7 @@
 //! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give
 //! the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at any moment loses
 //! no frame whose recording had returned: those of the chunk still open are also in `<output>.part.tail`, and
-//! `recover` puts the two together.
+//! [`recover`](read::recover) puts the two together.
 
 mod attachments;
 mod channel;
