@@ -1,9 +1,10 @@
 //! What can be typed after `pliant`.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
 
+use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 /// The whole command line.
@@ -11,6 +12,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 #[command(name = "pliant", version, about = "Simulates deformable bodies, cloth, strands and particles.")]
 #[command(after_help = "`pliant SCENE` is short for `pliant run SCENE`.\n\
     Exit codes: 0 done, 1 the run failed, 2 bad usage or scene, 130 interrupted.")]
+#[command(override_usage = "pliant [run] [OPTIONS] SCENE\n       pliant COMMAND ...")]
 #[command(subcommand_negates_reqs = true, arg_required_else_help = true, disable_help_subcommand = true)]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
@@ -33,8 +35,15 @@ pub(crate) struct CommonArguments {
     /// Say more: the assembled problem before the run
     #[arg(short, long, global = true, help_heading = "General")]
     pub(crate) verbose: bool,
-    /// When to use colours [NO_COLOR is respected]
-    #[arg(long, global = true, value_name = "WHEN", default_value = "auto", help_heading = "General")]
+    /// Colours: auto, always or never; auto respects NO_COLOR
+    #[arg(
+        long,
+        global = true,
+        value_name = "WHEN",
+        default_value = "auto",
+        hide_possible_values = true,
+        help_heading = "General"
+    )]
     pub(crate) color: ColorChoice,
 }
 
@@ -59,24 +68,22 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// List what scenes can be made of
     List(ListArguments),
-}
-
-/// A scene and the changes to it.
-#[derive(Args, Clone, Debug)]
-pub(crate) struct SceneArguments {
-    /// Scene file (TOML)
-    #[arg(value_name = "SCENE")]
-    pub(crate) scene: PathBuf,
-    /// Change a value of the scene, for example time.step=1e-3; repeatable
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    pub(crate) set: Vec<String>,
+    /// Show what a recording holds
+    Info(InfoArguments),
+    /// Make the recording of a killed run readable
+    Recover(RecoverArguments),
+    /// Print the JSON schema of scenes, for editors
+    Schema,
 }
 
 /// `pliant run`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct RunArguments {
-    #[command(flatten)]
-    pub(crate) scene: SceneArguments,
+    /// Scene file (TOML)
+    pub(crate) scene: PathBuf,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
     /// Where to record; by default the name of the scene with .mcap, in the working directory
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
@@ -97,8 +104,11 @@ pub(crate) struct RunArguments {
 /// `pliant check`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct CheckArguments {
-    #[command(flatten)]
-    pub(crate) scene: SceneArguments,
+    /// Scene file (TOML)
+    pub(crate) scene: PathBuf,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
 }
 
 /// `pliant list`.
@@ -115,6 +125,32 @@ pub(crate) enum Family {
     Integrators,
     /// Hyperelastic materials
     Materials,
+    /// Finite elements and springs
+    Elements,
+    /// Meshes: generators and files
+    Meshes,
+    /// Output channels
+    Channels,
+}
+
+/// `pliant info`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct InfoArguments {
+    /// Recording (.mcap)
+    pub(crate) file: PathBuf,
+}
+
+/// `pliant recover`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RecoverArguments {
+    /// What the killed run left behind (.mcap.part)
+    pub(crate) file: PathBuf,
+    /// Where to write; by default the name without .part
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {
@@ -133,20 +169,21 @@ impl CommandLine {
     pub(crate) fn read(arguments: &[OsString]) -> Result<(Command, CommonArguments), clap::Error> {
         let line = CommandLine::try_parse_from(arguments).map_err(|error| {
             // `pliant chekc beam.toml` reads as a scene named `chekc` with one argument too many.
-            misspelled_command(arguments).unwrap_or(error)
+            let word = arguments.get(1).filter(|_| error.kind() == ErrorKind::UnknownArgument);
+            word.and_then(|word| misspelled_command(word)).unwrap_or(error)
         })?;
         match (line.command, line.run) {
             (Some(command), None) => Ok((command, line.common)),
-            (None, Some(run)) => match misspelled_command(arguments) {
+            (None, Some(run)) => match misspelled_command(run.scene.as_os_str()) {
                 Some(error) => Err(error),
                 None => Ok((Command::Run(run), line.common)),
             },
             (Some(_), Some(_)) => Err(CommandLine::command().error(
-                clap::error::ErrorKind::ArgumentConflict,
+                ErrorKind::ArgumentConflict,
                 "options of a command, and the scene, come after its name: pliant run SCENE --until 1",
             )),
             (None, None) => Err(CommandLine::command().error(
-                clap::error::ErrorKind::MissingRequiredArgument,
+                ErrorKind::MissingRequiredArgument,
                 "which scene? Try `pliant SCENE`, or `pliant --help`",
             )),
         }
@@ -163,18 +200,17 @@ struct CommandsOnly {
     command: Command,
 }
 
-/// The error for a first word that can be neither a command nor a file.
-fn misspelled_command(arguments: &[OsString]) -> Option<clap::Error> {
-    let word = arguments.iter().skip(1).find(|word| !word.to_string_lossy().starts_with('-'))?;
+/// The error for a word that can be neither a command nor a file.
+fn misspelled_command(word: &OsStr) -> Option<clap::Error> {
     let path = Path::new(word);
     let may_be_file = path.extension().is_some() || path.components().count() != 1 || path.exists();
-    if may_be_file {
+    if may_be_file || word.to_string_lossy().starts_with('-') {
         return None;
     }
     // Of the word alone: what follows belongs to a command that does not exist.
-    let alone = [OsString::from("pliant"), word.clone()];
+    let alone = [OsStr::new("pliant"), word];
     let error = CommandsOnly::command()
         .try_get_matches_from(alone)
         .and_then(|matches| CommandsOnly::from_arg_matches(&matches));
-    error.err().filter(|error| error.kind() == clap::error::ErrorKind::InvalidSubcommand)
+    error.err().filter(|error| error.kind() == ErrorKind::InvalidSubcommand)
 }

@@ -1,5 +1,8 @@
 //! How a command ends: the exit code, and what is said where it is not zero.
 
+use std::path::Path;
+
+use pliant::record::RecordError;
 use pliant::scene::{Problem, SceneError};
 use serde_json::{Value, json};
 
@@ -56,6 +59,36 @@ impl Failure {
     /// Something outside of the program went wrong; `kind` is for machines.
     pub(crate) fn failed(kind: &'static str, message: impl Into<String>) -> Failure {
         Failure { status: Status::Failed, reason: Reason::Message { kind, message: message.into() } }
+    }
+
+    /// A recording could not be written or read.
+    ///
+    /// What the user can put right with another command line is invalid, the rest has failed.
+    pub(crate) fn recording(error: &RecordError) -> Failure {
+        let avoidable = match error {
+            RecordError::Exists { .. } | RecordError::LeftOver { .. } | RecordError::InUse { .. } => true,
+            RecordError::NotMcap { .. } | RecordError::NotFinished { .. } => true,
+            RecordError::Read { path, .. } => !path.is_file(),
+            _ => false,
+        };
+        let status = if avoidable { Status::Invalid } else { Status::Failed };
+        Failure { status, ..Failure::failed("recording", error.to_string()) }
+    }
+
+    /// The same when the command line can no longer be to blame.
+    pub(crate) fn late(self) -> Failure {
+        Failure { status: Status::Failed, ..self }
+    }
+
+    /// A directory where a file is needed.
+    ///
+    /// # Errors
+    /// `path` is one.
+    pub(crate) fn if_directory(path: &Path) -> Result<(), Failure> {
+        if path.is_dir() {
+            return Err(Failure::usage(format!("{} is a directory; name a file", path.display())));
+        }
+        Ok(())
     }
 
     /// For a person, with `error:` in front, ending without a newline.

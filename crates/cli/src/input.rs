@@ -1,9 +1,10 @@
 //! From the command line to a scene and its assembly.
 
+use std::path::Path;
+
 use pliant::assembly::{Assembly, UnstableStep};
 use pliant::scene::{Problem, Scene, SceneError, Source};
 
-use crate::arguments::SceneArguments;
 use crate::failure::Failure;
 
 /// A scene with the text that it came from, in which errors are shown.
@@ -15,15 +16,15 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// Reads a scene and applies `--set`; `until` replaces its duration [s].
+    /// Reads a scene and applies the changes of `--set`; `until` replaces its duration [s].
     ///
     /// # Errors
     /// The scene cannot be read, changed or simulated.
-    pub(crate) fn read(arguments: &SceneArguments, until: Option<f64>) -> Result<Input, Failure> {
-        let mut changes = arguments.set.clone();
+    pub(crate) fn read(path: &Path, set: &[String], until: Option<f64>) -> Result<Input, Failure> {
+        let mut changes = set.iter().map(|set| change(set)).collect::<Result<Vec<_>, _>>()?;
         // By the same way as `--set`, so that the recorded scene is the one that was run.
-        changes.extend(until.map(|seconds| format!("time.duration={seconds:?}")));
-        let source = Source::from_path(&arguments.scene)?;
+        changes.extend(until.map(|seconds| ("time.duration".to_owned(), format!("{seconds:?}"))));
+        let source = Source::from_path(path)?.with_overrides(&changes)?;
         let scene = source.scene()?;
         Ok(Input { source, scene })
     }
@@ -39,5 +40,15 @@ impl Input {
     /// Problems with their lines and columns.
     pub(crate) fn locate(&self, problems: Vec<Problem>) -> SceneError {
         self.source.error(problems)
+    }
+}
+
+/// `path=value` in its two parts.
+fn change(set: &str) -> Result<(String, String), Failure> {
+    match set.split_once('=') {
+        Some((path, value)) => Ok((path.trim().to_owned(), value.to_owned())),
+        None => Err(Failure::usage(format!(
+            "`--set {set}` gives no value; it is `--set PATH=VALUE`, for example `--set time.step=1e-3`"
+        ))),
     }
 }

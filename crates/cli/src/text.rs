@@ -13,9 +13,9 @@ pub(crate) fn count(n: u64) -> String {
     out
 }
 
-/// `3 frames`, `1 frame`.
-pub(crate) fn counted(n: u64, noun: &str) -> String {
-    format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
+/// `3 vertices`, `1 vertex`.
+pub(crate) fn counted(n: u64, one: &str, many: &str) -> String {
+    format!("{} {}", count(n), if n == 1 { one } else { many })
 }
 
 /// Four significant digits, without trailing zeros; powers of ten where they are shorter.

@@ -10,7 +10,7 @@ use crate::terminal::Terminal;
 use crate::text::{bytes, count, counted, number, table, wrap};
 
 pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<Status, Failure> {
-    let input = Input::read(&arguments.scene, None)?;
+    let input = Input::read(&arguments.scene, &arguments.set, None)?;
     // Also a scene that will not run is worth looking at: the numbers show why.
     let report = input.assemble(UnstableStep::Accept)?.report;
     let problem = input.scene.unstable_step(&report.stability).map(|p| Failure::from(input.locate(vec![p])));
@@ -45,7 +45,7 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
         format!(
             "{}D, {}, {} free coordinates, {} kg, {} m",
             report.dimension,
-            counted(report.vertices as u64, "vertex").replace("vertexs", "vertices"),
+            counted(report.vertices as u64, "vertex", "vertices"),
             count(report.free_coordinates as u64),
             number(report.mass),
             size.join(" x "),
@@ -57,8 +57,8 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
             "{} with a step of {} s: {}, {}",
             report.integrator,
             number(report.step),
-            counted(report.steps, "step"),
-            counted(report.frames, "frame"),
+            counted(report.steps, "step", "steps"),
+            counted(report.frames, "frame", "frames"),
         ),
     );
     line("stability", stability(report));
@@ -84,7 +84,7 @@ fn stability(report: &Report) -> String {
     let fastest = format!("the fastest motion has {} rad/s", number(limit.frequency));
     let what = if limit.grows_at_any_step {
         format!(
-            "{} gains energy at any step; at {} s it would double by the end",
+            "{} gains energy at any step; with steps of {} s the fastest motion would double by the end",
             report.integrator,
             number(limit.step)
         )
@@ -92,22 +92,34 @@ fn stability(report: &Report) -> String {
         format!("steps up to {} s are stable", number(limit.step))
     };
     let verdict = if ratio > 1.0 {
-        format!("UNSTABLE: the step is {} times that", number(ratio))
+        format!("the step is UNSTABLE, {} times that", number(ratio))
     } else {
-        format!("the step is {} % of that", number(100.0 * ratio))
+        format!("the step is {}% of that", number(100.0 * ratio))
     };
     format!("{fastest}; {what}; {verdict}")
 }
 
 fn bodies(report: &Report) -> String {
-    let header = ["body", "vertices", "elements", "springs", "pinned", "mass [kg]"];
+    let header =
+        ["body", "vertices", "elements", "springs", "pinned", "mass [kg]", "quality", "worst element"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
     for body in &report.bodies {
         let counts = [body.vertices, body.elements, body.springs, body.pinned];
         let mut row = vec![body.name.clone()];
         row.extend(counts.map(|n| count(n as u64)));
         row.push(number(body.mass));
+        if let Some(quality) = body.quality.elements.as_ref().filter(|_| body.elements > 0) {
+            row.push(number(quality.average_mean_ratio));
+            row.push(format!("{} (number {})", number(quality.worst_mean_ratio), quality.worst));
+        }
         rows.push(row);
     }
-    table(&rows, 0)
+    // Without elements there is no quality to show.
+    if rows.iter().skip(1).all(|row| row.len() < header.len()) {
+        rows[0].truncate(header.len() - 2);
+        return table(&rows, 0);
+    }
+    let mut out = table(&rows, 0);
+    out += "(quality: mean ratio, 1 for a regular element, 0 for a flat one; average and worst)\n";
+    out
 }

@@ -1,7 +1,9 @@
 //! `pliant list`: what scenes can be made of, from the registries of the core.
 
+use pliant::element::{self, ELEMENTS};
 use pliant::integrator::{Documentation, IntegratorSpec};
 use pliant::material::{About, Domain, MaterialSpec};
+use pliant::scene;
 use serde_json::{Map, Value, json};
 
 use crate::arguments::{Family, ListArguments};
@@ -9,15 +11,17 @@ use crate::failure::{Failure, Status};
 use crate::terminal::Terminal;
 use crate::text::{entry, number, wrap};
 
-const ALL: [Family; 2] = [Family::Integrators, Family::Materials];
+const ALL: [Family; 5] =
+    [Family::Integrators, Family::Materials, Family::Elements, Family::Meshes, Family::Channels];
 
 pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<Status, Failure> {
     let families = arguments.family.map_or_else(|| ALL.to_vec(), |family| vec![family]);
     let mut document = Map::from_iter([("status".to_owned(), json!(Status::Done))]);
     let mut text = String::new();
-    for family in families {
+    for (i, family) in families.into_iter().enumerate() {
         let (name, items) = items(family);
-        text += &format!("{name}\n\n");
+        let gap = if i == 0 { "" } else { "\n" };
+        text += &format!("{gap}{name}\n\n");
         for item in &items {
             text += &item.describe(terminal.width());
             text.push('\n');
@@ -36,16 +40,21 @@ struct Item {
     name: String,
     summary: String,
     /// What there is to know: name and text.
-    facts: Vec<(&'static str, String)>,
+    facts: Vec<(String, String)>,
     /// The same for programs.
     value: Value,
 }
 
 impl Item {
+    fn new(name: &str, summary: &str, facts: Vec<(&str, String)>, value: Value) -> Item {
+        let facts = facts.into_iter().map(|(name, fact)| (name.to_owned(), fact)).collect();
+        Item { name: name.to_owned(), summary: summary.to_owned(), facts, value }
+    }
+
     fn describe(&self, width: usize) -> String {
         let mut out = format!("  {}\n{}", self.name, wrap(&self.summary, 4, width));
         for (name, fact) in &self.facts {
-            out += &entry(name, fact, 4, 11, width);
+            out += &entry(name, fact, 4, 13, width);
         }
         out
     }
@@ -58,6 +67,9 @@ fn items(family: Family) -> (&'static str, Vec<Item>) {
             IntegratorSpec::ALL.iter().map(|i| integrator(&i.method().documentation)).collect(),
         ),
         Family::Materials => ("materials", MaterialSpec::examples().iter().map(material).collect()),
+        Family::Elements => ("elements", ELEMENTS.iter().map(element).collect()),
+        Family::Meshes => ("meshes", choices("MeshSpec")),
+        Family::Channels => ("channels", choices("Channel")),
     }
 }
 
@@ -76,7 +88,7 @@ fn integrator(about: &Documentation) -> Item {
         ("conserves", format!("linear momentum; {}", about.conserves)),
         ("source", about.source.to_owned()),
     ];
-    Item { name: about.name.to_owned(), summary: about.summary.to_owned(), facts, value: json!(about) }
+    Item::new(about.name, about.summary, facts, json!(about))
 }
 
 fn material(material: &MaterialSpec) -> Item {
@@ -101,5 +113,52 @@ fn material(material: &MaterialSpec) -> Item {
     let mut value = json!(material.about());
     value["name"] = json!(material.name());
     value["example"] = example;
-    Item { name: material.name().to_owned(), summary: summary.to_owned(), facts, value }
+    Item::new(material.name(), summary, facts, value)
+}
+
+fn element(about: &element::About) -> Item {
+    let facts = vec![
+        ("scene", about.scene.to_owned()),
+        ("vertices", about.vertices.to_string()),
+        ("energy", about.formula.to_owned()),
+        ("source", about.source.to_owned()),
+    ];
+    Item::new(about.name, about.summary, facts, json!(about))
+}
+
+/// The choices of one type of the scene, with their documentation, from the schema.
+fn choices(kind: &str) -> Vec<Item> {
+    let schema = scene::schema();
+    let definitions = &schema.as_value()["$defs"];
+    let choices = definitions[kind]["oneOf"].as_array().cloned().unwrap_or_default();
+    choices.iter().filter_map(|choice| self::choice(choice, definitions)).collect()
+}
+
+/// A plain name, or a name with a table of its own.
+fn choice(choice: &Value, definitions: &Value) -> Option<Item> {
+    let summary = text_of(choice);
+    if let Some(name) = choice["const"].as_str() {
+        let value = json!({ "name": name, "summary": summary });
+        return Some(Item { name: name.to_owned(), summary, facts: vec![], value });
+    }
+    let (name, table) = choice["properties"].as_object()?.iter().next()?;
+    let definition = table["$ref"].as_str()?.strip_prefix("#/$defs/")?;
+    let definition = &definitions[definition];
+    let required = definition["required"].as_array().cloned().unwrap_or_default();
+    let fields = definition["properties"].as_object()?.iter();
+    let fields: Vec<(String, String, bool)> =
+        fields.map(|(key, about)| (key.clone(), text_of(about), required.contains(&json!(key)))).collect();
+    let facts = fields.iter().map(|(key, about, needed)| {
+        (key.clone(), if *needed { about.clone() } else { format!("{about} (optional)") })
+    });
+    let listed: Vec<Value> = fields
+        .iter()
+        .map(|(key, about, needed)| json!({ "name": key, "summary": about, "required": needed }))
+        .collect();
+    let value = json!({ "name": name, "summary": summary, "fields": listed });
+    Some(Item { name: name.clone(), summary, facts: facts.collect(), value })
+}
+
+fn text_of(schema: &Value) -> String {
+    schema["description"].as_str().unwrap_or_default().replace('`', "")
 }

@@ -1,8 +1,11 @@
 //! One file per command; here the way from the command line to the exit code.
 
 mod check;
+mod info;
 mod list;
+mod recover;
 mod run;
+mod schema;
 
 use std::ffi::OsString;
 
@@ -24,6 +27,9 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Run(arguments) => run::execute(&arguments, terminal),
         Command::Check(arguments) => check::execute(&arguments, terminal),
         Command::List(arguments) => list::execute(&arguments, terminal),
+        Command::Info(arguments) => info::execute(&arguments, terminal),
+        Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::Schema => schema::execute(terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }
@@ -54,7 +60,9 @@ fn not_understood(error: &clap::Error, arguments: &[OsString]) -> Status {
     }
     terminal.complain(&text);
     let message = rendered.to_string();
-    let message = message.lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned();
+    // The first paragraph; usage and tips are for people.
+    let first: Vec<&str> = message.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+    let message = first.join(" ").trim_start_matches("error: ").to_owned();
     let problems = json!([{ "kind": "usage", "message": message }]);
     let _ = terminal.document(&json!({ "status": Status::Invalid, "problems": problems }));
     Status::Invalid

@@ -26,7 +26,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     if let Some(threads) = arguments.threads {
         use_threads(usize::from(threads.get()))?;
     }
-    let input = Input::read(&arguments.scene, arguments.until)?;
+    let input = Input::read(&arguments.scene, &arguments.set, arguments.until)?;
     let mut assembly = input.assemble(UnstableStep::Refuse)?;
     if terminal.verbose {
         terminal.note(&check::describe(&assembly.report, terminal.width()));
@@ -57,18 +57,29 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     }
 
     let closing = Closing::new(&input.scene, &assembly.report, &summary, &statistics, wall);
-    let file: Option<String> = None;
+    let path = recording.path().map(|path| path.display().to_string());
+    let trouble = closing.trouble(path.as_deref());
+    let warnings = closing.warnings();
+    let finished = match summary.outcome {
+        // The file ends where writing it failed, and keeps its temporary name.
+        Outcome::ObserverFailed(_) => Ok(None),
+        _ => recording.finish(&closing.messages(), &closing.recorded_outcome()),
+    };
     terminal.report(&closing.numbers(terminal.width()))?;
-    for warning in closing.warnings() {
-        terminal.warn(&warning);
+    for warning in &warnings {
+        terminal.warn(warning);
     }
-    if let Some(trouble) = closing.trouble(file.as_deref()) {
+    let recorded = finished?;
+    if let Some(trouble) = trouble {
         match summary.outcome {
             Outcome::Interrupted => terminal.complain(&trouble),
             _ => terminal.complain(&label("error", &trouble, terminal.color)),
         }
     }
-    terminal.document(&closing.document(input.source.name(), file.as_deref()))?;
+    if let Some(recorded) = &recorded {
+        terminal.report(&closing::how_to_open(recorded))?;
+    }
+    terminal.document(&closing.document(input.source.name(), recorded.as_ref()))?;
     Ok(closing.status())
 }
 

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use pliant::assembly::Report;
+use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
 use serde_json::{Value, json};
@@ -51,7 +52,9 @@ impl<'a> Closing<'a> {
         let error = self.summary.relative_energy_error();
         // Also true of NaN.
         let conserved = error <= ENERGY_ERROR_BOUND;
-        if !conservative || conserved {
+        // A run that blew up says so already.
+        let failed = self.status() == Status::Failed;
+        if !conservative || conserved || failed {
             return vec![];
         }
         let scale = self.summary.energy_scale;
@@ -83,14 +86,39 @@ impl<'a> Closing<'a> {
         }
     }
 
+    /// What the file shall say on `/log`.
+    pub(crate) fn messages(&self) -> Vec<(Level, String)> {
+        let mut messages: Vec<_> =
+            self.warnings().into_iter().map(|warning| (Level::Warning, warning)).collect();
+        if let Outcome::Failed(error) = &self.summary.outcome {
+            messages.push((Level::Error, error.to_string()));
+        }
+        messages
+    }
+
+    /// How the run ended, as the file shall remember it.
+    pub(crate) fn recorded_outcome(&self) -> record::Outcome {
+        let (status, message) = match &self.summary.outcome {
+            Outcome::Done => (record::Status::Completed, String::new()),
+            Outcome::Interrupted => (
+                record::Status::Interrupted,
+                format!("interrupted after {} of {} frames", self.summary.frames, self.report.frames),
+            ),
+            Outcome::Failed(error) => (record::Status::Failed, error.to_string()),
+            Outcome::ObserverFailed(error) => (record::Status::Failed, error.to_string()),
+            _ => (record::Status::Failed, String::new()),
+        };
+        record::Outcome { status, step: Some(self.summary.work.steps), time: self.summary.end.time, message }
+    }
+
     /// The numbers, for people.
     pub(crate) fn numbers(&self, width: usize) -> String {
         let Summary { frames, work, end, .. } = self.summary;
         let word = if self.status() == Status::Done { "done" } else { "ended early" };
         let mut out = format!(
             "{word}: {}, {} in {} ({} steps/s)\n",
-            counted(*frames, "frame"),
-            counted(work.steps, "step"),
+            counted(*frames, "frame", "frames"),
+            counted(work.steps, "step", "steps"),
             text::duration(self.wall),
             text::count(self.steps_per_second().round() as u64),
         );
@@ -98,10 +126,11 @@ impl<'a> Closing<'a> {
         line(
             "energy",
             format!(
-                "{} J at the end, {} from the start; off by up to {} on the way",
+                "{} J at the end; drift {}, largest error {} of the {} J in play",
                 number(end.total),
                 share(self.summary.relative_energy_drift()),
                 share(self.summary.relative_energy_error()),
+                number(self.summary.energy_scale),
             ),
         );
         let change = number(self.summary.momentum_change());
@@ -111,15 +140,17 @@ impl<'a> Closing<'a> {
             let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
             let inverted = match inverted {
                 0 => "no element inverted".to_owned(),
-                n => format!("up to {} inverted at a time", counted(n, "element")),
+                n => format!("up to {} inverted at a time", counted(n, "element", "elements")),
             };
             line("min J", format!("{}, {inverted}", number(smallest)));
         }
         out
     }
 
-    /// Everything, for programs. `file` is what was recorded.
-    pub(crate) fn document(&self, scene: &str, file: Option<&str>) -> Value {
+    /// Everything, for programs.
+    pub(crate) fn document(&self, scene: &str, recorded: Option<&Recorded>) -> Value {
+        let path = recorded.map(|recorded| recorded.path.display().to_string());
+        let file = path.as_deref();
         let Summary { frames, work, start, end, largest_energy_change, energy_scale, .. } = self.summary;
         let problems: Vec<Value> = self
             .trouble(file)
@@ -130,6 +161,7 @@ impl<'a> Closing<'a> {
             "status": self.status(),
             "scene": scene,
             "file": file,
+            "bytes": recorded.map(|recorded| recorded.bytes),
             "summary": {
                 "time": end.time,
                 "duration": self.scene.time.duration,
@@ -189,5 +221,24 @@ impl<'a> Closing<'a> {
 
 /// A part of a whole: `1.2e-5`, or in per cent where that is more telling.
 fn share(ratio: f64) -> String {
-    if ratio < 1e-3 { format!("{ratio:.1e}") } else { format!("{} %", number(100.0 * ratio)) }
+    match ratio {
+        r if r < 1e-3 => format!("{r:.1e}"),
+        r if r < 10.0 => format!("{}%", number(100.0 * r)),
+        r => format!("{} times", number(r)),
+    }
+}
+
+/// Where the file is, and what opens it.
+pub(crate) fn how_to_open(recorded: &Recorded) -> String {
+    let path = recorded.path.display().to_string();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+@%:,".contains(c);
+    let shell =
+        if path.chars().all(plain) { path.clone() } else { format!("'{}'", path.replace('\'', r"'\''")) };
+    format!(
+        "\n{path} ({}) opens in\n  \
+         Foxglove, Lichtblick  open the file, import the layout docs/foxglove-layout.json\n  \
+         Rerun                 rerun {shell}\n  \
+         Python                mcap.reader.make_reader(open({path:?}, \"rb\"))\n",
+        text::bytes(recorded.bytes)
+    )
 }
