@@ -10,6 +10,7 @@ mod report;
 use std::path::Path;
 
 use crate::constraint::Wall;
+use crate::diagnostics::StabilityLimit;
 use crate::energy::gravity::UniformGravity;
 use crate::energy::nbody::NBody;
 use crate::run::Plan;
@@ -56,6 +57,12 @@ impl Scene {
         }
     }
 
+    /// What is wrong with the time step under this limit: `None` if nothing is, or if the scene wants it so.
+    pub fn unstable_step(&self, stability: &StabilityLimit) -> Option<Problem> {
+        let refused = !self.time.allow_unstable && self.time.step > stability.step;
+        refused.then(|| unstable_step(self, stability))
+    }
+
     /// Duration and frame rate of this scene.
     pub fn plan(&self) -> Plan {
         Plan { duration: self.time.duration, rate: self.output.rate }
@@ -99,8 +106,10 @@ fn assemble<const D: usize, const N: usize>(
     let state = State::new(position, velocity);
     let simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
     let stability = simulation.stability_limit(scene.time.duration);
-    if unstable == UnstableStep::Refuse && !scene.time.allow_unstable && scene.time.step > stability.step {
-        return Err(vec![unstable_step(scene, &stability)]);
+    if unstable == UnstableStep::Refuse
+        && let Some(problem) = scene.unstable_step(&stability)
+    {
+        return Err(vec![problem]);
     }
     let report = Report::new(scene, &simulation, &bodies, stability);
     let topology = Topology {
@@ -128,7 +137,7 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Prob
     if problems.is_empty() { Ok(bodies) } else { Err(problems) }
 }
 
-fn unstable_step(scene: &Scene, stability: &crate::diagnostics::StabilityLimit) -> Problem {
+fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
     let name = scene.time.integrator.method().documentation.name;
     let (step, limit) = (scene.time.step, stability.step);
     let path = KeyPath::root().key("time").key("step");

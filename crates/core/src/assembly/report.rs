@@ -135,7 +135,11 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         }
     };
     let method = simulation.method().documentation;
-    say(true, format!("{}: {} force evaluation(s) a step", method.name, method.force_evaluations), "");
+    say(
+        true,
+        format!("{}: {} a step", method.name, plural(method.force_evaluations as usize, "force evaluation")),
+        "",
+    );
     let of = |name: &str| simulation.system().terms().iter().any(|t| t.name().starts_with(name));
     say(of("elements"), "finite elements".into(), "finite elements: no body is `elastic`");
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
@@ -154,7 +158,7 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
     let walls = simulation.system().walls().len();
-    say(walls > 0, format!("{walls} wall(s)"), "walls: none, and no test for crossing them");
+    say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
     let channel = |c: Channel| scene.output.channels.contains(&c);
@@ -167,4 +171,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     );
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

@@ -37,6 +37,9 @@ impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
             assert!(weight > 0.0, "element {element} of {body} has volume {weight}");
             packs[pack].set(lane, &inverse_rest, weight);
         }
+        for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
+            pack.fill_up(stencils.iter().flatten().count());
+        }
         Elastic {
             body: body.into(),
             material,

@@ -11,7 +11,7 @@ use super::suggest;
 
 /// Which kind of mistake a [`Problem`] is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ProblemKind {
     /// The file cannot be read.
