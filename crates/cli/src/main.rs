@@ -1,3 +1,18 @@
 //! The command-line program of pliant.
 
-fn main() {}
+mod arguments;
+mod commands;
+mod failure;
+mod input;
+mod interrupt;
+mod progress;
+mod recording;
+mod statistics;
+mod terminal;
+mod text;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(commands::execute(std::env::args_os()).code())
+}

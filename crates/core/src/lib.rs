@@ -19,9 +19,12 @@ pub mod lanes;
 pub mod material;
 pub mod mesh;
 pub mod observer;
+#[cfg(feature = "mcap")]
+pub mod record;
 pub mod run;
 pub mod scalar;
 pub mod scene;
 pub mod simulation;
 pub mod state;
 pub mod system;
+pub mod topology;

@@ -69,6 +69,13 @@ pub trait Scalar:
         algebra::rotation(f)
     }
 
+    /// The rotation by way of the singular values, see [`algebra::rotation_by_svd`]: the rare branch of the general case, which
+    /// packs of lanes keep out of line.
+    #[inline(always)]
+    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        algebra::rotation_by_svd(f)
+    }
+
     /// Zero in every lane.
     #[inline(always)]
     fn zero() -> Self {

@@ -12,8 +12,8 @@ pub use dual::Dual;
 pub(crate) use dual::SMALLEST_SUM;
 pub use eigen::symmetric_eigen;
 pub use matrix::{Mat, Vect};
-pub use polar::rotation;
+pub use polar::{rotation, rotation_by_svd};
 pub use svd::{Svd, signed_svd};
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

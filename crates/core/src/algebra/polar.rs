@@ -73,10 +73,16 @@ fn rotation_3d<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
     // NaN compares false: a lane that is not finite keeps its NaN.
     let degenerate = denominator.lt(S::splat(DEGENERATE)) | unconverged;
     if degenerate.any() {
-        let svd = signed_svd(&g);
-        rotation = Mat::select(degenerate, &svd.u.mul_transpose(&svd.v), &rotation);
+        rotation = Mat::select(degenerate, &S::rotation_by_svd(&g), &rotation);
     }
     rotation
+}
+
+/// The rotation `R = U V^T` from the signed singular value decomposition; slower than [`rotation`] and accurate everywhere.
+#[inline(always)]
+pub fn rotation_by_svd<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
+    let svd = signed_svd(f);
+    svd.u.mul_transpose(&svd.v)
 }
 
 /// `l = s1 + s2 + s3` for `s1^2 + s2^2 + s3^2 = 1`, `s1 s2 s3 = J`, `|cof|^2 = s1^2 s2^2 + s2^2 s3^2 + s3^2 s1^2`,

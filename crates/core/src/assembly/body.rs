@@ -2,18 +2,26 @@
 
 use std::path::Path;
 
-use super::{AssembledBody, initial};
+use super::initial;
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::Elastic;
 use crate::energy::spring::Springs;
-use crate::material::{Autodiff, Material, MaterialVisitor};
+use crate::material::{Material, MaterialVisitor};
 use crate::mesh::{Mesh, build, select};
 use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
 use crate::system::System;
+use crate::topology::{BodyKind, BodyTopology};
 
 /// What a body contributes to a simulation.
 pub(super) struct Parts {
-    pub(super) assembled: AssembledBody,
+    pub(super) name: String,
+    /// Its first vertex in the simulation.
+    pub(super) first_vertex: u32,
+    pub(super) mesh: Mesh,
+    /// Whether its cells are finite elements.
+    pub(super) elastic: bool,
+    /// Its springs, vertices from 0.
+    pub(super) springs: Vec<[u32; 2]>,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     /// Pinned vertices, from 0 in the body, ascending.
@@ -61,14 +69,54 @@ impl Parts {
         if !problems.is_empty() {
             return Err(problems);
         }
-        let name = spec.name_or_default(index);
-        let assembled = AssembledBody { name, first_vertex, mesh, springs, elastic: spec.elastic.is_some() };
-        Ok(Parts { assembled, mass, pinned, position, velocity, stiffness, rest_length })
+        Ok(Parts {
+            name: spec.name_or_default(index),
+            first_vertex,
+            mesh,
+            elastic: spec.elastic.is_some(),
+            springs,
+            mass,
+            pinned,
+            position,
+            velocity,
+            stiffness,
+            rest_length,
+        })
     }
 
     /// Its vertices in the simulation.
     pub(super) fn vertices(&self) -> std::ops::Range<u32> {
-        self.assembled.first_vertex..self.assembled.first_vertex + self.mass.len() as u32
+        self.first_vertex..self.first_vertex + self.mass.len() as u32
+    }
+
+    /// Whether it is a cloud of particles: neither elements nor springs.
+    pub(super) fn is_particles(&self) -> bool {
+        !self.elastic && self.springs.is_empty()
+    }
+
+    /// What a reader of the output needs to know of it.
+    pub(super) fn topology(&self) -> BodyTopology {
+        let kind = match self.mesh.element_dimension() {
+            d if self.elastic && d == self.mesh.dimension => BodyKind::Solid,
+            _ if self.springs.is_empty() => BodyKind::Particles,
+            2 => BodyKind::Cloth,
+            1 => BodyKind::Strand,
+            _ => BodyKind::Springs,
+        };
+        let triangles =
+            || self.mesh.triangles.iter().map(|t| globalised(t, self.first_vertex)).collect::<Vec<_>>();
+        let solid = !self.mesh.tetrahedra.is_empty();
+        let surface = if solid { self.mesh.surface_triangles() } else { self.mesh.triangles.clone() };
+        BodyTopology {
+            name: self.name.clone(),
+            kind,
+            vertices: self.vertices(),
+            edges: self.springs.iter().map(|e| globalised(e, self.first_vertex)).collect(),
+            // The triangles of a solid only carry its named groups.
+            triangles: if solid { vec![] } else { triangles() },
+            tetrahedra: self.mesh.tetrahedra.iter().map(|t| globalised(t, self.first_vertex)).collect(),
+            surface: surface.iter().map(|t| globalised(t, self.first_vertex)).collect(),
+        }
     }
 
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system.
@@ -78,14 +126,19 @@ impl Parts {
         rest: &[f64],
         system: &mut System,
     ) {
-        let AssembledBody { name, first_vertex, mesh, springs, .. } = &self.assembled;
+        let Parts { name, first_vertex, mesh, springs, .. } = self;
         if let Some(material) = &spec.elastic {
             let elements: Vec<[u32; N]> = if D == 2 {
                 mesh.triangles.iter().map(|t| globalised(t, *first_vertex)).collect()
             } else {
                 mesh.tetrahedra.iter().map(|t| globalised(t, *first_vertex)).collect()
             };
-            let maker = ElasticMaker::<N> { body: name, elements: &elements, rest, stress: spec.stress };
+            let maker = ElasticMaker::<N> {
+                body: name,
+                elements: &elements,
+                rest,
+                stress: spec.stress.unwrap_or_default(),
+            };
             system.add_term(material.visit::<D, _>(maker));
         }
         if !springs.is_empty() {
@@ -122,17 +175,7 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for ElasticMaker<'_, N> 
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        match self.stress {
-            Stress::Analytic => {
-                Box::new(Elastic::<M, D, N>::new(self.body, material, self.elements, self.rest))
-            }
-            Stress::Autodiff => Box::new(Elastic::<Autodiff<M>, D, N>::new(
-                self.body,
-                Autodiff(material),
-                self.elements,
-                self.rest,
-            )),
-        }
+        Box::new(Elastic::<M, D, N>::new(self.body, material, self.stress, self.elements, self.rest))
     }
 }
 

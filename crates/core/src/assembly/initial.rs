@@ -1,7 +1,7 @@
 //! Where a body starts, and how fast.
 
 use crate::mesh::Mesh;
-use crate::scene::{AffinePosition, KeyPath, PositionSpec, Problem, VelocitySpec};
+use crate::scene::{AffinePosition, KeyPath, OneOrMany, PositionSpec, Problem, VelocitySpec};
 
 /// Initial positions, flat.
 pub(super) fn positions(
@@ -66,7 +66,7 @@ pub(super) fn velocities(
         Some(VelocitySpec::Rigid(rigid)) => {
             let centre = centre_of_mass(mesh, mass);
             let linear = rigid.linear.clone().unwrap_or_else(|| vec![0.0; d]);
-            let spin = match rigid.angular.as_deref() {
+            let spin = match rigid.angular.as_ref().map(OneOrMany::as_slice) {
                 Some(&[z]) => [0.0, 0.0, z],
                 Some(&[x, y, z]) => [x, y, z],
                 _ => [0.0; 3],

@@ -10,14 +10,15 @@ mod report;
 use std::path::Path;
 
 use crate::constraint::Wall;
+use crate::diagnostics::StabilityLimit;
 use crate::energy::gravity::UniformGravity;
 use crate::energy::nbody::NBody;
-use crate::mesh::Mesh;
 use crate::run::Plan;
 use crate::scene::{KeyPath, Problem, Scene};
 use crate::simulation::Simulation;
 use crate::state::State;
 use crate::system::System;
+use crate::topology::Topology;
 
 pub use report::{BodyReport, Report};
 
@@ -25,32 +26,10 @@ pub use report::{BodyReport, Report};
 pub struct Assembly {
     /// The stepper.
     pub simulation: Simulation,
-    /// The bodies, in the order of the scene; their vertices follow one another.
-    pub bodies: Vec<AssembledBody>,
+    /// Its bodies and their cells.
+    pub topology: Topology,
     /// Counts, sizes, the stability limit, what was left out.
     pub report: Report,
-}
-
-/// One body of an assembled scene.
-#[derive(Clone, Debug)]
-pub struct AssembledBody {
-    /// Its name.
-    pub name: String,
-    /// Its first vertex in the simulation.
-    pub first_vertex: u32,
-    /// Its mesh, indices from 0.
-    pub mesh: Mesh,
-    /// Its springs, indices from 0.
-    pub springs: Vec<[u32; 2]>,
-    /// Whether its cells are finite elements.
-    pub elastic: bool,
-}
-
-impl AssembledBody {
-    /// Whether it is a cloud of particles: neither elements nor springs.
-    pub fn is_particles(&self) -> bool {
-        !self.elastic && self.springs.is_empty()
-    }
 }
 
 /// Whether a scene whose step is above the stability limit is assembled all the same.
@@ -78,6 +57,12 @@ impl Scene {
         }
     }
 
+    /// What is wrong with the time step under this limit: `None` if nothing is, or if the scene wants it so.
+    pub fn unstable_step(&self, stability: &StabilityLimit) -> Option<Problem> {
+        let refused = !self.time.allow_unstable && self.time.step > stability.step;
+        refused.then(|| unstable_step(self, stability))
+    }
+
     /// Duration and frame rate of this scene.
     pub fn plan(&self) -> Plan {
         Plan { duration: self.time.duration, rate: self.output.rate }
@@ -91,7 +76,7 @@ fn assemble<const D: usize, const N: usize>(
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
     let mass: Vec<f64> = bodies.iter().flat_map(|b| b.mass.iter().copied()).collect();
-    let rest: Vec<f64> = bodies.iter().flat_map(|b| b.assembled.mesh.points.iter().copied()).collect();
+    let rest: Vec<f64> = bodies.iter().flat_map(|b| b.mesh.points.iter().copied()).collect();
     let position: Vec<f64> = bodies.iter().flat_map(|b| b.position.iter().copied()).collect();
     let velocity: Vec<f64> = bodies.iter().flat_map(|b| b.velocity.iter().copied()).collect();
 
@@ -103,12 +88,12 @@ fn assemble<const D: usize, const N: usize>(
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &mut system);
-        let first = body.assembled.first_vertex;
+        let first = body.first_vertex;
         let pinned: Vec<u32> = body.pinned.iter().map(|v| first + v).collect();
         system.pin(&pinned);
     }
     if let Some(nbody) = &scene.world.nbody {
-        let particles = bodies.iter().filter(|b| b.assembled.is_particles());
+        let particles = bodies.iter().filter(|b| b.is_particles());
         let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
         let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
         system.add_term(Box::new(NBody::<D>::new(vertices, mass, nbody.constant, nbody.softening)));
@@ -121,12 +106,20 @@ fn assemble<const D: usize, const N: usize>(
     let state = State::new(position, velocity);
     let simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
     let stability = simulation.stability_limit(scene.time.duration);
-    if unstable == UnstableStep::Refuse && !scene.time.allow_unstable && scene.time.step > stability.step {
-        return Err(vec![unstable_step(scene, &stability)]);
+    if unstable == UnstableStep::Refuse
+        && let Some(problem) = scene.unstable_step(&stability)
+    {
+        return Err(vec![problem]);
     }
     let report = Report::new(scene, &simulation, &bodies, stability);
-    let bodies = bodies.into_iter().map(|b| b.assembled).collect();
-    Ok(Assembly { simulation, bodies, report })
+    let topology = Topology {
+        dimension: D,
+        vertex_count: simulation.system().mass().len(),
+        masses: simulation.system().mass().to_vec(),
+        bodies: bodies.iter().map(body::Parts::topology).collect(),
+        rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
+    };
+    Ok(Assembly { simulation, topology, report })
 }
 
 fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {
@@ -144,7 +137,7 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Prob
     if problems.is_empty() { Ok(bodies) } else { Err(problems) }
 }
 
-fn unstable_step(scene: &Scene, stability: &crate::diagnostics::StabilityLimit) -> Problem {
+fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
     let name = scene.time.integrator.method().documentation.name;
     let (step, limit) = (scene.time.step, stability.step);
     let path = KeyPath::root().key("time").key("step");

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::body::Parts;
 use crate::diagnostics::StabilityLimit;
 use crate::lanes;
+use crate::mesh::Quality;
 use crate::scene::{Channel, Scene, Stress};
 use crate::simulation::Simulation;
 
@@ -62,6 +63,8 @@ pub struct BodyReport {
     pub pinned: usize,
     /// Mass [kg].
     pub mass: f64,
+    /// Size and quality of the mesh.
+    pub quality: Quality,
 }
 
 impl Report {
@@ -100,15 +103,16 @@ impl Report {
 
 impl BodyReport {
     fn new(body: &Parts) -> Self {
-        let mesh = &body.assembled.mesh;
+        let mesh = &body.mesh;
         let elements = if mesh.dimension == 2 { mesh.triangles.len() } else { mesh.tetrahedra.len() };
         BodyReport {
-            name: body.assembled.name.clone(),
+            name: body.name.clone(),
             vertices: body.mass.len(),
-            elements: if body.assembled.elastic { elements } else { 0 },
-            springs: body.assembled.springs.len(),
+            elements: if body.elastic { elements } else { 0 },
+            springs: body.springs.len(),
             pinned: body.pinned.len(),
             mass: body.mass.iter().sum(),
+            quality: mesh.quality(),
         }
     }
 }
@@ -131,10 +135,14 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         }
     };
     let method = simulation.method().documentation;
-    say(true, format!("{}: {} force evaluation(s) a step", method.name, method.force_evaluations), "");
+    say(
+        true,
+        format!("{}: {} a step", method.name, plural(method.force_evaluations as usize, "force evaluation")),
+        "",
+    );
     let of = |name: &str| simulation.system().terms().iter().any(|t| t.name().starts_with(name));
     say(of("elements"), "finite elements".into(), "finite elements: no body is `elastic`");
-    let autodiff = scene.body.iter().any(|b| b.stress == Stress::Autodiff);
+    let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,
         "stress by automatic differentiation".into(),
@@ -150,7 +158,7 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
     let walls = simulation.system().walls().len();
-    say(walls > 0, format!("{walls} wall(s)"), "walls: none, and no test for crossing them");
+    say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
     let channel = |c: Channel| scene.output.channels.contains(&c);
@@ -163,4 +171,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     );
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

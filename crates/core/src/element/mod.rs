@@ -4,3 +4,48 @@ mod simplex;
 
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
+
+/// What an element says of itself, for `pliant list elements`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct About {
+    /// Its name.
+    pub name: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// What in a scene makes elements of this kind.
+    pub scene: &'static str,
+    /// Number of vertices.
+    pub vertices: u32,
+    /// Its energy.
+    pub formula: &'static str,
+    /// Where it comes from.
+    pub source: &'static str,
+}
+
+/// Every element.
+pub const ELEMENTS: &[About] = &[
+    About {
+        name: "triangle",
+        summary: "Linear triangle in 2D: F is constant, one evaluation of the material each",
+        scene: "`elastic` of a body in 2D whose mesh has triangles",
+        vertices: 3,
+        formula: "E = A psi(F), F = D_s D_m^-1, A the rest area",
+        source: "Sifakis, Barbic 2012, FEM Simulation of 3D Deformable Solids, section 4.1",
+    },
+    About {
+        name: "tetrahedron",
+        summary: "Linear tetrahedron in 3D: F is constant, one evaluation of the material each",
+        scene: "`elastic` of a body in 3D whose mesh has tetrahedra",
+        vertices: 4,
+        formula: "E = V psi(F), F = D_s D_m^-1, V the rest volume",
+        source: "Sifakis, Barbic 2012, FEM Simulation of 3D Deformable Solids, section 4.1",
+    },
+    About {
+        name: "spring",
+        summary: "Spring between two vertices, in 2D and 3D",
+        scene: "`springs` of a body: along every edge of its mesh",
+        vertices: 2,
+        formula: "E = k/2 (l - l0)^2, k given or Y l0",
+        source: "Hooke's law, lecture 9",
+    },
+];

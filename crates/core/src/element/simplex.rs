@@ -71,6 +71,15 @@ impl<const D: usize> SimplexPack<D> {
         self.weight[lane] = weight;
     }
 
+    /// Lanes from `used` on repeat the last one before them with weight zero: their `J` is that of a real element.
+    pub fn fill_up(&mut self, used: usize) {
+        let Some(last) = used.checked_sub(1) else { return };
+        let (inverse_rest, _) = self.lane(last);
+        for lane in used..WIDTH {
+            self.set(lane, &inverse_rest, 0.0);
+        }
+    }
+
     /// `D_m^-1` of every lane.
     #[inline(always)]
     pub fn inverse_rest<L: Lanes>(&self) -> Mat<L, D> {

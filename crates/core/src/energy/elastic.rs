@@ -4,14 +4,16 @@ use super::patch::{Patch, Patches, Scratch};
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::algebra::Mat;
 use crate::element::{SimplexPack, edge_matrix, simplex_rest, vertex_gradients};
-use crate::lanes::{Kernel, Lanes, Pair, WIDTH, dispatch};
-use crate::material::{Domain, Material, Psd};
+use crate::lanes::{Kernel, Lanes, Pair, WIDTH, dispatch, dispatch_compact};
+use crate::material::{Domain, Material, Psd, autodiff_stress};
 use crate::scalar::Scalar;
+use crate::scene::Stress;
 
 /// Linear simplices of `N = D + 1` vertices filled with one material.
 pub struct Elastic<M, const D: usize, const N: usize> {
     body: String,
     material: M,
+    stress: Stress,
     patches: Patches<N>,
     packs: Vec<SimplexPack<D>>,
     scratch: Vec<Scratch<D>>,
@@ -21,11 +23,12 @@ pub struct Elastic<M, const D: usize, const N: usize> {
 }
 
 impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
-    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m].
+    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m], their
+    /// stress computed as `stress` says.
     ///
     /// # Panics
     /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
-    pub fn new(body: &str, material: M, elements: &[[u32; N]], rest: &[f64]) -> Self {
+    pub fn new(body: &str, material: M, stress: Stress, elements: &[[u32; N]], rest: &[f64]) -> Self {
         assert_eq!(N, D + 1, "a simplex has one vertex more than dimensions");
         let patches = Patches::new::<D>(elements, rest.len() / D);
         let mut packs = vec![SimplexPack::new(); patches.index.len()];
@@ -34,9 +37,13 @@ impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
             assert!(weight > 0.0, "element {element} of {body} has volume {weight}");
             packs[pack].set(lane, &inverse_rest, weight);
         }
+        for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
+            pack.fill_up(stencils.iter().flatten().count());
+        }
         Elastic {
             body: body.into(),
             material,
+            stress,
             scratch: patches.scratch(),
             sums: patches.sums::<D>(),
             parts: vec![0.0; patches.patches.len()],
@@ -86,13 +93,13 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
         let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
         patches.for_each(&mut self.scratch, &mut self.parts, 1, |patch, scratch, out| {
             scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch(EnergyKernel { material, patches, packs, patch, scratch });
+            out[0] = dispatch_compact(EnergyKernel { material, patches, packs, patch, scratch });
         });
         self.parts.iter().sum()
     }
 
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
-        let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
+        let (patches, packs, material, stress) = (&self.patches, &self.packs, &self.material, self.stress);
         patches.for_each(
             &mut self.scratch,
             &mut self.sums,
@@ -101,7 +108,26 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
                 let vertices = &patches.vertices[patch.vertices.clone()];
                 scratch.position.load_vertices(x, vertices);
                 scratch.gradient.clear(vertices.len());
-                dispatch(GradientKernel { material, patches, packs, patch, scratch });
+                match stress {
+                    Stress::Analytic => {
+                        dispatch(GradientKernel::<_, D, N, false> {
+                            material,
+                            patches,
+                            packs,
+                            patch,
+                            scratch,
+                        });
+                    }
+                    Stress::Autodiff => {
+                        dispatch_compact(GradientKernel::<_, D, N, true> {
+                            material,
+                            patches,
+                            packs,
+                            patch,
+                            scratch,
+                        });
+                    }
+                }
                 out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
             },
         );
@@ -138,7 +164,7 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
             vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
         patches.for_each(&mut self.scratch, &mut parts, 1, |patch, scratch, out| {
             scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch(DeformationKernel { patches, packs, patch, scratch });
+            out[0] = dispatch_compact(DeformationKernel { patches, packs, patch, scratch });
         });
         parts.into_iter().reduce(DeformationExtremes::merge)
     }
@@ -165,7 +191,7 @@ fn deformation_gradient<L: Lanes, const D: usize, const N: usize>(
     edge_matrix(&x).mul(inverse_rest)
 }
 
-struct GradientKernel<'a, M, const D: usize, const N: usize> {
+struct GradientKernel<'a, M, const D: usize, const N: usize, const AUTODIFF: bool> {
     material: &'a M,
     patches: &'a Patches<N>,
     packs: &'a [SimplexPack<D>],
@@ -173,18 +199,16 @@ struct GradientKernel<'a, M, const D: usize, const N: usize> {
     scratch: &'a mut Scratch<D>,
 }
 
-/// `H = w P D_m^-T`.
-#[inline(always)]
-fn weighted_stress<S: Scalar, M: Material<D>, const D: usize>(
-    material: &M,
-    f: &Mat<S, D>,
-    inverse_rest: &Mat<S, D>,
-    weight: S,
-) -> Mat<S, D> {
-    material.pk1(f).scale(weight).mul_transpose(inverse_rest)
-}
+impl<M: Material<D>, const D: usize, const N: usize, const AUTODIFF: bool>
+    GradientKernel<'_, M, D, N, AUTODIFF>
+{
+    /// `H = w P D_m^-T`.
+    #[inline(always)]
+    fn weighted_stress<S: Scalar>(&self, f: &Mat<S, D>, inverse_rest: &Mat<S, D>, weight: S) -> Mat<S, D> {
+        let p = if AUTODIFF { autodiff_stress(self.material, f) } else { self.material.pk1(f) };
+        p.scale(weight).mul_transpose(inverse_rest)
+    }
 
-impl<M: Material<D>, const D: usize, const N: usize> GradientKernel<'_, M, D, N> {
     /// Adds the vertex gradients of one pack.
     #[inline(always)]
     fn scatter<L: Lanes>(&mut self, pack: usize, h: &Mat<L, D>) {
@@ -193,33 +217,75 @@ impl<M: Material<D>, const D: usize, const N: usize> GradientKernel<'_, M, D, N>
             L::scatter_add(&mut self.scratch.gradient, &self.patches.index[pack][node], gradients[node]);
         }
     }
+
+    #[inline(always)]
+    fn one_pack<L: Lanes>(&mut self, pack: usize) {
+        let rest = self.packs[pack].inverse_rest::<L>();
+        let f = deformation_gradient(self.scratch, &self.patches.index[pack], &rest);
+        let weight = self.packs[pack].weight::<L>();
+        if !L::BY_LANE {
+            let h = self.weighted_stress(&f, &rest, weight);
+            return self.scatter(pack, &h);
+        }
+        let mut h = [[[0.0; WIDTH]; D]; D];
+        for l in 0..WIDTH {
+            let of_lane = self.weighted_stress_of_lane(&lane(&f, l), &lane(&rest, l), weight.to_array()[l]);
+            for i in 0..D {
+                for j in 0..D {
+                    h[i][j][l] = of_lane[i][j];
+                }
+            }
+        }
+        self.scatter(pack, &load_matrix::<L, D>(&h));
+    }
+
+    #[inline(never)]
+    fn weighted_stress_of_lane(
+        &self,
+        f: &Mat<f64, D>,
+        inverse_rest: &Mat<f64, D>,
+        weight: f64,
+    ) -> Mat<f64, D> {
+        self.weighted_stress(f, inverse_rest, weight)
+    }
+
+    /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added one after the
+    /// other, so that the sums are those of one pack a turn.
+    #[inline(always)]
+    fn two_packs<L: Lanes>(&mut self, first: usize) {
+        // The last pack of an odd number goes with itself, and is added once.
+        let second = if first + 1 < self.patch.packs.end { first + 1 } else { first };
+        let (a, b) = (&self.packs[first], &self.packs[second]);
+        let (rest_a, rest_b) = (a.inverse_rest::<L>(), b.inverse_rest::<L>());
+        let f_a = deformation_gradient(self.scratch, &self.patches.index[first], &rest_a);
+        let f_b = deformation_gradient(self.scratch, &self.patches.index[second], &rest_b);
+        let weight = Pair(a.weight::<L>(), b.weight::<L>());
+        let h = self.weighted_stress(&both(&f_a, &f_b), &both(&rest_a, &rest_b), weight);
+        let (h_a, h_b) = Pair::unzip_rows(&h.0);
+        self.scatter(first, &Mat(h_a));
+        if second != first {
+            self.scatter(second, &Mat(h_b));
+        }
+    }
 }
 
-impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'_, M, D, N> {
+impl<M: Material<D>, const D: usize, const N: usize, const AUTODIFF: bool> Kernel
+    for GradientKernel<'_, M, D, N, AUTODIFF>
+{
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(mut self) {
-        let mut pack = self.patch.packs.start;
-        // Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added one after
-        // the other, so that the sums are those of one pack a turn.
-        while pack + 1 < self.patch.packs.end {
-            let (a, b) = (&self.packs[pack], &self.packs[pack + 1]);
-            let (rest_a, rest_b) = (a.inverse_rest::<L>(), b.inverse_rest::<L>());
-            let f_a = deformation_gradient(self.scratch, &self.patches.index[pack], &rest_a);
-            let f_b = deformation_gradient(self.scratch, &self.patches.index[pack + 1], &rest_b);
-            let weight = Pair(a.weight::<L>(), b.weight::<L>());
-            let h = weighted_stress(self.material, &both(&f_a, &f_b), &both(&rest_a, &rest_b), weight);
-            let (h_a, h_b) = halves(&h);
-            self.scatter(pack, &h_a);
-            self.scatter(pack + 1, &h_b);
-            pack += 2;
-        }
-        if pack < self.patch.packs.end {
-            let rest = self.packs[pack].inverse_rest::<L>();
-            let f = deformation_gradient(self.scratch, &self.patches.index[pack], &rest);
-            let h = weighted_stress(self.material, &f, &rest, self.packs[pack].weight());
-            self.scatter(pack, &h);
+        // One of the two loops is compiled, so that a material's stress is inlined once. Dual numbers are many registers
+        // already: pairs of them only spill.
+        if L::PAIRS_PAY && !AUTODIFF {
+            for pack in self.patch.packs.clone().step_by(2) {
+                self.two_packs::<L>(pack);
+            }
+        } else {
+            for pack in self.patch.packs.clone() {
+                self.one_pack::<L>(pack);
+            }
         }
     }
 }
@@ -230,14 +296,27 @@ fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>,
     Mat(Pair::zip_rows(&a.0, &b.0))
 }
 
-/// The inverse of [`both`].
+/// The matrix of one lane.
 #[inline(always)]
-fn halves<S: Scalar, const D: usize>(m: &Mat<Pair<S>, D>) -> (Mat<S, D>, Mat<S, D>) {
-    let (mut a, mut b) = (Mat::zero(), Mat::zero());
+fn lane<L: Lanes, const D: usize>(m: &Mat<L, D>, lane: usize) -> Mat<f64, D> {
+    let mut r = Mat::zero();
     for i in 0..D {
-        (a[i], b[i]) = Pair::unzip(&m[i]);
+        for j in 0..D {
+            r[i][j] = m[i][j].to_array()[lane];
+        }
     }
-    (a, b)
+    r
+}
+
+#[inline(always)]
+fn load_matrix<L: Lanes, const D: usize>(m: &[[[f64; WIDTH]; D]; D]) -> Mat<L, D> {
+    let mut r = Mat::zero();
+    for i in 0..D {
+        for j in 0..D {
+            r[i][j] = L::load(&m[i][j]);
+        }
+    }
+    r
 }
 
 struct EnergyKernel<'a, M, const D: usize, const N: usize> {
@@ -246,6 +325,25 @@ struct EnergyKernel<'a, M, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
     patch: &'a Patch,
     scratch: &'a Scratch<D>,
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> EnergyKernel<'_, M, D, N> {
+    #[inline(always)]
+    fn density<L: Lanes>(&self, f: &Mat<L, D>) -> L {
+        if !L::BY_LANE {
+            return self.material.psi(f);
+        }
+        let mut psi = [0.0; WIDTH];
+        for (l, psi) in psi.iter_mut().enumerate() {
+            *psi = self.density_of_lane(&lane(f, l));
+        }
+        L::load(&psi)
+    }
+
+    #[inline(never)]
+    fn density_of_lane(&self, f: &Mat<f64, D>) -> f64 {
+        self.material.psi(f)
+    }
 }
 
 impl<M: Material<D>, const D: usize, const N: usize> Kernel for EnergyKernel<'_, M, D, N> {
@@ -258,7 +356,7 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for EnergyKernel<'_,
             let rest = self.packs[pack].inverse_rest::<L>();
             let f = deformation_gradient(self.scratch, &self.patches.index[pack], &rest);
             let weight = self.packs[pack].weight::<L>();
-            let energy = weight * self.material.psi(&f);
+            let energy = weight * self.density(&f);
             // Zero times infinity in an empty lane is not zero.
             sum += L::select(L::zero().lt(weight), energy, L::zero());
         }

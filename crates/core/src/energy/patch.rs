@@ -24,7 +24,7 @@ const MAX_TASKS: usize = 32;
 pub type PackIndex<const N: usize> = [[u16; WIDTH]; N];
 
 /// Local copies of the vertices of a patch.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Scratch<const D: usize> {
     /// Their positions.
     pub position: Rows<D>,
@@ -181,7 +181,7 @@ impl<const N: usize> Patches<N> {
     pub fn scratch<const D: usize>(&self) -> Vec<Scratch<D>> {
         let tasks =
             if self.patches.len() < PARALLEL_FROM_PATCHES { 1 } else { self.patches.len().min(MAX_TASKS) };
-        vec![Scratch::new(); tasks]
+        (0..tasks).map(|_| Scratch::new()).collect()
     }
 
     /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads where there is enough to

@@ -1,8 +1,12 @@
 //! The choice of the instruction set, made once, at run time.
 
+#![allow(unsafe_code)]
+
 use std::sync::OnceLock;
 
 use super::{Lanes, Portable};
+#[cfg(target_arch = "x86_64")]
+use super::{avx2::Avx2, avx512::Avx512};
 
 /// A computation over packs, with its arguments as fields.
 pub trait Kernel {
@@ -37,6 +41,22 @@ impl Level {
     }
 
     /// Whether this processor has the instructions.
+    #[cfg(target_arch = "x86_64")]
+    pub fn is_available(self) -> bool {
+        let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        match self {
+            Level::Portable => true,
+            Level::Avx2 => avx2,
+            Level::Avx512 => {
+                avx2 && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl")
+            }
+        }
+    }
+
+    /// Whether this processor has the instructions.
+    #[cfg(not(target_arch = "x86_64"))]
     pub fn is_available(self) -> bool {
         self == Level::Portable
     }
@@ -73,15 +93,82 @@ fn choose(request: Option<&str>) -> Level {
     Level::best()
 }
 
-/// Runs a kernel on the best instruction set.
+/// Runs a kernel on the best instruction set, see [`level`].
 #[inline]
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     dispatch_at(level(), kernel)
 }
 
+/// Runs a kernel that is no hot path: on AVX2 at most, so that it is compiled once less. The bits are the same.
+#[inline]
+pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
+    dispatch_compact_at(level(), kernel)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline]
+fn dispatch_compact_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    match level {
+        // SAFETY: the processor has the features that the wrapper enables.
+        Level::Avx512 | Level::Avx2 if Level::Avx2.is_available() => unsafe { run_avx2(kernel) },
+        _ => kernel.run::<Portable>(),
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+fn dispatch_compact_at<K: Kernel>(_level: Level, kernel: K) -> K::Output {
+    kernel.run::<Portable>()
+}
+
 /// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
+#[cfg(target_arch = "x86_64")]
 #[inline]
 pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
-    let _ = level;
+    match level {
+        // SAFETY: the processor has the features that the wrapper enables.
+        Level::Avx512 if level.is_available() => unsafe { run_avx512(kernel) },
+        // SAFETY: as above.
+        Level::Avx2 if level.is_available() => unsafe { run_avx2(kernel) },
+        _ => kernel.run::<Portable>(),
+    }
+}
+
+/// Runs a kernel in plain code, the only level of this processor.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline]
+pub fn dispatch_at<K: Kernel>(_level: Level, kernel: K) -> K::Output {
     kernel.run::<Portable>()
+}
+
+/// # Safety
+/// The processor must have the features enabled here.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+unsafe fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx512>()
+}
+
+/// # Safety
+/// The processor must have the features enabled here.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Avx2>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_is_honoured_where_possible_and_ignored_otherwise() {
+        assert_eq!(choose(None), Level::best());
+        assert_eq!(choose(Some("portable")), Level::Portable);
+        assert_eq!(choose(Some("quantum")), Level::best());
+        for level in Level::ALL {
+            let expected = if level.is_available() { level } else { Level::best() };
+            assert_eq!(choose(Some(level.name())), expected);
+        }
+    }
 }

@@ -19,6 +19,10 @@
 
 use crate::scalar::Real;
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
 mod dispatch;
 mod elementary;
 mod operators;
@@ -26,7 +30,7 @@ mod pair;
 mod portable;
 mod rows;
 
-pub use dispatch::{Kernel, Level, dispatch, dispatch_at, level};
+pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
@@ -37,17 +41,21 @@ pub const WIDTH: usize = 8;
 
 /// Eight numbers, side by side.
 pub trait Lanes: Real {
+    /// Whether kernels with divisions or roots run faster on a [`Pair`] of packs.
+    ///
+    /// They do where a pack is one of 32 registers; where it is two of 16, a pair only spills. Same bits either way.
+    const PAIRS_PAY: bool;
+    /// Whether a kernel had better call a function of `f64` for each lane than inline its mathematics on packs: where a pack is
+    /// no register. The bits are the same.
+    const BY_LANE: bool = false;
+
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).
     fn load(a: &[f64; WIDTH]) -> Self;
     /// Overwrites `a`.
     fn store(self, a: &mut [f64; WIDTH]);
     /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
-    ///
-    /// Indices wrap at [`Rows::CAPACITY`].
     fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D];
     /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
-    ///
-    /// Indices wrap at [`Rows::CAPACITY`].
     fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]);
     /// Bit `l` of the result is lane `l` of the mask.
     fn mask_to_bits(mask: Self::Mask) -> u8;

@@ -24,4 +24,19 @@ macro_rules! assigning_operators {
     };
 }
 
+/// Evaluates intrinsics that neither read nor write memory.
+#[cfg(target_arch = "x86_64")]
+macro_rules! register {
+    ($e:expr) => {
+        // SAFETY: intrinsics on registers need nothing but the instructions. The register types are private to
+        // `lanes`, and their methods are reached only through the wrappers of `dispatch`, which are entered only
+        // after the processor was found to have the instructions.
+        unsafe {
+            $e
+        }
+    };
+}
+
 pub(super) use assigning_operators;
+#[cfg(target_arch = "x86_64")]
+pub(super) use register;

@@ -3,12 +3,14 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::assigning_operators;
+use crate::algebra::Mat;
 use crate::scalar::{Mask, Real, Scalar};
 
 /// Two scalars side by side; the mask of a pair is a pair of masks.
 ///
 /// Divisions and square roots have a long latency that one pack cannot fill: a kernel that runs on a pair of packs
-/// is a tenth to a third faster than on one pack after the other, and gives the same bits.
+/// is a tenth to a third faster than on one pack after the other, and gives the same bits. Whether it is depends on
+/// the instruction set: ask [`Lanes::PAIRS_PAY`](super::Lanes::PAIRS_PAY).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<S>(pub S, pub S);
 
@@ -48,6 +50,12 @@ impl<M: Mask> Mask for Pair<M> {
 
 impl<S: Scalar> Scalar for Pair<S> {
     type Mask = Pair<S::Mask>;
+
+    #[inline(always)]
+    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        let (a, b) = Self::unzip_rows(&f.0);
+        Mat(Self::zip_rows(&S::rotation_by_svd(&Mat(a)).0, &S::rotation_by_svd(&Mat(b)).0))
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {
@@ -118,6 +126,16 @@ impl<S: Scalar> Pair<S> {
             r[i] = Self::zip(&a[i], &b[i]);
         }
         r
+    }
+
+    /// The first and the second halves of every entry: the inverse of [`Pair::zip_rows`].
+    #[inline(always)]
+    pub fn unzip_rows<const N: usize, const M: usize>(p: &[[Self; M]; N]) -> ([[S; M]; N], [[S; M]; N]) {
+        let (mut a, mut b) = ([[S::zero(); M]; N], [[S::zero(); M]; N]);
+        for i in 0..N {
+            (a[i], b[i]) = Self::unzip(&p[i]);
+        }
+        (a, b)
     }
 
     /// The first and the second halves of `p`: the inverse of [`Pair::zip`].

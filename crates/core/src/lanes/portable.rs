@@ -2,6 +2,10 @@
 //!
 //! Without a fused multiply-add in hardware `mul_add` calls the C library, which rounds correctly and is slow: the
 //! bits are the same everywhere, the speed is not.
+//!
+//! On x86-64 this path serves processors older than AVX2 and the tests. Its operations are calls there, not inlined: eight
+//! scalar instructions for each would make every kernel huge, and compiling them slow, for hardly anybody. Elsewhere (NEON)
+//! it is the main path, and is inlined and vectorised.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -22,7 +26,8 @@ macro_rules! binary {
     ($pack:ident, $zero:expr, $trait:ident, $method:ident) => {
         impl $trait for $pack {
             type Output = Self;
-            #[inline(always)]
+            #[cfg_attr(target_arch = "x86_64", inline(never))]
+            #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
             fn $method(self, o: Self) -> Self {
                 let mut r = [$zero; WIDTH];
                 for l in 0..WIDTH {
@@ -54,7 +59,8 @@ macro_rules! lanewise {
 
 impl Neg for Portable {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn neg(self) -> Self {
         lanewise!(Neg::neg, self)
     }
@@ -78,11 +84,13 @@ impl Scalar for Portable {
     fn splat(x: f64) -> Self {
         Portable([x; WIDTH])
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul_add(self, b: Self, c: Self) -> Self {
         lanewise!(f64::mul_add, self, b, c)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sqrt(self) -> Self {
         lanewise!(f64::sqrt, self)
     }
@@ -90,19 +98,23 @@ impl Scalar for Portable {
     fn ln(self) -> Self {
         super::ln(self)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn abs(self) -> Self {
         lanewise!(f64::abs, self)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn max(self, o: Self) -> Self {
         lanewise!(Scalar::max, self, o)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn copysign(self, sign: Self) -> Self {
         lanewise!(f64::copysign, self, sign)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn lt(self, o: Self) -> PortableMask {
         let mut r = [false; WIDTH];
         for l in 0..WIDTH {
@@ -110,7 +122,8 @@ impl Scalar for Portable {
         }
         PortableMask(r)
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn select(mask: PortableMask, a: Self, b: Self) -> Self {
         let mut r = b.0;
         for l in 0..WIDTH {
@@ -138,6 +151,9 @@ impl Real for Portable {
 }
 
 impl Lanes for Portable {
+    const PAIRS_PAY: bool = false;
+    const BY_LANE: bool = cfg!(target_arch = "x86_64");
+
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {
         Portable(*a)
@@ -150,7 +166,7 @@ impl Lanes for Portable {
     fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D] {
         let mut r = [Portable([0.0; WIDTH]); D];
         for l in 0..WIDTH {
-            let row = rows.get(index[l] as usize);
+            let row = rows.get(index[l]);
             for c in 0..D {
                 r[c].0[l] = row[c];
             }
@@ -160,11 +176,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]) {
         for l in 0..WIDTH {
-            let mut row = rows.get(index[l] as usize);
+            let mut row = rows.get(index[l]);
             for c in 0..D {
                 row[c] += v[c].0[l];
             }
-            rows.set(index[l] as usize, row);
+            rows.set(index[l], row);
         }
     }
     #[inline(always)]

@@ -1,18 +1,19 @@
 //! Scratch rows: the local copy of vertex positions or forces that packs gather from and add to.
+#![allow(unsafe_code)]
 
-/// Numbers in a buffer: 64 KiB, so that two of them stay in the second-level cache.
-const LENGTH: usize = 8192;
+/// One row for every `u16`.
+const CAPACITY: usize = 1 << 16;
+/// Numbers in a buffer, enough for rows of four.
+const LENGTH: usize = 4 * CAPACITY;
 
-#[derive(Clone)]
 #[repr(C, align(64))]
 struct Buffer([f64; LENGTH]);
 
-/// A buffer of vertex rows of fixed capacity: `x, y` in 2D and `x, y, z, 0` in 3D.
+/// 65,536 rows of a vertex each: `x, y` in 2D and `x, y, z, 0` in 3D.
 ///
-/// The capacity is a power of two and every access wraps at it, so no index can be out of bounds and none is tested:
-/// this is what makes [`crate::lanes::Lanes::gather`] both safe and fast. An index that would wrap is a bug of the
-/// caller, caught by a debug assertion.
-#[derive(Clone)]
+/// There is a row for every `u16`, so no index can be out of bounds and none is tested: this is what makes
+/// [`crate::lanes::Lanes::gather`] both safe and fast. Memory is taken page by page as rows are first written, so a
+/// buffer whose first 500 rows are in use occupies 16 kB, not the 2 MB it may grow to.
 pub struct Rows<const D: usize>(Box<Buffer>);
 
 impl<const D: usize> Rows<D> {
@@ -22,25 +23,44 @@ impl<const D: usize> Rows<D> {
         3 => 4,
         _ => panic!("rows have 2 or 3 components"),
     };
-    /// Rows in the buffer: 4096 in 2D, 2048 in 3D.
-    pub const CAPACITY: usize = LENGTH / Self::STRIDE;
+    /// Rows in the buffer.
+    pub const CAPACITY: usize = CAPACITY;
 
     /// All rows zero.
     pub fn new() -> Self {
-        Rows(Box::new(Buffer([0.0; LENGTH])))
+        // SAFETY: a buffer consists of `f64`, which may have any bits. (Zeroed allocation is what leaves untouched
+        // pages to the operating system, and what keeps 2 MB off the stack.)
+        Rows(unsafe { Box::new_zeroed().assume_init() })
     }
 
-    /// Where row `index` begins, wrapped at the capacity.
+    /// The `STRIDE` numbers of row `index`.
+    #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    fn start(index: usize) -> usize {
-        debug_assert!(index < Self::CAPACITY, "row {index} of {}", Self::CAPACITY);
-        (index & (Self::CAPACITY - 1)) * Self::STRIDE
+    pub(super) fn row<const STRIDE: usize>(&self, index: u16) -> &[f64; STRIDE] {
+        debug_assert!(STRIDE == Self::STRIDE);
+        &self.0.0.as_chunks().0[index as usize]
+    }
+
+    /// The `STRIDE` numbers of row `index`.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(super) fn row_mut<const STRIDE: usize>(&mut self, index: u16) -> &mut [f64; STRIDE] {
+        debug_assert!(STRIDE == Self::STRIDE);
+        &mut self.0.0.as_chunks_mut().0[index as usize]
+    }
+
+    /// The first two and the last two numbers of row `index`; rows of four only.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(super) fn halves(&self, index: u16) -> [&[f64; 2]; 2] {
+        let row = self.row::<4>(index).as_chunks::<2>().0;
+        [&row[0], &row[1]]
     }
 
     /// Row `index`.
     #[inline(always)]
-    pub fn get(&self, index: usize) -> [f64; D] {
-        let start = Self::start(index);
+    pub fn get(&self, index: u16) -> [f64; D] {
+        let start = index as usize * Self::STRIDE;
         let mut r = [0.0; D];
         r.copy_from_slice(&self.0.0[start..start + D]);
         r
@@ -48,8 +68,8 @@ impl<const D: usize> Rows<D> {
 
     /// Overwrites row `index`.
     #[inline(always)]
-    pub fn set(&mut self, index: usize, row: [f64; D]) {
-        let start = Self::start(index);
+    pub fn set(&mut self, index: u16, row: [f64; D]) {
+        let start = index as usize * Self::STRIDE;
         self.0.0[start..start + D].copy_from_slice(&row);
     }
 
@@ -68,17 +88,17 @@ impl<const D: usize> Rows<D> {
     /// If a vertex lies beyond the end of `positions`, or there are more vertices than rows.
     #[inline(always)]
     pub fn load_vertices(&mut self, positions: &[f64], vertices: &[u32]) {
-        assert!(vertices.len() <= Self::CAPACITY, "more vertices than rows");
         let (positions, _) = positions.as_chunks::<D>();
-        for i in 0..vertices.len() {
-            self.set(i, positions[vertices[i] as usize]);
+        let rows = self.0.0[..vertices.len() * Self::STRIDE].chunks_exact_mut(Self::STRIDE);
+        for (row, &vertex) in rows.zip(vertices) {
+            row[..D].copy_from_slice(&positions[vertex as usize]);
         }
     }
 
-    /// The buffer as it lies in memory, `STRIDE` numbers per row.
+    /// The buffer as it lies in memory, [`Rows::STRIDE`] numbers per row.
     #[inline(always)]
     pub fn as_slice(&self) -> &[f64] {
-        &self.0.0
+        &self.0.0[..CAPACITY * Self::STRIDE]
     }
 }
 

@@ -5,7 +5,7 @@ mod parameters;
 mod registry;
 mod spectrum;
 
-pub use autodiff::{Autodiff, gradient};
+pub use autodiff::autodiff_stress;
 pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Stiffness};
 pub use registry::{About, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, Spectrum};
@@ -89,7 +89,7 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
     /// [`psi`](Self::psi) unless the model gives it in closed form.
     #[inline(always)]
     fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
-        gradient(self, f)
+        autodiff_stress(self, f)
     }
 
     /// Second derivative `dP/dF` [Pa].
@@ -113,3 +113,6 @@ register_materials! {
     "displacement-gradient" => displacement_gradient::DisplacementGradient(Stiffness);
     "dirichlet" => dirichlet::Dirichlet(Stiffness);
 }
+
+#[cfg(test)]
+mod tests;

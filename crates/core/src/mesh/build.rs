@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Mesh, MeshError, check::check, cloth, disk, grid, inline, predicted_size, strand};
+use super::{Mesh, MeshError, check::check, cloth, disk, file, grid, inline, predicted_size, strand};
 use crate::scene::MeshSpec;
 
 /// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
@@ -12,14 +12,19 @@ use crate::scene::MeshSpec;
 /// # Errors
 /// Whatever makes the specification, the file or the mesh unusable; see [`MeshError`].
 pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
-    predicted_size(spec, dimension, base)?.probe()?;
+    let size = predicted_size(spec, dimension, base)?;
+    if !matches!(spec, MeshSpec::File(_)) {
+        // The prediction for a file is a bound far above what it takes; that the file is there shows the proportion.
+        size.probe()?;
+    }
     let mesh = match spec {
         MeshSpec::Grid(spec) => grid::build(spec, dimension)?,
         MeshSpec::Cloth(spec) => cloth::build(spec, dimension)?,
         MeshSpec::Strand(spec) => strand::build(spec, dimension)?,
         MeshSpec::Disk(spec) => disk::build(spec, dimension)?,
         MeshSpec::Inline(spec) => inline::build(spec, dimension)?,
-        MeshSpec::File(spec) => return Err(MeshError::UnknownFormat { path: base.join(&spec.path) }),
+        // Checked there, where the places in the file are known.
+        MeshSpec::File(spec) => return file::build(spec, dimension, base),
     };
     check(&mesh)?;
     Ok(mesh)

@@ -12,9 +12,7 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     if mesh.points.is_empty() {
         return Err(MeshError::Empty);
     }
-    if mesh.dimension == 2 && !mesh.tetrahedra.is_empty() {
-        return Err(MeshError::TetrahedraInPlane { count: mesh.tetrahedra.len() });
-    }
+    unusable_cells(mesh)?;
     if let Some(i) = mesh.points.iter().position(|x| !x.is_finite()) {
         let (vertex, axis) = (i / mesh.dimension, i % mesh.dimension);
         return Err(MeshError::NonFiniteCoordinate { vertex, axis, value: mesh.points[i] });
@@ -31,6 +29,14 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
         shapes(mesh, &mesh.triangles, Cell::Triangle)?;
     }
     unreferenced(mesh)
+}
+
+/// Solids do not fit the plane.
+pub(super) fn unusable_cells(mesh: &Mesh) -> Result<(), MeshError> {
+    if mesh.dimension == 2 && !mesh.tetrahedra.is_empty() {
+        return Err(MeshError::TetrahedraInPlane { count: mesh.tetrahedra.len() });
+    }
+    Ok(())
 }
 
 /// Every index in range, no vertex twice in a cell.

@@ -289,4 +289,111 @@ pub enum MeshError {
         /// The file.
         path: PathBuf,
     },
+    /// A fault in a file, and where.
+    #[error("{}{}: {}{source}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(),
+            tag.map(|t| format!("{t} of the file: ")).unwrap_or_default())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: Option<u32>,
+        /// What the file calls the vertex or element at fault.
+        tag: Option<FileTag>,
+        /// The fault.
+        source: Box<MeshError>,
+    },
+    /// A word that makes no sense where it stands.
+    #[error("expected {expected}, found `{found}`")]
+    Expected {
+        /// What should be there.
+        expected: &'static str,
+        /// What is there, shortened.
+        found: String,
+    },
+    /// The file is cut off.
+    #[error("the file ends where {expected} should be; is it complete?")]
+    EndOfFile {
+        /// What should be there.
+        expected: &'static str,
+    },
+    /// A Gmsh file without nodes or elements.
+    #[error("the file has no section {section}; is it complete?")]
+    MissingSection {
+        /// The section.
+        section: &'static str,
+    },
+    /// A Gmsh file of another version.
+    #[error(
+        "version {version} of the Gmsh format; supported are 2.2 and 4.1 (in Gmsh: `Mesh.MshFileVersion = 4.1;`)"
+    )]
+    GmshVersion {
+        /// The version that the file states.
+        version: String,
+    },
+    /// A binary Gmsh file.
+    #[error(
+        "a binary Gmsh file; only ASCII files are read (in Gmsh: `Mesh.Binary = 0;`, in meshio: `binary=False`)"
+    )]
+    Binary,
+    /// Elements that are not linear simplices.
+    #[error(
+        "element {element} is a {name} (type {kind}); supported are points, lines, triangles and tetrahedra of \
+             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination)"
+    )]
+    ElementType {
+        /// Its tag in the file.
+        element: u64,
+        /// Gmsh's number for the type.
+        kind: u64,
+        /// What the type is called.
+        name: &'static str,
+    },
+    /// Two nodes with the same tag.
+    #[error("there are two nodes with the tag {node}; tags must differ")]
+    RepeatedNode {
+        /// The tag.
+        node: u64,
+    },
+    /// An element that names a node that is not there.
+    #[error("element {element} uses node {node}, which the file does not define")]
+    UnknownNode {
+        /// Tag of the element.
+        element: u64,
+        /// Tag of the node.
+        node: u64,
+    },
+    /// An OBJ statement that names a vertex that is not there.
+    #[error(
+        "vertex {index} does not exist: {count} vertices stand above this line (1 is the first of them, -1 the last)"
+    )]
+    ObjIndex {
+        /// The number in the file.
+        index: i64,
+        /// Vertices defined so far.
+        count: usize,
+    },
+    /// More named groups on one thing than a reader follows.
+    #[error("a cell or an entity is in more than {limit} groups")]
+    TooManyGroups {
+        /// The most there may be.
+        limit: usize,
+    },
+}
+
+/// The number by which a mesh file calls a vertex or an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileTag {
+    /// A vertex.
+    Node(u64),
+    /// An element.
+    Element(u64),
+}
+
+impl fmt::Display for FileTag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FileTag::Node(tag) => write!(f, "node {tag}"),
+            FileTag::Element(tag) => write!(f, "element {tag}"),
+        }
+    }
 }

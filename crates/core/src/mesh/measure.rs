@@ -19,22 +19,7 @@ impl Mesh {
     /// The edges that springs run along: those of the mesh if it names any, otherwise every edge of its elements, once,
     /// ascending.
     pub fn spring_edges(&self) -> Vec<[u32; 2]> {
-        if !self.edges.is_empty() {
-            return self.edges.clone();
-        }
-        let mut edges = vec![];
-        let mut push = |cell: &[u32]| {
-            for (i, &a) in cell.iter().enumerate() {
-                edges.extend(cell[i + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
-            }
-        };
-        match self.element_dimension() {
-            3 => self.tetrahedra.iter().for_each(|c| push(c)),
-            _ => self.triangles.iter().for_each(|c| push(c)),
-        }
-        edges.sort_unstable();
-        edges.dedup();
-        edges
+        if self.edges.is_empty() { self.unique_edges() } else { self.edges.clone() }
     }
 
     fn share<const N: usize>(&self, cell: [u32; N], shares: &mut [f64]) {

@@ -11,18 +11,29 @@ mod check;
 mod cloth;
 mod disk;
 mod error;
+mod file;
+#[cfg(test)]
+mod file_tests;
+#[cfg(test)]
+mod fuzz_tests;
 mod geometry;
+mod gmsh;
 mod grid;
 mod inline;
 mod measure;
+mod obj;
+mod quality;
 mod select;
 mod size;
 mod strand;
 #[cfg(test)]
 mod test_support;
+mod tokens;
+mod topology;
 
 pub use build::build;
-pub use error::{Cell, MeshError};
+pub use error::{Cell, FileTag, MeshError};
+pub use quality::{ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_size};
 

@@ -71,7 +71,7 @@ pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<
         MeshSpec::Strand(strand) => super::strand::size(strand, dimension),
         MeshSpec::Disk(disk) => super::disk::size(disk, dimension),
         MeshSpec::Inline(inline) => super::inline::size(inline, dimension),
-        MeshSpec::File(file) => Err(MeshError::UnknownFormat { path: base.join(&file.path) }),
+        MeshSpec::File(file) => super::file::size(file, dimension, base),
     }
 }
 

@@ -44,8 +44,9 @@ mod tests {
 
     #[test]
     fn both_ends_are_exact_and_segments_equal() {
-        let mesh = built(3, &[0.1, 0.7], &[0.3, -1.1]).unwrap();
-        assert_eq!((mesh.point(0), mesh.point(3)), (&[0.1, 0.7][..], &[0.3, -1.1][..]));
+        // 1 + (1e-17 - 1) would be 0.
+        let mesh = built(3, &[1.0, 0.7], &[1e-17, -1.1]).unwrap();
+        assert_eq!((mesh.point(0), mesh.point(3)), (&[1.0, 0.7][..], &[1e-17, -1.1][..]));
         assert_eq!(mesh.edges, [[0, 1], [1, 2], [2, 3]]);
         assert!((mesh.point(1)[1] - 0.1).abs() < 1e-15);
         assert!(mesh.triangles.is_empty());

@@ -98,3 +98,14 @@ pub(super) fn clamped(text: &str, span: Range<usize>) -> Range<usize> {
 pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, toml::de::Error> {
     DeTable::parse(text)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_are_put_between_characters_and_inside_the_text() {
+        assert_eq!(clamped("é", 1..9), 0..2);
+        assert_eq!(clamped("aé", 2..2), 1..1);
+    }
+}

@@ -11,7 +11,7 @@ use super::suggest;
 
 /// Which kind of mistake a [`Problem`] is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum ProblemKind {
     /// The file cannot be read.
@@ -106,11 +106,16 @@ impl Problem {
         Problem::new(ProblemKind::Semantic, path, message)
     }
 
-    /// A parameter of a model that the model refuses: `poisson must be in (-1, 0.5), got 0.5`.
+    /// A parameter that a model refuses: `poisson` = 0.5: makes the bulk modulus infinite.
     ///
-    /// `path` is the table of parameters, `field` the parameter in it, `message` what it must be.
-    pub fn parameter(path: &KeyPath, field: &str, value: f64, message: &str, help: Option<&str>) -> Problem {
-        let problem = Problem::semantic(path.key(field), format!("`{field}` {message}, got {value:?}"));
+    /// `path` is the table of parameters, `field` the parameter in it. What follows a semicolon in `message` is
+    /// advice, and shown as help.
+    pub fn parameter(path: &KeyPath, field: &str, value: f64, message: &str) -> Problem {
+        let (message, help) = match message.split_once("; ") {
+            Some((message, help)) => (message, Some(help)),
+            None => (message, None),
+        };
+        let problem = Problem::semantic(path.key(field), format!("`{field}` = {value:?}: {message}"));
         match help {
             Some(help) => problem.with_help(help),
             None => problem,

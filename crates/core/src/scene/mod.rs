@@ -12,17 +12,21 @@
 mod deserialize;
 mod document;
 mod error;
+mod json_schema;
 mod key_path;
+mod overrides;
 mod render;
 mod schema;
 mod source;
 mod suggest;
 #[cfg(test)]
 mod tests;
+mod validate;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use error::{Problem, ProblemKind, SceneError};
+pub use json_schema::schema;
 pub use key_path::{KeyPath, KeyPathError, KeySegment};
 pub use schema::*;
 pub use source::Source;
@@ -44,8 +48,25 @@ impl Scene {
         Source::from_path(path)?.scene()
     }
 
+    /// The scene as TOML, which reads as an equal scene. Comments and order of the text that it came from are lost;
+    /// [`Source::text`] has them.
+    ///
+    /// # Errors
+    /// A path that is not Unicode, which TOML cannot hold.
+    pub fn to_toml(&self) -> Result<String, SceneError> {
+        toml::to_string(self).map_err(|error| {
+            let message = format!("the scene cannot be written as TOML: {error}");
+            SceneError::new(vec![Problem::new(ProblemKind::Unwritable, KeyPath::root(), message)])
+        })
+    }
+
+    /// Where a file named in the scene is.
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.directory.join(path)
+    }
+
     /// Everything that makes the scene impossible to simulate and shows without building meshes.
     pub fn validate(&self) -> Vec<Problem> {
-        Vec::new()
+        validate::problems(self)
     }
 }

@@ -128,7 +128,7 @@ impl Source {
     }
 }
 
-fn syntax(error: &toml::de::Error) -> Problem {
+pub(super) fn syntax(error: &toml::de::Error) -> Problem {
     let mut problem = Problem::new(ProblemKind::Syntax, KeyPath::root(), error.message());
     // At the start if the parser does not say where: better than nowhere.
     problem.span = Some(error.span().unwrap_or(0..0));

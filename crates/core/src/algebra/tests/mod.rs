@@ -3,6 +3,7 @@
 mod double_double;
 mod dual;
 mod eigen;
+mod lanes;
 mod polar;
 pub(crate) mod sample;
 mod svd;

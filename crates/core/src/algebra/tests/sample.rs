@@ -3,7 +3,7 @@
 use crate::algebra::{Mat, Vect};
 
 /// SplitMix64: deterministic, and enough for tests.
-pub(crate) struct Random(pub(super) u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     pub(crate) fn bits(&mut self) -> u64 {

@@ -1,6 +1,12 @@
+mod arbitrary;
+mod files;
+mod overrides;
 mod parse;
+mod picture;
+mod semantic;
+mod whole;
 
-use super::{Scene, SceneError, Source};
+use super::{Problem, Scene, SceneError, Source};
 
 /// A scene without a mistake, for mistakes to be put in.
 const GOOD: &str = r#"dimension = 2
@@ -24,6 +30,12 @@ pin = [{ box = { min = [0.0, 0.0], max = [0.0, 1.0] } }]
 rate = 60.0
 channels = ["state"]
 "#;
+
+// Parts of it, to be replaced.
+const MESH: &str = "{ grid = { cells = [2, 3], spacing = 0.1 } }";
+const SPRINGS: &str = "{ stiffness = 100.0 }";
+const MASS: &str = "{ per_vertex = 1.0 }";
+const PIN: &str = "[{ box = { min = [0.0, 0.0], max = [0.0, 1.0] } }]";
 
 /// `GOOD` with one text replaced by another.
 fn changed(old: &str, new: &str) -> String {

@@ -1,0 +1,216 @@
+//! What can be typed after `pliant`.
+
+use std::ffi::{OsStr, OsString};
+use std::num::NonZeroU16;
+use std::path::{Path, PathBuf};
+
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+
+/// The whole command line.
+#[derive(Debug, Parser)]
+#[command(name = "pliant", version, about = "Simulates deformable bodies, cloth, strands and particles.")]
+#[command(after_help = "`pliant SCENE` is short for `pliant run SCENE`.\n\
+    Exit codes: 0 done, 1 the run failed, 2 bad usage or scene, 130 interrupted.")]
+#[command(override_usage = "pliant [run] [OPTIONS] SCENE\n       pliant COMMAND ...")]
+#[command(subcommand_negates_reqs = true, arg_required_else_help = true, disable_help_subcommand = true)]
+pub(crate) struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: Option<RunArguments>,
+    #[command(flatten)]
+    pub(crate) common: CommonArguments,
+}
+
+/// What every command takes.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct CommonArguments {
+    /// Print one JSON document on standard output, whatever happens
+    #[arg(long, global = true, help_heading = "General")]
+    pub(crate) json: bool,
+    /// No progress and no report; errors and warnings only
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = "General")]
+    pub(crate) quiet: bool,
+    /// Say more: the assembled problem before the run
+    #[arg(short, long, global = true, help_heading = "General")]
+    pub(crate) verbose: bool,
+    /// Colours: auto, always or never; auto respects NO_COLOR
+    #[arg(
+        long,
+        global = true,
+        value_name = "WHEN",
+        default_value = "auto",
+        hide_possible_values = true,
+        help_heading = "General"
+    )]
+    pub(crate) color: ColorChoice,
+}
+
+/// When to use colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ColorChoice {
+    /// On a terminal, unless NO_COLOR is set
+    #[default]
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Simulate a scene and record it
+    Run(RunArguments),
+    /// Show what a scene amounts to, without running it
+    Check(CheckArguments),
+    /// List what scenes can be made of
+    List(ListArguments),
+    /// Show what a recording holds
+    Info(InfoArguments),
+    /// Make the recording of a killed run readable
+    Recover(RecoverArguments),
+    /// Print the JSON schema of scenes, for editors
+    Schema,
+}
+
+/// `pliant run`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunArguments {
+    /// Scene file (TOML)
+    pub(crate) scene: PathBuf,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Where to record; by default the name of the scene with .mcap, in the working directory
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Simulate this long instead of the scene's duration [s]
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds, allow_negative_numbers = true)]
+    pub(crate) until: Option<f64>,
+    /// Number of threads [default: all cores]; the result does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU16>,
+    /// Simulate without writing a file
+    #[arg(long, conflicts_with_all = ["output", "force"])]
+    pub(crate) no_record: bool,
+}
+
+/// `pliant check`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct CheckArguments {
+    /// Scene file (TOML)
+    pub(crate) scene: PathBuf,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+}
+
+/// `pliant list`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ListArguments {
+    /// Only this family
+    pub(crate) family: Option<Family>,
+}
+
+/// What can be listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Family {
+    /// Time integrators
+    Integrators,
+    /// Hyperelastic materials
+    Materials,
+    /// Finite elements and springs
+    Elements,
+    /// Meshes: generators and files
+    Meshes,
+    /// Output channels
+    Channels,
+}
+
+/// `pliant info`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct InfoArguments {
+    /// Recording (.mcap)
+    pub(crate) file: PathBuf,
+}
+
+/// `pliant recover`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RecoverArguments {
+    /// What the killed run left behind (.mcap.part)
+    pub(crate) file: PathBuf,
+    /// Where to write; by default the name without .part
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        Ok(_) => Err("it must be a positive number of seconds".into()),
+        Err(_) => Err("it must be a number of seconds, like 0.5".into()),
+    }
+}
+
+impl CommandLine {
+    /// Reads the command line.
+    ///
+    /// # Errors
+    /// What clap has to say: a mistake, or the help or version that was asked for.
+    pub(crate) fn read(arguments: &[OsString]) -> Result<(Command, CommonArguments), clap::Error> {
+        let line = CommandLine::try_parse_from(arguments).map_err(|error| {
+            // `pliant chekc beam.toml` reads as a scene named `chekc` with one argument too many.
+            let word = arguments.get(1).filter(|_| error.kind() == ErrorKind::UnknownArgument);
+            word.and_then(|word| misspelled_command(word)).unwrap_or(error)
+        })?;
+        match (line.command, line.run) {
+            (Some(command), None) => Ok((command, line.common)),
+            (None, Some(run)) => match misspelled_command(run.scene.as_os_str()) {
+                Some(error) => Err(error),
+                None => Ok((Command::Run(run), line.common)),
+            },
+            (Some(_), Some(_)) => Err(CommandLine::command().error(
+                ErrorKind::ArgumentConflict,
+                "options of a command, and the scene, come after its name: pliant run SCENE --until 1",
+            )),
+            (None, None) => Err(CommandLine::command().error(
+                ErrorKind::MissingRequiredArgument,
+                "which scene? Try `pliant SCENE`, or `pliant --help`",
+            )),
+        }
+    }
+}
+
+/// The commands alone, to ask clap what a word may have been meant to be.
+#[derive(Debug, Parser)]
+#[command(name = "pliant", disable_help_subcommand = true)]
+struct CommandsOnly {
+    #[command(flatten)]
+    common: CommonArguments,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// The error for a word that can be neither a command nor a file.
+fn misspelled_command(word: &OsStr) -> Option<clap::Error> {
+    let path = Path::new(word);
+    let may_be_file = path.extension().is_some() || path.components().count() != 1 || path.exists();
+    if may_be_file || word.to_string_lossy().starts_with('-') {
+        return None;
+    }
+    // Of the word alone: what follows belongs to a command that does not exist.
+    let alone = [OsStr::new("pliant"), word];
+    let error = CommandsOnly::command()
+        .try_get_matches_from(alone)
+        .and_then(|matches| CommandsOnly::from_arg_matches(&matches));
+    error.err().filter(|error| error.kind() == ErrorKind::InvalidSubcommand)
+}

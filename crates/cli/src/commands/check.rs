@@ -1,0 +1,125 @@
+//! `pliant check`: the assembled problem in numbers, without running it.
+
+use pliant::assembly::{Report, UnstableStep};
+use serde_json::json;
+
+use crate::arguments::CheckArguments;
+use crate::failure::{Failure, Status};
+use crate::input::Input;
+use crate::terminal::Terminal;
+use crate::text::{bytes, count, counted, number, table, wrap};
+
+pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<Status, Failure> {
+    let input = Input::read(&arguments.scene, &arguments.set, None)?;
+    // Also a scene that will not run is worth looking at: the numbers show why.
+    let report = input.assemble(UnstableStep::Accept)?.report;
+    let problem = input.scene.unstable_step(&report.stability).map(|p| Failure::from(input.locate(vec![p])));
+    terminal.report(&describe(&report, terminal.width()))?;
+    let status = if problem.is_some() { Status::Invalid } else { Status::Done };
+    if let Some(failure) = &problem {
+        terminal.complain(&format!("\n{}", failure.render(terminal.color)));
+    }
+    let problems = problem.as_ref().map_or_else(|| json!([]), Failure::problems);
+    terminal.document(&json!({
+        "status": status,
+        "scene": input.source.name(),
+        "report": report,
+        "problems": problems,
+    }))?;
+    Ok(status)
+}
+
+/// The report for people.
+pub(crate) fn describe(report: &Report, width: usize) -> String {
+    let mut out = String::new();
+    if let Some(title) = &report.title {
+        out += &wrap(title, 0, width);
+        out.push('\n');
+    }
+    let size: Vec<String> = report.size.iter().map(|s| number(*s)).collect();
+    let mut line = |name: &str, text: String| {
+        out += &crate::text::entry(name, &text, 0, 12, width);
+    };
+    line(
+        "problem",
+        format!(
+            "{}D, {}, {} free coordinates, {} kg, {} m",
+            report.dimension,
+            counted(report.vertices as u64, "vertex", "vertices"),
+            count(report.free_coordinates as u64),
+            number(report.mass),
+            size.join(" x "),
+        ),
+    );
+    line(
+        "time",
+        format!(
+            "{} with a step of {} s: {}, {}",
+            report.integrator,
+            number(report.step),
+            counted(report.steps, "step", "steps"),
+            counted(report.frames, "frame", "frames"),
+        ),
+    );
+    line("stability", stability(report));
+    line("memory", format!("{} while running", bytes(report.bytes as u64)));
+    line("kernels", report.instruction_set.to_owned());
+    out.push('\n');
+    out += &bodies(report);
+    for (title, entries) in [("uses", &report.uses), ("left out", &report.left_out)] {
+        out += &format!("\n{title}\n");
+        for entry in entries {
+            out += &crate::text::entry("-", entry, 2, 2, width);
+        }
+    }
+    out
+}
+
+fn stability(report: &Report) -> String {
+    let limit = &report.stability;
+    if !limit.step.is_finite() {
+        return "nothing oscillates at the start: no limit on the step".into();
+    }
+    let ratio = report.step / limit.step;
+    let fastest = format!("the fastest motion has {} rad/s", number(limit.frequency));
+    let what = if limit.grows_at_any_step {
+        format!(
+            "{} gains energy at any step; with steps of {} s the fastest motion would double by the end",
+            report.integrator,
+            number(limit.step)
+        )
+    } else {
+        format!("steps up to {} s are stable", number(limit.step))
+    };
+    let verdict = if ratio > 1.0 {
+        format!("the step is UNSTABLE, {} times that", number(ratio))
+    } else {
+        format!("the step is {}% of that", number(100.0 * ratio))
+    };
+    format!("{fastest}; {what}; {verdict}")
+}
+
+fn bodies(report: &Report) -> String {
+    let header =
+        ["body", "vertices", "elements", "springs", "pinned", "mass [kg]", "quality", "worst element"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for body in &report.bodies {
+        let counts = [body.vertices, body.elements, body.springs, body.pinned];
+        let mut row = vec![body.name.clone()];
+        row.extend(counts.map(|n| count(n as u64)));
+        row.push(number(body.mass));
+        if let Some(quality) = body.quality.elements.as_ref().filter(|_| body.elements > 0) {
+            row.push(number(quality.average_mean_ratio));
+            row.push(format!("{} (number {})", number(quality.worst_mean_ratio), quality.worst));
+        }
+        rows.push(row);
+    }
+    // Without elements there is no quality to show.
+    if rows.iter().skip(1).all(|row| row.len() < header.len()) {
+        rows[0].truncate(header.len() - 2);
+        return table(&rows, 0);
+    }
+    let mut out = table(&rows, 0);
+    out += "(quality: mean ratio, 1 for a regular element, 0 for a flat one; average and worst)\n";
+    out
+}

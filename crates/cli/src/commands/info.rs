@@ -1,0 +1,84 @@
+//! `pliant info`: what a recording holds.
+
+use pliant::record::Status as Ending;
+use pliant::record::read::{self, FileInfo, FileState};
+use serde_json::json;
+
+use crate::arguments::InfoArguments;
+use crate::failure::{Failure, Status};
+use crate::terminal::Terminal;
+use crate::text::{bytes, count, counted, entry, number, table};
+
+pub(crate) fn execute(arguments: &InfoArguments, terminal: Terminal) -> Result<Status, Failure> {
+    Failure::if_directory(&arguments.file)?;
+    let info = read::info(&arguments.file).map_err(|error| Failure::recording(&error))?;
+    if !terminal.json {
+        terminal.print(&describe(&info, terminal.width()))?;
+    }
+    terminal.document(&json!({ "status": Status::Done, "info": info }))?;
+    Ok(Status::Done)
+}
+
+fn describe(info: &FileInfo, width: usize) -> String {
+    let mut out = String::new();
+    let mut line = |name: &str, text: &str| out += &entry(name, text, 0, 13, width);
+    let state = match info.state {
+        FileState::Complete => "complete",
+        FileState::Unfinished => "not finished: still being written, or its run was killed",
+    };
+    line("file", &format!("{}, {}", info.path.display(), bytes(info.bytes)));
+    line("state", state);
+    if let Some(title) = &info.title {
+        line("title", title);
+    }
+    if let Some(outcome) = &info.outcome {
+        let ending = match outcome.status {
+            Ending::Completed => "completed",
+            Ending::Interrupted => "interrupted",
+            Ending::Failed => "failed",
+            Ending::Recovered => "killed, and recovered",
+            _ => "ended",
+        };
+        let step = outcome
+            .step
+            .map_or_else(String::new, |step| format!(" after {}", counted(step, "step", "steps")));
+        line("run", &format!("{ending} at t = {} s{step}", number(outcome.time)));
+        if !outcome.message.is_empty() {
+            line("", &outcome.message);
+        }
+    }
+    line(
+        "frames",
+        &format!("{}, t = {} to {} s", count(info.frames), number(info.start_time), number(info.end_time)),
+    );
+    if let (Some(dimension), Some(vertices)) = (info.dimension, info.vertices) {
+        line("problem", &format!("{dimension}D, {}", counted(vertices as u64, "vertex", "vertices")));
+    }
+    if !info.bodies.is_empty() {
+        let mut rows = vec![row(["body", "vertices", "edges", "triangles", "tetrahedra"])];
+        for body in &info.bodies {
+            let counts =
+                [u64::from(body.vertices), body.edges as u64, body.triangles as u64, body.tetrahedra as u64];
+            rows.push(std::iter::once(body.name.clone()).chain(counts.map(count)).collect());
+        }
+        out += &format!("\n{}", table(&rows, 0));
+    }
+    let mut rows = vec![row(["channel", "messages", "encoding", "schema"])];
+    for topic in &info.topics {
+        let schema = topic.schema.clone().unwrap_or_default();
+        rows.push(vec![topic.topic.clone(), count(topic.messages), topic.encoding.clone(), schema]);
+    }
+    out += &format!("\n{}", table(&rows, 0));
+    let mut rows = vec![row(["attachment", "size"])];
+    rows.extend(
+        info.attachments.iter().map(|attachment| vec![attachment.name.clone(), bytes(attachment.bytes)]),
+    );
+    if rows.len() > 1 {
+        out += &format!("\n{}", table(&rows, 0));
+    }
+    out
+}
+
+fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}

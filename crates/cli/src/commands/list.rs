@@ -1,0 +1,164 @@
+//! `pliant list`: what scenes can be made of, from the registries of the core.
+
+use pliant::element::{self, ELEMENTS};
+use pliant::integrator::{Documentation, IntegratorSpec};
+use pliant::material::{About, Domain, MaterialSpec};
+use pliant::scene;
+use serde_json::{Map, Value, json};
+
+use crate::arguments::{Family, ListArguments};
+use crate::failure::{Failure, Status};
+use crate::terminal::Terminal;
+use crate::text::{entry, number, wrap};
+
+const ALL: [Family; 5] =
+    [Family::Integrators, Family::Materials, Family::Elements, Family::Meshes, Family::Channels];
+
+pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<Status, Failure> {
+    let families = arguments.family.map_or_else(|| ALL.to_vec(), |family| vec![family]);
+    let mut document = Map::from_iter([("status".to_owned(), json!(Status::Done))]);
+    let mut text = String::new();
+    for (i, family) in families.into_iter().enumerate() {
+        let (name, items) = items(family);
+        let gap = if i == 0 { "" } else { "\n" };
+        text += &format!("{gap}{name}\n\n");
+        for item in &items {
+            text += &item.describe(terminal.width());
+            text.push('\n');
+        }
+        document.insert(name.to_owned(), items.into_iter().map(|item| item.value).collect());
+    }
+    if !terminal.json {
+        terminal.print(&text)?;
+    }
+    terminal.document(&Value::Object(document))?;
+    Ok(Status::Done)
+}
+
+/// One thing that a scene can name.
+struct Item {
+    name: String,
+    summary: String,
+    /// What there is to know: name and text.
+    facts: Vec<(String, String)>,
+    /// The same for programs.
+    value: Value,
+}
+
+impl Item {
+    fn new(name: &str, summary: &str, facts: Vec<(&str, String)>, value: Value) -> Item {
+        let facts = facts.into_iter().map(|(name, fact)| (name.to_owned(), fact)).collect();
+        Item { name: name.to_owned(), summary: summary.to_owned(), facts, value }
+    }
+
+    fn describe(&self, width: usize) -> String {
+        let mut out = format!("  {}\n{}", self.name, wrap(&self.summary, 4, width));
+        for (name, fact) in &self.facts {
+            out += &entry(name, fact, 4, 13, width);
+        }
+        out
+    }
+}
+
+fn items(family: Family) -> (&'static str, Vec<Item>) {
+    match family {
+        Family::Integrators => (
+            "integrators",
+            IntegratorSpec::ALL.iter().map(|i| integrator(&i.method().documentation)).collect(),
+        ),
+        Family::Materials => ("materials", MaterialSpec::examples().iter().map(material).collect()),
+        Family::Elements => ("elements", ELEMENTS.iter().map(element).collect()),
+        Family::Meshes => ("meshes", choices("MeshSpec")),
+        Family::Channels => ("channels", choices("Channel")),
+    }
+}
+
+fn integrator(about: &Documentation) -> Item {
+    let stability = if about.stability_limit == 0.0 {
+        "none: gains energy at any step".to_owned()
+    } else {
+        format!("step x frequency up to {}", number(about.stability_limit))
+    };
+    let cost = about.force_evaluations;
+    let facts = vec![
+        ("order", about.order.to_string()),
+        ("stability", stability),
+        ("cost", format!("{cost} force evaluation{} a step", if cost == 1 { "" } else { "s" })),
+        ("symplectic", if about.symplectic { "yes" } else { "no" }.to_owned()),
+        ("conserves", format!("linear momentum; {}", about.conserves)),
+        ("source", about.source.to_owned()),
+    ];
+    Item::new(about.name, about.summary, facts, json!(about))
+}
+
+fn material(material: &MaterialSpec) -> Item {
+    let About { summary, formula, source, domain, frame_indifferent, has_rest_shape } = material.about();
+    let defined = match domain {
+        Domain::Everywhere => "for every deformation, inverted elements included",
+        Domain::PositiveJ => "as long as no element is inverted (J > 0)",
+    };
+    let mut facts = vec![("psi", formula.to_owned()), ("defined", defined.to_owned())];
+    if !frame_indifferent {
+        facts.push(("rotation", "not frame indifferent: a rotated body feels forces".to_owned()));
+    }
+    if !has_rest_shape {
+        facts.push(("rest shape", "none: there is stress at F = I".to_owned()));
+    }
+    facts.push(("source", source.to_owned()));
+    // The parameters of the example are the keys that the material takes in a scene.
+    let example = json!(material)[material.name()].clone();
+    if let Some(parameters) = example.as_object() {
+        facts.insert(0, ("parameters", parameters.keys().cloned().collect::<Vec<_>>().join(", ")));
+    }
+    let mut value = json!(material.about());
+    value["name"] = json!(material.name());
+    value["example"] = example;
+    Item::new(material.name(), summary, facts, value)
+}
+
+fn element(about: &element::About) -> Item {
+    let facts = vec![
+        ("scene", about.scene.to_owned()),
+        ("vertices", about.vertices.to_string()),
+        ("energy", about.formula.to_owned()),
+        ("source", about.source.to_owned()),
+    ];
+    Item::new(about.name, about.summary, facts, json!(about))
+}
+
+/// The choices of one type of the scene, with their documentation, from the schema.
+fn choices(kind: &str) -> Vec<Item> {
+    let schema = scene::schema();
+    let definitions = &schema.as_value()["$defs"];
+    let choices = definitions[kind]["oneOf"].as_array().cloned().unwrap_or_default();
+    choices.iter().filter_map(|choice| self::choice(choice, definitions)).collect()
+}
+
+/// A plain name, or a name with a table of its own.
+fn choice(choice: &Value, definitions: &Value) -> Option<Item> {
+    let summary = text_of(choice);
+    if let Some(name) = choice["const"].as_str() {
+        let value = json!({ "name": name, "summary": summary });
+        return Some(Item { name: name.to_owned(), summary, facts: vec![], value });
+    }
+    let (name, table) = choice["properties"].as_object()?.iter().next()?;
+    let definition = table["$ref"].as_str()?.strip_prefix("#/$defs/")?;
+    let definition = &definitions[definition];
+    let required = definition["required"].as_array().cloned().unwrap_or_default();
+    let fields = definition["properties"].as_object()?.iter();
+    let fields: Vec<(String, String, bool)> =
+        fields.map(|(key, about)| (key.clone(), text_of(about), required.contains(&json!(key)))).collect();
+    let facts = fields.iter().map(|(key, about, needed)| {
+        (key.clone(), if *needed { about.clone() } else { format!("{about} (optional)") })
+    });
+    let listed: Vec<Value> = fields
+        .iter()
+        .map(|(key, about, needed)| json!({ "name": key, "summary": about, "required": needed }))
+        .collect();
+    let value = json!({ "name": name, "summary": summary, "fields": listed });
+    Some(Item { name: name.clone(), summary, facts: facts.collect(), value })
+}
+
+fn text_of(schema: &Value) -> String {
+    schema["description"].as_str().unwrap_or_default().replace('`', "")
+}

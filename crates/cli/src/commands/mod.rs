@@ -1,0 +1,69 @@
+//! One file per command; here the way from the command line to the exit code.
+
+mod check;
+mod info;
+mod list;
+mod recover;
+mod run;
+mod schema;
+
+use std::ffi::OsString;
+
+use serde_json::json;
+
+use crate::arguments::{ColorChoice, Command, CommandLine, CommonArguments};
+use crate::failure::{Failure, Status};
+use crate::terminal::Terminal;
+
+/// Does what the command line asks for.
+pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
+    let arguments: Vec<OsString> = arguments.collect();
+    let (command, common) = match CommandLine::read(&arguments) {
+        Ok(parsed) => parsed,
+        Err(error) => return not_understood(&error, &arguments),
+    };
+    let terminal = Terminal::new(&common);
+    let result = match command {
+        Command::Run(arguments) => run::execute(&arguments, terminal),
+        Command::Check(arguments) => check::execute(&arguments, terminal),
+        Command::List(arguments) => list::execute(&arguments, terminal),
+        Command::Info(arguments) => info::execute(&arguments, terminal),
+        Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::Schema => schema::execute(terminal),
+    };
+    result.unwrap_or_else(|failure| give_up(&failure, terminal))
+}
+
+/// Says why a command could not go on: to people on standard error, to programs on standard output.
+fn give_up(failure: &Failure, terminal: Terminal) -> Status {
+    terminal.complain(&failure.render(terminal.color));
+    let document = json!({ "status": failure.status, "problems": failure.problems() });
+    // If standard output is the failure, there is nobody left to tell.
+    let _ = terminal.document(&document);
+    failure.status
+}
+
+/// Help, version, or a mistake on the command line.
+fn not_understood(error: &clap::Error, arguments: &[OsString]) -> Status {
+    // The options were not read; these few are looked for by hand.
+    let has = |option: &str| arguments.iter().skip(1).any(|argument| argument == option);
+    let never =
+        has("--color=never") || arguments.windows(2).any(|pair| pair[0] == "--color" && pair[1] == "never");
+    let color = if never { ColorChoice::Never } else { ColorChoice::Auto };
+    let common = CommonArguments { json: has("--json"), quiet: false, verbose: false, color };
+    let terminal = Terminal::new(&common);
+    let rendered = error.render();
+    let text = if terminal.color { rendered.ansi().to_string() } else { rendered.to_string() };
+    if !error.use_stderr() {
+        let plain = rendered.to_string();
+        return terminal.print(&plain).map_or_else(|failure| give_up(&failure, terminal), |()| Status::Done);
+    }
+    terminal.complain(&text);
+    let message = rendered.to_string();
+    // The first paragraph; usage and tips are for people.
+    let first: Vec<&str> = message.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+    let message = first.join(" ").trim_start_matches("error: ").to_owned();
+    let problems = json!([{ "kind": "usage", "message": message }]);
+    let _ = terminal.document(&json!({ "status": Status::Invalid, "problems": problems }));
+    Status::Invalid
+}

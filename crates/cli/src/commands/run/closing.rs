@@ -1,0 +1,244 @@
+//! What is said when a run has ended.
+
+use std::time::Duration;
+
+use pliant::assembly::Report;
+use pliant::record::{self, Level, Recorded};
+use pliant::run::{Outcome, Summary};
+use pliant::scene::Scene;
+use serde_json::{Value, json};
+
+use crate::failure::Status;
+use crate::statistics::Statistics;
+use crate::text::{self, counted, entry, number};
+
+/// A scene without drag and walls should keep its energy this well, relative to the energy that it turns over.
+const ENERGY_ERROR_BOUND: f64 = 1e-3;
+
+/// How a run ended, and what is known of it.
+pub(crate) struct Closing<'a> {
+    scene: &'a Scene,
+    report: &'a Report,
+    summary: &'a Summary,
+    statistics: &'a Statistics,
+    wall: Duration,
+}
+
+impl<'a> Closing<'a> {
+    /// `wall` is the time that the steps and the recording took.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        report: &'a Report,
+        summary: &'a Summary,
+        statistics: &'a Statistics,
+        wall: Duration,
+    ) -> Closing<'a> {
+        Closing { scene, report, summary, statistics, wall }
+    }
+
+    /// How the run ended.
+    pub(crate) fn status(&self) -> Status {
+        match self.summary.outcome {
+            Outcome::Done => Status::Done,
+            Outcome::Interrupted => Status::Interrupted,
+            _ => Status::Failed,
+        }
+    }
+
+    /// What the user should know even if nobody reads the numbers.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let conservative =
+            self.scene.world.walls.is_empty() && self.scene.world.ether_drag.unwrap_or(0.0) == 0.0;
+        let error = self.summary.relative_energy_error();
+        // Also true of NaN.
+        let conserved = error <= ENERGY_ERROR_BOUND;
+        // A run that blew up says so already.
+        let failed = self.status() == Status::Failed;
+        if !conservative || conserved || failed {
+            return vec![];
+        }
+        let scale = self.summary.energy_scale;
+        vec![format!(
+            "the total energy was off by up to {} J, {} of the {} J in play, although nothing in the scene takes or \
+             gives energy: a smaller step than {} s would be more accurate",
+            number(self.summary.largest_energy_change),
+            share(error),
+            number(scale),
+            number(self.report.step),
+        )]
+    }
+
+    /// One line on an end that is not the planned one; `None` if it is. `file` is what was recorded to.
+    pub(crate) fn trouble(&self, file: Option<&str>) -> Option<String> {
+        let Summary { outcome, frames, end, .. } = self.summary;
+        let kept = |what: &str| match file {
+            Some(file) => format!("{file} is complete up to t = {} s{what}", number(end.time)),
+            None => format!("nothing was recorded; it got to t = {} s", number(end.time)),
+        };
+        match outcome {
+            Outcome::Done => None,
+            Outcome::Interrupted => {
+                Some(format!("interrupted after {frames} of {} frames; {}", self.report.frames, kept("")))
+            }
+            Outcome::Failed(error) => Some(format!("{error}\n{}", kept(", the last good frame"))),
+            Outcome::ObserverFailed(error) => Some(error.to_string()),
+            _ => Some("the run ended early".into()),
+        }
+    }
+
+    /// What the file shall say on `/log`.
+    pub(crate) fn messages(&self) -> Vec<(Level, String)> {
+        let mut messages: Vec<_> =
+            self.warnings().into_iter().map(|warning| (Level::Warning, warning)).collect();
+        if let Outcome::Failed(error) = &self.summary.outcome {
+            messages.push((Level::Error, error.to_string()));
+        }
+        messages
+    }
+
+    /// How the run ended, as the file shall remember it.
+    pub(crate) fn recorded_outcome(&self) -> record::Outcome {
+        let (status, message) = match &self.summary.outcome {
+            Outcome::Done => (record::Status::Completed, String::new()),
+            Outcome::Interrupted => (
+                record::Status::Interrupted,
+                format!("interrupted after {} of {} frames", self.summary.frames, self.report.frames),
+            ),
+            Outcome::Failed(error) => (record::Status::Failed, error.to_string()),
+            Outcome::ObserverFailed(error) => (record::Status::Failed, error.to_string()),
+            _ => (record::Status::Failed, String::new()),
+        };
+        record::Outcome { status, step: Some(self.summary.work.steps), time: self.summary.end.time, message }
+    }
+
+    /// The numbers, for people.
+    pub(crate) fn numbers(&self, width: usize) -> String {
+        let Summary { frames, work, end, .. } = self.summary;
+        let word = if self.status() == Status::Done { "done" } else { "ended early" };
+        let mut out = format!(
+            "{word}: {}, {} in {} ({} steps/s)\n",
+            counted(*frames, "frame", "frames"),
+            counted(work.steps, "step", "steps"),
+            text::duration(self.wall),
+            text::count(self.steps_per_second().round() as u64),
+        );
+        let mut line = |name: &str, fact: String| out += &entry(name, &fact, 2, 10, width);
+        line(
+            "energy",
+            format!(
+                "{} J at the end; drift {}, largest error {} of the {} J in play",
+                number(end.total),
+                share(self.summary.relative_energy_drift()),
+                share(self.summary.relative_energy_error()),
+                number(self.summary.energy_scale),
+            ),
+        );
+        let change = number(self.summary.momentum_change());
+        line("momentum", format!("changed by {change} kg m/s{}", self.forces_from_outside()));
+        if let Some(j) = end.min_j {
+            let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
+            let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
+            let inverted = match inverted {
+                0 => "no element inverted".to_owned(),
+                n => format!("up to {} inverted at a time", counted(n, "element", "elements")),
+            };
+            line("min J", format!("{}, {inverted}", number(smallest)));
+        }
+        out
+    }
+
+    /// Everything, for programs.
+    pub(crate) fn document(&self, scene: &str, recorded: Option<&Recorded>) -> Value {
+        let path = recorded.map(|recorded| recorded.path.display().to_string());
+        let file = path.as_deref();
+        let Summary { frames, work, start, end, largest_energy_change, energy_scale, .. } = self.summary;
+        let problems: Vec<Value> = self
+            .trouble(file)
+            .map(|message| json!({ "kind": self.kind(), "message": message }))
+            .into_iter()
+            .collect();
+        json!({
+            "status": self.status(),
+            "scene": scene,
+            "file": file,
+            "bytes": recorded.map(|recorded| recorded.bytes),
+            "summary": {
+                "time": end.time,
+                "duration": self.scene.time.duration,
+                "frames": frames,
+                "planned_frames": self.report.frames,
+                "steps": work.steps,
+                "planned_steps": self.report.steps,
+                "force_evaluations": work.force_evaluations,
+                "wall_seconds": self.wall.as_secs_f64(),
+                "steps_per_second": self.steps_per_second(),
+                "relative_energy_drift": self.summary.relative_energy_drift(),
+                "relative_energy_error": self.summary.relative_energy_error(),
+                "largest_energy_change": largest_energy_change,
+                "energy_scale": energy_scale,
+                "momentum_change": self.summary.momentum_change(),
+                "min_j": self.statistics.min_j.or(end.min_j),
+                "most_inverted": self.statistics.most_inverted.or(end.inverted),
+                "start": start,
+                "end": end,
+            },
+            "warnings": self.warnings(),
+            "problems": problems,
+        })
+    }
+
+    /// What went wrong, in a word, for programs.
+    fn kind(&self) -> &'static str {
+        use pliant::simulation::StepError;
+        match &self.summary.outcome {
+            Outcome::Failed(StepError::NotFinite { .. }) => "not_finite",
+            Outcome::Failed(StepError::Unstable { .. }) => "unstable",
+            Outcome::ObserverFailed(_) => "recording",
+            Outcome::Interrupted => "interrupted",
+            _ => "failed",
+        }
+    }
+
+    fn steps_per_second(&self) -> f64 {
+        self.summary.work.steps as f64 / self.wall.as_secs_f64().max(1e-9)
+    }
+
+    /// Why momentum is not conserved, if it is not meant to be.
+    fn forces_from_outside(&self) -> String {
+        let world = &self.scene.world;
+        let causes: Vec<&str> = [
+            (world.gravity.iter().flatten().any(|g| *g != 0.0), "gravity"),
+            (self.report.bodies.iter().any(|body| body.pinned > 0), "pins"),
+            (!world.walls.is_empty(), "walls"),
+            (world.ether_drag.unwrap_or(0.0) != 0.0, "drag"),
+        ]
+        .into_iter()
+        .filter_map(|(present, name)| present.then_some(name))
+        .collect();
+        if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) }
+    }
+}
+
+/// A part of a whole: `1.2e-5`, or in per cent where that is more telling.
+fn share(ratio: f64) -> String {
+    match ratio {
+        r if r < 1e-3 => format!("{r:.1e}"),
+        r if r < 10.0 => format!("{}%", number(100.0 * r)),
+        r => format!("{} times", number(r)),
+    }
+}
+
+/// Where the file is, and what opens it.
+pub(crate) fn how_to_open(recorded: &Recorded) -> String {
+    let path = recorded.path.display().to_string();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+@%:,".contains(c);
+    let shell =
+        if path.chars().all(plain) { path.clone() } else { format!("'{}'", path.replace('\'', r"'\''")) };
+    format!(
+        "\n{path} ({}) opens in\n  \
+         Foxglove, Lichtblick  open the file, import the layout docs/foxglove-layout.json\n  \
+         Rerun                 rerun {shell}\n  \
+         Python                mcap.reader.make_reader(open({path:?}, \"rb\"))\n",
+        text::bytes(recorded.bytes)
+    )
+}

@@ -1,0 +1,125 @@
+//! How a command ends: the exit code, and what is said where it is not zero.
+
+use std::path::Path;
+
+use pliant::record::RecordError;
+use pliant::scene::{Problem, SceneError};
+use serde_json::{Value, json};
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Status {
+    /// It did what it was asked to do.
+    Done,
+    /// It was understood but could not be done.
+    Failed,
+    /// The command line or the scene makes no sense.
+    Invalid,
+    /// It was stopped by the user.
+    Interrupted,
+}
+
+impl Status {
+    /// The exit code of the program.
+    pub(crate) fn code(self) -> u8 {
+        match self {
+            Status::Done => 0,
+            Status::Failed => 1,
+            Status::Invalid => 2,
+            // What shells report of a program that SIGINT ended.
+            Status::Interrupted => 130,
+        }
+    }
+}
+
+/// Why a command could not go on.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    /// [`Status::Failed`] or [`Status::Invalid`].
+    pub(crate) status: Status,
+    reason: Reason,
+}
+
+#[derive(Debug)]
+enum Reason {
+    Scene(Box<SceneError>),
+    Message { kind: &'static str, message: String },
+}
+
+impl Failure {
+    /// The command line asks for something that cannot be.
+    pub(crate) fn usage(message: impl Into<String>) -> Failure {
+        Failure {
+            status: Status::Invalid,
+            reason: Reason::Message { kind: "usage", message: message.into() },
+        }
+    }
+
+    /// Something outside of the program went wrong; `kind` is for machines.
+    pub(crate) fn failed(kind: &'static str, message: impl Into<String>) -> Failure {
+        Failure { status: Status::Failed, reason: Reason::Message { kind, message: message.into() } }
+    }
+
+    /// A recording could not be written or read.
+    ///
+    /// What the user can put right with another command line is invalid, the rest has failed.
+    pub(crate) fn recording(error: &RecordError) -> Failure {
+        let avoidable = match error {
+            RecordError::Exists { .. } | RecordError::LeftOver { .. } | RecordError::InUse { .. } => true,
+            RecordError::NotMcap { .. } | RecordError::NotFinished { .. } => true,
+            RecordError::Read { path, .. } => !path.is_file(),
+            _ => false,
+        };
+        let status = if avoidable { Status::Invalid } else { Status::Failed };
+        Failure { status, ..Failure::failed("recording", error.to_string()) }
+    }
+
+    /// The same when the command line can no longer be to blame.
+    pub(crate) fn late(self) -> Failure {
+        Failure { status: Status::Failed, ..self }
+    }
+
+    /// A directory where a file is needed.
+    ///
+    /// # Errors
+    /// `path` is one.
+    pub(crate) fn if_directory(path: &Path) -> Result<(), Failure> {
+        if path.is_dir() {
+            return Err(Failure::usage(format!("{} is a directory; name a file", path.display())));
+        }
+        Ok(())
+    }
+
+    /// For a person, with `error:` in front, ending without a newline.
+    pub(crate) fn render(&self, color: bool) -> String {
+        match &self.reason {
+            Reason::Scene(error) => error.render(color),
+            Reason::Message { message, .. } => label("error", message, color),
+        }
+    }
+
+    /// The problems, for a program.
+    pub(crate) fn problems(&self) -> Value {
+        match &self.reason {
+            Reason::Scene(error) => located(error.problems()),
+            Reason::Message { kind, message } => json!([{ "kind": kind, "message": message }]),
+        }
+    }
+}
+
+fn located(problems: &[Problem]) -> Value {
+    json!(problems)
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Failure {
+        Failure { status: Status::Invalid, reason: Reason::Scene(Box::new(error)) }
+    }
+}
+
+/// `error: message`, the label in the colours of the compiler.
+pub(crate) fn label(label: &str, message: &str, color: bool) -> String {
+    let code = if label == "error" { "1;91" } else { "1;33" };
+    if color { format!("\x1b[{code}m{label}\x1b[0m: {message}") } else { format!("{label}: {message}") }
+}

@@ -1,0 +1,52 @@
+//! The progress bar.
+
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use pliant::observer::{Frame, Observer, ObserverError};
+
+use crate::text::number;
+
+/// Shows on standard error how far a run is.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    duration: f64,
+    energy_scale: f64,
+    first_energy: Option<f64>,
+}
+
+impl Progress {
+    /// A bar for a run of `duration` [s] in `frames`; energy drift is shown relative to `energy_scale` [J].
+    pub(crate) fn new(frames: u64, duration: f64, energy_scale: f64) -> Progress {
+        let bar = ProgressBar::new(frames.saturating_sub(1));
+        let template = "{bar:30} {percent:>3} %  {msg}  {prefix}";
+        // The template is a constant; a mistake in it costs the looks, not the run.
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        let eta = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
+            let _ = write!(out, "{}", crate::text::duration(state.eta()));
+        };
+        bar.set_style(style.with_key("left", eta).progress_chars("=> "));
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Progress { bar, duration, energy_scale, first_energy: None }
+    }
+
+    /// Takes the bar away, so that what follows starts on a clean line.
+    pub(crate) fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Observer for Progress {
+    // Does not ask for diagnostics, only shows them: a run must not depend on whether somebody watches.
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.bar.set_position(frame.index);
+        let mut message = format!("t = {} of {} s", number(frame.time), number(self.duration));
+        if let Some(diagnostics) = frame.diagnostics {
+            let first = *self.first_energy.get_or_insert(diagnostics.total);
+            let drift = (diagnostics.total - first) / self.energy_scale;
+            message += &format!(", energy drift {drift:+.1e}");
+        }
+        self.bar.set_message(message);
+        Ok(())
+    }
+}

@@ -1,0 +1,88 @@
+//! The file that a run is recorded to, or none.
+
+use std::path::{Path, PathBuf};
+
+use pliant::assembly::Assembly;
+use pliant::observer::Observer;
+use pliant::record::{Level, McapRecorder, Options, Outcome, RecordError, Recorded};
+
+use crate::arguments::RunArguments;
+use crate::failure::Failure;
+use crate::input::Input;
+
+/// The recorder of a run; without one with `--no-record`.
+pub(crate) struct Recording(Option<McapRecorder>);
+
+impl Recording {
+    /// Opens the output.
+    ///
+    /// # Errors
+    /// It exists, is left over from a killed run, is a directory or the scene itself, or cannot be written.
+    pub(crate) fn open(
+        arguments: &RunArguments,
+        input: &Input,
+        assembly: &Assembly,
+    ) -> Result<Recording, Failure> {
+        if arguments.no_record {
+            return Ok(Recording(None));
+        }
+        let scene = &arguments.scene;
+        let path = arguments.output.clone().unwrap_or_else(|| default_output(scene));
+        Failure::if_directory(&path)?;
+        if path.canonicalize().is_ok_and(|path| scene.canonicalize().is_ok_and(|scene| scene == path)) {
+            return Err(Failure::usage(format!("{} is the scene; choose another output", path.display())));
+        }
+        let options = Options {
+            overwrite: arguments.force,
+            channels: input.scene.output.channels.clone(),
+            title: input.scene.title.clone(),
+            scene_text: input.source.text().to_owned(),
+            ..Options::default()
+        };
+        let recorder = McapRecorder::create(&path, &options, &assembly.topology);
+        recorder.map(|recorder| Recording(Some(recorder))).map_err(|error| Failure::recording(&error))
+    }
+
+    /// The file, as it will be called.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        self.0.as_ref().map(McapRecorder::path)
+    }
+
+    /// What shows the frames to the file.
+    pub(crate) fn observer(&mut self) -> Option<&mut dyn Observer> {
+        self.0.as_mut().map(|recorder| recorder as &mut dyn Observer)
+    }
+
+    /// Writes what the run has to say, notes how it ended, and gives the file its name.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn finish(
+        self,
+        messages: &[(Level, String)],
+        outcome: &Outcome,
+    ) -> Result<Option<Recorded>, Failure> {
+        let Some(recorder) = self.0 else { return Ok(None) };
+        let finished = finish(recorder, messages, outcome);
+        // Whatever it is, the command line was right.
+        finished.map(Some).map_err(|error| Failure::recording(&error).late())
+    }
+}
+
+fn finish(
+    mut recorder: McapRecorder,
+    messages: &[(Level, String)],
+    outcome: &Outcome,
+) -> Result<Recorded, RecordError> {
+    for (level, message) in messages {
+        recorder.log(*level, message, outcome.time)?;
+    }
+    recorder.finish_with(outcome)
+}
+
+/// `<stem of the scene>.mcap` in the working directory.
+fn default_output(scene: &Path) -> PathBuf {
+    let mut name = scene.file_stem().unwrap_or(scene.as_os_str()).to_owned();
+    name.push(".mcap");
+    PathBuf::from(name)
+}

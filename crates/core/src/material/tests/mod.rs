@@ -1,0 +1,133 @@
+//! Conformance tests over the registry: a new model is tested by being registered.
+
+mod conformance;
+mod degenerate;
+mod invariance;
+mod reference;
+mod registry;
+mod stiffness;
+
+use super::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent, autodiff_stress};
+use crate::algebra::tests::sample::{Random, categories};
+use crate::algebra::{Dual, Mat, signed_svd};
+
+/// A material behind a pointer, with its derivatives also by automatic differentiation.
+trait Probe<const D: usize> {
+    fn psi(&self, f: &Mat<f64, D>) -> f64;
+    fn pk1(&self, f: &Mat<f64, D>) -> Mat<f64, D>;
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
+    fn domain(&self) -> super::Domain;
+    /// `d psi / dF`.
+    fn derived_pk1(&self, f: &Mat<f64, D>) -> Mat<f64, D>;
+    /// `dP / dF` of the closed-form stress.
+    fn derived_hessian(&self, f: &Mat<f64, D>) -> Tangent<D>;
+    /// `d^2 psi / dF^2`.
+    fn second_derivative(&self, f: &Mat<f64, D>) -> Tangent<D>;
+}
+
+impl<const D: usize, M: Material<D>> Probe<D> for M {
+    fn psi(&self, f: &Mat<f64, D>) -> f64 {
+        Material::psi(self, f)
+    }
+    fn pk1(&self, f: &Mat<f64, D>) -> Mat<f64, D> {
+        Material::pk1(self, f)
+    }
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+        Material::hessian(self, f, psd)
+    }
+    fn domain(&self) -> super::Domain {
+        Material::domain(self)
+    }
+    fn derived_pk1(&self, f: &Mat<f64, D>) -> Mat<f64, D> {
+        autodiff_stress(self, f)
+    }
+    fn derived_hessian(&self, f: &Mat<f64, D>) -> Tangent<D> {
+        partials(&Material::pk1(self, &Dual::variable(f)))
+    }
+    fn second_derivative(&self, f: &Mat<f64, D>) -> Tangent<D> {
+        partials(&autodiff_stress(self, &Dual::variable(f)))
+    }
+}
+
+fn partials<const D: usize>(p: &Mat<Dual<f64, D>, D>) -> Tangent<D> {
+    Tangent(p.0.map(|row| row.map(|x| x.partial)))
+}
+
+struct Boxed;
+
+impl<const D: usize> MaterialVisitor<D> for Boxed {
+    type Output = Box<dyn Probe<D>>;
+    fn visit<M: Material<D> + Clone>(self, material: M) -> Self::Output {
+        Box::new(material)
+    }
+}
+
+fn probe<const D: usize>(spec: &MaterialSpec) -> Box<dyn Probe<D>> {
+    spec.visit(Boxed)
+}
+
+/// Every registered model.
+fn models<const D: usize>() -> Vec<(MaterialSpec, Box<dyn Probe<D>>)> {
+    MaterialSpec::examples()
+        .into_iter()
+        .map(|spec| {
+            let model = probe(&spec);
+            (spec, model)
+        })
+        .collect()
+}
+
+/// A model by its name in a scene, with E = 1e6 and nu = 0.3.
+fn named<const D: usize>(name: &str) -> Box<dyn Probe<D>> {
+    models().into_iter().find(|(spec, _)| spec.name() == name).expect("a registered model").1
+}
+
+/// The Lame parameters of E = 1e6 and nu = 0.3.
+const LAMBDA: f64 = 576_923.076_923_076_9;
+const MU: f64 = 384_615.384_615_384_6;
+
+/// `(sigma_{D-1} + sigma_D) / |F|`: how far `F` is from where its rotation jumps.
+fn gap<const D: usize>(f: &Mat<f64, D>) -> f64 {
+    let sigma = signed_svd(f).sigma;
+    (sigma[D - 2] + sigma[D - 1]) / f.norm_squared().sqrt()
+}
+
+/// What an error in the stress is measured against: its own size, or that of the terms it is made of.
+fn stress_scale<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
+    model.pk1(f).norm_squared().sqrt() + (LAMBDA + 2.0 * MU) * f.norm_squared().sqrt()
+}
+
+/// Deformations of every kind that keep away from the rotation's jump, those with `J <= 0` only if `inverted`.
+fn samples<const D: usize>(inverted: bool) -> Vec<Mat<f64, D>> {
+    let mut random = Random(21);
+    let mut list = vec![];
+    for (name, generate) in categories::<D>() {
+        if ["rank one", "ambiguous", "scaled gaussian", "independent"].contains(&name) {
+            continue;
+        }
+        for _ in 0..60 {
+            let f = generate(&mut random);
+            if gap(&f) > 0.2 && (inverted || f.determinant() > 0.02) {
+                list.push(f);
+            }
+        }
+    }
+    list
+}
+
+/// As a matrix that acts on column-major `vec(F)`.
+fn flat<const D: usize>(t: &Tangent<D>) -> nalgebra::DMatrix<f64> {
+    nalgebra::DMatrix::from_fn(D * D, D * D, |p, q| t.0[p % D][p / D][q % D][q / D])
+}
+
+/// Eigenvalues, ascending.
+fn eigenvalues<const D: usize>(t: &Tangent<D>) -> Vec<f64> {
+    let mut lambda: Vec<f64> = flat(t).symmetric_eigenvalues().iter().copied().collect();
+    lambda.sort_by(f64::total_cmp);
+    lambda
+}
+
+/// `|a - b| / |a|`, Frobenius.
+fn difference<const D: usize>(a: &Tangent<D>, b: &Tangent<D>) -> f64 {
+    (flat(a) - flat(b)).norm() / flat(a).norm()
+}

@@ -1,0 +1,129 @@
+//! Against numbers computed independently, with 50 digits, see the note in the data files.
+
+use std::collections::BTreeMap;
+
+use super::{Probe, eigenvalues, flat, named};
+use crate::algebra::Mat;
+use crate::material::{Domain, Psd};
+
+/// Singular values 1.309, 1.179, 0.728; determinant 1.1245.
+const F3: Mat<f64, 3> = Mat([[1.2, 0.3, -0.1], [0.05, 0.9, 0.2], [-0.15, 0.1, 1.1]]);
+/// Singular values 1.130, 0.909, -0.708; determinant -0.7275.
+const F3_INVERTED: Mat<f64, 3> = Mat([[1.1, 0.2, 0.1], [-0.1, 0.9, 0.15], [0.05, 0.1, -0.7]]);
+/// Singular values 1.246, 0.843; determinant 1.05.
+const F2: Mat<f64, 2> = Mat([[1.2, 0.3], [-0.1, 0.85]]);
+
+#[derive(serde::Deserialize)]
+struct Point {
+    psi: f64,
+    #[serde(rename = "P")]
+    stress: Vec<f64>,
+    #[serde(rename = "H")]
+    tangent: Vec<f64>,
+}
+
+fn read<T: serde::de::DeserializeOwned>(text: &str) -> BTreeMap<String, BTreeMap<String, T>> {
+    let mut table: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text).unwrap();
+    table.remove("note");
+    table.into_iter().map(|(name, value)| (name, serde_json::from_value(value).unwrap())).collect()
+}
+
+fn compare<const D: usize>(name: &str, model: &dyn Probe<D>, f: &Mat<f64, D>, point: &Point) {
+    const TOLERANCE: f64 = 1e-11;
+    assert!((model.psi(f) / point.psi - 1.0).abs() < TOLERANCE, "{name}: psi {}", model.psi(f));
+    let p = model.pk1(f);
+    let largest = point.stress.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    for (i, expected) in point.stress.iter().enumerate() {
+        assert!((p[i / D][i % D] - expected).abs() < TOLERANCE * largest, "{name}: P {p:?}");
+    }
+    let h = flat(&model.hessian(f, Psd::Exact));
+    let largest = h.amax();
+    for (k, expected) in point.tangent.iter().enumerate() {
+        let (i, j) = (k / (D * D), k % (D * D));
+        assert!((h[(i, j)] - expected).abs() < TOLERANCE * largest, "{name}: H_{i}{j} {}", h[(i, j)]);
+    }
+}
+
+// lecture 16
+#[test]
+fn energy_stress_and_tangent() {
+    let data = read::<Point>(include_str!("../../../tests-data/constitutive.json"));
+    assert_eq!(data.len(), 6);
+    for (name, points) in &data {
+        compare(name, &*named::<2>(name), &F2, &points["F2"]);
+        let model = named::<3>(name);
+        compare(name, &*model, &F3, &points["F3"]);
+        match points.get("F3inv") {
+            Some(point) => compare(name, &*model, &F3_INVERTED, point),
+            None => assert_eq!(model.domain(), Domain::PositiveJ),
+        }
+    }
+}
+
+/// The smallest eigenvalue in the same state, from a numerical eigensolution.
+#[test]
+fn smallest_eigenvalues() {
+    for (name, expected) in [
+        ("stvk", 207_026.923_404_3),
+        ("corotated", 93_839.998_248_07),
+        ("neo-hookean", 15_633.172_790_25),
+        ("stable-neo-hookean", 37_795.995_840_9),
+        ("stable-neo-hookean-log", 44_911.594_503_47),
+    ] {
+        let smallest = eigenvalues(&named::<3>(name).hessian(&F3, Psd::Exact))[0];
+        assert!((smallest - expected).abs() < 1e-5, "{name}: {smallest}");
+    }
+}
+
+/// The lateral stretch at which `stress` vanishes, by bisection.
+fn free_lateral(stress: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.3, 1.7);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if stress(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+// lecture 16, 17
+#[test]
+fn responses_to_simple_loading() {
+    let data = read::<Vec<f64>>(include_str!("../../../tests-data/responses.json"));
+    assert_eq!(data.len(), 5);
+    for (name, responses) in &data {
+        let (plane, solid) = (named::<2>(name), named::<3>(name));
+        for (test, expected) in responses {
+            let (kind, amount) = test.split_once(' ').unwrap();
+            let s: f64 = amount.parse().unwrap();
+            let got = match kind {
+                "uniaxial" => {
+                    let f = |t| Mat::diagonal(&[s, t, t]);
+                    let t = free_lateral(|t| solid.pk1(&f(t))[1][1]);
+                    vec![t, solid.pk1(&f(t))[0][0]]
+                }
+                "equibiaxial" => {
+                    let f = |t| Mat::diagonal(&[s, s, t]);
+                    let t = free_lateral(|t| solid.pk1(&f(t))[2][2]);
+                    vec![t, solid.pk1(&f(t))[0][0]]
+                }
+                "plane-strain" => {
+                    let f = |t| Mat::diagonal(&[s, t]);
+                    let t = free_lateral(|t| plane.pk1(&f(t))[1][1]);
+                    vec![t, plane.pk1(&f(t))[0][0]]
+                }
+                "shear" => {
+                    let p = plane.pk1(&Mat([[1.0, s], [0.0, 1.0]]));
+                    vec![p[0][1], p[1][0], p[0][0], p[1][1]]
+                }
+                "volumetric" => vec![solid.pk1(&Mat::scalar(s))[0][0]],
+                _ => panic!("unknown test {test}"),
+            };
+            let scale = expected.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            for (i, (a, b)) in got.iter().zip(expected).enumerate() {
+                // Stretches relative to themselves, a stress that vanishes relative to its neighbours.
+                let scale = if got.len() == 2 && i == 0 { *b } else { scale };
+                assert!((a - b).abs() <= 1e-9 * scale, "{name} {test}: {got:?} {expected:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! Numbers, topics and schemas of the channels.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use foxglove::Encode;
+use mcap::{Channel, Schema};
+
+/// Positions and velocities.
+pub(super) const STATE: (u16, &str) = (1, "/state");
+/// What a viewer draws.
+pub(super) const MESH: (u16, &str) = (2, "/mesh");
+/// Energies, momenta, work.
+pub(super) const ENERGY: (u16, &str) = (3, "/energy");
+/// The coordinate frame.
+pub(super) const TRANSFORM: (u16, &str) = (4, "/tf");
+/// Warnings.
+pub(super) const LOG: (u16, &str) = (5, "/log");
+
+/// Coordinate frame of all positions.
+pub(super) const FRAME_ID: &str = "pliant";
+
+/// A channel of messages of a type of the foxglove crate. Its schema has the same number as the channel.
+pub(super) fn typed<T: Encode>(
+    (id, topic): (u16, &str),
+    metadata: BTreeMap<String, String>,
+) -> Channel<'static> {
+    let schema = T::get_schema().map(|schema| {
+        let (name, encoding, data) = (schema.name, schema.encoding, Cow::Owned(schema.data.into_owned()));
+        Arc::new(Schema { id, name, encoding, data })
+    });
+    let message_encoding = T::get_message_encoding();
+    Channel { id, topic: topic.to_owned(), schema, message_encoding, metadata }
+}
+
+/// Encodes a message, replacing what is in the buffer.
+pub(super) fn encode<T: Encode>(message: &T, buffer: &mut Vec<u8>) {
+    buffer.clear();
+    // Encoding fails only for lack of room, and a vector grows.
+    let encoded = message.encode(buffer);
+    debug_assert!(encoded.is_ok(), "a vector grows as messages are encoded into it");
+}

@@ -1,0 +1,143 @@
+//! The MCAP file under construction: metadata, attachments and channels first, then groups of messages in chunks.
+//!
+//! A group is what belongs together, all messages of one frame or one warning. Chunks end between groups, after
+//! [`CHUNK_BYTES`] of messages: a rule that depends on nothing but the messages.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::{Attachment, Channel, Compression, McapResult, WriteOptions, Writer};
+
+use super::journal::Journal;
+
+/// Message bytes after which a chunk is closed. Large, so that compression finds the mesh of the previous frame.
+pub(super) const CHUNK_BYTES: u64 = 4 << 20;
+
+/// One encoded message.
+#[derive(Clone, Debug)]
+pub(super) struct Message<'a> {
+    /// Channel, sequence number and time.
+    pub(super) header: MessageHeader,
+    /// The encoded message.
+    pub(super) data: Cow<'a, [u8]>,
+}
+
+impl<'a> Message<'a> {
+    /// A message whose two times are the same simulated instant.
+    pub(super) fn new(channel_id: u16, sequence: u32, log_time: u64, data: &'a [u8]) -> Self {
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time: log_time };
+        Message { header, data: Cow::Borrowed(data) }
+    }
+}
+
+/// The file under construction.
+pub(super) struct Container<W: Write + Seek> {
+    writer: Writer<W>,
+    journal: Option<Journal>,
+    channels: Vec<Channel<'static>>,
+    /// Message bytes in the open chunk.
+    open_bytes: u64,
+}
+
+impl<W: Write + Seek> Container<W> {
+    /// Begins a file; without a journal, an open chunk is lost when the process is killed.
+    pub(super) fn create(stream: W, journal: Option<Journal>) -> McapResult<Self> {
+        let options = WriteOptions::new()
+            .library(super::LIBRARY)
+            .compression(Some(Compression::Zstd))
+            .compression_level(1)
+            // Without threads the bytes are the same on every machine.
+            .compression_threads(0)
+            // Chunks are closed here, between groups, never by the writer in the middle of one.
+            .chunk_size(None);
+        let writer = create_writer(options, stream, &[])?;
+        Ok(Container { writer, journal, channels: Vec::new(), open_bytes: 0 })
+    }
+
+    /// Writes named key-value pairs.
+    pub(super) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> McapResult<()> {
+        self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
+    }
+
+    /// Attaches a file. No wall clock: both times are 0.
+    pub(super) fn attach(&mut self, name: &str, media_type: &str, data: Cow<'_, [u8]>) -> McapResult<()> {
+        let (name, media_type) = (name.to_owned(), media_type.to_owned());
+        self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
+    }
+
+    /// Adds channels. Closes the open chunk, so that the journal, then empty, can begin anew with them.
+    pub(super) fn add_channels(&mut self, channels: &[Channel<'static>]) -> McapResult<()> {
+        self.flush()?;
+        for channel in channels {
+            add_channel(&mut self.writer, channel)?;
+        }
+        self.channels.extend_from_slice(channels);
+        if let Some(journal) = &mut self.journal {
+            journal.set_channels(&self.channels)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a channel of this number was added.
+    pub(super) fn has_channel(&self, id: u16) -> bool {
+        self.channels.iter().any(|channel| channel.id == id)
+    }
+
+    /// Writes messages that belong together. When this returns, a kill no longer loses them.
+    pub(super) fn write(&mut self, group: &[Message<'_>]) -> McapResult<()> {
+        for Message { header, data } in group {
+            self.writer.write_to_known_channel(header, data)?;
+            self.open_bytes += data.len() as u64;
+        }
+        if self.open_bytes >= CHUNK_BYTES {
+            return self.flush();
+        }
+        if let Some(journal) = &mut self.journal {
+            journal.append(group)?;
+        }
+        Ok(())
+    }
+
+    /// Closes the open chunk and hands everything to the operating system.
+    pub(super) fn flush(&mut self) -> McapResult<()> {
+        self.writer.flush()?;
+        self.open_bytes = 0;
+        // Only now: between the two lines the messages are in both files, which recovery sorts out.
+        if let Some(journal) = &mut self.journal {
+            journal.clear()?;
+        }
+        Ok(())
+    }
+
+    /// Writes indexes and the end; the caller gets the stream back to sync it, and the journal to remove it.
+    pub(super) fn finish(mut self) -> McapResult<(W, Option<Journal>)> {
+        self.writer.finish()?;
+        Ok((self.writer.into_inner(), self.journal))
+    }
+}
+
+/// A writer with these channels, under their own numbers.
+pub(super) fn create_writer<W: Write + Seek>(
+    options: WriteOptions,
+    stream: W,
+    channels: &[Channel<'static>],
+) -> McapResult<Writer<W>> {
+    let mut writer = options.create(stream)?;
+    for channel in channels {
+        add_channel(&mut writer, channel)?;
+    }
+    Ok(writer)
+}
+
+fn add_channel<W: Write + Seek>(writer: &mut Writer<W>, channel: &Channel<'static>) -> McapResult<()> {
+    let mut schema_id = 0;
+    if let Some(schema) = &channel.schema {
+        schema_id = schema.id;
+        writer.add_schema_with_id(schema_id, &schema.name, &schema.encoding, &schema.data)?;
+    }
+    let Channel { id, topic, message_encoding, metadata, .. } = channel;
+    writer.add_channel_with_id(*id, schema_id, topic, message_encoding, metadata)?;
+    Ok(())
+}

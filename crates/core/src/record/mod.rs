@@ -1,0 +1,50 @@
+//! Recording runs as MCAP files, which Foxglove, Lichtblick and Rerun open as they are, and reading them back.
+//!
+//! | topic | encoding | content |
+//! |---|---|---|
+//! | `/state` | `foxglove.PointCloud` | positions [m] and velocities [m/s] of every vertex, doubles, every frame |
+//! | `/mesh` | `foxglove.SceneUpdate` | surfaces and springs to look at, at most 30 per simulated second |
+//! | `/energy` | JSON | [`Diagnostics`](crate::diagnostics::Diagnostics) and work counters, every frame |
+//! | `/tf` | `foxglove.FrameTransform` | once, with `/state` or `/mesh` |
+//! | `/log` | `foxglove.Log` | warnings, if there are any |
+//!
+//! Attachments: `scene.toml`; `rest.f64` of shape `(vertices, dimension)`; `mass.f64`; and for each body what it has
+//! of `topology/<body>.edge.u32`, `.tri.u32`, `.tet.u32` and `.surface.u32` (where that is not all triangles): rows of
+//! 2, 3, 4 and 3 vertex numbers, which count the vertices of all bodies. Everything is little-endian.
+//! Metadata: `pliant` (format version, units, dimension, counts, bodies) and, at the end, `outcome`.
+//!
+//! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give
+//! the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at any moment loses
+//! no frame whose recording had returned: those of the chunk still open are also in `<output>.part.tail`, and
+//! [`recover`](read::recover) puts the two together.
+
+mod attachments;
+mod channel;
+mod clock;
+mod container;
+mod energy;
+mod error;
+mod journal;
+mod outcome;
+mod paths;
+pub mod read;
+mod recorder;
+mod sink;
+mod state;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod transform;
+mod warning;
+
+pub use attachments::BodySummary;
+pub use error::RecordError;
+pub use outcome::{Outcome, Status};
+pub use recorder::{McapRecorder, Options, Recorded};
+pub use warning::Level;
+
+/// What the header says wrote the file.
+const LIBRARY: &str = concat!("pliant ", env!("CARGO_PKG_VERSION"));
+
+/// Version of the conventions above; readers refuse a larger one.
+const FORMAT_VERSION: u32 = 1;

@@ -1,0 +1,11 @@
+//! Reading recordings: what is in a file, the frames of a complete one, and the rescue of an incomplete one.
+
+mod info;
+mod rescue;
+mod source;
+mod trajectory;
+mod walk;
+
+pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
+pub use rescue::{Recovered, discard, recover};
+pub use trajectory::{Column, Trajectory};

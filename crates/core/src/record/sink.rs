@@ -1,0 +1,17 @@
+//! Where the bytes go.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Seek, Write};
+
+/// A stream that can make its content permanent. A trait, so that tests can fill the disk.
+pub(super) trait Sink: Write + Seek + Send {
+    /// Returns when everything written is on the disk.
+    fn sync(&mut self) -> io::Result<()>;
+}
+
+impl Sink for BufWriter<File> {
+    fn sync(&mut self) -> io::Result<()> {
+        self.flush()?;
+        self.get_ref().sync_all()
+    }
+}

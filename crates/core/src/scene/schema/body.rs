@@ -1,0 +1,187 @@
+//! Bodies: what they are made of, and how they start.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{MeshSpec, OneOrMany, Wall};
+use crate::material::MaterialSpec;
+
+/// One body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Name, unique in the scene; used in the output. Default `body0`, `body1`, ...
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(regex(pattern = "^[A-Za-z0-9_-]{1,64}$"))]
+    pub name: Option<String>,
+    /// Its shape at rest.
+    pub mesh: MeshSpec,
+    /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elastic: Option<MaterialSpec>,
+    /// How the stress of `elastic` is computed; by the closed form without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<Stress>,
+    /// Springs along the mesh's edges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub springs: Option<Springs>,
+    /// Its mass.
+    pub mass: MassSpec,
+    /// Vertices that never move.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pin: Vec<Selection>,
+    /// Where it starts; in its rest shape without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionSpec>,
+    /// Initial velocity; at rest without it. Pinned vertices stay at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<VelocitySpec>,
+}
+
+/// How the stress `P` of a material is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stress {
+    /// By the model's closed form.
+    #[default]
+    Analytic,
+    /// By automatic differentiation of its energy density.
+    Autodiff,
+}
+
+/// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Springs {
+    /// Spring constant `k` [N/m]: one for all or one per edge.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<OneOrMany>,
+    /// `Y` with `k = Y l0` [N/m^2], as the lecture's program has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub young: Option<f64>,
+    /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_length: Option<OneOrMany>,
+}
+
+/// The mass of a body, lumped to its vertices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MassSpec {
+    /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; springs without cells: kg/m of edge): each element gives
+    /// an equal share to its vertices.
+    Density(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
+    /// Mass of each vertex [kg]: one number for all or a list.
+    PerVertex(OneOrMany),
+    /// Total mass [kg], shared equally between the vertices.
+    Total(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
+}
+
+/// A set of vertices of a body, by their rest positions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Selection {
+    /// All vertices with `min <= X <= max` (tolerance 1e-9 of the body's size).
+    Box(BoxSelection),
+    /// All vertices with `normal . X <= offset` (tolerance 1e-9 of the body's size).
+    HalfSpace(Wall),
+    /// These vertices, by index in the body.
+    Vertices(#[schemars(length(min = 1))] Vec<u32>),
+    /// A named group of the mesh.
+    Group(String),
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSelection {
+    /// Lower corner [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub min: Vec<f64>,
+    /// Upper corner [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub max: Vec<f64>,
+}
+
+/// Initial positions of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionSpec {
+    /// `x = centre + matrix (X - centre) + translation`, pinned vertices included.
+    Affine(AffinePosition),
+    /// One point per vertex [m].
+    PerVertex(Vec<Vec<f64>>),
+    /// One displacement from the rest position per vertex [m].
+    Displacement(Vec<Vec<f64>>),
+}
+
+/// A uniform deformation of the rest shape.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AffinePosition {
+    /// The deformation gradient, by rows; the identity without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// The point that `matrix` leaves where it is [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<Vec<f64>>,
+    /// Then moved by this [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translation: Option<Vec<f64>>,
+}
+
+/// Initial velocities of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VelocitySpec {
+    /// `v = linear + angular x (X - centre of mass)`.
+    Rigid(RigidVelocity),
+    /// One vector per vertex [m/s].
+    PerVertex(Vec<Vec<f64>>),
+    /// Tangential speed [m/s] about `centre` in the x-y plane, counter-clockwise, the same at every radius.
+    Tangential(TangentialVelocity),
+}
+
+/// Velocity field of a rigid body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidVelocity {
+    /// Velocity of the centre of mass [m/s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub linear: Option<Vec<f64>>,
+    /// Angular velocity [rad/s]: one number in 2D (counter-clockwise), three in 3D.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angular: Option<OneOrMany>,
+}
+
+/// Rotation at constant speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TangentialVelocity {
+    /// Speed [m/s].
+    pub speed: f64,
+    /// Centre [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub centre: Option<Vec<f64>>,
+}
+
+impl Body {
+    /// The name, or `body0`, `body1`, ... by the index in the scene.
+    pub fn name_or_default(&self, index: usize) -> String {
+        self.name.clone().unwrap_or_else(|| format!("body{index}"))
+    }
+
+    /// How the stress of `elastic` is computed.
+    pub fn stress_or_default(&self) -> Stress {
+        self.stress.unwrap_or_default()
+    }
+
+    /// Whether nothing holds its vertices together: no elements, no springs. Mutual attraction (`world.nbody`) acts on
+    /// these bodies only.
+    pub fn is_particles(&self) -> bool {
+        self.elastic.is_none() && self.springs.is_none()
+    }
+}

@@ -1,0 +1,160 @@
+//! Shapes at rest.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The shape of a body at rest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MeshSpec {
+    /// A box of cells: two triangles each in 2D, six tetrahedra each in 3D.
+    Grid(GridSpec),
+    /// A rectangular sheet of triangles in 3D (or 2D) with springs along both diagonals of every cell.
+    Cloth(ClothSpec),
+    /// A polyline.
+    Strand(StrandSpec),
+    /// Points spread at random over a disk or annulus.
+    Disk(DiskSpec),
+    /// A mesh file: Gmsh `.msh` (2.2 or 4.1, ASCII) or Wavefront `.obj`.
+    File(FileSpec),
+    /// Vertices and cells written in the scene.
+    Inline(InlineSpec),
+}
+
+/// A box of cells. Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k`. Exactly one of `spacing` and `size`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GridSpec {
+    /// Number of cells along each axis.
+    #[schemars(length(min = 2, max = 3), inner(range(min = 1)))]
+    pub cells: Vec<usize>,
+    /// Edge length of a cell [m], the same along each axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub spacing: Option<f64>,
+    /// Size of the box [m].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub size: Option<Vec<f64>>,
+    /// Lower corner [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub origin: Option<Vec<f64>>,
+}
+
+/// A rectangular sheet. Vertex `(i, j)` has index `i (n1 + 1) + j`, at `origin + i/n0 u + j/n1 v`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClothSpec {
+    /// Number of cells along `u` and `v`.
+    #[schemars(inner(range(min = 1)))]
+    pub cells: [usize; 2],
+    /// Corner [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub origin: Vec<f64>,
+    /// First side [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub u: Vec<f64>,
+    /// Second side [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub v: Vec<f64>,
+}
+
+/// A straight chain of equal segments.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StrandSpec {
+    /// Number of segments.
+    #[schemars(range(min = 1))]
+    pub segments: usize,
+    /// First end [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub start: Vec<f64>,
+    /// Last end [m].
+    #[schemars(length(min = 2, max = 3))]
+    pub end: Vec<f64>,
+}
+
+/// Points spread at random, uniformly over the area of a disk or annulus in the x-y plane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiskSpec {
+    /// Number of points.
+    #[schemars(range(min = 1))]
+    pub count: usize,
+    /// Outer radius [m].
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius: f64,
+    /// Inner radius [m].
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub inner_radius: f64,
+    /// Centre [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 2, max = 3))]
+    pub centre: Option<Vec<f64>>,
+    /// Thickness in z [m], 3D only: z is uniform in +-thickness/2.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub thickness: f64,
+    /// Seed of the random numbers; the same seed gives the same points everywhere.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+/// A mesh file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileSpec {
+    /// Path, relative to the scene file.
+    pub path: PathBuf,
+}
+
+/// Vertices and cells written in the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InlineSpec {
+    /// Rest positions [m].
+    #[schemars(length(min = 1), inner(length(min = 2, max = 3)))]
+    pub points: Vec<Vec<f64>>,
+    /// Edges, by vertex index.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub edges: Vec<[u32; 2]>,
+    /// Triangles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub triangles: Vec<[u32; 3]>,
+    /// Tetrahedra.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tetrahedra: Vec<[u32; 4]>,
+}
+
+impl MeshSpec {
+    /// The name of the choice, as in the scene.
+    pub fn name(&self) -> &'static str {
+        match self {
+            MeshSpec::Grid(_) => "grid",
+            MeshSpec::Cloth(_) => "cloth",
+            MeshSpec::Strand(_) => "strand",
+            MeshSpec::Disk(_) => "disk",
+            MeshSpec::File(_) => "file",
+            MeshSpec::Inline(_) => "inline",
+        }
+    }
+
+    /// Number of vertices; `None` for a file, and for more than can be counted.
+    pub fn vertex_count(&self) -> Option<u64> {
+        let nodes = |cells: &[usize]| {
+            cells.iter().try_fold(1_u64, |product, &n| product.checked_mul((n as u64).checked_add(1)?))
+        };
+        match self {
+            MeshSpec::Grid(grid) => nodes(&grid.cells),
+            MeshSpec::Cloth(cloth) => nodes(&cloth.cells),
+            MeshSpec::Strand(strand) => nodes(&[strand.segments]),
+            MeshSpec::Disk(disk) => Some(disk.count as u64),
+            MeshSpec::Inline(inline) => Some(inline.points.len() as u64),
+            MeshSpec::File(_) => None,
+        }
+    }
+}

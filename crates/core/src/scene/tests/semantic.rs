@@ -1,0 +1,361 @@
+//! What reads well and cannot be simulated.
+
+use super::*;
+use crate::scene::ProblemKind;
+
+/// The problems of `GOOD` with a text replaced by another, for each row of a table.
+fn check(table: &[(&str, &str, &[&str])]) {
+    for (old, new, expected) in table {
+        let failed = error(&changed(old, new));
+        assert_eq!(briefly(&failed), *expected, "{new}");
+        assert!(failed.problems().iter().all(|problem| problem.kind == ProblemKind::Semantic));
+    }
+}
+
+#[test]
+fn surroundings() {
+    check(&[
+        ("dimension = 2", "dimension = 4", &["1:13 dimension: `dimension` must be 2 or 3, got 4"]),
+        ("1e-3", "0.0", &["5:8 time.step: `step` must be positive and finite, got 0.0 [s]"]),
+        ("1e-3", "-1", &["5:8 time.step: `step` must be positive and finite, got -1.0 [s]"]),
+        ("1e-3", "nan", &["5:8 time.step: `step` must be positive and finite, got NaN [s]"]),
+        (
+            "1e-3",
+            "1e-300",
+            &[
+                "5:8 time.step: 1.0 [s] in steps of 1e-300 [s] are 1.0e300 steps, more than can be counted (2^53)",
+            ],
+        ),
+        (
+            "duration = 1.0",
+            "duration = -1.0",
+            &["6:12 time.duration: `duration` must be 0 or more, and finite, got -1.0 [s]"],
+        ),
+        (
+            "duration = 1.0",
+            "duration = inf",
+            &["6:12 time.duration: `duration` must be 0 or more, and finite, got inf [s]"],
+        ),
+        (
+            "[0.0, -9.8]",
+            "[0, 0, -9.8]",
+            &["9:11 world.gravity: `gravity` has 3 numbers, but `dimension` is 2: 2 are needed"],
+        ),
+        ("[0.0, -9.8]", "[0, nan]", &["9:15 world.gravity.1: `gravity` must be finite, got NaN [m/s^2]"]),
+        (
+            "[0.0, -9.8]",
+            "[0, 0]\nwalls = [{ normal = [0, 0], offset = 1 }]",
+            &["10:21 world.walls.0.normal: `normal` is zero: it needs a direction"],
+        ),
+        (
+            "[0.0, -9.8]",
+            "[0, 0]\nwalls = [{ normal = [0, 1], offset = 1 }, { normal = [1], offset = inf }]",
+            &[
+                "10:54 world.walls.1.normal: `normal` has 1 number, but `dimension` is 2: 2 are needed",
+                "10:68 world.walls.1.offset: `offset` must be finite, got inf [m]",
+            ],
+        ),
+        (
+            "[0.0, -9.8]",
+            "[0, 0]\nether_drag = -1",
+            &["10:14 world.ether_drag: `ether_drag` must be 0 or more, and finite, got -1.0 [1/s]"],
+        ),
+        (
+            "[0.0, -9.8]",
+            "[0, 0]\nnbody = { constant = 0.0, softening = -1 }",
+            &[
+                "10:9 world.nbody: `nbody` acts on nothing",
+                "10:22 world.nbody.constant: `constant` must be positive and finite, got 0.0 [m^3/(kg s^2)]",
+                "10:39 world.nbody.softening: `softening` must be 0 or more, and finite, got -1.0 [m]",
+            ],
+        ),
+        (
+            "rate = 60.0",
+            "rate = 0",
+            &["19:8 output.rate: `rate` must be positive and finite, got 0.0 [frames/s]"],
+        ),
+        (
+            "rate = 60.0",
+            "rate = 1e12",
+            &["19:8 output.rate: 1000000000000.0 [frames/s] for 1.0 [s] are 1.0e12 frames"],
+        ),
+        (
+            r#"["state"]"#,
+            "['state', 'mesh', 'state']",
+            &["20:30 output.channels.2: channel `state` is listed twice"],
+        ),
+    ]);
+}
+
+#[test]
+fn meshes() {
+    check(&[
+        (
+            MESH,
+            "{ grid = { cells = [2], spacing = 0.1 } }",
+            &["13:27 body.0.mesh.grid.cells: `cells` has 1 number, but `dimension` is 2: 2 are needed"],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [2, 0], spacing = 0.1 } }",
+            &["13:31 body.0.mesh.grid.cells.1: `cells` must be 1 or more, got 0"],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [2, 1] } }",
+            &[
+                "13:10 body.0.mesh.grid: a grid takes exactly one of `spacing` [m] and `size` [m], neither is given",
+            ],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [2, 1], spacing = 1, size = [1, 1] } }",
+            &[
+                "13:10 body.0.mesh.grid: a grid takes exactly one of `spacing` [m] and `size` [m], both are given",
+            ],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [2, 1], spacing = -1 } }",
+            &["13:45 body.0.mesh.grid.spacing: `spacing` must be positive and finite, got -1.0 [m]"],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [2, 1], size = [1, -1] } }",
+            &["13:46 body.0.mesh.grid.size.1: `size` must be positive and finite, got -1.0 [m]"],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [2, 1], spacing = 1, origin = [1] } }",
+            &["13:57 body.0.mesh.grid.origin: `origin` has 1 number, but `dimension` is 2: 2 are needed"],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [200000, 100000], spacing = 1 } }",
+            &["13:10 body.0.mesh.grid: this grid has more than 4294967295 vertices"],
+        ),
+        (
+            MESH,
+            "{ grid = { cells = [9000000000000000000, 9000000000000000000], spacing = 1 } }",
+            &["13:10 body.0.mesh.grid: this grid has more than 4294967295 vertices"],
+        ),
+        (
+            MESH,
+            "{ cloth = { cells = [0, 1], origin = [0, 0], u = [1, 0], v = [0, 1] } }",
+            &["13:29 body.0.mesh.cloth.cells.0: `cells` must be 1 or more, got 0"],
+        ),
+        (
+            MESH,
+            "{ cloth = { cells = [2, 1], origin = [0, 0], u = [1e200, 0], v = [-1e200, 0] } }",
+            &["13:73 body.0.mesh.cloth.v: `u` and `v` are parallel: they span no sheet"],
+        ),
+        (
+            MESH,
+            "{ cloth = { cells = [2, 1], origin = [0, 0], u = [1, 0], v = [0, -1] } }",
+            &[
+                "13:69 body.0.mesh.cloth.v: in 2D `v` must be counter-clockwise from `u`, else every triangle is inside out",
+            ],
+        ),
+        (
+            MESH,
+            "{ cloth = { cells = [2, 1], origin = [0, 0], u = [1, 0], v = [0, 0] } }",
+            &["13:69 body.0.mesh.cloth.v: `v` is zero: it needs a direction"],
+        ),
+        (
+            MESH,
+            "{ strand = { segments = 0, start = [0, 0], end = [1, 0] } }",
+            &["13:32 body.0.mesh.strand.segments: `segments` must be 1 or more, got 0"],
+        ),
+        (
+            MESH,
+            "{ strand = { segments = 2, start = [1, 0], end = [1, 0] } }",
+            &["13:57 body.0.mesh.strand.end: `start` and `end` are the same point: the strand has no length"],
+        ),
+        (MESH, "{ file = { path = '' } }", &["13:26 body.0.mesh.file.path: `path` is empty"]),
+        (
+            MESH,
+            "{ inline = { points = [[0, 0], [1, 0, 0]], edges = [[0, 1]] } }",
+            &[
+                "13:39 body.0.mesh.inline.points.1: `points` has 3 numbers, but `dimension` is 2: 2 are needed",
+            ],
+        ),
+        (
+            MESH,
+            "{ inline = { points = [[0, 0], [1, 0]], edges = [[0, 1], [1, 2]] } }",
+            &["13:69 body.0.mesh.inline.edges.1.1: there is no vertex 2: the body has 2"],
+        ),
+        (
+            MESH,
+            "{ inline = { points = [[0, 0], [1, 0]], edges = [[0, 1], [1, 1]] } }",
+            &["13:69 body.0.mesh.inline.edges.1.1: vertex 1 occurs twice in this cell"],
+        ),
+        (
+            MESH,
+            "{ inline = { points = [[0, 0], [1, 0], [0, 1], [1, 1]], tetrahedra = [[0, 1, 2, 3]] } }",
+            &["13:64 body.0.mesh.inline.tetrahedra: `tetrahedra` are for 3D only, and `dimension` is 2"],
+        ),
+    ]);
+}
+
+#[test]
+fn bodies() {
+    check(&[
+        (r#""net""#, "'a b'", &[r#"12:8 body.0.name: "a b" cannot be the name of a body"#]),
+        (r#""net""#, "''", &[r#"12:8 body.0.name: "" cannot be the name of a body"#]),
+        (
+            "[output]",
+            "[[body]]\nname = 'net'\nmesh = { disk = { count = 1, radius = 1 } }\nmass = { total = 1 }\n[output]",
+            &[r#"19:8 body.1.name: bodies 0 and 1 are both named "net""#],
+        ),
+        (
+            r#""net""#,
+            "\"net\"\nstress = 'analytic'",
+            &["13:10 body.0.stress: `stress` needs `elastic`, which this body does not have"],
+        ),
+        (
+            SPRINGS,
+            "{}",
+            &[
+                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], neither is given",
+            ],
+        ),
+        (
+            SPRINGS,
+            "{ stiffness = 1, young = 1 }",
+            &[
+                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], both are given",
+            ],
+        ),
+        (
+            SPRINGS,
+            "{ stiffness = -1 }",
+            &["14:25 body.0.springs.stiffness: `stiffness` must be positive and finite, got -1.0 [N/m]"],
+        ),
+        (
+            SPRINGS,
+            "{ young = 0 }",
+            &["14:21 body.0.springs.young: `young` must be positive and finite, got 0.0 [N/m^2]"],
+        ),
+        (
+            SPRINGS,
+            "{ stiffness = [1, 2, 0] }",
+            &["14:32 body.0.springs.stiffness.2: `stiffness` must be positive and finite, got 0.0 [N/m]"],
+        ),
+        (
+            SPRINGS,
+            "{ stiffness = 1, rest_length = -1 }",
+            &["14:42 body.0.springs.rest_length: `rest_length` must be positive and finite, got -1.0 [m]"],
+        ),
+        (
+            MASS,
+            "{ per_vertex = [1, 2] }",
+            &["15:23 body.0.mass.per_vertex: `per_vertex` lists 2 numbers, but the body has 12 vertices"],
+        ),
+        (
+            MASS,
+            "{ density = 0 }",
+            &["15:20 body.0.mass.density: `density` must be positive and finite, got 0.0 [kg/m^2]"],
+        ),
+        (
+            MASS,
+            "{ total = inf }",
+            &["15:18 body.0.mass.total: `total` must be positive and finite, got inf [kg]"],
+        ),
+    ]);
+}
+
+#[test]
+fn motion() {
+    check(&[
+        (
+            PIN,
+            "[{ box = { min = [0.0], max = [0.0, 1.0] } }]",
+            &["16:24 body.0.pin.0.box.min: `min` has 1 number, but `dimension` is 2: 2 are needed"],
+        ),
+        (
+            PIN,
+            "[{ box = { min = [0.0, 2.0], max = [0.0, 1.0] } }]",
+            &[
+                "16:30 body.0.pin.0.box.min.1: `min` must not exceed `max`, got 2.0 and 1.0 [m]: the box is empty",
+            ],
+        ),
+        (
+            PIN,
+            "[{ box = { min = [0.0, nan], max = [0.0, 1.0] } }]",
+            &["16:30 body.0.pin.0.box.min.1: `min` must be a number or infinite, got NaN [m]"],
+        ),
+        (
+            PIN,
+            "[{ half_space = { normal = [0.0, 0.0], offset = 0 } }]",
+            &["16:34 body.0.pin.0.half_space.normal: `normal` is zero: it needs a direction"],
+        ),
+        (PIN, "[{ vertices = [] }]", &["16:21 body.0.pin.0.vertices: `vertices` is empty: it pins nothing"]),
+        (
+            PIN,
+            "[{ vertices = [0, 11, 12] }]",
+            &["16:29 body.0.pin.0.vertices.2: there is no vertex 12: the body has 12"],
+        ),
+        (PIN, "[{ group = '' }]", &["16:18 body.0.pin.0.group: `group` is empty: name a group of the mesh"]),
+        (PIN, "[]\nvelocity = 'rigid'", &["17:12 body.0.velocity.rigid: `rigid` says nothing"]),
+        (
+            PIN,
+            "[]\nvelocity = { rigid = { linear = [1] } }",
+            &[
+                "17:33 body.0.velocity.rigid.linear: `linear` has 1 number, but `dimension` is 2: 2 are needed",
+            ],
+        ),
+        (
+            PIN,
+            "[]\nvelocity = { rigid = { angular = [1, 2, 3] } }",
+            &[
+                "17:34 body.0.velocity.rigid.angular: `angular` takes one number in 2D, counter-clockwise positive, got 3",
+            ],
+        ),
+        (
+            PIN,
+            "[]\nvelocity = { rigid = { angular = nan } }",
+            &["17:34 body.0.velocity.rigid.angular: `angular` must be finite, got NaN [rad/s]"],
+        ),
+        (
+            PIN,
+            "[]\nvelocity = { per_vertex = [[1, 2]] }",
+            &[
+                "17:27 body.0.velocity.per_vertex: `per_vertex` lists 1 velocities, but the body has 12 vertices",
+            ],
+        ),
+        (
+            PIN,
+            "[]\nvelocity = { tangential = { speed = nan, centre = [0] } }",
+            &[
+                "17:37 body.0.velocity.tangential.speed: `speed` must be finite, got NaN [m/s]",
+                "17:51 body.0.velocity.tangential.centre: `centre` has 1 number, but `dimension` is 2: 2 are needed",
+            ],
+        ),
+    ]);
+}
+
+/// The material knows what its parameters may be; the scene knows where they stand.
+#[test]
+fn materials() {
+    let elastic = |young: &str, poisson: &str| {
+        changed(
+            &format!("springs = {SPRINGS}"),
+            &format!("elastic = {{ corotated = {{ young = {young}, poisson = {poisson} }} }}"),
+        )
+    };
+    assert!(read(&elastic("1e5", "0.3")).is_ok());
+    let failed = error(&elastic("1e5", "0.5"));
+    assert_eq!(
+        briefly(&failed),
+        ["14:50 body.0.elastic.corotated.poisson: `poisson` = 0.5: makes the bulk modulus infinite"]
+    );
+    assert_eq!(failed.problems()[0].help, ["use at most 0.4999, or 0.45 for rubber"]);
+    assert_eq!(
+        briefly(&error(&elastic("0", "0.3"))),
+        ["14:35 body.0.elastic.corotated.young: `young` = 0.0: must be positive [Pa]"]
+    );
+    assert_eq!(
+        briefly(&error(&changed(&format!("springs = {SPRINGS}"), "elastic = \"corotated\""))),
+        ["14:11 body.0.elastic.corotated.young: missing field `young` in `corotated`"]
+    );
+}

@@ -1,0 +1,213 @@
+//! A body: its name, what holds it together, its mass.
+
+use super::check::{Checker, Sign};
+use super::{mesh, motion};
+use crate::scene::error::Problem;
+use crate::scene::key_path::KeyPath;
+use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
+
+/// Names become topics and file names in a recording.
+const LONGEST_NAME: usize = 64;
+
+pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
+    let Some(name) = &body.name else { return };
+    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(allowed) {
+        let problem = Problem::semantic(path.key("name"), format!("{name:?} cannot be the name of a body"));
+        check.report(problem.with_help(format!(
+            "use letters a to z, digits, `_` and `-`: at least 1, at most {LONGEST_NAME} characters"
+        )));
+    }
+}
+
+pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: bool) {
+    let dimension = check.dimension;
+    mesh::mesh(check, &path.key("mesh"), &body.mesh);
+    let has = Contents::of(&body.mesh, dimension);
+    let made_of = MadeOf { elastic: body.elastic.is_some(), springs: body.springs.is_some() };
+    for problem in made_of.problems(path, &body.mesh, has, attracted) {
+        check.report(problem);
+    }
+    if let Some(material) = &body.elastic
+        && let Err(error) = material.check()
+    {
+        let path = path.key("elastic").key(material.name());
+        check.report(Problem::parameter(&path, error.field, error.value, error.problem));
+    }
+    if body.stress.is_some() && body.elastic.is_none() {
+        let problem =
+            Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");
+        check.report(problem.with_help("remove `stress`, or add `elastic`"));
+    }
+    if let Some(springs) = &body.springs {
+        self::springs(check, &path.key("springs"), springs, has.edge_count);
+    }
+    mass(check, &path.key("mass"), &body.mass, &body.mesh, has);
+    for (index, selection) in body.pin.iter().enumerate() {
+        motion::pin(check, &path.key("pin").index(index), selection, body.mesh.vertex_count());
+    }
+    if let Some(position) = &body.position {
+        motion::position(check, &path.key("position"), position, body.mesh.vertex_count());
+    }
+    if let Some(velocity) = &body.velocity {
+        motion::velocity(check, &path.key("velocity"), velocity, body.mesh.vertex_count());
+    }
+}
+
+/// What a mesh offers to be made into forces. A file is believed to have everything until it is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Contents {
+    /// Triangles in 2D, tetrahedra in 3D: what a material can fill.
+    pub(super) elements: bool,
+    /// Edges or cells of any kind: what springs can be made of.
+    pub(super) edges: bool,
+    /// The number of edges where it is plain.
+    pub(super) edge_count: Option<u64>,
+}
+
+impl Contents {
+    pub(super) fn of(mesh: &MeshSpec, dimension: Option<usize>) -> Contents {
+        let flat = dimension != Some(3);
+        let (elements, edges, edge_count) = match mesh {
+            MeshSpec::Grid(_) | MeshSpec::File(_) => (true, true, None),
+            MeshSpec::Cloth(cloth) => {
+                let [n0, n1] = cloth.cells.map(|n| n as u64);
+                // Along both sides and both diagonals of every cell; more than a u64 is refused elsewhere.
+                let cells = n0.checked_mul(n1);
+                let edges = cells.and_then(|cells| cells.checked_mul(4)?.checked_add(n0)?.checked_add(n1));
+                (flat, true, edges)
+            }
+            MeshSpec::Strand(strand) => (false, true, Some(strand.segments as u64)),
+            MeshSpec::Disk(_) => (false, false, Some(0)),
+            MeshSpec::Inline(inline) => {
+                let elements =
+                    if flat { &inline.triangles.is_empty() } else { &inline.tetrahedra.is_empty() };
+                let cells = !inline.triangles.is_empty() || !inline.tetrahedra.is_empty();
+                let explicit = inline.edges.len() as u64;
+                // Without explicit edges, springs run along the edges of the cells, which are not counted here.
+                (!elements, explicit > 0 || cells, (explicit > 0).then_some(explicit))
+            }
+        };
+        Contents { elements, edges, edge_count }
+    }
+}
+
+/// Apart from the body, so that it can be tested without a material.
+pub(super) struct MadeOf {
+    pub(super) elastic: bool,
+    pub(super) springs: bool,
+}
+
+impl MadeOf {
+    pub(super) fn problems(
+        &self,
+        path: &KeyPath,
+        mesh: &MeshSpec,
+        has: Contents,
+        attracted: bool,
+    ) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        let shape = mesh.name();
+        if self.elastic && !has.elements {
+            let message =
+                format!("`elastic` fills triangles (2D) or tetrahedra (3D), and this {shape} has none");
+            let problem = Problem::semantic(path.key("elastic"), message).at_key();
+            problems.push(if has.edges { problem.with_help("use `springs` instead") } else { problem });
+        }
+        if self.springs && !has.edges {
+            let message = format!("`springs` run along edges, and this {shape} has none");
+            problems.push(Problem::semantic(path.key("springs"), message).at_key());
+        }
+        if !self.elastic && !self.springs && has.edges && !attracted {
+            let message = format!("nothing holds this {shape} together");
+            let what = if has.elements { "`elastic` or `springs`" } else { "`springs`" };
+            let problem = Problem::semantic(path.key("mesh"), message).at_key();
+            problems.push(problem.with_help(format!(
+                "add {what}; for free particles use a `disk`, or `inline` points without cells"
+            )));
+        }
+        problems
+    }
+}
+
+fn springs(check: &mut Checker, path: &KeyPath, springs: &Springs, edge_count: Option<u64>) {
+    let edges = edge_count.filter(|&count| count > 0).map(|count| (count, "edges"));
+    match (&springs.stiffness, springs.young) {
+        (Some(stiffness), None) => {
+            check.one_or_many(&path.key("stiffness"), stiffness, Sign::Positive, "N/m", edges);
+        }
+        (None, Some(young)) => {
+            check.number(&path.key("young"), young, Sign::Positive, "N/m^2");
+        }
+        (given, _) => {
+            let how = if given.is_some() { "both are given" } else { "neither is given" };
+            let message =
+                format!("`springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], {how}");
+            check.report(Problem::semantic(path.clone(), message).at_key());
+        }
+    }
+    if let Some(rest_length) = &springs.rest_length {
+        check.one_or_many(&path.key("rest_length"), rest_length, Sign::Positive, "m", edges);
+    }
+}
+
+fn mass(check: &mut Checker, path: &KeyPath, mass: &MassSpec, mesh: &MeshSpec, has: Contents) {
+    match mass {
+        MassSpec::Density(density) => {
+            let path = path.key("density");
+            let unit = match (has.elements, check.dimension) {
+                (false, _) => "kg/m",
+                (true, Some(2)) => "kg/m^2",
+                (true, _) => "kg/m^3",
+            };
+            check.number(&path, *density, Sign::Positive, unit);
+            if !has.edges {
+                let message = format!("`density` fills cells and edges, and this {} has none", mesh.name());
+                let problem = Problem::semantic(path, message).at_key();
+                check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
+            }
+        }
+        MassSpec::PerVertex(masses) => {
+            let count = mesh.vertex_count().map(|count| (count, "vertices"));
+            check.one_or_many(&path.key("per_vertex"), masses, Sign::Positive, "kg", count);
+        }
+        MassSpec::Total(total) => {
+            check.number(&path.key("total"), *total, Sign::Positive, "kg");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::schema::{ClothSpec, DiskSpec, StrandSpec};
+
+    fn messages(mesh: &MeshSpec, dimension: usize, elastic: bool, springs: bool) -> Vec<String> {
+        let has = Contents::of(mesh, Some(dimension));
+        let problems = MadeOf { elastic, springs }.problems(&KeyPath::root(), mesh, has, false);
+        problems.into_iter().map(|problem| format!("{}: {}", problem.path, problem.message)).collect()
+    }
+
+    fn filled(shape: &str) -> [String; 1] {
+        [format!("elastic: `elastic` fills triangles (2D) or tetrahedra (3D), and this {shape} has none")]
+    }
+
+    #[test]
+    fn elements_need_cells_of_the_dimension() {
+        let strand = MeshSpec::Strand(StrandSpec { segments: 1, start: vec![], end: vec![] });
+        assert_eq!(messages(&strand, 2, true, false), filled("strand"));
+        let disk = MeshSpec::Disk(DiskSpec {
+            count: 1,
+            radius: 1.0,
+            inner_radius: 0.0,
+            centre: None,
+            thickness: 0.0,
+            seed: 0,
+        });
+        assert_eq!(messages(&disk, 3, true, false), filled("disk"));
+        let cloth = MeshSpec::Cloth(ClothSpec { cells: [2, 3], origin: vec![], u: vec![], v: vec![] });
+        assert_eq!(messages(&cloth, 3, true, true), filled("cloth"));
+        assert!(messages(&cloth, 2, true, false).is_empty());
+        assert_eq!(Contents::of(&cloth, Some(3)).edge_count, Some(2 * 4 + 3 * 3 + 2 * 6));
+    }
+}

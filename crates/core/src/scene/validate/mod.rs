@@ -1,0 +1,59 @@
+//! What makes a scene impossible to simulate and shows without building meshes.
+//!
+//! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh of a
+//! million points that are all wrong is one mistake.
+
+mod body;
+mod check;
+mod mesh;
+mod motion;
+mod surroundings;
+
+use std::collections::BTreeMap;
+
+use self::check::Checker;
+use super::error::Problem;
+use super::key_path::KeyPath;
+use super::schema::Scene;
+
+/// The problems of `scene`, from the top down.
+pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
+    let root = KeyPath::root();
+    let mut check = Checker::new(scene.dimension);
+    if !matches!(scene.dimension, 2 | 3) {
+        let message = format!("`dimension` must be 2 or 3, got {}", scene.dimension);
+        check.report(Problem::semantic(root.key("dimension"), message));
+    }
+    surroundings::time(&mut check, &root.key("time"), &scene.time);
+    surroundings::world(&mut check, &root.key("world"), &scene.world);
+    bodies(&mut check, &root.key("body"), scene);
+    surroundings::output(&mut check, &root.key("output"), scene);
+    check.into_problems()
+}
+
+fn bodies(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    if scene.body.is_empty() {
+        let problem = Problem::semantic(path.clone(), "the scene has no body");
+        check.report(problem.with_help("add one: [[body]] with `mesh` and `mass`"));
+    }
+    let mut names = BTreeMap::new();
+    for (index, body) in scene.body.iter().enumerate() {
+        let path = path.index(index);
+        body::name(check, &path, body);
+        if let Some(first) = names.insert(body.name_or_default(index), index) {
+            let problem = Problem::semantic(
+                path.key("name"),
+                format!("bodies {first} and {index} are both named {:?}", body.name_or_default(index)),
+            );
+            check
+                .report(problem.with_help("names must differ; without a name, body 0 is `body0`, and so on"));
+        }
+        body::body(check, &path, body, scene.world.nbody.is_some());
+    }
+    if scene.world.nbody.is_some() && !scene.body.is_empty() && !scene.body.iter().any(|b| b.is_particles()) {
+        let problem = Problem::semantic(KeyPath::root().key("world").key("nbody"), "`nbody` acts on nothing");
+        check.report(problem.with_help(
+            "it attracts the vertices of bodies that have neither `elastic` nor `springs`, and there is no such body",
+        ));
+    }
+}

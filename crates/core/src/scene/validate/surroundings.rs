@@ -1,0 +1,70 @@
+//! Time, world and output: everything but the bodies.
+
+use super::check::{Checker, Sign};
+use crate::scene::error::Problem;
+use crate::scene::key_path::KeyPath;
+use crate::scene::schema::{Scene, Time, Wall, World};
+
+/// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
+const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
+
+/// A recording of more frames would not fit any disk: a frame of the smallest scene is about 100 bytes.
+const MOST_FRAMES: f64 = 1e9;
+
+pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
+    let step = check.number(&path.key("step"), time.step, Sign::Positive, "s");
+    let duration = check.number(&path.key("duration"), time.duration, Sign::NonNegative, "s");
+    let steps = time.duration / time.step;
+    if step && duration && steps > MOST_STEPS {
+        let message = format!(
+            "{:?} [s] in steps of {:?} [s] are {steps:.1e} steps, more than can be counted (2^53)",
+            time.duration, time.step
+        );
+        let problem = Problem::semantic(path.key("step"), message);
+        check.report(problem.with_help("increase `step` or reduce `duration`"));
+    }
+}
+
+pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World) {
+    if let Some(gravity) = &world.gravity {
+        check.vector(&path.key("gravity"), gravity, "m/s^2");
+    }
+    for (index, half_space) in world.walls.iter().enumerate() {
+        wall(check, &path.key("walls").index(index), half_space);
+    }
+    if let Some(nbody) = &world.nbody {
+        let path = path.key("nbody");
+        check.number(&path.key("constant"), nbody.constant, Sign::Positive, "m^3/(kg s^2)");
+        check.number(&path.key("softening"), nbody.softening, Sign::NonNegative, "m");
+    }
+    if let Some(drag) = world.ether_drag {
+        check.number(&path.key("ether_drag"), drag, Sign::NonNegative, "1/s");
+    }
+}
+
+pub(super) fn wall(check: &mut Checker, path: &KeyPath, wall: &Wall) {
+    check.direction(&path.key("normal"), &wall.normal, "");
+    check.number(&path.key("offset"), wall.offset, Sign::Any, "m");
+}
+
+pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    let output = &scene.output;
+    let rate = path.key("rate");
+    if check.number(&rate, output.rate, Sign::Positive, "frames/s") {
+        let frames = output.rate * scene.time.duration;
+        if scene.time.duration.is_finite() && frames > MOST_FRAMES {
+            let message = format!(
+                "{:?} [frames/s] for {:?} [s] are {frames:.1e} frames",
+                output.rate, scene.time.duration
+            );
+            let problem = Problem::semantic(rate, message);
+            check.report(problem.with_help(format!("at most {MOST_FRAMES:.0e}: reduce `rate`")));
+        }
+    }
+    for (index, channel) in output.channels.iter().enumerate() {
+        if output.channels[..index].contains(channel) {
+            let message = format!("channel `{}` is listed twice", format!("{channel:?}").to_lowercase());
+            check.report(Problem::semantic(path.key("channels").index(index), message));
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! What a simulation is made of, as a reader of its output needs it: which vertices belong together, and the cells
+//! between them. Fixed for the length of a run.
+
+use std::ops::Range;
+
+/// What kind of thing a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum BodyKind {
+    /// Filled with triangles (2D) or tetrahedra (3D).
+    Solid,
+    /// A surface in space.
+    Cloth,
+    /// A curve.
+    Strand,
+    /// A net of springs without cells.
+    Springs,
+    /// Vertices without any connection.
+    Particles,
+}
+
+/// One body. All indices count the vertices of the whole simulation, not those of the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyTopology {
+    /// Name, unique in the simulation.
+    pub name: String,
+    /// What it is.
+    pub kind: BodyKind,
+    /// Its vertices.
+    pub vertices: Range<u32>,
+    /// Springs and segments; drawn as lines.
+    pub edges: Vec<[u32; 2]>,
+    /// Triangles that are cells (2D solids, cloth).
+    pub triangles: Vec<[u32; 3]>,
+    /// Tetrahedra.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// Triangles to draw: the boundary of a solid, all of a cloth.
+    pub surface: Vec<[u32; 3]>,
+}
+
+impl BodyTopology {
+    /// The largest vertex index of any cell.
+    pub(crate) fn largest_index(&self) -> Option<u32> {
+        let edges = self.edges.iter().flatten();
+        let triangles = self.triangles.iter().chain(&self.surface).flatten();
+        edges.chain(triangles).chain(self.tetrahedra.iter().flatten()).copied().max()
+    }
+}
+
+/// All bodies of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Topology {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Number of vertices of all bodies.
+    pub vertex_count: usize,
+    /// Rest positions, flat `(vertex_count, dimension)` [m].
+    pub rest_positions: Vec<f64>,
+    /// Mass of each vertex [kg]; empty if nobody needs to know.
+    pub masses: Vec<f64>,
+    /// The bodies, by ascending vertex range.
+    pub bodies: Vec<BodyTopology>,
+}
