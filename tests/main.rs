@@ -9,5 +9,8 @@
 
 mod support;
 
+mod determinism;
 mod integrators;
+mod properties;
 mod solids;
+mod springs;

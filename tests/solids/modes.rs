@@ -81,7 +81,7 @@ fn the_largest_frequency_is_that_of_an_independent_code_in_every_material() {
         let cases = [
             (beam(isotropic(name, 1e6, 0.3)), 212.231_692_628),
             (bar(isotropic(name, 1e6, 0.45)), 211.994_694_964),
-            (Solid::grid(&[3, 3], &[1.0, 1.0], isotropic(name, 1e7, 0.3)), 1012.153_184_36),
+            (Solid::grid(&[3, 3], &[1.0, 1.0], isotropic(name, 1e7, 0.3)), 1_012.153_184_36),
         ];
         for (solid, expected) in cases {
             let (eigenvalues, ..) = modes(&solid);
