@@ -52,7 +52,7 @@ for await (const message of reader.readMessages({ validateCrcs: true })) {
   const content = decoders.get(message.channelId)(message.data);
   messages[topic] = (messages[topic] ?? 0) + 1;
   if (topic === "/state") {
-    check(content.pointStride === 48 && content.data.byteLength === 48 * vertices, "/state has the wrong size");
+    check(content.point_stride === 48 && content.data.byteLength === 48 * vertices, "/state has the wrong size");
   } else if (topic === "/mesh") {
     for (const part of content.entities.flatMap((entity) => [...entity.triangles, ...entity.lines])) {
       check(part.indices.every((index) => index < part.points.length), "/mesh: index without a point");
