@@ -1,1 +1,3 @@
+//! Integration tests of the program and the library.
 
+mod cli;
