@@ -1,0 +1,9 @@
+//! Time integrators against closed forms and high-precision solutions.
+
+mod chain;
+mod kepler;
+mod orders;
+mod oscillator;
+mod pendulum;
+mod ring;
+mod three_bodies;

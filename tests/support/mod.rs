@@ -1,0 +1,62 @@
+//! Builders and small measurements that the tests share.
+
+pub(crate) mod fields;
+pub(crate) mod oscillator;
+pub(crate) mod particles;
+
+use std::sync::atomic::AtomicBool;
+
+use pliant::integrator::{IntegratorSpec, Method};
+use pliant::observer::{Frame, Observer, ObserverError};
+use pliant::run::{Plan, Summary, run};
+use pliant::simulation::Simulation;
+
+/// Every scheme of the registry.
+pub(crate) fn methods() -> impl Iterator<Item = &'static Method> {
+    IntegratorSpec::ALL.iter().map(|spec| spec.method())
+}
+
+/// The scheme of this name.
+pub(crate) fn method(name: &str) -> &'static Method {
+    methods().find(|m| m.documentation.name == name).unwrap_or_else(|| panic!("no scheme is called {name}"))
+}
+
+/// Takes `steps` steps, none of which may fail.
+pub(crate) fn advance(simulation: &mut Simulation, steps: usize) {
+    for _ in 0..steps {
+        simulation.step().unwrap();
+    }
+}
+
+/// Runs for `duration` with a look at the energy every `1 / rate`.
+pub(crate) fn run_watched(simulation: &mut Simulation, duration: f64, rate: f64) -> Summary {
+    struct Watch;
+    impl Observer for Watch {
+        fn wants_diagnostics(&self) -> bool {
+            true
+        }
+        fn frame(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
+            Ok(())
+        }
+    }
+    run(simulation, &Plan { duration, rate }, &mut [&mut Watch], &AtomicBool::new(false))
+}
+
+/// Euclidean norm of the difference.
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+/// Largest absolute component of the difference.
+pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Fails unless `measured` is within `tolerance * |expected|` of `expected`.
+#[track_caller]
+pub(crate) fn assert_relative(measured: f64, expected: f64, tolerance: f64, what: &str) {
+    let error = (measured - expected).abs() / expected.abs();
+    assert!(error <= tolerance, "{what}: {measured:e} instead of {expected:e}, off by {error:.2e}");
+}
