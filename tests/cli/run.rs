@@ -103,11 +103,11 @@ duration = 0.002
 [world]
 gravity = [0.0, -9.8]
 [[body]]
-mesh = { grid = { cells = [70, 70], spacing = 0.1 } }
+mesh = { grid = { cells = [48, 48], spacing = 0.1 } }
 elastic = { stvk = { young = 1e6, poisson = 0.3 } }
 mass = { density = 1000.0 }
 velocity = { rigid = { angular = [3.0] } }
-pin = [{ vertices = [0, 70] }]
+pin = [{ vertices = [0, 48] }]
 [output]
 rate = 1000.0
 "#;
