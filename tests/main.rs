@@ -9,6 +9,7 @@
 
 mod support;
 
+mod cli;
 mod determinism;
 mod integrators;
 mod properties;

@@ -167,21 +167,25 @@ impl CommandLine {
     /// # Errors
     /// What clap has to say: a mistake, or the help or version that was asked for.
     pub(crate) fn read(arguments: &[OsString]) -> Result<(Command, CommonArguments), clap::Error> {
-        let line = CommandLine::try_parse_from(arguments).map_err(|error| {
+        let matches = CommandLine::command().try_get_matches_from(arguments).map_err(|error| {
             // `pliant chekc beam.toml` reads as a scene named `chekc` with one argument too many.
             let word = arguments.get(1).filter(|_| error.kind() == ErrorKind::UnknownArgument);
             word.and_then(|word| misspelled_command(word)).unwrap_or(error)
         })?;
+        // `pliant beam.toml check`, `pliant --force check beam.toml`: clap would leave them unused.
+        if matches.subcommand_name().is_some() && matches.contains_id("RunArguments") {
+            return Err(CommandLine::command().error(
+                ErrorKind::ArgumentConflict,
+                "options of a command, and the scene, come after its name: pliant run SCENE --until 1",
+            ));
+        }
+        let line = CommandLine::from_arg_matches(&matches)?;
         match (line.command, line.run) {
-            (Some(command), None) => Ok((command, line.common)),
+            (Some(command), _) => Ok((command, line.common)),
             (None, Some(run)) => match misspelled_command(run.scene.as_os_str()) {
                 Some(error) => Err(error),
                 None => Ok((Command::Run(run), line.common)),
             },
-            (Some(_), Some(_)) => Err(CommandLine::command().error(
-                ErrorKind::ArgumentConflict,
-                "options of a command, and the scene, come after its name: pliant run SCENE --until 1",
-            )),
             (None, None) => Err(CommandLine::command().error(
                 ErrorKind::MissingRequiredArgument,
                 "which scene? Try `pliant SCENE`, or `pliant --help`",

@@ -75,20 +75,18 @@ impl Failure {
         Failure { status, ..Failure::failed("recording", error.to_string()) }
     }
 
-    /// The same when the command line can no longer be to blame.
-    pub(crate) fn late(self) -> Failure {
-        Failure { status: Status::Failed, ..self }
-    }
-
-    /// A directory where a file is needed.
+    /// Refuses a path that is there and is no file: a directory, a device.
     ///
     /// # Errors
     /// `path` is one.
-    pub(crate) fn if_directory(path: &Path) -> Result<(), Failure> {
-        if path.is_dir() {
-            return Err(Failure::usage(format!("{} is a directory; name a file", path.display())));
-        }
-        Ok(())
+    pub(crate) fn unless_file(path: &Path) -> Result<(), Failure> {
+        // An output is written beside and then renamed: that would replace a device such as /dev/null.
+        let message = match std::fs::metadata(path) {
+            Ok(there) if there.is_dir() => "is a directory; name a file",
+            Ok(there) if !there.is_file() => "is no regular file",
+            _ => return Ok(()),
+        };
+        Err(Failure::usage(format!("{} {message}", path.display())))
     }
 
     /// For a person, with `error:` in front, ending without a newline.

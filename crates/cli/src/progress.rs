@@ -5,7 +5,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::observer::{Frame, Observer, ObserverError};
 
-use crate::text::number;
+use crate::text::{self, number};
 
 /// Shows on standard error how far a run is.
 pub(crate) struct Progress {
@@ -19,11 +19,13 @@ impl Progress {
     /// A bar for a run of `duration` [s] in `frames`; energy drift is shown relative to `energy_scale` [J].
     pub(crate) fn new(frames: u64, duration: f64, energy_scale: f64) -> Progress {
         let bar = ProgressBar::new(frames.saturating_sub(1));
-        let template = "{bar:30} {percent:>3} %  {msg}  {prefix}";
+        let template = "{bar:30} {percent:>3}%  {msg}  ({left} left)";
         // The template is a constant; a mistake in it costs the looks, not the run.
         let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
         let eta = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-            let _ = write!(out, "{}", crate::text::duration(state.eta()));
+            // Before the first frames nobody knows.
+            let known = state.pos() > 0;
+            let _ = if known { out.write_str(&text::duration(state.eta())) } else { out.write_str("?") };
         };
         bar.set_style(style.with_key("left", eta).progress_chars("=> "));
         bar.enable_steady_tick(Duration::from_millis(200));

@@ -28,7 +28,7 @@ impl Recording {
         }
         let scene = &arguments.scene;
         let path = arguments.output.clone().unwrap_or_else(|| default_output(scene));
-        Failure::if_directory(&path)?;
+        Failure::unless_file(&path)?;
         if path.canonicalize().is_ok_and(|path| scene.canonicalize().is_ok_and(|scene| scene == path)) {
             return Err(Failure::usage(format!("{} is the scene; choose another output", path.display())));
         }
@@ -64,8 +64,16 @@ impl Recording {
     ) -> Result<Option<Recorded>, Failure> {
         let Some(recorder) = self.0 else { return Ok(None) };
         let finished = finish(recorder, messages, outcome);
-        // Whatever it is, the command line was right.
-        finished.map(Some).map_err(|error| Failure::recording(&error).late())
+        finished.map(Some).map_err(|error| {
+            // Without a frame in it, the error does not say that what was written before is safe.
+            let advice = match &error {
+                RecordError::Write { path, frame: None, .. } if path.exists() => {
+                    format!("; `pliant recover {}` keeps its frames", path.display())
+                }
+                _ => String::new(),
+            };
+            Failure::failed("recording", format!("{error}{advice}"))
+        })
     }
 }
 

@@ -70,8 +70,10 @@ pub struct Summary {
     pub work: Work,
     /// Measurements at the start.
     pub start: Diagnostics,
-    /// Measurements of the last good state.
+    /// Measurements of the last good state that was measured.
     pub end: Diagnostics,
+    /// Simulated time of the last frame shown [s].
+    pub last_frame_time: f64,
     /// Largest `|E - E_0|` seen at any frame or guard [J].
     pub largest_energy_change: f64,
     /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
@@ -108,9 +110,22 @@ pub fn run(
 ) -> Summary {
     let start = simulation.diagnostics();
     let energy_scale = energy_scale(simulation, &start);
-    let mut run = Run { simulation, observers, start, energy_scale, largest_energy_change: 0.0, frames: 0 };
+    let last_good = start.clone();
+    let mut run = Run {
+        simulation,
+        observers,
+        start,
+        last_good,
+        last_frame_time: 0.0,
+        energy_scale,
+        largest_energy_change: 0.0,
+        frames: 0,
+    };
     let outcome = run.go(plan, interrupt);
-    let end = run.simulation.diagnostics();
+    let mut end = run.simulation.diagnostics();
+    if !end.total.is_finite() {
+        end = run.last_good;
+    }
     Summary {
         outcome,
         frames: run.frames,
@@ -118,6 +133,7 @@ pub fn run(
         largest_energy_change: run.largest_energy_change.max((end.total - run.start.total).abs()),
         start: run.start,
         end,
+        last_frame_time: run.last_frame_time,
         energy_scale,
     }
 }
@@ -126,6 +142,8 @@ struct Run<'a, 'b> {
     simulation: &'a mut Simulation,
     observers: &'a mut [&'b mut dyn Observer],
     start: Diagnostics,
+    last_good: Diagnostics,
+    last_frame_time: f64,
     energy_scale: f64,
     largest_energy_change: f64,
     frames: u64,
@@ -158,8 +176,8 @@ impl Run<'_, '_> {
                     next_frame = plan.frame_step(self.frames, h).max(next_frame + 1);
                 }
             } else if step % GUARD_INTERVAL == 0 {
-                let energy = self.simulation.diagnostics().total;
-                if let Err(error) = self.guard(energy) {
+                let diagnostics = self.simulation.diagnostics();
+                if let Err(error) = self.guard(&diagnostics) {
                     return self.end_with(Outcome::Failed(error), shown, step);
                 }
             }
@@ -179,10 +197,14 @@ impl Run<'_, '_> {
         }
     }
 
-    /// One frame for every observer, and a look at the energy if it is computed anyway.
+    /// One frame for every observer, and a look at the energy if it is computed anyway. A state without a finite energy
+    /// is no good state, and is not shown: an element may have left the domain of its material in the last drift.
     fn show(&mut self) -> Result<(), Outcome> {
         let wanted = self.observers.iter().any(|o| o.wants_diagnostics());
         let diagnostics = wanted.then(|| self.simulation.diagnostics());
+        if diagnostics.as_ref().is_some_and(|d| !d.total.is_finite()) {
+            return Err(Outcome::Failed(self.simulation.not_finite_here()));
+        }
         let state = self.simulation.state();
         let frame = Frame {
             index: self.frames,
@@ -198,10 +220,16 @@ impl Run<'_, '_> {
             observer.frame(&frame).map_err(Outcome::ObserverFailed)?;
         }
         self.frames += 1;
-        diagnostics.map_or(Ok(()), |d| self.guard(d.total).map_err(Outcome::Failed))
+        self.last_frame_time = frame.time;
+        diagnostics.map_or(Ok(()), |d| self.guard(&d).map_err(Outcome::Failed))
     }
 
-    fn guard(&mut self, energy: f64) -> Result<(), StepError> {
+    fn guard(&mut self, diagnostics: &Diagnostics) -> Result<(), StepError> {
+        let energy = diagnostics.total;
+        if !energy.is_finite() {
+            return Err(self.simulation.not_finite_here());
+        }
+        self.last_good.clone_from(diagnostics);
         let change = energy - self.start.total;
         self.largest_energy_change = self.largest_energy_change.max(change.abs());
         if change <= ENERGY_GROWTH_BOUND * self.energy_scale {

@@ -132,6 +132,11 @@ impl Simulation {
         Ok(())
     }
 
+    /// The error of a step from the present state, which has no finite energy.
+    pub(crate) fn not_finite_here(&self) -> StepError {
+        self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()))
+    }
+
     fn not_finite(&self, StepFault { fault, vertex }: StepFault) -> StepError {
         let stable = self.stability_limit(self.step_size * 1e3).step;
         StepError::NotFinite {

@@ -10,7 +10,7 @@ use crate::terminal::Terminal;
 use crate::text::{bytes, count, counted, entry, number, table};
 
 pub(crate) fn execute(arguments: &InfoArguments, terminal: Terminal) -> Result<Status, Failure> {
-    Failure::if_directory(&arguments.file)?;
+    Failure::unless_file(&arguments.file)?;
     let info = read::info(&arguments.file).map_err(|error| Failure::recording(&error))?;
     if !terminal.json {
         terminal.print(&describe(&info, terminal.width()))?;

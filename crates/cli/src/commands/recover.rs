@@ -12,12 +12,12 @@ use crate::text::{counted, number};
 
 pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Result<Status, Failure> {
     let part = &arguments.file;
-    Failure::if_directory(part)?;
+    Failure::unless_file(part)?;
     let out = match &arguments.output {
         Some(out) => out.clone(),
         None => default_output(part)?,
     };
-    Failure::if_directory(&out)?;
+    Failure::unless_file(&out)?;
     let recovered = read::recover(part, &out, arguments.force).map_err(|error| Failure::recording(&error))?;
     terminal.report(&format!(
         "recovered {}, up to t = {} s, into {}\n{} is no longer needed",

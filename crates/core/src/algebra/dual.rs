@@ -1,4 +1,4 @@
-//! Forward automatic differentiation with respect to a matrix.
+//! Forward automatic differentiation in one direction.
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
@@ -9,35 +9,36 @@ use crate::scalar::Scalar;
 /// `sigma_i + sigma_j = 0` the rotation jumps and has no derivative.
 pub(crate) const SMALLEST_SUM: f64 = 1e-10;
 
-/// A number and its derivative with respect to each entry of a `D x D` matrix.
+/// A number and its derivative in one direction.
 ///
-/// It is a [`Scalar`] itself, so any kernel runs on it, and it nests: `Dual<Dual<f64, D>, D>` carries second
-/// derivatives. Comparisons look at the value only.
+/// It is a [`Scalar`] itself, so any kernel runs on it, and it nests: `Dual<Dual<f64>>` carries a second derivative.
+/// Comparisons look at the value only. One direction at a time, and not all entries of a matrix at once, keeps a dual pack of
+/// lanes in two registers.
 ///
 /// ```
 /// use pliant::algebra::{Dual, Mat};
 ///
 /// let f = Mat([[1.0, 2.0], [3.0, 4.0]]);
-/// let det = Dual::variable(&f).determinant();
-/// assert_eq!((det.value, det.partial), (-2.0, f.cofactor()));
+/// let direction = Mat([[0.0, 1.0], [0.0, 0.0]]);
+/// let det = Dual::along(&f, &direction).determinant();
+/// assert_eq!((det.value, det.derivative), (-2.0, f.cofactor()[0][1]));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dual<S, const D: usize> {
+pub struct Dual<S> {
     /// The number.
     pub value: S,
-    /// `partial[k][l]`: its derivative with respect to entry `(k, l)`.
-    pub partial: Mat<S, D>,
+    /// Its derivative.
+    pub derivative: S,
 }
 
-impl<S: Scalar, const D: usize> Dual<S, D> {
-    /// `f` as the variable that derivatives are taken with respect to.
+impl<S: Scalar> Dual<S> {
+    /// `f + t d` at `t = 0`, `t` being what derivatives are taken with respect to.
     #[inline(always)]
-    pub fn variable(f: &Mat<S, D>) -> Mat<Self, D> {
+    pub fn along<const D: usize>(f: &Mat<S, D>, d: &Mat<S, D>) -> Mat<Self, D> {
         let mut r = Mat([[Self::constant(S::zero()); D]; D]);
         for i in 0..D {
             for j in 0..D {
-                r[i][j].value = f[i][j];
-                r[i][j].partial[i][j] = S::one();
+                r[i][j] = Dual { value: f[i][j], derivative: d[i][j] };
             }
         }
         r
@@ -46,81 +47,92 @@ impl<S: Scalar, const D: usize> Dual<S, D> {
     /// A number that does not depend on the variable.
     #[inline(always)]
     pub fn constant(value: S) -> Self {
-        Dual { value, partial: Mat::zero() }
+        Dual { value, derivative: S::zero() }
+    }
+
+    /// Value and derivative of a matrix: the inverse of [`along`](Self::along).
+    #[inline(always)]
+    pub fn parts<const D: usize>(m: &Mat<Self, D>) -> (Mat<S, D>, Mat<S, D>) {
+        let (mut value, mut derivative) = (Mat::zero(), Mat::zero());
+        for i in 0..D {
+            for j in 0..D {
+                (value[i][j], derivative[i][j]) = (m[i][j].value, m[i][j].derivative);
+            }
+        }
+        (value, derivative)
     }
 
     /// `value` with the derivative `slope` times that of `self`.
     #[inline(always)]
     fn chain(self, value: S, slope: S) -> Self {
-        Dual { value, partial: self.partial.scale(slope) }
+        Dual { value, derivative: self.derivative * slope }
     }
 }
 
-impl<S: Scalar, const D: usize> Add for Dual<S, D> {
+impl<S: Scalar> Add for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
-        Dual { value: self.value + o.value, partial: self.partial + o.partial }
+        Dual { value: self.value + o.value, derivative: self.derivative + o.derivative }
     }
 }
 
-impl<S: Scalar, const D: usize> Sub for Dual<S, D> {
+impl<S: Scalar> Sub for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, o: Self) -> Self {
-        Dual { value: self.value - o.value, partial: self.partial - o.partial }
+        Dual { value: self.value - o.value, derivative: self.derivative - o.derivative }
     }
 }
 
-impl<S: Scalar, const D: usize> Mul for Dual<S, D> {
+impl<S: Scalar> Mul for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
-        let partial = self.partial.scale_add(o.value, &o.partial.scale(self.value));
-        Dual { value: self.value * o.value, partial }
+        let derivative = self.derivative.mul_add(o.value, o.derivative * self.value);
+        Dual { value: self.value * o.value, derivative }
     }
 }
 
-impl<S: Scalar, const D: usize> Div for Dual<S, D> {
+impl<S: Scalar> Div for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn div(self, o: Self) -> Self {
         let value = self.value / o.value;
-        let partial = o.partial.scale_add(-value, &self.partial).scale(S::one() / o.value);
-        Dual { value, partial }
+        Dual { value, derivative: o.derivative.mul_add(-value, self.derivative) / o.value }
     }
 }
 
-impl<S: Scalar, const D: usize> Neg for Dual<S, D> {
+impl<S: Scalar> Neg for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Dual { value: -self.value, partial: -self.partial }
+        Dual { value: -self.value, derivative: -self.derivative }
     }
 }
 
-impl<S: Scalar, const D: usize> AddAssign for Dual<S, D> {
+impl<S: Scalar> AddAssign for Dual<S> {
     #[inline(always)]
     fn add_assign(&mut self, o: Self) {
         *self = *self + o;
     }
 }
 
-impl<S: Scalar, const D: usize> SubAssign for Dual<S, D> {
+impl<S: Scalar> SubAssign for Dual<S> {
     #[inline(always)]
     fn sub_assign(&mut self, o: Self) {
         *self = *self - o;
     }
 }
 
-impl<S: Scalar, const D: usize> MulAssign for Dual<S, D> {
+impl<S: Scalar> MulAssign for Dual<S> {
     #[inline(always)]
     fn mul_assign(&mut self, o: Self) {
         *self = *self * o;
     }
 }
 
-impl<S: Scalar, const D: usize> Scalar for Dual<S, D> {
+impl<S: Scalar> Scalar for Dual<S> {
     type Mask = S::Mask;
 
     #[inline(always)]
@@ -129,8 +141,8 @@ impl<S: Scalar, const D: usize> Scalar for Dual<S, D> {
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
-        let partial = self.partial.scale_add(b.value, &b.partial.scale_add(self.value, &c.partial));
-        Dual { value: self.value.mul_add(b.value, c.value), partial }
+        let derivative = self.derivative.mul_add(b.value, b.derivative.mul_add(self.value, c.derivative));
+        Dual { value: self.value.mul_add(b.value, c.value), derivative }
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -160,7 +172,10 @@ impl<S: Scalar, const D: usize> Scalar for Dual<S, D> {
     }
     #[inline(always)]
     fn select(mask: S::Mask, a: Self, b: Self) -> Self {
-        Dual { value: S::select(mask, a.value, b.value), partial: Mat::select(mask, &a.partial, &b.partial) }
+        Dual {
+            value: S::select(mask, a.value, b.value),
+            derivative: S::select(mask, a.derivative, b.derivative),
+        }
     }
 
     /// With `F = R S`: `R^T dR` is antisymmetric, with the axial vector `(tr(S) I - S)^-1 axial(R^T dF - dF^T R)`; in
@@ -169,39 +184,12 @@ impl<S: Scalar, const D: usize> Scalar for Dual<S, D> {
     /// From differentiating `F = R S` and taking the antisymmetric part. The eigenvalues of `tr(S) I - S` are the sums
     /// of two singular values; they are kept away from zero, so the derivative is always finite where `F` is.
     #[inline(always)]
-    fn rotation<const E: usize>(f: &Mat<Self, E>) -> Mat<Self, E> {
-        let mut value: Mat<S, E> = Mat::zero();
-        for i in 0..E {
-            for j in 0..E {
-                value[i][j] = f[i][j].value;
-            }
-        }
-        let r = S::rotation(&value);
-        let inverse = spin_inverse(&r.transpose_mul(&value).symmetric());
-        let mut result: Mat<Self, E> = Mat::zero();
-        for i in 0..E {
-            for j in 0..E {
-                result[i][j] = Self::constant(r[i][j]);
-            }
-        }
-        for k in 0..D {
-            for l in 0..D {
-                let mut df: Mat<S, E> = Mat::zero();
-                for i in 0..E {
-                    for j in 0..E {
-                        df[i][j] = f[i][j].partial[k][l];
-                    }
-                }
-                let spin = cross(&inverse.mul_vec(&axial(&r.transpose_mul(&df))));
-                let dr = r * spin;
-                for i in 0..E {
-                    for j in 0..E {
-                        result[i][j].partial[k][l] = dr[i][j];
-                    }
-                }
-            }
-        }
-        result
+    fn rotation<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+        let (f, df) = Self::parts(f);
+        let r = S::rotation(&f);
+        let inverse = spin_inverse(&r.transpose_mul(&f).symmetric());
+        let spin = cross(&inverse.mul_vec(&axial(&r.transpose_mul(&df))));
+        Self::along(&r, &(r * spin))
     }
 }
 

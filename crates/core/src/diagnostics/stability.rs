@@ -56,6 +56,10 @@ pub fn largest_frequency(system: &System, x: &[f64]) -> Spectrum {
             w[i] -= a * q[i] + last * previous[i];
         }
         let b = norm(&w);
+        if !(a + b).is_finite() {
+            // A state outside of the domain of a material has no Hessian.
+            return Spectrum { products: alpha.len(), ..none };
+        }
         let check = step % 5 == 4 || step + 1 == MAX_LANCZOS_STEPS;
         let exhausted = b <= f64::EPSILON * alpha.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
         if check || exhausted {

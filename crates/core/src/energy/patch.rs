@@ -28,6 +28,8 @@ pub type PackIndex<const N: usize> = [[u16; WIDTH]; N];
 pub struct Scratch<const D: usize> {
     /// Their positions.
     pub position: Rows<D>,
+    /// A displacement of each, for products with the Hessian.
+    pub direction: Rows<D>,
     /// Their part of the gradient.
     pub gradient: Rows<D>,
 }

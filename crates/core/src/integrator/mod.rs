@@ -129,7 +129,7 @@ pub struct StepFault {
 
 impl StepFault {
     /// Finds out what went wrong with these stage values.
-    fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
+    pub(crate) fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
         let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
         StepFault { fault: system.fault(x), vertex: vertex.map(|i| i / system.dimension()) }
     }

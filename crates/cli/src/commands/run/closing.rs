@@ -59,21 +59,21 @@ impl<'a> Closing<'a> {
         }
         let scale = self.summary.energy_scale;
         vec![format!(
-            "the total energy was off by up to {} J, {} of the {} J in play, although nothing in the scene takes or \
-             gives energy: a smaller step than {} s would be more accurate",
-            number(self.summary.largest_energy_change),
+            "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
+             takes or gives energy; a smaller step than {} s would be more accurate",
             share(error),
             number(scale),
+            share(self.summary.relative_energy_drift()),
             number(self.report.step),
         )]
     }
 
     /// One line on an end that is not the planned one; `None` if it is. `file` is what was recorded to.
     pub(crate) fn trouble(&self, file: Option<&str>) -> Option<String> {
-        let Summary { outcome, frames, end, .. } = self.summary;
+        let Summary { outcome, frames, last_frame_time, .. } = self.summary;
         let kept = |what: &str| match file {
-            Some(file) => format!("{file} is complete up to t = {} s{what}", number(end.time)),
-            None => format!("nothing was recorded; it got to t = {} s", number(end.time)),
+            Some(file) => format!("{file} is complete up to t = {} s{what}", number(*last_frame_time)),
+            None => format!("nothing was recorded; it got to t = {} s", number(*last_frame_time)),
         };
         match outcome {
             Outcome::Done => None,
@@ -108,7 +108,12 @@ impl<'a> Closing<'a> {
             Outcome::ObserverFailed(error) => (record::Status::Failed, error.to_string()),
             _ => (record::Status::Failed, String::new()),
         };
-        record::Outcome { status, step: Some(self.summary.work.steps), time: self.summary.end.time, message }
+        record::Outcome {
+            status,
+            step: Some(self.summary.work.steps),
+            time: self.summary.last_frame_time,
+            message,
+        }
     }
 
     /// The numbers, for people.
@@ -151,7 +156,9 @@ impl<'a> Closing<'a> {
     pub(crate) fn document(&self, scene: &str, recorded: Option<&Recorded>) -> Value {
         let path = recorded.map(|recorded| recorded.path.display().to_string());
         let file = path.as_deref();
-        let Summary { frames, work, start, end, largest_energy_change, energy_scale, .. } = self.summary;
+        let Summary {
+            frames, work, start, end, largest_energy_change, energy_scale, last_frame_time, ..
+        } = self.summary;
         let problems: Vec<Value> = self
             .trouble(file)
             .map(|message| json!({ "kind": self.kind(), "message": message }))
@@ -163,7 +170,7 @@ impl<'a> Closing<'a> {
             "file": file,
             "bytes": recorded.map(|recorded| recorded.bytes),
             "summary": {
-                "time": end.time,
+                "time": last_frame_time,
                 "duration": self.scene.time.duration,
                 "frames": frames,
                 "planned_frames": self.report.frames,

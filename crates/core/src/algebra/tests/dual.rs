@@ -4,8 +4,7 @@ use crate::scalar::Scalar;
 
 /// `R(F)` and its derivative in the direction `d`.
 fn directional<const D: usize>(f: &Mat<f64, D>, d: &Mat<f64, D>) -> (Mat<f64, D>, Mat<f64, D>) {
-    let r = Scalar::rotation(&Dual::variable(f));
-    (Mat(r.0.map(|row| row.map(|x| x.value))), Mat(r.0.map(|row| row.map(|x| x.partial.dot(d)))))
+    Dual::parts(&Scalar::rotation(&Dual::along(f, d)))
 }
 
 #[test]
@@ -58,8 +57,7 @@ fn rotation_derivative_is_safe_where_it_is_undefined() {
 /// Every primitive against central differences, first and second derivatives.
 #[test]
 fn primitives() {
-    type One = Dual<f64, 1>;
-    type Two = Dual<One, 1>;
+    type Two = Dual<Dual<f64>>;
     fn all<S: Scalar>(x: S) -> [S; 9] {
         let c = S::splat(-0.7);
         [
@@ -75,16 +73,15 @@ fn primitives() {
         ]
     }
     let (x, h) = (1.3, 1e-4);
-    let outer = Dual::variable(&Mat([[x]]))[0][0];
-    let nested = Dual::<One, 1>::variable(&Mat([[outer]]))[0][0];
-    let exact: [Two; 9] = all(nested);
+    let outer = Dual { value: x, derivative: 1.0 };
+    let exact: [Two; 9] = all(Dual { value: outer, derivative: Dual::constant(1.0) });
     let (minus, at, plus) = (all(x - h), all(x), all(x + h));
     for i in 0..9 {
         assert_eq!(exact[i].value.value, at[i]);
         let first = (plus[i] - minus[i]) / (2.0 * h);
         let second = (plus[i] - 2.0 * at[i] + minus[i]) / (h * h);
-        assert!((exact[i].value.partial[0][0] - first).abs() < 1e-7, "{i}");
-        assert!((exact[i].partial[0][0].value - first).abs() < 1e-7, "{i}");
-        assert!((exact[i].partial[0][0].partial[0][0] - second).abs() < 1e-6, "{i}");
+        assert!((exact[i].value.derivative - first).abs() < 1e-7, "{i}");
+        assert!((exact[i].derivative.value - first).abs() < 1e-7, "{i}");
+        assert!((exact[i].derivative.derivative - second).abs() < 1e-6, "{i}");
     }
 }

@@ -42,15 +42,29 @@ impl<const D: usize, M: Material<D>> Probe<D> for M {
         autodiff_stress(self, f)
     }
     fn derived_hessian(&self, f: &Mat<f64, D>) -> Tangent<D> {
-        partials(&Material::pk1(self, &Dual::variable(f)))
+        by_direction(|direction| Dual::parts(&Material::pk1(self, &Dual::along(f, direction))).1)
     }
     fn second_derivative(&self, f: &Mat<f64, D>) -> Tangent<D> {
-        partials(&autodiff_stress(self, &Dual::variable(f)))
+        by_direction(|direction| Dual::parts(&autodiff_stress(self, &Dual::along(f, direction))).1)
     }
 }
 
-fn partials<const D: usize>(p: &Mat<Dual<f64, D>, D>) -> Tangent<D> {
-    Tangent(p.0.map(|row| row.map(|x| x.partial)))
+/// The tangent whose columns are the derivatives of the stress along the unit matrices.
+fn by_direction<const D: usize>(derivative: impl Fn(&Mat<f64, D>) -> Mat<f64, D>) -> Tangent<D> {
+    let mut tangent = Tangent::zero();
+    for k in 0..D {
+        for l in 0..D {
+            let mut direction = Mat::zero();
+            direction[k][l] = 1.0;
+            let dp = derivative(&direction);
+            for i in 0..D {
+                for j in 0..D {
+                    tangent.0[i][j][k][l] = dp[i][j];
+                }
+            }
+        }
+    }
+    tangent
 }
 
 struct Boxed;

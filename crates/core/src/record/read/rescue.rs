@@ -10,7 +10,7 @@ use std::sync::Arc;
 use mcap::records::Record;
 use mcap::{Channel, Schema};
 
-use super::walk::walk;
+use super::walk::{ensure_mcap, walk};
 use crate::record::channel::{ENERGY, MESH, STATE};
 use crate::record::clock::seconds;
 use crate::record::container::{Container, Message};
@@ -44,27 +44,36 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
     if out.exists() && !overwrite {
         return Err(RecordError::Exists { path: out.to_owned() });
     }
-    let source = File::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
+    let mut source =
+        File::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
+    ensure_mcap(&mut source, part)?;
     paths::ensure_unlocked(&source, part)?;
     // Not `<out>.part`, which may be the file to rescue. A stale one is from a rescue that was itself killed.
     let temporary = paths::with_suffix(out, ".recovering");
     let file = paths::create_exclusive(&temporary, true)?;
-    let failed = |error| write_error(&temporary, None, error);
-    let container = Container::create(BufWriter::with_capacity(1 << 16, file), None).map_err(failed)?;
-
-    let mut rescue = Rescue::new(container, &temporary);
-    let mut visit = |record| rescue.take(record).map(|()| ControlFlow::Continue(()));
-    walk(part, &mut visit)?;
-    let tail = paths::tail_of(part);
-    if std::fs::metadata(&tail).is_ok_and(|metadata| metadata.len() > 0) {
-        walk(&tail, &mut visit)?;
-    }
-    let (frames, last_time) = rescue.end()?;
-
+    let rescued = rescue(part, file, &temporary);
+    let (frames, last_time) = rescued.inspect_err(|_| {
+        // Half a rescue is of no use to anybody. If it cannot be removed either, the next one overwrites it.
+        let _ = std::fs::remove_file(&temporary);
+    })?;
     let renamed = std::fs::rename(&temporary, out).and_then(|()| std::fs::metadata(out));
     let bytes = renamed.map_err(|error| write_error(out, None, mcap::McapError::Io(error)))?.len();
     paths::sync_directory_of(out);
     Ok(Recovered { path: out.to_owned(), frames, last_time, bytes })
+}
+
+/// Copies everything, and returns the number of frames and the time of the last one.
+fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64), RecordError> {
+    let stream = BufWriter::with_capacity(1 << 16, file);
+    let container = Container::create(stream, None).map_err(|error| write_error(temporary, None, error))?;
+    let mut rescue = Rescue::new(container, temporary);
+    let mut visit = |record| rescue.take(record).map(|()| ControlFlow::Continue(()));
+    walk(part, &mut visit)?;
+    let tail = paths::tail_of(part);
+    if tail.exists() {
+        walk(&tail, &mut visit)?;
+    }
+    rescue.end()
 }
 
 /// Removes an unfinished file and its tail.

@@ -8,7 +8,7 @@ use mcap::records::{ChunkIndex, MessageIndexEntry, Record};
 use mcap::sans_io::{SummaryReadEvent, SummaryReader};
 use mcap::{McapError, Summary, parse_record};
 
-use super::walk::chunk_records;
+use super::walk::{chunk_records, ensure_mcap};
 use crate::record::RecordError;
 use crate::record::error::read_error;
 
@@ -30,12 +30,7 @@ impl Source {
         let failed = |source| RecordError::Read { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(failed)?;
         let size = file.metadata().map_err(failed)?.len();
-        let mut magic = [0; mcap::MAGIC.len()];
-        let not_mcap = || RecordError::NotMcap { path: path.to_owned() };
-        file.read_exact(&mut magic).map_err(|_| not_mcap())?;
-        if magic != mcap::MAGIC {
-            return Err(not_mcap());
-        }
+        ensure_mcap(&mut file, path)?;
         let summary = match read_summary(&mut file) {
             Ok(summary) => summary,
             Err(McapError::Io(source)) => return Err(failed(source)),

@@ -23,7 +23,15 @@ pub struct Trajectory {
     /// Chunk and entry of each message of `/state`.
     states: Vec<(usize, MessageIndexEntry)>,
     /// The chunk read last and its states: frames are mostly asked for in order.
-    cached: Option<(usize, Vec<(u64, Vec<u8>)>)>,
+    cached: Option<CachedChunk>,
+}
+
+/// The states of one chunk.
+#[derive(Debug)]
+struct CachedChunk {
+    number: usize,
+    /// Time and message.
+    states: Vec<(u64, Vec<u8>)>,
 }
 
 /// One field of `/energy` over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
@@ -147,7 +155,7 @@ impl Trajectory {
         };
         let first = self.states.partition_point(|(other, _)| other < chunk);
         let (chunk, time) = (*chunk, entry.log_time);
-        if self.cached.as_ref().is_none_or(|(cached, _)| *cached != chunk) {
+        if self.cached.as_ref().is_none_or(|cached| cached.number != chunk) {
             let records = self.source.chunk(chunk)?.into_iter();
             let states = records.filter_map(|record| match record {
                 Record::Message { header, data } if header.channel_id == channel => {
@@ -155,9 +163,9 @@ impl Trajectory {
                 }
                 _ => None,
             });
-            self.cached = Some((chunk, states.collect()));
+            self.cached = Some(CachedChunk { number: chunk, states: states.collect() });
         }
-        let cached = self.cached.as_ref().and_then(|(_, states)| states.get(frame - first));
+        let cached = self.cached.as_ref().and_then(|cached| cached.states.get(frame - first));
         let data = cached.filter(|(other, _)| *other == time).map(|(_, data)| data);
         // `data` is the last field of the message, so its bytes are the last ones.
         let points =

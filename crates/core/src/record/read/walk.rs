@@ -5,13 +5,11 @@ use std::io::{BufReader, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use mcap::McapError;
 use mcap::read::{ChunkReader, parse_record};
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::record::RecordError;
-use crate::record::error::read_error;
 
 /// Hands every record of the data section to `visit`, those in chunks included, until it breaks, the section ends or
 /// the file does. Chunks that are incomplete or fail their checksum are not opened.
@@ -42,8 +40,6 @@ pub(super) fn walk(
             Ok(LinearReadEvent::Record { opcode, data }) => {
                 parse_record(opcode, data).map(Record::into_owned)
             }
-            // Not ours to repair, unlike a file that ends in the middle of something.
-            Err(McapError::BadMagic) => return Err(read_error(path, McapError::BadMagic)),
             Err(_) => return Ok(false),
         };
         match record {
@@ -65,6 +61,18 @@ pub(super) fn walk(
         }
     }
     Ok(false)
+}
+
+/// Says if a file does not begin like MCAP.
+pub(super) fn ensure_mcap(file: &mut File, path: &Path) -> Result<(), RecordError> {
+    let mut magic = [0; mcap::MAGIC.len()];
+    match file.read_exact(&mut magic) {
+        Ok(()) if magic == mcap::MAGIC => Ok(()),
+        Err(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
+            Err(RecordError::Read { path: path.to_owned(), source })
+        }
+        _ => Err(RecordError::NotMcap { path: path.to_owned() }),
+    }
 }
 
 /// All records of a chunk, its checksum verified.

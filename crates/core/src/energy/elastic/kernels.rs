@@ -1,0 +1,282 @@
+//! What is done with each pack of elements, on lanes.
+//!
+//! Each kernel is compiled for every material and every instruction set. To keep that small, only the stress has a version for
+//! AVX-512 and for two packs at once; where a pack is no register, the mathematics of a material runs lane by lane on `f64`.
+
+use crate::algebra::{Dual, Mat};
+use crate::element::{SimplexPack, edge_matrix, vertex_gradients};
+use crate::energy::DeformationExtremes;
+use crate::energy::patch::{Patch, Patches, Scratch};
+use crate::lanes::{Kernel, Lanes, Pair, Rows, WIDTH};
+use crate::material::{Material, autodiff_stress};
+use crate::scalar::Scalar;
+
+/// Deformation gradient of the elements of one pack from the vertices in `rows`; linear in them.
+#[inline(always)]
+fn deformation_gradient<L: Lanes, const D: usize, const N: usize>(
+    rows: &Rows<D>,
+    index: &[[u16; WIDTH]; N],
+    inverse_rest: &Mat<L, D>,
+) -> Mat<L, D> {
+    let mut x = [[L::zero(); D]; N];
+    for node in 0..N {
+        x[node] = L::gather(rows, &index[node]);
+    }
+    edge_matrix(&x).mul(inverse_rest)
+}
+
+/// Adds the gradients at the vertices of one pack, given `H = w P D_m^-T`.
+#[inline(always)]
+fn scatter<L: Lanes, const D: usize, const N: usize>(
+    rows: &mut Rows<D>,
+    index: &[[u16; WIDTH]; N],
+    h: &Mat<L, D>,
+) {
+    let gradients: [[L; D]; N] = vertex_gradients(h);
+    for node in 0..N {
+        L::scatter_add(rows, &index[node], gradients[node]);
+    }
+}
+
+pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize, const AUTODIFF: bool> {
+    pub(super) material: &'a M,
+    pub(super) patches: &'a Patches<N>,
+    pub(super) packs: &'a [SimplexPack<D>],
+    pub(super) patch: &'a Patch,
+    pub(super) scratch: &'a mut Scratch<D>,
+}
+
+impl<M: Material<D>, const D: usize, const N: usize, const AUTODIFF: bool>
+    GradientKernel<'_, M, D, N, AUTODIFF>
+{
+    /// `H = w P D_m^-T`.
+    #[inline(always)]
+    fn weighted_stress<S: Scalar>(&self, f: &Mat<S, D>, inverse_rest: &Mat<S, D>, weight: S) -> Mat<S, D> {
+        let p = if AUTODIFF { autodiff_stress(self.material, f) } else { self.material.pk1(f) };
+        p.scale(weight).mul_transpose(inverse_rest)
+    }
+
+    #[inline(always)]
+    fn one_pack<L: Lanes>(&mut self, pack: usize) {
+        let rest = self.packs[pack].inverse_rest::<L>();
+        let f = deformation_gradient(&self.scratch.position, &self.patches.index[pack], &rest);
+        let weight = self.packs[pack].weight::<L>();
+        if !L::BY_LANE {
+            let h = self.weighted_stress(&f, &rest, weight);
+            return scatter(&mut self.scratch.gradient, &self.patches.index[pack], &h);
+        }
+        let mut h = [[[0.0; WIDTH]; D]; D];
+        for l in 0..WIDTH {
+            let of_lane = self.weighted_stress_of_lane(&lane(&f, l), &lane(&rest, l), weight.to_array()[l]);
+            for i in 0..D {
+                for j in 0..D {
+                    h[i][j][l] = of_lane[i][j];
+                }
+            }
+        }
+        scatter(&mut self.scratch.gradient, &self.patches.index[pack], &load_matrix::<L, D>(&h));
+    }
+
+    #[inline(never)]
+    fn weighted_stress_of_lane(
+        &self,
+        f: &Mat<f64, D>,
+        inverse_rest: &Mat<f64, D>,
+        weight: f64,
+    ) -> Mat<f64, D> {
+        self.weighted_stress(f, inverse_rest, weight)
+    }
+
+    /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added one after the
+    /// other, so that the sums are those of one pack a turn.
+    #[inline(always)]
+    fn two_packs<L: Lanes>(&mut self, first: usize) {
+        // The last pack of an odd number goes with itself, and is added once.
+        let second = if first + 1 < self.patch.packs.end { first + 1 } else { first };
+        let (a, b) = (&self.packs[first], &self.packs[second]);
+        let (rest_a, rest_b) = (a.inverse_rest::<L>(), b.inverse_rest::<L>());
+        let f_a = deformation_gradient(&self.scratch.position, &self.patches.index[first], &rest_a);
+        let f_b = deformation_gradient(&self.scratch.position, &self.patches.index[second], &rest_b);
+        let weight = Pair(a.weight::<L>(), b.weight::<L>());
+        let h = self.weighted_stress(&both(&f_a, &f_b), &both(&rest_a, &rest_b), weight);
+        let (h_a, h_b) = Pair::unzip_rows(&h.0);
+        scatter(&mut self.scratch.gradient, &self.patches.index[first], &Mat(h_a));
+        if second != first {
+            scatter(&mut self.scratch.gradient, &self.patches.index[second], &Mat(h_b));
+        }
+    }
+}
+
+impl<M: Material<D>, const D: usize, const N: usize, const AUTODIFF: bool> Kernel
+    for GradientKernel<'_, M, D, N, AUTODIFF>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        // One of the two loops is compiled, so that a material's stress is inlined once. Dual numbers are many registers
+        // already: pairs of them only spill.
+        if L::PAIRS_PAY && !AUTODIFF {
+            for pack in self.patch.packs.clone().step_by(2) {
+                self.two_packs::<L>(pack);
+            }
+        } else {
+            for pack in self.patch.packs.clone() {
+                self.one_pack::<L>(pack);
+            }
+        }
+    }
+}
+
+/// The matrix of pairs `(a, b)`.
+#[inline(always)]
+fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>, D> {
+    Mat(Pair::zip_rows(&a.0, &b.0))
+}
+
+/// The matrix of one lane.
+#[inline(always)]
+fn lane<L: Lanes, const D: usize>(m: &Mat<L, D>, lane: usize) -> Mat<f64, D> {
+    let mut r = Mat::zero();
+    for i in 0..D {
+        for j in 0..D {
+            r[i][j] = m[i][j].to_array()[lane];
+        }
+    }
+    r
+}
+
+#[inline(always)]
+fn load_matrix<L: Lanes, const D: usize>(m: &[[[f64; WIDTH]; D]; D]) -> Mat<L, D> {
+    let mut r = Mat::zero();
+    for i in 0..D {
+        for j in 0..D {
+            r[i][j] = L::load(&m[i][j]);
+        }
+    }
+    r
+}
+
+/// `w dP D_m^-T` with `dP` the derivative of the stress along `dF`, both from dual numbers: exact, without a Hessian.
+pub(super) struct HessianKernel<'a, M, const D: usize, const N: usize> {
+    pub(super) material: &'a M,
+    pub(super) patches: &'a Patches<N>,
+    pub(super) packs: &'a [SimplexPack<D>],
+    pub(super) patch: &'a Patch,
+    pub(super) scratch: &'a mut Scratch<D>,
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> HessianKernel<'_, M, D, N> {
+    /// `dP`.
+    #[inline(always)]
+    fn derivative<L: Lanes>(&self, f: &Mat<L, D>, df: &Mat<L, D>) -> Mat<L, D> {
+        if !L::BY_LANE {
+            return Dual::parts(&self.material.pk1(&Dual::along(f, df))).1;
+        }
+        let mut dp = [[[0.0; WIDTH]; D]; D];
+        for l in 0..WIDTH {
+            let of_lane = self.derivative_of_lane(&lane(f, l), &lane(df, l));
+            for i in 0..D {
+                for j in 0..D {
+                    dp[i][j][l] = of_lane[i][j];
+                }
+            }
+        }
+        load_matrix(&dp)
+    }
+
+    #[inline(never)]
+    fn derivative_of_lane(&self, f: &Mat<f64, D>, df: &Mat<f64, D>) -> Mat<f64, D> {
+        Dual::parts(&self.material.pk1(&Dual::along(f, df))).1
+    }
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> Kernel for HessianKernel<'_, M, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for pack in self.patch.packs.clone() {
+            let index = &self.patches.index[pack];
+            let rest = self.packs[pack].inverse_rest::<L>();
+            let f = deformation_gradient(&self.scratch.position, index, &rest);
+            let df = deformation_gradient(&self.scratch.direction, index, &rest);
+            let dp = self.derivative(&f, &df);
+            let h = dp.scale(self.packs[pack].weight()).mul_transpose(&rest);
+            scatter(&mut self.scratch.gradient, index, &h);
+        }
+    }
+}
+
+pub(super) struct EnergyKernel<'a, M, const D: usize, const N: usize> {
+    pub(super) material: &'a M,
+    pub(super) patches: &'a Patches<N>,
+    pub(super) packs: &'a [SimplexPack<D>],
+    pub(super) patch: &'a Patch,
+    pub(super) scratch: &'a Scratch<D>,
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> EnergyKernel<'_, M, D, N> {
+    #[inline(always)]
+    fn density<L: Lanes>(&self, f: &Mat<L, D>) -> L {
+        if !L::BY_LANE {
+            return self.material.psi(f);
+        }
+        let mut psi = [0.0; WIDTH];
+        for (l, psi) in psi.iter_mut().enumerate() {
+            *psi = self.density_of_lane(&lane(f, l));
+        }
+        L::load(&psi)
+    }
+
+    #[inline(never)]
+    fn density_of_lane(&self, f: &Mat<f64, D>) -> f64 {
+        self.material.psi(f)
+    }
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> Kernel for EnergyKernel<'_, M, D, N> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f64 {
+        let mut sum = L::zero();
+        for pack in self.patch.packs.clone() {
+            let rest = self.packs[pack].inverse_rest::<L>();
+            let f = deformation_gradient(&self.scratch.position, &self.patches.index[pack], &rest);
+            let weight = self.packs[pack].weight::<L>();
+            let energy = weight * self.density(&f);
+            // Zero times infinity in an empty lane is not zero.
+            sum += L::select(L::zero().lt(weight), energy, L::zero());
+        }
+        sum.horizontal_sum()
+    }
+}
+
+pub(super) struct DeformationKernel<'a, const D: usize, const N: usize> {
+    pub(super) patches: &'a Patches<N>,
+    pub(super) packs: &'a [SimplexPack<D>],
+    pub(super) patch: &'a Patch,
+    pub(super) scratch: &'a Scratch<D>,
+}
+
+impl<const D: usize, const N: usize> Kernel for DeformationKernel<'_, D, N> {
+    type Output = DeformationExtremes;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> DeformationExtremes {
+        let mut min_j = L::splat(f64::INFINITY);
+        let mut inverted = 0;
+        for pack in self.patch.packs.clone() {
+            let rest = self.packs[pack].inverse_rest::<L>();
+            let j =
+                deformation_gradient(&self.scratch.position, &self.patches.index[pack], &rest).determinant();
+            // Lanes that fill up repeat an element: they cannot change the minimum, but they must not be counted.
+            let real = L::mask_to_bits(L::zero().lt(self.packs[pack].weight::<L>()));
+            let upright = L::mask_to_bits(L::zero().lt(j));
+            inverted += u64::from((real & !upright).count_ones());
+            min_j = L::select(min_j.lt(j), min_j, j);
+        }
+        DeformationExtremes { min_j: min_j.horizontal_min(), inverted }
+    }
+}

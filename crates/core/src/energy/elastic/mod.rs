@@ -1,0 +1,181 @@
+//! Hyperelastic elements: the energy `sum_e w_e Psi(F_e)`.
+
+mod kernels;
+
+use kernels::{DeformationKernel, EnergyKernel, GradientKernel, HessianKernel};
+
+use super::patch::{Patches, Scratch};
+use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
+use crate::algebra::Mat;
+use crate::element::{SimplexPack, edge_matrix, simplex_rest};
+use crate::lanes::{dispatch, dispatch_compact};
+use crate::material::{Domain, Material};
+use crate::scene::Stress;
+
+/// Linear simplices of `N = D + 1` vertices filled with one material.
+pub struct Elastic<M, const D: usize, const N: usize> {
+    body: String,
+    material: M,
+    stress: Stress,
+    patches: Patches<N>,
+    packs: Vec<SimplexPack<D>>,
+    scratch: Vec<Scratch<D>>,
+    sums: Vec<f64>,
+    /// One number per patch.
+    parts: Vec<f64>,
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
+    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m], their
+    /// stress computed as `stress` says.
+    ///
+    /// # Panics
+    /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
+    pub fn new(body: &str, material: M, stress: Stress, elements: &[[u32; N]], rest: &[f64]) -> Self {
+        assert_eq!(N, D + 1, "a simplex has one vertex more than dimensions");
+        let patches = Patches::new::<D>(elements, rest.len() / D);
+        let mut packs = vec![SimplexPack::new(); patches.index.len()];
+        for (element, pack, lane) in patches.stencils() {
+            let (inverse_rest, weight) = simplex_rest(&points_of(rest, &elements[element as usize]));
+            assert!(weight > 0.0, "element {element} of {body} has volume {weight}");
+            packs[pack].set(lane, &inverse_rest, weight);
+        }
+        for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
+            pack.fill_up(stencils.iter().flatten().count());
+        }
+        Elastic {
+            body: body.into(),
+            material,
+            stress,
+            scratch: patches.scratch(),
+            sums: patches.sums::<D>(),
+            parts: vec![0.0; patches.patches.len()],
+            patches,
+            packs,
+        }
+    }
+
+    /// The elements with their global vertices and rest data, in the order of the patches, one at a time.
+    fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], Mat<f64, D>, f64)> {
+        self.patches.patches.iter().flat_map(move |patch| {
+            let vertices = &self.patches.vertices[patch.vertices.clone()];
+            patch.packs.clone().flat_map(move |pack| {
+                let lanes = self.patches.stencil[pack].iter().enumerate();
+                lanes.filter_map(move |(lane, element)| {
+                    let mut global = [0; N];
+                    for node in 0..N {
+                        global[node] = vertices[self.patches.index[pack][node][lane] as usize];
+                    }
+                    let (inverse_rest, weight) = self.packs[pack].lane(lane);
+                    element.map(|e| (e as usize, global, inverse_rest, weight))
+                })
+            })
+        })
+    }
+}
+
+/// The rows of `vertices` in a flat array.
+fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
+    let mut points = [[0.0; D]; N];
+    for (point, &v) in points.iter_mut().zip(vertices) {
+        point.copy_from_slice(&x[v as usize * D..v as usize * D + D]);
+    }
+    points
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D, N> {
+    fn name(&self) -> String {
+        format!("elements of `{}`", self.body)
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
+        patches.for_each(&mut self.scratch, &mut self.parts, 1, |patch, scratch, out| {
+            scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
+            out[0] = dispatch_compact(EnergyKernel { material, patches, packs, patch, scratch });
+        });
+        self.parts.iter().sum()
+    }
+
+    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        let (patches, packs, material, stress) = (&self.patches, &self.packs, &self.material, self.stress);
+        patches.for_each(
+            &mut self.scratch,
+            &mut self.sums,
+            patches.per_patch::<D>(),
+            |patch, scratch, out| {
+                let vertices = &patches.vertices[patch.vertices.clone()];
+                scratch.position.load_vertices(x, vertices);
+                scratch.gradient.clear(vertices.len());
+                match stress {
+                    Stress::Analytic => {
+                        dispatch(GradientKernel::<_, D, N, false> {
+                            material,
+                            patches,
+                            packs,
+                            patch,
+                            scratch,
+                        });
+                    }
+                    Stress::Autodiff => {
+                        dispatch_compact(GradientKernel::<_, D, N, true> {
+                            material,
+                            patches,
+                            packs,
+                            patch,
+                            scratch,
+                        });
+                    }
+                }
+                out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
+            },
+        );
+        patches.gather::<D>(&self.sums, g);
+    }
+
+    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
+        let (mut scratch, mut sums) = (patches.scratch(), patches.sums::<D>());
+        patches.for_each(&mut scratch, &mut sums, patches.per_patch::<D>(), |patch, scratch, out| {
+            let vertices = &patches.vertices[patch.vertices.clone()];
+            scratch.position.load_vertices(x, vertices);
+            scratch.direction.load_vertices(p, vertices);
+            scratch.gradient.clear(vertices.len());
+            dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
+            out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
+        });
+        patches.gather::<D>(&sums, y);
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        self.elements().find_map(|(element, vertices, inverse_rest, _)| {
+            let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
+            let j = f.determinant();
+            let outside = self.material.domain() == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
+            let finite = self.material.pk1(&f).norm_squared().is_finite();
+            (outside || !finite).then(|| Fault::Element { body: self.body.clone(), element, j })
+        })
+    }
+
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let (patches, packs) = (&self.patches, &self.packs);
+        let mut parts =
+            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
+        patches.for_each(&mut self.scratch, &mut parts, 1, |patch, scratch, out| {
+            scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
+            out[0] = dispatch_compact(DeformationKernel { patches, packs, patch, scratch });
+        });
+        parts.into_iter().reduce(DeformationExtremes::merge)
+    }
+
+    fn bytes(&self) -> usize {
+        self.patches.bytes()
+            + size_of_val(&self.packs[..])
+            + 8 * (self.sums.len() + self.parts.len())
+            + self.scratch.len() * Scratch::<D>::BYTES
+    }
+}
