@@ -22,8 +22,8 @@ fn outcome(simulation: &mut Simulation, steps: usize) -> Vec<u64> {
 }
 
 /// Builds and runs in pools of 1, 2, 3 and 8 threads.
-fn assert_same_bits(what: &str, mut run: impl FnMut() -> Vec<u64> + Send) {
-    let mut in_pool = |threads: usize| {
+fn assert_same_bits(what: &str, run: impl Fn() -> Vec<u64> + Sync) {
+    let in_pool = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             assert_eq!(rayon::current_num_threads(), threads);
@@ -39,30 +39,32 @@ fn assert_same_bits(what: &str, mut run: impl FnMut() -> Vec<u64> + Send) {
     }
 }
 
-// lecture 18; promise 1. 11 x 10 x 10 cells make 6,600 tetrahedra, 64 x 60 cells 7,680 triangles: several patches.
+// lecture 18; promise 1. 9 x 8 x 8 cells make 3,456 tetrahedra, 41 x 40 cells 3,280 triangles: as many patches as it
+// takes for the work to be shared out.
 #[test]
 fn solids_give_the_same_bits_on_any_number_of_threads() {
-    for name in ["corotated", "neo-hookean", "stable-neo-hookean-log"] {
-        for (cells, size) in [(&[11, 10, 10][..], &[1.1, 1.0, 1.0][..]), (&[64, 60][..], &[6.4, 6.0][..])] {
-            let d = cells.len();
-            let elastic = isotropic(name, 1e5, 0.4);
-            // The fastest motion is that of a few cells.
-            let few = Solid::grid(&vec![2; d], &vec![0.2; d], elastic.clone());
-            let h = 0.3 * few.simulation(method("velocity-verlet"), 1.0).stability_limit(1.0).step;
-            let mut solid = Solid::grid(cells, size, elastic);
-            solid.pin = at_zero(d, 0);
-            solid.gravity = Some(vec![0.3; d]);
-            // Assembled once: what is in question is the loop over the elements.
+    let cases = [
+        ("corotated", &[9, 8, 8][..], &[0.9, 0.8, 0.8][..]),
+        ("neo-hookean", &[41, 40][..], &[4.1, 4.0][..]),
+    ];
+    for (name, cells, size) in cases {
+        let d = cells.len();
+        let elastic = isotropic(name, 1e5, 0.4);
+        // The fastest motion is that of a few cells.
+        let few = Solid::grid(&vec![2; d], &vec![0.2; d], elastic.clone());
+        let h = 0.3 * few.simulation(method("velocity-verlet"), 1.0).stability_limit(1.0).step;
+        let mut solid = Solid::grid(cells, size, elastic);
+        solid.pin = at_zero(d, 0);
+        solid.gravity = Some(vec![0.3; d]);
+        assert_same_bits(&format!("{name} in {d}D"), || {
+            // Assembled in the pool: the grouping into patches must not look at it either.
             let mut simulation = solid.simulation(method("velocity-verlet"), h);
             let rest = simulation.state().x().to_vec();
-            assert_same_bits(&format!("{name} in {d}D"), || {
-                simulation.state_mut().x_mut().copy_from_slice(&rest);
-                for (k, v) in simulation.state_mut().v_mut().iter_mut().enumerate() {
-                    *v = if rest[k - k % d] == 0.0 { 0.0 } else { 0.1 * scattered(k) };
-                }
-                outcome(&mut simulation, 12)
-            });
-        }
+            for (k, v) in simulation.state_mut().v_mut().iter_mut().enumerate() {
+                *v = if rest[k - k % d] == 0.0 { 0.0 } else { 0.1 * scattered(k) };
+            }
+            outcome(&mut simulation, 12)
+        });
     }
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::support::particles::kepler;
-use crate::support::{advance, assert_relative, distance, method, methods};
+use crate::support::{advance, assert_relative, distance, method, methods, run_watched};
 
 /// Eccentricity, time, position, velocity.
 const STATES: [(f64, f64, [f64; 2], [f64; 2]); 6] = [
@@ -137,4 +137,26 @@ fn the_energy_of_symplectic_schemes_does_not_drift_over_a_thousand_periods() {
     }
     let (first, last, _) = energy_over_a_thousand_periods("rk4", 300);
     assert!(last - first < -1e-4, "Runge-Kutta loses energy all the time: {first} to {last}");
+}
+
+// lecture 7: at perihelion again after a whole period the energy is nearly right; what a run reports is how wrong it has
+// been, compared with the kinetic energy of 2 and the potential of -2.5 at the start.
+#[test]
+fn a_run_reports_the_largest_energy_error_and_not_only_the_last() {
+    let build = || kepler(method("velocity-verlet"), 0.6, TAU / 200.0);
+    let mut by_hand = build();
+    let mut errors = vec![];
+    for _ in 0..200 {
+        by_hand.step().unwrap();
+        errors.push((by_hand.diagnostics().total + 0.5).abs() / 4.5);
+    }
+    let largest = errors.iter().fold(0.0f64, |m, e| m.max(*e));
+    let summary = run_watched(&mut build(), TAU, 1e3);
+    assert!((summary.relative_energy_error() - largest).abs() < 1e-14, "{}", summary.relative_energy_error());
+    assert!(
+        (summary.relative_energy_drift() - errors[199]).abs() < 1e-14,
+        "{}",
+        summary.relative_energy_drift()
+    );
+    assert!(largest > 5.0 * errors[199]);
 }
