@@ -10,4 +10,8 @@
 mod support;
 
 mod cli;
+mod determinism;
 mod integrators;
+mod properties;
+mod solids;
+mod springs;

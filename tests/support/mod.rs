@@ -3,6 +3,8 @@
 pub(crate) mod fields;
 pub(crate) mod oscillator;
 pub(crate) mod particles;
+pub(crate) mod reference;
+pub(crate) mod solid;
 
 use std::sync::atomic::AtomicBool;
 
@@ -59,4 +61,21 @@ pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 pub(crate) fn assert_relative(measured: f64, expected: f64, tolerance: f64, what: &str) {
     let error = (measured - expected).abs() / expected.abs();
     assert!(error <= tolerance, "{what}: {measured:e} instead of {expected:e}, off by {error:.2e}");
+}
+
+/// Mass-weighted root mean square of the difference of two flat arrays, over the vertices that are not pinned.
+pub(crate) fn weighted_rms(simulation: &Simulation, a: &[f64], b: &[f64]) -> f64 {
+    let system = simulation.system();
+    let d = system.dimension();
+    let (mut sum, mut total) = (0.0, 0.0);
+    for i in (0..a.len()).filter(|i| !system.is_pinned(i / d)) {
+        sum += system.mass()[i / d] * (a[i] - b[i]).powi(2);
+        total += system.mass()[i / d];
+    }
+    (sum / total).sqrt()
+}
+
+/// Displacements between two states.
+pub(crate) fn displacements(x: &[f64], rest: &[f64]) -> Vec<f64> {
+    x.iter().zip(rest).map(|(x, rest)| x - rest).collect()
 }

@@ -101,7 +101,7 @@ pub trait EnergyTerm: Send + Sync {
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]);
 
     /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`.
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]);
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
     /// The first place where `x` has no finite energy or force; called only after something went wrong.
     fn fault(&self, x: &[f64]) -> Option<Fault>;

@@ -133,7 +133,7 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         self.partial = partial;
     }
 
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let n = self.vertices.len();
         let row = |i: usize| self.vertices[i] as usize * D;
         for i in 0..n {

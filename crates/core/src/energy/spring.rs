@@ -108,7 +108,7 @@ impl<const D: usize> EnergyTerm for Springs<D> {
     }
 
     /// `H = k [n n^T + (1 - l0/l) (I - n n^T)]` on the difference of the two ends (verified against differences).
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         for (_, [a, b], k, rest) in self.springs() {
             let (mut d, mut dp, mut l2) = ([0.0; D], [0.0; D], 0.0);
             for c in 0..D {

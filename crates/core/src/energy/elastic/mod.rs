@@ -137,18 +137,22 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
         patches.gather::<D>(&self.sums, g);
     }
 
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
-        let (mut scratch, mut sums) = (patches.scratch(), patches.sums::<D>());
-        patches.for_each(&mut scratch, &mut sums, patches.per_patch::<D>(), |patch, scratch, out| {
-            let vertices = &patches.vertices[patch.vertices.clone()];
-            scratch.position.load_vertices(x, vertices);
-            scratch.direction.load_vertices(p, vertices);
-            scratch.gradient.clear(vertices.len());
-            dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
-            out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
-        });
-        patches.gather::<D>(&sums, y);
+        patches.for_each(
+            &mut self.scratch,
+            &mut self.sums,
+            patches.per_patch::<D>(),
+            |patch, scratch, out| {
+                let vertices = &patches.vertices[patch.vertices.clone()];
+                scratch.position.load_vertices(x, vertices);
+                scratch.direction.load_vertices(p, vertices);
+                scratch.gradient.clear(vertices.len());
+                dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
+                out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
+            },
+        );
+        patches.gather::<D>(&self.sums, y);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

@@ -1,0 +1,9 @@
+//! Linear finite elements against exact identities and independent codes.
+
+mod bar;
+mod beam;
+mod column;
+mod invariance;
+mod modes;
+mod patch;
+mod spin;

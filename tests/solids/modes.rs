@@ -1,0 +1,95 @@
+//! Natural frequencies by dense eigenproblems of the assembled stiffness.
+
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
+use std::f64::consts::{PI, TAU};
+
+use crate::support::assert_relative;
+use crate::support::solid::{Solid, at_zero, isotropic, submatrix};
+
+/// Eigenvalues and vectors of `M^-1/2 K M^-1/2` over the vertices that are not pinned, and their unknowns.
+fn modes(solid: &Solid) -> (Vec<f64>, DMatrix<f64>, Vec<usize>) {
+    let mut probe = solid.probe();
+    let rest = probe.rest();
+    let stiffness = probe.stiffness(&rest);
+    let system = probe.0.system();
+    let d = system.dimension();
+    let free: Vec<usize> = (0..rest.len()).filter(|i| !system.is_pinned(i / d)).collect();
+    let mut k = submatrix(&stiffness, &free);
+    let root = |i: usize| system.mass()[free[i] / d].sqrt();
+    for i in 0..free.len() {
+        for j in 0..free.len() {
+            k[(i, j)] /= root(i) * root(j);
+        }
+    }
+    let eigen = k.symmetric_eigen();
+    (eigen.eigenvalues.iter().copied().collect(), eigen.eigenvectors, free)
+}
+
+/// 10 m x 1 m, nu = 0, ten cells along it, clamped at x = 0; masses of a chain of ten, so that the axial modes are
+/// those of the chain.
+fn axial_bar(material: &str) -> Solid {
+    let mut solid = Solid::grid(&[10, 1], &[10.0, 1.0], isotropic(material, 1e6, 0.0));
+    let mut mass: Vec<f64> = vec![500.0; 22];
+    mass[20..].fill(250.0);
+    solid.mass = json!({ "per_vertex": mass });
+    solid.pin = at_zero(2, 0);
+    solid
+}
+
+// lecture 2; C7: f_j = (2 c / h) sin(k_j h / 2) / (2 pi), k_j = (2 j - 1) pi / (2 L), exactly.
+#[test]
+fn the_axial_frequencies_of_a_lumped_bar_are_those_of_a_chain() {
+    for material in ["linear", "corotated", "stvk", "neo-hookean", "stable-neo-hookean"] {
+        let (eigenvalues, vectors, free) = modes(&axial_bar(material));
+        let axial: Vec<f64> = (0..eigenvalues.len())
+            .filter(|&j| (0..free.len()).all(|i| free[i] % 2 == 0 || vectors[(i, j)].abs() < 1e-8))
+            .map(|j| eigenvalues[j].sqrt() / TAU)
+            .collect();
+        let (c, h) = ((1e6f64 / 1e3).sqrt(), 1.0);
+        for j in 1..=10 {
+            let k = f64::from(2 * j - 1) * PI / 20.0;
+            let expected = 2.0 * c / h * (0.5 * k * h).sin() / TAU;
+            if j == 1 {
+                assert_relative(expected, 0.789_756_894_082_592_2, 1e-14, "the plan's number");
+            }
+            let nearest = axial.iter().fold(0.0, |best: f64, f| {
+                if (f - expected).abs() < (best - expected).abs() { *f } else { best }
+            });
+            assert_relative(nearest, expected, 1e-11, &format!("{material}, axial mode {j}"));
+        }
+    }
+}
+
+// lecture 17; C13, D12: every material is the same at small strains; 3D materials with nu = 0.45 too.
+#[test]
+fn the_largest_frequency_is_that_of_an_independent_code_in_every_material() {
+    let beam = |elastic: Value| {
+        let mut solid = Solid::grid(&[8, 2], &[4.0, 1.0], elastic);
+        solid.pin = at_zero(2, 0);
+        solid
+    };
+    let bar = |elastic: Value| {
+        let mut solid = Solid::grid(&[1, 1, 4], &[1.0, 1.0, 4.0], elastic);
+        solid.pin = at_zero(3, 2);
+        solid
+    };
+    let materials = crate::support::solid::every_material();
+    let isotropic_ones: Vec<&str> =
+        materials.iter().filter(|(spec, _)| spec.lame().is_some()).map(|(spec, _)| spec.name()).collect();
+    assert!(isotropic_ones.len() >= 6);
+    for name in isotropic_ones {
+        let cases = [
+            (beam(isotropic(name, 1e6, 0.3)), 212.231_692_628),
+            (bar(isotropic(name, 1e6, 0.45)), 211.994_694_964),
+            (Solid::grid(&[3, 3], &[1.0, 1.0], isotropic(name, 1e7, 0.3)), 1_012.153_184_36),
+        ];
+        for (solid, expected) in cases {
+            let (eigenvalues, ..) = modes(&solid);
+            let dense = eigenvalues.iter().fold(0.0f64, |m, e| m.max(*e)).sqrt();
+            assert_relative(dense, expected, 1e-11, &format!("{name}, dense"));
+            let lanczos = solid.probe().0.stability_limit(1.0).frequency;
+            assert_relative(lanczos, expected, 1e-11, &format!("{name}, Lanczos"));
+        }
+    }
+}
