@@ -5,7 +5,7 @@ use pliant::mesh::Mesh;
 use serde_json::Value;
 
 use crate::support::largest_difference;
-use crate::support::solid::{Probe, Solid, affine, every_material, isotropic, scattered, submatrix};
+use crate::support::solid::{Probe, Solid, affine, every_material, isotropic, scattered};
 
 /// `I + scale G`, `G` as in the plan.
 fn gradient(dimension: usize, scale: f64) -> Vec<Vec<f64>> {
@@ -37,7 +37,7 @@ fn equilibrium(probe: &mut Probe, start: &[f64], free: &[usize]) -> Vec<f64> {
     for _ in 0..30 {
         let forces = probe.forces(&x);
         let residual = DVector::from_iterator(free.len(), free.iter().map(|&i| forces[i]));
-        let step = submatrix(&probe.stiffness(&x), free).lu().solve(&residual).unwrap();
+        let step = probe.stiffness_between(&x, free).lu().solve(&residual).unwrap();
         free.iter().zip(step.iter()).for_each(|(&i, s)| x[i] += s);
         if step.amax() < 1e-13 {
             break;

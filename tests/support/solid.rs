@@ -124,13 +124,20 @@ impl Probe {
 
     /// `d2E/dx2` [N/m], column by column.
     pub(crate) fn stiffness(&mut self, x: &[f64]) -> DMatrix<f64> {
-        let n = x.len();
-        let mut k = DMatrix::zeros(n, n);
-        let mut unit = vec![0.0; n];
-        for j in 0..n {
-            unit[j] = 1.0;
-            self.0.system_mut().hessian_product(x, &unit, k.column_mut(j).as_mut_slice());
-            unit[j] = 0.0;
+        self.stiffness_between(x, &(0..x.len()).collect::<Vec<_>>())
+    }
+
+    /// The rows and columns `of` these unknowns of the stiffness.
+    pub(crate) fn stiffness_between(&mut self, x: &[f64], of: &[usize]) -> DMatrix<f64> {
+        let mut k = DMatrix::zeros(of.len(), of.len());
+        let (mut unit, mut column) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        for (j, &unknown) in of.iter().enumerate() {
+            unit[unknown] = 1.0;
+            self.0.system_mut().hessian_product(x, &unit, &mut column);
+            unit[unknown] = 0.0;
+            for (i, &row) in of.iter().enumerate() {
+                k[(i, j)] = column[row];
+            }
         }
         k
     }
@@ -139,11 +146,6 @@ impl Probe {
     pub(crate) fn rest(&self) -> Vec<f64> {
         self.0.state().x().to_vec()
     }
-}
-
-/// The submatrix of these rows and columns.
-pub(crate) fn submatrix(k: &DMatrix<f64>, of: &[usize]) -> DMatrix<f64> {
-    DMatrix::from_fn(of.len(), of.len(), |i, j| k[(of[i], of[j])])
 }
 
 /// The same displacement gradient plus one everywhere: `x = F X + t`.
