@@ -1,6 +1,6 @@
 //! A system, its state and a scheme: the stepper.
 
-use crate::diagnostics::{Diagnostics, StabilityLimit, largest_frequency, stability_limit};
+use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::observer::Work;
@@ -17,7 +17,7 @@ pub struct Simulation {
     step_size: f64,
     /// Velocities before the drag of a step that may fail; empty without drag.
     undamped: Vec<f64>,
-    /// What is known of the stability of the step; only failures ask for it.
+    /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
 
@@ -26,7 +26,7 @@ pub struct Simulation {
 #[non_exhaustive]
 pub enum StepError {
     /// A position, velocity or force is not finite.
-    #[error("step {step} (t = {time:.6} s) cannot be taken: {}{}", cause(.fault, .vertex), stable_step_hint(*.step_size, *.stable_step))]
+    #[error("step {step} (t = {time:.6} s) cannot be taken: {}{}", cause(.fault, .vertex), advice(.fault, *.step_size, *.stable_step))]
     NotFinite {
         /// The step that was tried, from 1.
         step: u64,
@@ -44,7 +44,7 @@ pub enum StepError {
     /// The total energy has grown beyond any physical cause.
     #[error(
         "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
-        stable_step_hint(*.step_size, *.stable_step)
+        advice(&None, *.step_size, *.stable_step)
     )]
     Unstable {
         /// Steps taken.
@@ -70,17 +70,25 @@ fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
     }
 }
 
-fn stable_step_hint(step: f64, stable: Option<f64>) -> String {
-    match stable {
+/// What to change.
+fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
+    let half = 0.5 * step;
+    let mut advice = match stable {
         Some(stable) if step > stable => {
-            format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
+            format!(
+                "; a step of {step:.4e} s is above the stability limit: use a smaller step, at most {stable:.4e} s"
+            )
         }
         Some(stable) if stable.is_finite() => format!(
-            "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try {:.4e} s",
-            0.5 * step
+            "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try a smaller step, \
+             {half:.4e} s"
         ),
-        _ => format!("; try a smaller step, {:.4e} s", 0.5 * step),
+        _ => format!("; try a smaller step, {half:.4e} s"),
+    };
+    if matches!(fault, Some(Fault::Element { j, .. }) if *j <= 0.0) {
+        advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }
+    advice
 }
 
 impl Simulation {
@@ -181,11 +189,6 @@ impl Simulation {
         self.stability.map(|s| s.step)
     }
 
-    /// Keeps what is known of the stability limit, for the messages of steps that fail.
-    pub fn remember_stability(&mut self, limit: StabilityLimit) {
-        self.stability = Some(limit);
-    }
-
     /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place. Time and
     /// step count go on.
     ///
@@ -241,6 +244,11 @@ impl Simulation {
         Diagnostics::measure(&mut self.system, self.state.time, self.state.x(), self.state.v())
     }
 
+    /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
+    pub fn element_states(&self) -> Vec<ElementState> {
+        self.system.terms().iter().flat_map(|t| t.element_states(self.state.x())).collect()
+    }
+
     /// Diagonal of the bounding box of all vertices, now [m].
     pub fn size(&self) -> f64 {
         diagonal(self.state.x(), self.system.dimension())
@@ -257,10 +265,14 @@ impl Simulation {
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
-    /// to schemes that gain energy at any step.
+    /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
         let frequency = largest_frequency(&mut self.system, self.state.x()).frequency;
-        stability_limit(self.method, frequency, self.system.ether_drag(), duration)
+        let limit = stability_limit(self.method, frequency, self.system.ether_drag(), duration);
+        if self.state.step == 0 {
+            self.stability = Some(limit);
+        }
+        limit
     }
 
     /// Bytes held: the state, the system, the scheme's scratch memory.

@@ -106,7 +106,6 @@ fn assemble<const D: usize, const N: usize>(
     let state = State::new(position, velocity);
     let mut simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
     let stability = simulation.stability_limit(scene.time.duration);
-    simulation.remember_stability(stability);
     if unstable == UnstableStep::Refuse
         && let Some(problem) = scene.unstable_step(&stability)
     {

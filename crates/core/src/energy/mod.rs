@@ -6,6 +6,8 @@ pub mod nbody;
 pub mod patch;
 pub mod spring;
 
+use crate::diagnostics::ElementState;
+
 /// Which sum of the diagnostics an energy belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnergyKind {
@@ -110,6 +112,12 @@ pub trait EnergyTerm: Send + Sync {
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let _ = x;
         None
+    }
+
+    /// Deformation and stress of every element, in the order of the mesh; empty for terms without elements.
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let _ = x;
+        vec![]
     }
 
     /// Bytes held, for the memory report.

@@ -40,8 +40,10 @@ impl<const D: usize> Scratch<D> {
         Self::default()
     }
 
-    /// Bytes held.
-    pub const BYTES: usize = 2 * 8 * Rows::<D>::CAPACITY * Rows::<D>::STRIDE;
+    /// Bytes that patches of up to `rows` vertices touch; the rest of the buffers is never backed by memory.
+    pub fn bytes(rows: usize) -> usize {
+        3 * 8 * rows * Rows::<D>::STRIDE
+    }
 }
 
 /// One patch.

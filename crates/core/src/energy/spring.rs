@@ -144,7 +144,7 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         self.patches.bytes()
             + size_of_val(&self.packs[..])
             + 8 * (self.sums.len() + self.parts.len())
-            + self.scratch.len() * Scratch::<D>::BYTES
+            + self.scratch.len() * Scratch::<D>::bytes(self.patches.stride)
     }
 }
 

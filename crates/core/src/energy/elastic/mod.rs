@@ -7,6 +7,7 @@ use kernels::{DeformationKernel, EnergyKernel, GradientKernel, HessianKernel};
 use super::patch::{Patches, Scratch};
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::algebra::Mat;
+use crate::diagnostics::ElementState;
 use crate::element::{SimplexPack, edge_matrix, simplex_rest};
 use crate::lanes::{dispatch, dispatch_compact};
 use crate::material::{Domain, Material};
@@ -83,7 +84,7 @@ fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> 
     points
 }
 
-impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D, N> {
+impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D, N> {
     fn name(&self) -> String {
         format!("elements of `{}`", self.body)
     }
@@ -159,7 +160,8 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
         self.elements().find_map(|(element, vertices, inverse_rest, _)| {
             let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
             let j = f.determinant();
-            let outside = self.material.domain() == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
+            let outside =
+                Material::<D>::domain(&self.material) == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
             let finite = self.material.pk1(&f).norm_squared().is_finite();
             (outside || !finite).then(|| Fault::Element { body: self.body.clone(), element, j })
         })
@@ -176,10 +178,28 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
         parts.into_iter().reduce(DeformationExtremes::merge)
     }
 
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let mut states: Vec<(usize, ElementState)> = self
+            .elements()
+            .map(|(element, vertices, inverse_rest, _)| {
+                let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
+                // In plane strain the third axis is neither stretched nor turned, but carries stress.
+                let mut in_space = Mat::<f64, 3>::identity();
+                for i in 0..D {
+                    in_space[i][..D].copy_from_slice(&f[i]);
+                }
+                let first_piola = Material::<3>::pk1(&self.material, &in_space);
+                (element, ElementState { deformation_gradient: in_space, first_piola })
+            })
+            .collect();
+        states.sort_unstable_by_key(|(element, _)| *element);
+        states.into_iter().map(|(_, state)| state).collect()
+    }
+
     fn bytes(&self) -> usize {
         self.patches.bytes()
             + size_of_val(&self.packs[..])
             + 8 * (self.sums.len() + self.parts.len())
-            + self.scratch.len() * Scratch::<D>::BYTES
+            + self.scratch.len() * Scratch::<D>::bytes(self.patches.stride)
     }
 }
