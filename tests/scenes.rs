@@ -44,7 +44,8 @@ fn every_scene_opens_with_a_comment_and_its_first_steps_can_be_taken() {
             continue;
         }
         let text = std::fs::read_to_string(&path).unwrap();
-        let comment: String = text.lines().take_while(|line| line.starts_with("# ")).collect();
+        let comment: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
+        let comment = comment.join(" ");
         assert!(comment.contains("What one should see: "), "{} says what one should see", path.display());
         let (_, mut assembly) = assembled(path.file_name().unwrap().to_str().unwrap());
         for _ in 0..20 {
@@ -69,9 +70,9 @@ fn the_cantilevers_keep_their_energy() {
             assert!(x.chunks(2).all(|p| p[0] >= 0.1), "{name}: nothing is behind the wall");
             x[2 * 76 + 1]
         });
-    // Two materials of the same moduli, at small strain, swing alike; springs do not (lecture 12).
-    assert!((heights[0] - heights[1]).abs() < 0.01, "{heights:?}");
-    assert!((heights[0] - heights[2]).abs() > 0.02, "{heights:?}");
+    // Two materials of the same moduli, at small strain, swing alike; springs do not.
+    assert!((heights[0] - heights[1]).abs() < 1e-3, "{heights:?}");
+    assert!((heights[0] - heights[2]).abs() > 1e-2, "{heights:?}");
 }
 
 // lecture 4, 23.

@@ -76,7 +76,7 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
     let mut advice = match stable {
         Some(stable) if step > stable => {
             format!(
-                "; a step of {step:.4e} s is above the stability limit: use a smaller step, at most {stable:.4e} s"
+                "; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s"
             )
         }
         Some(stable) if stable.is_finite() => format!(
