@@ -75,9 +75,7 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
     let half = 0.5 * step;
     let mut advice = match stable {
         Some(stable) if step > stable => {
-            format!(
-                "; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s"
-            )
+            format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
         }
         Some(stable) if stable.is_finite() => format!(
             "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try a smaller step, \
