@@ -14,7 +14,7 @@ const PARTICLES_PER_GROUP: usize = 256;
 const MAX_GROUPS: usize = 16;
 
 /// `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of vertices (lecture 8); Plummer softening,
-/// Aarseth 2003, *Gravitational N-Body Simulations*, eq. 2.3.
+/// Aarseth 2003, *Gravitational N-Body Simulations*.
 ///
 /// Each pair is computed once and acts on both its particles. The pairs are dealt out to a number of groups that depends on the
 /// number of particles alone, never on the number of threads; each group sums into its own array and the arrays are added in
