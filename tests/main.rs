@@ -13,5 +13,6 @@ mod cli;
 mod determinism;
 mod integrators;
 mod properties;
+mod scenes;
 mod solids;
 mod springs;

@@ -93,9 +93,9 @@ fn spring_forces_and_stiffness_are_derivatives_of_the_energy() {
 #[test]
 fn a_squeezed_spring_is_soft_sideways() {
     for length in [0.5, 1.0, 2.0] {
-        let term = spring::<2>(100.0, 1.0);
+        let mut term = spring::<2>(100.0, 1.0);
         let x = [0.0, 0.0, length, 0.0];
-        let stiffness = |c: usize| {
+        let mut stiffness = |c: usize| {
             let (mut unit, mut column) = ([0.0; 4], [0.0; 4]);
             unit[2 + c] = 1.0;
             term.add_hessian_product(&x, &unit, &mut column);

@@ -56,7 +56,7 @@ fn a_stiff_chain_follows_its_normal_modes() {
 // lecture 2 and 7; A5: omega_j = 2 sqrt(k/m) sin(j pi / 2(N+1)).
 #[test]
 fn the_stability_limit_of_a_chain_is_that_of_its_fastest_mode() {
-    let simulation = ten_masses("velocity-verlet", 0.1, 100.0, 1e-3);
+    let mut simulation = ten_masses("velocity-verlet", 0.1, 100.0, 1e-3);
     let limit = simulation.stability_limit(1.0);
     assert_relative(limit.frequency, 62.601_804_664_314_65, 1e-11, "largest frequency");
     assert_relative(limit.step, 2.0 / 62.601_804_664_314_65, 1e-10, "largest stable step");

@@ -91,8 +91,9 @@ fn at_rest_exactly_the_rigid_motions_are_free() {
             if !spec.about().has_rest_shape {
                 continue;
             }
-            let (probe, _) = deformed(dimension, &elastic);
-            let eigenvalues = probe.stiffness(&probe.rest()).symmetric_eigenvalues();
+            let (mut probe, _) = deformed(dimension, &elastic);
+            let rest = probe.rest();
+            let eigenvalues = probe.stiffness(&rest).symmetric_eigenvalues();
             let top = eigenvalues.max();
             let free = eigenvalues.iter().filter(|e| e.abs() < 1e-10 * top).count();
             // Models made of Lame parameters resist strain only; |F - I|^2 resists rotation too.

@@ -9,13 +9,12 @@ use crate::support::solid::{Solid, at_zero, isotropic};
 
 /// Eigenvalues and vectors of `M^-1/2 K M^-1/2` over the vertices that are not pinned, and their unknowns.
 fn modes(solid: &Solid) -> (Vec<f64>, DMatrix<f64>, Vec<usize>) {
-    let probe = solid.probe();
-    let system = probe.0.system();
-    let d = system.dimension();
+    let mut probe = solid.probe();
     let rest = probe.rest();
-    let free: Vec<usize> = (0..rest.len()).filter(|i| !system.is_pinned(i / d)).collect();
+    let d = probe.0.system().dimension();
+    let free: Vec<usize> = (0..rest.len()).filter(|i| !probe.0.system().is_pinned(i / d)).collect();
     let mut k = probe.stiffness_between(&rest, &free);
-    let root = |i: usize| system.mass()[free[i] / d].sqrt();
+    let root = |i: usize| probe.0.system().mass()[free[i] / d].sqrt();
     for i in 0..free.len() {
         for j in 0..free.len() {
             k[(i, j)] /= root(i) * root(j);

@@ -42,7 +42,7 @@ impl EnergyTerm for CubicChain {
             }
         });
     }
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         Self::differences(x, |i, d| {
             let right = p.get(i).copied().unwrap_or(0.0);
             let left = if i > 0 { p[i - 1] } else { 0.0 };

@@ -123,17 +123,17 @@ impl Probe {
     }
 
     /// `d2E/dx2` [N/m], column by column.
-    pub(crate) fn stiffness(&self, x: &[f64]) -> DMatrix<f64> {
+    pub(crate) fn stiffness(&mut self, x: &[f64]) -> DMatrix<f64> {
         self.stiffness_between(x, &(0..x.len()).collect::<Vec<_>>())
     }
 
     /// The rows and columns `of` these unknowns of the stiffness.
-    pub(crate) fn stiffness_between(&self, x: &[f64], of: &[usize]) -> DMatrix<f64> {
+    pub(crate) fn stiffness_between(&mut self, x: &[f64], of: &[usize]) -> DMatrix<f64> {
         let mut k = DMatrix::zeros(of.len(), of.len());
         let (mut unit, mut column) = (vec![0.0; x.len()], vec![0.0; x.len()]);
         for (j, &unknown) in of.iter().enumerate() {
             unit[unknown] = 1.0;
-            self.0.system().hessian_product(x, &unit, &mut column);
+            self.0.system_mut().hessian_product(x, &unit, &mut column);
             unit[unknown] = 0.0;
             for (i, &row) in of.iter().enumerate() {
                 k[(i, j)] = column[row];

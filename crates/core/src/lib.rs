@@ -1,7 +1,35 @@
 //! `pliant`: a simulator of deformable things.
 //!
 //! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic elements, springs,
-//! gravity. All quantities are in SI units.
+//! gravity. Whoever adds a model writes an energy; everything else follows. All quantities are in SI units; arrays of positions
+//! and velocities are flat, `(n, dimension)`, in `f64`.
+//!
+//! ```
+//! use pliant::assembly::UnstableStep;
+//! use pliant::scene::{Scene, SceneError};
+//!
+//! let scene = Scene::from_toml(
+//!     "dimension = 2
+//!      time = { integrator = 'velocity-verlet', step = 1e-3, duration = 1.0 }
+//!      [[body]]
+//!      mesh = { grid = { cells = [4, 1], spacing = 0.1 } }
+//!      elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+//!      mass = { density = 1000.0 }
+//!      velocity = { rigid = { linear = [1.0, 0.0] } }",
+//! )?;
+//! let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation;
+//! for _ in 0..1000 {
+//!     simulation.step()?;
+//! }
+//! assert!((simulation.state().x()[0] - 1.0).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # The way through
+//! [`scene`] turns text into plain data, [`assembly`] builds meshes and energies from it, [`simulation::Simulation`] takes steps,
+//! [`run::run`] drives a whole run and shows frames to [`observer::Observer`]s; [`record`] is one that writes MCAP files.
+//! [`system::System`] holds the equations, made of [`energy`] terms; [`integrator`] the schemes, [`material`] the energy densities,
+//! [`element`] and [`mesh`] the geometry. [`scalar`], [`lanes`] and [`algebra`] are what kernels are written in.
 
 // Inside a function the symbols of the paper are clearer than words.
 #![allow(non_snake_case)]

@@ -14,7 +14,7 @@ const ENERGY_GROWTH_BOUND: f64 = 1e3;
 /// How far to go and how often to show a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Simulated time [s]; the last step is the first that reaches it.
+    /// Simulated time [s]; the run ends with the step nearest to it.
     pub duration: f64,
     /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`, and at the end.
     pub rate: f64,
@@ -23,8 +23,8 @@ pub struct Plan {
 impl Plan {
     /// Number of steps of size `h` that the plan takes.
     pub fn steps(&self, h: f64) -> u64 {
-        // A duration that is a whole number of steps but for rounding is that number of steps.
-        (self.duration / h - 1e-9 * (self.duration / h).max(1.0)).ceil().max(0.0) as u64
+        let steps = (self.duration / h).round() as u64;
+        if self.duration > 0.0 { steps.max(1) } else { 0 }
     }
 
     /// Number of frames, the first and the last included.
@@ -242,7 +242,7 @@ impl Run<'_, '_> {
             energy,
             start: self.start.total,
             step_size: self.simulation.step_size(),
-            stable_step: self.simulation.stability_limit(state.time).step,
+            stable_step: self.simulation.stable_step(),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! A system, its state and a scheme: the stepper.
 
-use crate::diagnostics::{Diagnostics, StabilityLimit, largest_frequency, stability_limit};
+use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::observer::Work;
@@ -17,6 +17,8 @@ pub struct Simulation {
     step_size: f64,
     /// Velocities before the drag of a step that may fail; empty without drag.
     undamped: Vec<f64>,
+    /// The stability limit at the start, once somebody has asked for it.
+    stability: Option<StabilityLimit>,
 }
 
 /// A step could not be taken; the state is still the last good one.
@@ -24,7 +26,7 @@ pub struct Simulation {
 #[non_exhaustive]
 pub enum StepError {
     /// A position, velocity or force is not finite.
-    #[error("step {step} (t = {time:.6} s) cannot be taken: {}{}", cause(.fault, .vertex), stable_step_hint(*.step_size, *.stable_step))]
+    #[error("step {step} (t = {time:.6} s) cannot be taken: {}{}", cause(.fault, .vertex), advice(.fault, *.step_size, *.stable_step))]
     NotFinite {
         /// The step that was tried, from 1.
         step: u64,
@@ -36,13 +38,13 @@ pub enum StepError {
         vertex: Option<usize>,
         /// The step size that was tried [s].
         step_size: f64,
-        /// Largest stable step at the last good state [s].
-        stable_step: f64,
+        /// Largest stable step at the start [s], where it is known.
+        stable_step: Option<f64>,
     },
     /// The total energy has grown beyond any physical cause.
     #[error(
         "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
-        stable_step_hint(*.step_size, *.stable_step)
+        advice(&None, *.step_size, *.stable_step)
     )]
     Unstable {
         /// Steps taken.
@@ -55,8 +57,8 @@ pub enum StepError {
         start: f64,
         /// The step size [s].
         step_size: f64,
-        /// Largest stable step at the start [s].
-        stable_step: f64,
+        /// Largest stable step at the start [s], where it is known.
+        stable_step: Option<f64>,
     },
 }
 
@@ -68,12 +70,23 @@ fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
     }
 }
 
-fn stable_step_hint(step: f64, stable: f64) -> String {
-    if step > stable {
-        format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
-    } else {
-        "; a smaller step, or a material that allows inversion, would help".into()
+/// What to change.
+fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
+    let half = 0.5 * step;
+    let mut advice = match stable {
+        Some(stable) if step > stable => {
+            format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
+        }
+        Some(stable) if stable.is_finite() => format!(
+            "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try a smaller step, \
+             {half:.4e} s"
+        ),
+        _ => format!("; try a smaller step, {half:.4e} s"),
+    };
+    if matches!(fault, Some(Fault::Element { j, .. }) if *j <= 0.0) {
+        advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }
+    advice
 }
 
 impl Simulation {
@@ -93,15 +106,19 @@ impl Simulation {
         }
         let integrator = method.build(state.x().len());
         let undamped = if system.ether_drag() == 0.0 { vec![] } else { state.v().to_vec() };
-        Simulation { system, state, method, integrator, step_size, undamped }
+        Simulation { system, state, method, integrator, step_size, undamped, stability: None }
     }
 
     /// Takes one step.
+    ///
+    /// A state counts as good where its force is finite, so the force at the new positions belongs to the step. Nothing is
+    /// computed twice: the next step begins with it.
     ///
     /// # Errors
     /// [`StepError::NotFinite`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
+        self.ensure_force()?;
         let drag = self.system.ether_drag();
         // Strang splitting: half of the drag before the step and half after keeps second order.
         let half_drag = (-0.5 * drag * h).exp();
@@ -110,9 +127,7 @@ impl Simulation {
             self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
         }
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
-            if drag != 0.0 {
-                self.state.v_mut().copy_from_slice(&self.undamped);
-            }
+            self.restore_velocities();
             return Err(self.not_finite(fault));
         }
         if drag != 0.0 {
@@ -126,27 +141,50 @@ impl Simulation {
         if moved {
             self.state.acceleration_is_current = false;
         }
+        if let Err(error) = self.ensure_force() {
+            self.integrator.undo(&mut self.state);
+            self.restore_velocities();
+            return Err(error);
+        }
         self.state.step += 1;
         // A product, not a sum: no rounding accumulates.
         self.state.time = self.state.step as f64 * h;
         Ok(())
     }
 
-    /// The error of a step from the present state, which has no finite energy.
+    /// Computes the force at the present positions, unless it is known.
+    fn ensure_force(&mut self) -> Result<(), StepError> {
+        if self.state.ensure_acceleration(&mut self.system) {
+            return Ok(());
+        }
+        Err(self.not_finite_here())
+    }
+
+    fn restore_velocities(&mut self) {
+        if !self.undamped.is_empty() {
+            self.state.v_mut().copy_from_slice(&self.undamped);
+        }
+    }
+
+    /// The error of a step from or to the present state, which has no finite force or energy.
     pub(crate) fn not_finite_here(&self) -> StepError {
         self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()))
     }
 
     fn not_finite(&self, StepFault { fault, vertex }: StepFault) -> StepError {
-        let stable = self.stability_limit(self.step_size * 1e3).step;
         StepError::NotFinite {
             step: self.state.step + 1,
             time: self.state.time,
             fault,
             vertex,
             step_size: self.step_size,
-            stable_step: stable,
+            stable_step: self.stable_step(),
         }
+    }
+
+    /// The largest stable step at the start, where it is known [s].
+    pub(crate) fn stable_step(&self) -> Option<f64> {
+        self.stability.map(|s| s.step)
     }
 
     /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place. Time and
@@ -158,7 +196,10 @@ impl Simulation {
     /// # Panics
     /// If the arrays have not the length of the state's.
     pub fn advance(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
-        self.state.x_mut().copy_from_slice(x);
+        // From where the last step ended, the force is known.
+        if self.state.x() != x {
+            self.state.x_mut().copy_from_slice(x);
+        }
         self.state.v_mut().copy_from_slice(v);
         self.step()?;
         x.copy_from_slice(self.state.x());
@@ -181,6 +222,11 @@ impl Simulation {
         &self.system
     }
 
+    /// The equations of motion, to be evaluated.
+    pub fn system_mut(&mut self) -> &mut System {
+        &mut self.system
+    }
+
     /// The scheme.
     pub fn method(&self) -> &'static Method {
         self.method
@@ -194,6 +240,11 @@ impl Simulation {
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
         Diagnostics::measure(&mut self.system, self.state.time, self.state.x(), self.state.v())
+    }
+
+    /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
+    pub fn element_states(&self) -> Vec<ElementState> {
+        self.system.terms().iter().flat_map(|t| t.element_states(self.state.x())).collect()
     }
 
     /// Diagonal of the bounding box of all vertices, now [m].
@@ -212,10 +263,14 @@ impl Simulation {
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
-    /// to schemes that gain energy at any step.
-    pub fn stability_limit(&self, duration: f64) -> StabilityLimit {
-        let frequency = largest_frequency(&self.system, self.state.x()).frequency;
-        stability_limit(self.method, frequency, self.system.ether_drag(), duration)
+    /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
+    pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
+        let frequency = largest_frequency(&mut self.system, self.state.x()).frequency;
+        let limit = stability_limit(self.method, frequency, self.system.ether_drag(), duration);
+        if self.state.step == 0 {
+            self.stability = Some(limit);
+        }
+        limit
     }
 
     /// Bytes held: the state, the system, the scheme's scratch memory.

@@ -1,5 +1,8 @@
 //! The state of a simulation: time, positions, velocities.
 
+use crate::integrator::all_finite;
+use crate::system::System;
+
 /// Time, positions and velocities, and the acceleration that belongs to those positions once it has been computed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
@@ -51,6 +54,15 @@ impl State {
     /// moved anything.
     pub(crate) fn both_mut(&mut self) -> (&mut [f64], &mut [f64]) {
         (&mut self.x, &mut self.v)
+    }
+
+    /// Computes the acceleration at the present positions unless it is known; false where it is not finite.
+    pub(crate) fn ensure_acceleration(&mut self, system: &mut System) -> bool {
+        if !self.acceleration_is_current {
+            system.acceleration(&self.x, &mut self.acceleration);
+            self.acceleration_is_current = all_finite(&self.acceleration);
+        }
+        self.acceleration_is_current
     }
 
     /// Takes over `x` and `v`, handing back the previous ones in their place.

@@ -134,9 +134,9 @@ impl System {
     }
 
     /// `y = d2E/dx2 p` [N], written over `y`; pinned vertices included.
-    pub fn hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+    pub fn hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         y.fill(0.0);
-        for term in &self.terms {
+        for term in &mut self.terms {
             term.add_hessian_product(x, p, y);
         }
     }

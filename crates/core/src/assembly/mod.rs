@@ -104,7 +104,7 @@ fn assemble<const D: usize, const N: usize>(
     system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
 
     let state = State::new(position, velocity);
-    let simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
+    let mut simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
     let stability = simulation.stability_limit(scene.time.duration);
     if unstable == UnstableStep::Refuse
         && let Some(problem) = scene.unstable_step(&stability)

@@ -23,8 +23,10 @@ pub struct Diagnostics {
     pub inverted: Option<u64>,
 }
 
+mod elements;
 mod stability;
 
+pub use elements::ElementState;
 pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
 
 use crate::energy::EnergyKind;

@@ -52,7 +52,7 @@ impl EnergyTerm for UniformGravity {
         }
     }
 
-    fn add_hessian_product(&self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
+    fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         None

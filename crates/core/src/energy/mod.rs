@@ -6,6 +6,8 @@ pub mod nbody;
 pub mod patch;
 pub mod spring;
 
+use crate::diagnostics::ElementState;
+
 /// Which sum of the diagnostics an energy belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnergyKind {
@@ -101,7 +103,7 @@ pub trait EnergyTerm: Send + Sync {
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]);
 
     /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`.
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]);
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
     /// The first place where `x` has no finite energy or force; called only after something went wrong.
     fn fault(&self, x: &[f64]) -> Option<Fault>;
@@ -110,6 +112,12 @@ pub trait EnergyTerm: Send + Sync {
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let _ = x;
         None
+    }
+
+    /// Deformation and stress of every element, in the order of the mesh; empty for terms without elements.
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let _ = x;
+        vec![]
     }
 
     /// Bytes held, for the memory report.

@@ -40,8 +40,42 @@ impl<const D: usize> Scratch<D> {
         Self::default()
     }
 
+    /// Bytes that patches of up to `rows` vertices touch; the rest of the buffers is never backed by memory.
+    pub fn bytes(rows: usize) -> usize {
+        3 * 8 * rows * Rows::<D>::STRIDE
+    }
+}
+
+/// What a term made of stencils computes in: nothing is allocated in a step.
+#[derive(Debug)]
+pub struct Workspace<const D: usize> {
+    /// A piece for each task that may run at the same time.
+    scratch: Vec<Scratch<D>>,
+    /// Rows of sums, patch by patch.
+    sums: Vec<f64>,
+    /// A number for each patch.
+    parts: Vec<f64>,
+    bytes: usize,
+}
+
+impl<const D: usize> Workspace<D> {
+    /// What `patches` need.
+    pub fn new<const N: usize>(patches: &Patches<N>) -> Self {
+        let count = patches.patches.len();
+        let tasks = if count < PARALLEL_FROM_PATCHES { 1 } else { count.min(MAX_TASKS) };
+        let (sums, parts) = (vec![0.0; count * patches.per_patch::<D>()], vec![0.0; count]);
+        Workspace {
+            scratch: (0..tasks).map(|_| Scratch::new()).collect(),
+            bytes: 8 * (sums.len() + parts.len()) + tasks * Scratch::<D>::bytes(patches.stride),
+            sums,
+            parts,
+        }
+    }
+
     /// Bytes held.
-    pub const BYTES: usize = 2 * 8 * Rows::<D>::CAPACITY * Rows::<D>::STRIDE;
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
 }
 
 /// One patch.
@@ -169,26 +203,65 @@ impl<const N: usize> Patches<N> {
         self.row_start.push(self.vertices.len() as u32);
     }
 
-    /// An array of sums, `stride` rows for every patch.
-    pub fn sums<const D: usize>(&self) -> Vec<f64> {
-        vec![0.0; self.patches.len() * self.per_patch::<D>()]
-    }
-
     /// Numbers that a patch has in an array of sums.
-    pub fn per_patch<const D: usize>(&self) -> usize {
+    fn per_patch<const D: usize>(&self) -> usize {
         self.stride * Rows::<D>::STRIDE
     }
 
-    /// Scratch memory for [`for_each`](Self::for_each): a piece for each task that may run at the same time.
-    pub fn scratch<const D: usize>(&self) -> Vec<Scratch<D>> {
-        let tasks =
-            if self.patches.len() < PARALLEL_FROM_PATCHES { 1 } else { self.patches.len().min(MAX_TASKS) };
-        (0..tasks).map(|_| Scratch::new()).collect()
+    /// Adds to `g` the gradient rows that `kernel` fills for each patch. It finds the positions `x` of its vertices in its
+    /// scratch memory, and, if there is a `direction`, that too.
+    pub fn accumulate<const D: usize>(
+        &self,
+        workspace: &mut Workspace<D>,
+        x: &[f64],
+        direction: Option<&[f64]>,
+        g: &mut [f64],
+        kernel: impl Fn(&Patch, &mut Scratch<D>) + Sync + Send,
+    ) {
+        let Workspace { scratch, sums, .. } = workspace;
+        self.for_each(scratch, sums, self.per_patch::<D>(), |patch, scratch, out| {
+            let vertices = &self.vertices[patch.vertices.clone()];
+            scratch.position.load_vertices(x, vertices);
+            if let Some(direction) = direction {
+                scratch.direction.load_vertices(direction, vertices);
+            }
+            scratch.gradient.clear(vertices.len());
+            kernel(patch, scratch);
+            out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
+        });
+        self.gather::<D>(&workspace.sums, g);
+    }
+
+    /// The sum, in the order of the patches, of what `kernel` gives for each.
+    pub fn sum<const D: usize>(
+        &self,
+        workspace: &mut Workspace<D>,
+        x: &[f64],
+        kernel: impl Fn(&Patch, &mut Scratch<D>) -> f64 + Sync + Send,
+    ) -> f64 {
+        let mut parts = std::mem::take(&mut workspace.parts);
+        self.map(workspace, x, &mut parts, kernel);
+        workspace.parts = parts;
+        workspace.parts.iter().sum()
+    }
+
+    /// Writes what `kernel` gives for each patch to `out`.
+    pub fn map<const D: usize, R: Send>(
+        &self,
+        workspace: &mut Workspace<D>,
+        x: &[f64],
+        out: &mut [R],
+        kernel: impl Fn(&Patch, &mut Scratch<D>) -> R + Sync + Send,
+    ) {
+        self.for_each(&mut workspace.scratch, out, 1, |patch, scratch, out| {
+            scratch.position.load_vertices(x, &self.vertices[patch.vertices.clone()]);
+            out[0] = kernel(patch, scratch);
+        });
     }
 
     /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads where there is enough to
     /// do. What is computed does not depend on which thread computes it.
-    pub fn for_each<const D: usize, R: Send>(
+    fn for_each<const D: usize, R: Send>(
         &self,
         scratch: &mut [Scratch<D>],
         out: &mut [R],
@@ -213,7 +286,7 @@ impl<const N: usize> Patches<N> {
     }
 
     /// Adds the rows of every vertex, in the order of the patches, to its `D` components of `g`.
-    pub fn gather<const D: usize>(&self, sums: &[f64], g: &mut [f64]) {
+    fn gather<const D: usize>(&self, sums: &[f64], g: &mut [f64]) {
         for (&v, rows) in self.touched.iter().zip(self.row_start.windows(2)) {
             let out = &mut g[v as usize * D..v as usize * D + D];
             for &row in &self.rows[rows[0] as usize..rows[1] as usize] {
@@ -224,11 +297,19 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// Original number, patch, pack and lane of every stencil, in the order of the patches.
-    pub fn stencils(&self) -> impl Iterator<Item = (u32, usize, usize)> {
-        let packs = self.stencil.iter().enumerate();
-        packs.flat_map(|(pack, lanes)| {
-            lanes.iter().enumerate().filter_map(move |(lane, stencil)| stencil.map(|s| (s, pack, lane)))
+    /// Every stencil, patch by patch: its original number, its global vertices, its pack and its lane.
+    pub fn stencils(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
+        self.patches.iter().flat_map(move |patch| {
+            let vertices = &self.vertices[patch.vertices.clone()];
+            patch.packs.clone().flat_map(move |pack| {
+                (0..WIDTH).filter_map(move |lane| {
+                    let mut global = [0; N];
+                    for node in 0..N {
+                        global[node] = vertices[self.index[pack][node][lane] as usize];
+                    }
+                    self.stencil[pack][lane].map(|stencil| (stencil as usize, global, pack, lane))
+                })
+            })
         })
     }
 

@@ -1,6 +1,6 @@
 //! Linear springs.
 
-use super::patch::{Patch, Patches, Scratch};
+use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{EnergyKind, EnergyTerm, Fault};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::Scalar;
@@ -13,9 +13,7 @@ pub struct Springs<const D: usize> {
     body: String,
     patches: Patches<2>,
     packs: Vec<SpringPack>,
-    scratch: Vec<Scratch<D>>,
-    sums: Vec<f64>,
-    parts: Vec<f64>,
+    workspace: Workspace<D>,
 }
 
 /// Constants of `WIDTH` springs; zero stiffness in lanes without a spring of their own.
@@ -42,32 +40,18 @@ impl<const D: usize> Springs<D> {
         let patches = Patches::new::<D>(edges, vertex_count);
         let empty = SpringPack { stiffness: [0.0; WIDTH], rest_length: [0.0; WIDTH] };
         let mut packs = vec![empty; patches.index.len()];
-        for (spring, pack, lane) in patches.stencils() {
-            packs[pack].stiffness[lane] = stiffness[spring as usize];
-            packs[pack].rest_length[lane] = rest_length[spring as usize];
+        for (spring, _, pack, lane) in patches.stencils() {
+            packs[pack].stiffness[lane] = stiffness[spring];
+            packs[pack].rest_length[lane] = rest_length[spring];
         }
-        Springs {
-            body: body.into(),
-            scratch: patches.scratch(),
-            sums: patches.sums::<D>(),
-            parts: vec![0.0; patches.patches.len()],
-            patches,
-            packs,
-        }
+        Springs { body: body.into(), workspace: Workspace::new(&patches), patches, packs }
     }
 
     /// Every spring with its ends (global), stiffness and rest length.
     fn springs(&self) -> impl Iterator<Item = (usize, [usize; 2], f64, f64)> {
-        self.patches.patches.iter().flat_map(move |patch| {
-            let vertices = &self.patches.vertices[patch.vertices.clone()];
-            patch.packs.clone().flat_map(move |pack| {
-                let lanes = self.patches.stencil[pack].iter().enumerate();
-                lanes.filter_map(move |(lane, spring)| {
-                    let end = |node: usize| vertices[self.patches.index[pack][node][lane] as usize] as usize;
-                    let SpringPack { stiffness, rest_length } = self.packs[pack];
-                    spring.map(|s| (s as usize, [end(0), end(1)], stiffness[lane], rest_length[lane]))
-                })
-            })
+        self.patches.stencils().map(|(spring, ends, pack, lane)| {
+            let SpringPack { stiffness, rest_length } = &self.packs[pack];
+            (spring, ends.map(|v| v as usize), stiffness[lane], rest_length[lane])
         })
     }
 }
@@ -82,33 +66,19 @@ impl<const D: usize> EnergyTerm for Springs<D> {
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let (patches, packs) = (&self.patches, &self.packs);
-        patches.for_each(&mut self.scratch, &mut self.parts, 1, |patch, scratch, out| {
-            scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch(EnergyKernel { patches, packs, patch, scratch });
-        });
-        self.parts.iter().sum()
+        let Springs { patches, packs, workspace, .. } = self;
+        patches.sum(workspace, x, |patch, scratch| dispatch(EnergyKernel { patches, packs, patch, scratch }))
     }
 
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
-        let (patches, packs) = (&self.patches, &self.packs);
-        patches.for_each(
-            &mut self.scratch,
-            &mut self.sums,
-            patches.per_patch::<D>(),
-            |patch, scratch, out| {
-                let vertices = &patches.vertices[patch.vertices.clone()];
-                scratch.position.load_vertices(x, vertices);
-                scratch.gradient.clear(vertices.len());
-                dispatch(GradientKernel { patches, packs, patch, scratch });
-                out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
-            },
-        );
-        patches.gather::<D>(&self.sums, g);
+        let Springs { patches, packs, workspace, .. } = self;
+        patches.accumulate(workspace, x, None, g, |patch, scratch| {
+            dispatch(GradientKernel { patches, packs, patch, scratch });
+        });
     }
 
     /// `H = k [n n^T + (1 - l0/l) (I - n n^T)]` on the difference of the two ends (verified against differences).
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         for (_, [a, b], k, rest) in self.springs() {
             let (mut d, mut dp, mut l2) = ([0.0; D], [0.0; D], 0.0);
             for c in 0..D {
@@ -141,10 +111,7 @@ impl<const D: usize> EnergyTerm for Springs<D> {
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes()
-            + size_of_val(&self.packs[..])
-            + 8 * (self.sums.len() + self.parts.len())
-            + self.scratch.len() * Scratch::<D>::BYTES
+        self.patches.bytes() + size_of_val(&self.packs[..]) + self.workspace.bytes()
     }
 }
 

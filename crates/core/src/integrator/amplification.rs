@@ -56,7 +56,7 @@ impl EnergyTerm for Oscillator {
             *g += x;
         }
     }
-    fn add_hessian_product(&self, _x: &[f64], p: &[f64], y: &mut [f64]) {
+    fn add_hessian_product(&mut self, _x: &[f64], p: &[f64], y: &mut [f64]) {
         for (y, p) in y.iter_mut().zip(p) {
             *y += p;
         }

@@ -15,7 +15,7 @@ pub const METHOD: Method = Method {
         stability_limit: 0.0,
         symplectic: false,
         conserves: "nothing else",
-        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, eq. I.7.3",
+        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, section I.7",
     },
     scheme: Scheme::RungeKutta(Tableau { a: &[&[]], b: &[1.0] }),
 };

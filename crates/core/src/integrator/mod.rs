@@ -114,6 +114,9 @@ pub trait Integrator: Send + Sync {
     /// [`StepFault`] where a force or the new state is not finite. `state` is then what it was before.
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault>;
 
+    /// Takes back the positions and velocities of the last [`step`](Self::step), to the last bit; once.
+    fn undo(&mut self, state: &mut State);
+
     /// Bytes of scratch memory held.
     fn bytes(&self) -> usize;
 }
@@ -136,7 +139,7 @@ impl StepFault {
 }
 
 /// Whether all are finite; a sum instead of a test for each, so that it vectorises.
-fn all_finite(values: &[f64]) -> bool {
+pub(crate) fn all_finite(values: &[f64]) -> bool {
     let mut sums = [0.0; 8];
     let chunks = values.chunks_exact(8);
     let rest: f64 = chunks.remainder().iter().map(|x| x * 0.0).sum();

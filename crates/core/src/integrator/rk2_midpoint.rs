@@ -14,7 +14,7 @@ pub const METHOD: Method = Method {
         stability_limit: 0.0,
         symplectic: false,
         conserves: "nothing else",
-        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, eq. II.1.4",
+        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, section II.1",
     },
     scheme: Scheme::RungeKutta(Tableau { a: &[&[], &[0.5]], b: &[0.0, 1.0] }),
 };

@@ -14,7 +14,7 @@ pub const METHOD: Method = Method {
         stability_limit: 2.828_427_124_746_19,
         symplectic: false,
         conserves: "nothing else",
-        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, table II.1.2",
+        source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, section II.1",
     },
     scheme: Scheme::RungeKutta(Tableau {
         a: &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]],

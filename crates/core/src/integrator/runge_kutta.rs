@@ -56,7 +56,11 @@ impl Integrator for RungeKutta {
         let Tableau { a, b } = self.tableau;
         for stage in 0..b.len() {
             self.combine(state, h, a[stage]);
-            system.acceleration(&self.x, &mut self.acceleration[stage]);
+            if stage == 0 && state.acceleration_is_current {
+                self.acceleration[0].copy_from_slice(&state.acceleration);
+            } else {
+                system.acceleration(&self.x, &mut self.acceleration[stage]);
+            }
             self.velocity[stage].copy_from_slice(&self.v);
             if !all_finite(&self.acceleration[stage]) {
                 return Err(StepFault::at(system, &self.x, &self.v));
@@ -69,6 +73,12 @@ impl Integrator for RungeKutta {
         state.swap(&mut self.x, &mut self.v);
         state.acceleration_is_current = false;
         Ok(())
+    }
+
+    fn undo(&mut self, state: &mut State) {
+        // The swap at the end of the step left the old state here.
+        state.swap(&mut self.x, &mut self.v);
+        state.acceleration_is_current = false;
     }
 
     fn bytes(&self) -> usize {

@@ -14,7 +14,7 @@ pub const METHOD: Method = Method {
         stability_limit: 2.0,
         symplectic: true,
         conserves: "angular momentum; energy up to a bounded oscillation of order h",
-        source: "Hairer, Lubich, Wanner 2006, Geometric Numerical Integration, eq. I.1.9",
+        source: "Hairer, Lubich, Wanner 2006, Geometric Numerical Integration, section I.1.2",
     },
     scheme: Scheme::Splitting(&[Kick(1.0), Drift(1.0)]),
 };

@@ -29,7 +29,7 @@ pub const METHOD: Method = Method {
         stability_limit: 1.573_401_947_435_6,
         symplectic: true,
         conserves: "angular momentum; energy up to a bounded oscillation of order h^4",
-        source: "Yoshida 1990, Physics Letters A 150, eq. 2.12",
+        source: "Yoshida 1990, Physics Letters A 150, 262-268",
     },
     scheme: Scheme::Splitting(&STAGES),
 };

@@ -37,7 +37,7 @@ pub trait MaterialVisitor<const D: usize> {
     /// What comes out.
     type Output;
     /// Called once, with the model.
-    fn visit<M: Material<D> + Clone>(self, material: M) -> Self::Output;
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output;
 }
 
 /// `"name" => file::Type(Parameters);` for each model.

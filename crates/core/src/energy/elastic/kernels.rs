@@ -19,8 +19,12 @@ fn deformation_gradient<L: Lanes, const D: usize, const N: usize>(
     inverse_rest: &Mat<L, D>,
 ) -> Mat<L, D> {
     let mut x = [[L::zero(); D]; N];
-    for node in 0..N {
-        x[node] = L::gather(rows, &index[node]);
+    // Written out: the compiler does not unroll a loop around so much code, and then keeps `x` in memory.
+    x[0] = L::gather(rows, &index[0]);
+    x[1] = L::gather(rows, &index[1]);
+    x[2] = L::gather(rows, &index[2]);
+    if N == 4 {
+        x[3] = L::gather(rows, &index[3]);
     }
     edge_matrix(&x).mul(inverse_rest)
 }
@@ -33,8 +37,12 @@ fn scatter<L: Lanes, const D: usize, const N: usize>(
     h: &Mat<L, D>,
 ) {
     let gradients: [[L; D]; N] = vertex_gradients(h);
-    for node in 0..N {
-        L::scatter_add(rows, &index[node], gradients[node]);
+    // Written out, as in `deformation_gradient`.
+    L::scatter_add(rows, &index[0], gradients[0]);
+    L::scatter_add(rows, &index[1], gradients[1]);
+    L::scatter_add(rows, &index[2], gradients[2]);
+    if N == 4 {
+        L::scatter_add(rows, &index[3], gradients[3]);
     }
 }
 

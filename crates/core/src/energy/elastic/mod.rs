@@ -4,9 +4,10 @@ mod kernels;
 
 use kernels::{DeformationKernel, EnergyKernel, GradientKernel, HessianKernel};
 
-use super::patch::{Patches, Scratch};
+use super::patch::{Patches, Workspace};
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::algebra::Mat;
+use crate::diagnostics::ElementState;
 use crate::element::{SimplexPack, edge_matrix, simplex_rest};
 use crate::lanes::{dispatch, dispatch_compact};
 use crate::material::{Domain, Material};
@@ -19,10 +20,7 @@ pub struct Elastic<M, const D: usize, const N: usize> {
     stress: Stress,
     patches: Patches<N>,
     packs: Vec<SimplexPack<D>>,
-    scratch: Vec<Scratch<D>>,
-    sums: Vec<f64>,
-    /// One number per patch.
-    parts: Vec<f64>,
+    workspace: Workspace<D>,
 }
 
 impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
@@ -35,41 +33,22 @@ impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
         assert_eq!(N, D + 1, "a simplex has one vertex more than dimensions");
         let patches = Patches::new::<D>(elements, rest.len() / D);
         let mut packs = vec![SimplexPack::new(); patches.index.len()];
-        for (element, pack, lane) in patches.stencils() {
-            let (inverse_rest, weight) = simplex_rest(&points_of(rest, &elements[element as usize]));
+        for (element, vertices, pack, lane) in patches.stencils() {
+            let (inverse_rest, weight) = simplex_rest(&points_of(rest, &vertices));
             assert!(weight > 0.0, "element {element} of {body} has volume {weight}");
             packs[pack].set(lane, &inverse_rest, weight);
         }
         for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
             pack.fill_up(stencils.iter().flatten().count());
         }
-        Elastic {
-            body: body.into(),
-            material,
-            stress,
-            scratch: patches.scratch(),
-            sums: patches.sums::<D>(),
-            parts: vec![0.0; patches.patches.len()],
-            patches,
-            packs,
-        }
+        Elastic { body: body.into(), material, stress, workspace: Workspace::new(&patches), patches, packs }
     }
 
     /// The elements with their global vertices and rest data, in the order of the patches, one at a time.
     fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], Mat<f64, D>, f64)> {
-        self.patches.patches.iter().flat_map(move |patch| {
-            let vertices = &self.patches.vertices[patch.vertices.clone()];
-            patch.packs.clone().flat_map(move |pack| {
-                let lanes = self.patches.stencil[pack].iter().enumerate();
-                lanes.filter_map(move |(lane, element)| {
-                    let mut global = [0; N];
-                    for node in 0..N {
-                        global[node] = vertices[self.patches.index[pack][node][lane] as usize];
-                    }
-                    let (inverse_rest, weight) = self.packs[pack].lane(lane);
-                    element.map(|e| (e as usize, global, inverse_rest, weight))
-                })
-            })
+        self.patches.stencils().map(|(element, vertices, pack, lane)| {
+            let (inverse_rest, weight) = self.packs[pack].lane(lane);
+            (element, vertices, inverse_rest, weight)
         })
     }
 }
@@ -83,7 +62,7 @@ fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> 
     points
 }
 
-impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D, N> {
+impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D, N> {
     fn name(&self) -> String {
         format!("elements of `{}`", self.body)
     }
@@ -93,89 +72,77 @@ impl<M: Material<D>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
-        patches.for_each(&mut self.scratch, &mut self.parts, 1, |patch, scratch, out| {
-            scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch_compact(EnergyKernel { material, patches, packs, patch, scratch });
-        });
-        self.parts.iter().sum()
+        let Elastic { patches, packs, material, workspace, .. } = self;
+        patches.sum(workspace, x, |patch, scratch| {
+            dispatch_compact(EnergyKernel { material, patches, packs, patch, scratch })
+        })
     }
 
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
-        let (patches, packs, material, stress) = (&self.patches, &self.packs, &self.material, self.stress);
-        patches.for_each(
-            &mut self.scratch,
-            &mut self.sums,
-            patches.per_patch::<D>(),
-            |patch, scratch, out| {
-                let vertices = &patches.vertices[patch.vertices.clone()];
-                scratch.position.load_vertices(x, vertices);
-                scratch.gradient.clear(vertices.len());
-                match stress {
-                    Stress::Analytic => {
-                        dispatch(GradientKernel::<_, D, N, false> {
-                            material,
-                            patches,
-                            packs,
-                            patch,
-                            scratch,
-                        });
-                    }
-                    Stress::Autodiff => {
-                        dispatch_compact(GradientKernel::<_, D, N, true> {
-                            material,
-                            patches,
-                            packs,
-                            patch,
-                            scratch,
-                        });
-                    }
-                }
-                out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
-            },
-        );
-        patches.gather::<D>(&self.sums, g);
+        let Elastic { patches, packs, material, workspace, stress, .. } = self;
+        match stress {
+            Stress::Analytic => patches.accumulate(workspace, x, None, g, |patch, scratch| {
+                dispatch(GradientKernel::<_, D, N, false> { material, patches, packs, patch, scratch });
+            }),
+            Stress::Autodiff => patches.accumulate(workspace, x, None, g, |patch, scratch| {
+                dispatch_compact(GradientKernel::<_, D, N, true> {
+                    material,
+                    patches,
+                    packs,
+                    patch,
+                    scratch,
+                });
+            }),
+        }
     }
 
-    fn add_hessian_product(&self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let (patches, packs, material) = (&self.patches, &self.packs, &self.material);
-        let (mut scratch, mut sums) = (patches.scratch(), patches.sums::<D>());
-        patches.for_each(&mut scratch, &mut sums, patches.per_patch::<D>(), |patch, scratch, out| {
-            let vertices = &patches.vertices[patch.vertices.clone()];
-            scratch.position.load_vertices(x, vertices);
-            scratch.direction.load_vertices(p, vertices);
-            scratch.gradient.clear(vertices.len());
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let Elastic { patches, packs, material, workspace, .. } = self;
+        patches.accumulate(workspace, x, Some(p), y, |patch, scratch| {
             dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
-            out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
         });
-        patches.gather::<D>(&sums, y);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.elements().find_map(|(element, vertices, inverse_rest, _)| {
             let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
             let j = f.determinant();
-            let outside = self.material.domain() == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
+            let outside =
+                Material::<D>::domain(&self.material) == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
             let finite = self.material.pk1(&f).norm_squared().is_finite();
             (outside || !finite).then(|| Fault::Element { body: self.body.clone(), element, j })
         })
     }
 
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let (patches, packs) = (&self.patches, &self.packs);
+        let Elastic { patches, packs, workspace, .. } = self;
         let mut parts =
             vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
-        patches.for_each(&mut self.scratch, &mut parts, 1, |patch, scratch, out| {
-            scratch.position.load_vertices(x, &patches.vertices[patch.vertices.clone()]);
-            out[0] = dispatch_compact(DeformationKernel { patches, packs, patch, scratch });
+        patches.map(workspace, x, &mut parts, |patch, scratch| {
+            dispatch_compact(DeformationKernel { patches, packs, patch, scratch })
         });
         parts.into_iter().reduce(DeformationExtremes::merge)
     }
 
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let mut states: Vec<(usize, ElementState)> = self
+            .elements()
+            .map(|(element, vertices, inverse_rest, _)| {
+                let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
+                // In plane strain the third axis is neither stretched nor turned, but carries stress.
+                let mut in_space = Mat::<f64, 3>::identity();
+                for i in 0..D {
+                    in_space[i][..D].copy_from_slice(&f[i]);
+                }
+                let first_piola = Material::<3>::pk1(&self.material, &in_space);
+                (element, ElementState { deformation_gradient: in_space, first_piola })
+            })
+            .collect();
+        states.sort_unstable_by_key(|(element, _)| *element);
+        states.into_iter().map(|(_, state)| state).collect()
+    }
+
     fn bytes(&self) -> usize {
-        self.patches.bytes()
-            + size_of_val(&self.packs[..])
-            + 8 * (self.sums.len() + self.parts.len())
-            + self.scratch.len() * Scratch::<D>::BYTES
+        self.patches.bytes() + size_of_val(&self.packs[..]) + self.workspace.bytes()
     }
 }

@@ -71,7 +71,7 @@ struct Boxed;
 
 impl<const D: usize> MaterialVisitor<D> for Boxed {
     type Output = Box<dyn Probe<D>>;
-    fn visit<M: Material<D> + Clone>(self, material: M) -> Self::Output {
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
         Box::new(material)
     }
 }

@@ -1,0 +1,152 @@
+//! Newtonian attraction between all pairs of particles.
+
+mod kernels;
+
+use rayon::prelude::*;
+
+use super::{EnergyKind, EnergyTerm, Fault};
+use crate::lanes::{WIDTH, dispatch, dispatch_compact};
+use kernels::{Block, EnergyKernel, PairKernel, Particles};
+
+/// Particles for which one more group of rows pays: about 50 microseconds of work.
+const PARTICLES_PER_GROUP: usize = 256;
+/// Groups at most: what is left to balance, against arrays to be added up.
+const MAX_GROUPS: usize = 16;
+
+/// `E = -G sum_{i<j} m_i m_j / sqrt(|x_i - x_j|^2 + softening^2)` over a set of vertices (lecture 8); Plummer softening,
+/// Aarseth 2003, *Gravitational N-Body Simulations*.
+///
+/// Each pair is computed once and acts on both its particles. The pairs are dealt out to a number of groups that depends on the
+/// number of particles alone, never on the number of threads; each group sums into its own array and the arrays are added in
+/// order, so that the result has the same bits on any machine.
+pub struct NBody<const D: usize> {
+    vertices: Vec<u32>,
+    constant: f64,
+    softening2: f64,
+    mass: Vec<[f64; WIDTH]>,
+    position: Vec<Block<D>>,
+    /// For products with the Hessian; empty until there is one.
+    direction: Vec<Block<D>>,
+    /// Sums of each group.
+    partial: Vec<Vec<Block<D>>>,
+    parts: Vec<f64>,
+}
+
+impl<const D: usize> NBody<D> {
+    /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between `vertices` of
+    /// masses `mass` [kg] (one per listed vertex).
+    pub fn new(vertices: Vec<u32>, mass: Vec<f64>, constant: f64, softening: f64) -> Self {
+        let blocks = vertices.len().div_ceil(WIDTH);
+        let groups = (vertices.len() / PARTICLES_PER_GROUP).clamp(1, MAX_GROUPS);
+        let mut masses = vec![[0.0; WIDTH]; blocks];
+        for (i, m) in mass.into_iter().enumerate() {
+            masses[i / WIDTH][i % WIDTH] = m;
+        }
+        NBody {
+            vertices,
+            constant,
+            softening2: softening * softening,
+            mass: masses,
+            position: vec![[[0.0; WIDTH]; D]; blocks],
+            direction: vec![],
+            partial: vec![vec![[[0.0; WIDTH]; D]; blocks]; groups],
+            parts: vec![0.0; groups],
+        }
+    }
+
+    fn particles(&self) -> Particles<'_, D> {
+        Particles { position: &self.position, mass: &self.mass, softening2: self.softening2 }
+    }
+
+    /// Runs the pair kernel in every group and adds the sums, times `G m_i`, to `g`.
+    fn add_pairs<const DERIVATIVE: bool>(&mut self, g: &mut [f64]) {
+        let mut partial = std::mem::take(&mut self.partial);
+        let (particles, direction, groups) = (self.particles(), &self.direction, partial.len());
+        let run = |(group, out): (usize, &mut Vec<Block<D>>)| {
+            dispatch(PairKernel::<D, DERIVATIVE> { particles, direction, group, groups, out });
+        };
+        if groups == 1 {
+            partial.iter_mut().enumerate().for_each(run);
+        } else {
+            partial.par_iter_mut().enumerate().for_each(run);
+        }
+        for (i, &v) in self.vertices.iter().enumerate() {
+            let (block, lane) = (i / WIDTH, i % WIDTH);
+            let factor = self.constant * self.mass[block][lane];
+            for c in 0..D {
+                let sum: f64 = partial.iter().map(|p| p[block][c][lane]).sum();
+                g[v as usize * D + c] += factor * sum;
+            }
+        }
+        self.partial = partial;
+    }
+}
+
+/// Copies the rows of `vertices` out of a flat array into blocks.
+fn load<const D: usize>(blocks: &mut [Block<D>], vertices: &[u32], x: &[f64]) {
+    for (i, &v) in vertices.iter().enumerate() {
+        for c in 0..D {
+            blocks[i / WIDTH][c][i % WIDTH] = x[v as usize * D + c];
+        }
+    }
+}
+
+impl<const D: usize> EnergyTerm for NBody<D> {
+    fn name(&self) -> String {
+        format!("mutual gravity of {} particles", self.vertices.len())
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Gravitational
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        load(&mut self.position, &self.vertices, x);
+        let mut parts = std::mem::take(&mut self.parts);
+        let (particles, groups) = (self.particles(), parts.len());
+        let run = |(group, out): (usize, &mut f64)| {
+            *out = dispatch_compact(EnergyKernel { particles, group, groups })
+        };
+        if groups == 1 {
+            parts.iter_mut().enumerate().for_each(run);
+        } else {
+            parts.par_iter_mut().enumerate().for_each(run);
+        }
+        self.parts = parts;
+        -self.constant * self.parts.iter().sum::<f64>()
+    }
+
+    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        load(&mut self.position, &self.vertices, x);
+        self.add_pairs::<false>(g);
+    }
+
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        load(&mut self.position, &self.vertices, x);
+        self.direction.resize(self.position.len(), [[0.0; WIDTH]; D]);
+        load(&mut self.direction, &self.vertices, p);
+        self.add_pairs::<true>(y);
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        if self.softening2 > 0.0 {
+            return None;
+        }
+        // Sorted, equal positions are neighbours.
+        let row = |i: u32| &x[i as usize * D..i as usize * D + D];
+        let mut order = self.vertices.clone();
+        order.sort_by(|&a, &b| {
+            let by_component = row(a).iter().zip(row(b)).map(|(a, b)| a.total_cmp(b));
+            by_component.fold(std::cmp::Ordering::Equal, |o, c| o.then(c))
+        });
+        let pair = order.windows(2).find(|w| row(w[0]) == row(w[1]))?;
+        let (first, second) = (pair[0].min(pair[1]) as usize, pair[0].max(pair[1]) as usize);
+        Some(Fault::Pair { first, second })
+    }
+
+    fn bytes(&self) -> usize {
+        let block = size_of::<Block<D>>();
+        let blocks = self.position.len() * (1 + self.partial.len()) + self.direction.len();
+        4 * self.vertices.len() + size_of_val(&self.mass[..]) + block * blocks
+    }
+}

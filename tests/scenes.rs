@@ -1,0 +1,135 @@
+//! Every scene of `scenes/` does what its first comment says.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use pliant::assembly::{Assembly, UnstableStep};
+use pliant::run::{Outcome, Plan, Summary, run};
+use pliant::scene::Scene;
+use pliant::simulation::StepError;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+}
+
+fn assembled(name: &str) -> (Scene, Assembly) {
+    let scene = Scene::from_path(folder().join(name)).unwrap_or_else(|e| panic!("{e}"));
+    let assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{name}: {p:#?}"));
+    (scene, assembly)
+}
+
+/// Runs a scene for `duration` [s] at most, without frames.
+fn simulated(name: &str, duration: f64) -> (Assembly, Summary) {
+    let (scene, mut assembly) = assembled(name);
+    let plan = Plan { duration: duration.min(scene.time.duration), ..scene.plan() };
+    let summary = run(&mut assembly.simulation, &plan, &mut [], &AtomicBool::new(false));
+    (assembly, summary)
+}
+
+/// Twice the signed area of every triangle.
+fn areas(assembly: &Assembly) -> Vec<f64> {
+    let x = assembly.simulation.state().x();
+    let triangles = &assembly.topology.bodies[0].triangles;
+    let point = |v: u32| [x[2 * v as usize], x[2 * v as usize + 1]];
+    let area = |[a, b, c]: [[f64; 2]; 3]| (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+    triangles.iter().map(|t| area(t.map(point))).collect()
+}
+
+#[test]
+fn every_scene_opens_with_a_comment_and_its_first_steps_can_be_taken() {
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|e| e != "toml") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let comment: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
+        let comment = comment.join(" ");
+        assert!(comment.contains("What one should see: "), "{} says what one should see", path.display());
+        let (_, mut assembly) = assembled(path.file_name().unwrap().to_str().unwrap());
+        for _ in 0..20 {
+            assembly.simulation.step().unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        }
+        count += 1;
+    }
+    assert!(count >= 13, "found {count} scenes");
+}
+
+// lecture 5, 7, 9, 16, 21: the cantilevers swing without loss.
+#[test]
+fn the_cantilevers_keep_their_energy() {
+    let heights =
+        ["cantilever_fem_2d.toml", "cantilever_stvk_2d.toml", "cantilever_springs_2d.toml"].map(|name| {
+            let (assembly, summary) = simulated(name, 2.0);
+            assert!(matches!(summary.outcome, Outcome::Done), "{name}: {:?}", summary.outcome);
+            assert!(summary.relative_energy_error() < 1e-4, "{name}: {:e}", summary.relative_energy_error());
+            assert_eq!(assembly.report.vertices, 80);
+            assert_eq!((summary.work.steps, summary.work.force_evaluations), (11_976, 11_977), "{name}");
+            let x = assembly.simulation.state().x();
+            assert!(x.chunks(2).all(|p| p[0] >= 0.1), "{name}: nothing is behind the wall");
+            x[2 * 76 + 1]
+        });
+    // Two materials of the same moduli, at small strain, swing alike; springs do not.
+    assert!((heights[0] - heights[1]).abs() < 1e-3, "{heights:?}");
+    assert!((heights[0] - heights[2]).abs() > 1e-2, "{heights:?}");
+}
+
+// lecture 4, 23.
+#[test]
+fn forward_euler_blows_the_cantilever_up_and_says_so() {
+    let (assembly, summary) = simulated("cantilever_forward_euler_2d.toml", 2.0);
+    assert!(
+        matches!(summary.outcome, Outcome::Failed(StepError::Unstable { time, .. }) if time < 0.05),
+        "{:?}",
+        summary.outcome
+    );
+    assert!(assembly.simulation.state().x().iter().all(|x| x.is_finite()));
+}
+
+// lecture 12.
+#[test]
+fn finite_elements_turn_right_side_out_and_springs_do_not() {
+    let (solid, _) = simulated("inversion_fem_2d.toml", 2.0);
+    let (springs, _) = simulated("inversion_springs_2d.toml", 2.0);
+    let inverted = |assembly: &Assembly| areas(assembly).iter().filter(|a| **a <= 0.0).count();
+    assert_eq!(inverted(&assembled("inversion_fem_2d.toml").1), 72, "all begin inside out");
+    assert_eq!(inverted(&solid), 0);
+    assert!(inverted(&springs) > 60, "{} of 72", inverted(&springs));
+}
+
+// lecture 8.
+#[test]
+fn the_orbits_close() {
+    for (name, tolerance) in [("kepler.toml", 2e-3), ("figure_eight.toml", 1e-6)] {
+        let start = assembled(name).1.simulation.state().x().to_vec();
+        let (assembly, summary) = simulated(name, f64::INFINITY);
+        assert!(matches!(summary.outcome, Outcome::Done), "{name}: {:?}", summary.outcome);
+        for (x, x0) in assembly.simulation.state().x().iter().zip(&start) {
+            assert!((x - x0).abs() < tolerance, "{name}: {x} began at {x0}");
+        }
+    }
+}
+
+// lecture 11.
+#[test]
+fn cloth_and_strand_hang_on_and_never_gain_energy() {
+    for name in ["cloth.toml", "strand.toml"] {
+        let (assembly, summary) = simulated(name, 0.5);
+        assert!(matches!(summary.outcome, Outcome::Done), "{name}: {:?}", summary.outcome);
+        assert!(summary.end.total <= summary.start.total + 5e-3 * summary.energy_scale, "{name}");
+        let (before, after) = (&assembly.topology.rest_positions, assembly.simulation.state().x());
+        let lowest = |x: &[f64]| x.chunks(3).map(|p| p[2]).fold(f64::INFINITY, f64::min);
+        assert!(lowest(after) < lowest(before) - 0.5, "{name} has fallen");
+        assert_eq!(before[..3], after[..3], "{name} is still held");
+    }
+}
+
+#[test]
+fn the_bunny_meets_the_wall() {
+    let (assembly, summary) = simulated("bunny.toml", 0.14);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let rightmost = assembly.simulation.state().x().chunks(3).map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max);
+    assert!((0.499..=0.5 + 1e-12).contains(&rightmost), "{rightmost}");
+    assert!(summary.end.elastic > 0.05 * summary.start.kinetic, "it is flattened: {} J", summary.end.elastic);
+}
