@@ -1,6 +1,9 @@
 //! One mass, one spring: what a scheme does to it is known in closed form.
 
-use pliant::simulation::Simulation;
+use std::sync::atomic::AtomicBool;
+
+use pliant::run::{Outcome, Plan, run};
+use pliant::simulation::{Simulation, StepError};
 
 use crate::support::oscillator::{closed_form, oscillator, power_applied};
 use crate::support::{advance, largest_difference, method, methods};
@@ -156,4 +159,17 @@ fn the_energy_of_the_symplectic_schemes_oscillates_between_the_predicted_bounds(
             "{name}: highest {highest}, predicted {high}"
         );
     }
+}
+
+// lecture 7: a run looks at its energy also where frames that nobody measures fall on the very steps it looks at.
+#[test]
+fn a_run_without_measured_frames_still_notices_that_it_blows_up() {
+    let step = 2.001;
+    let mut simulation = oscillator(method("velocity-verlet"), 1.0, 1.0, step);
+    let plan = Plan { duration: 1e5 * step, rate: 1.0 / (128.0 * step) };
+    let summary = run(&mut simulation, &plan, &mut [], &AtomicBool::new(false));
+    let Outcome::Failed(StepError::Unstable { step, .. }) = summary.outcome else {
+        panic!("it ends with {:?}", summary.outcome)
+    };
+    assert_eq!(step, 128);
 }

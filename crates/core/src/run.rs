@@ -113,6 +113,7 @@ pub fn run(
     let last_good = start.clone();
     let mut run = Run {
         simulation,
+        measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
         observers,
         start,
         last_good,
@@ -141,6 +142,8 @@ pub fn run(
 struct Run<'a, 'b> {
     simulation: &'a mut Simulation,
     observers: &'a mut [&'b mut dyn Observer],
+    /// Whether any observer reads the measurements of a frame.
+    measures_frames: bool,
     start: Diagnostics,
     last_good: Diagnostics,
     last_frame_time: f64,
@@ -167,7 +170,8 @@ impl Run<'_, '_> {
                 return self.end_with(Outcome::Failed(error), shown, step - 1);
             }
             debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
-            if step == next_frame.min(steps) {
+            let frame_due = step == next_frame.min(steps);
+            if frame_due {
                 if let Err(outcome) = self.show() {
                     return outcome;
                 }
@@ -175,7 +179,9 @@ impl Run<'_, '_> {
                 while next_frame <= step {
                     next_frame = plan.frame_step(self.frames, h).max(next_frame + 1);
                 }
-            } else if step % GUARD_INTERVAL == 0 {
+            }
+            // A frame that is measured has been looked at.
+            if step % GUARD_INTERVAL == 0 && !(frame_due && self.measures_frames) {
                 let diagnostics = self.simulation.diagnostics();
                 if let Err(error) = self.guard(&diagnostics) {
                     return self.end_with(Outcome::Failed(error), shown, step);
@@ -200,8 +206,7 @@ impl Run<'_, '_> {
     /// One frame for every observer, and a look at the energy if it is computed anyway. A state without a finite energy
     /// is no good state, and is not shown: an element may have left the domain of its material in the last drift.
     fn show(&mut self) -> Result<(), Outcome> {
-        let wanted = self.observers.iter().any(|o| o.wants_diagnostics());
-        let diagnostics = wanted.then(|| self.simulation.diagnostics());
+        let diagnostics = self.measures_frames.then(|| self.simulation.diagnostics());
         if diagnostics.as_ref().is_some_and(|d| !d.total.is_finite()) {
             return Err(Outcome::Failed(self.simulation.not_finite_here()));
         }
