@@ -184,7 +184,15 @@ impl<S: Scalar, const D: usize> Mat<S, D> {
         r
     }
 
-    /// `A : B = sum A_ij B_ij = tr(A^T B)`.
+    /// `A : B = sum A_ij B_ij = tr(A^T B)` (lecture 16).
+    ///
+    /// ```
+    /// use pliant::algebra::Mat;
+    ///
+    /// let (a, b) = (Mat([[1.0, 2.0], [3.0, 4.0]]), Mat([[5.0, 6.0], [7.0, 8.0]]));
+    /// assert_eq!(a.dot(&b), 70.0);
+    /// assert_eq!(a.transpose_mul(&b).trace(), 70.0);
+    /// ```
     #[inline(always)]
     pub fn dot(&self, b: &Self) -> S {
         let mut s = S::zero();

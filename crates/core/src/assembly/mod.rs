@@ -81,9 +81,7 @@ fn assemble<const D: usize, const N: usize>(
     let velocity: Vec<f64> = bodies.iter().flat_map(|b| b.velocity.iter().copied()).collect();
 
     let mut system = System::new(D, mass);
-    if let Some(gravity) = &scene.world.gravity
-        && gravity.iter().any(|g| *g != 0.0)
-    {
+    if let Some(gravity) = gravity(scene) {
         system.add_term(Box::new(UniformGravity::new(gravity, system.mass())));
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
@@ -120,6 +118,11 @@ fn assemble<const D: usize, const N: usize>(
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
     Ok(Assembly { simulation, topology, report })
+}
+
+/// The gravity of the scene, unless it is none or zero.
+fn gravity(scene: &Scene) -> Option<&[f64]> {
+    scene.world.gravity.as_deref().filter(|gravity| gravity.iter().any(|g| *g != 0.0))
 }
 
 fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {

@@ -140,18 +140,17 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("{}: {} a step", method.name, plural(method.force_evaluations as usize, "force evaluation")),
         "",
     );
-    let of = |name: &str| simulation.system().terms().iter().any(|t| t.name().starts_with(name));
-    say(of("elements"), "finite elements".into(), "finite elements: no body is `elastic`");
+    say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,
         "stress by automatic differentiation".into(),
         "automatic differentiation: no body asks for it",
     );
-    say(of("springs"), "springs".into(), "springs: no body has any");
-    say(of("uniform gravity"), "uniform gravity".into(), "uniform gravity: none given");
+    say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
+    say(super::gravity(scene).is_some(), "uniform gravity".into(), "uniform gravity: none given");
     say(
-        of("mutual gravity"),
+        scene.world.nbody.is_some(),
         "mutual gravity of particles, every pair".into(),
         "mutual gravity: no [world] nbody",
     );

@@ -102,22 +102,11 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
 /// Runs a kernel that is no hot path: on AVX2 at most, so that it is compiled once less. The bits are the same.
 #[inline]
 pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
-    dispatch_compact_at(level(), kernel)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[inline]
-fn dispatch_compact_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
-    match level {
+    #[cfg(target_arch = "x86_64")]
+    if level() >= Level::Avx2 && Level::Avx2.is_available() {
         // SAFETY: the processor has the features that the wrapper enables.
-        Level::Avx512 | Level::Avx2 if Level::Avx2.is_available() => unsafe { run_avx2(kernel) },
-        _ => kernel.run::<Portable>(),
+        return unsafe { run_avx2(kernel) };
     }
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-#[inline]
-fn dispatch_compact_at<K: Kernel>(_level: Level, kernel: K) -> K::Output {
     kernel.run::<Portable>()
 }
 
