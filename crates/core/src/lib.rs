@@ -48,6 +48,7 @@ pub mod material;
 pub mod mesh;
 pub mod observer;
 mod pass;
+pub mod quantity;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod run;

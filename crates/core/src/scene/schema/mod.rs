@@ -11,10 +11,12 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 
 mod body;
+mod measured;
 mod mesh;
 mod one_or_many;
 
 pub use body::*;
+pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
 
@@ -52,9 +54,11 @@ pub struct Time {
     /// The scheme, by name; `pliant list integrators` shows all.
     pub integrator: IntegratorSpec,
     /// Time step [s].
+    #[serde(with = "As::<Duration>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub step: f64,
     /// Simulated time to run [s].
+    #[serde(with = "As::<Duration>")]
     #[schemars(range(min = 0.0))]
     pub duration: f64,
     /// Run although the step is above the stability limit; the run then ends by itself once it has blown up.
@@ -67,7 +71,7 @@ pub struct Time {
 #[serde(deny_unknown_fields)]
 pub struct World {
     /// Uniform gravitational acceleration [m/s^2], one number per dimension.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Acceleration>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub gravity: Option<Vec<f64>>,
     /// Rigid half-spaces that vertices cannot enter.
@@ -77,7 +81,7 @@ pub struct World {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nbody: Option<NBody>,
     /// Ether drag [1/s]: velocities decay as `exp(-ether_drag * t)`, rigid motion included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Rate>>")]
     #[schemars(range(min = 0.0))]
     pub ether_drag: Option<f64>,
 }
@@ -90,6 +94,7 @@ pub struct Wall {
     #[schemars(length(min = 2, max = 3))]
     pub normal: Vec<f64>,
     /// `normal . x` on the plane [m, after the normal is scaled to unit length].
+    #[serde(with = "As::<Length>")]
     pub offset: f64,
 }
 
@@ -98,10 +103,11 @@ pub struct Wall {
 #[serde(deny_unknown_fields)]
 pub struct NBody {
     /// Gravitational constant `G` [m^3 / (kg s^2)].
+    #[serde(with = "As::<GravitationalConstant>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub constant: f64,
     /// Plummer softening length [m].
-    #[serde(default)]
+    #[serde(default, with = "As::<Length>")]
     #[schemars(range(min = 0.0))]
     pub softening: f64,
 }
@@ -111,6 +117,7 @@ pub struct NBody {
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Frames per simulated second.
+    #[serde(with = "As::<Rate>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate: f64,
     /// What each frame holds.
