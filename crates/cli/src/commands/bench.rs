@@ -43,14 +43,14 @@ pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<
     'rows: for row in rows {
         let mut cases = (row.cases)(threads);
         if arguments.quick {
-            let smallest = cases.iter().map(|case| case.size).min();
+            let smallest = cases.first().map(|case| case.size);
             cases.retain(|case| Some(case.size) == smallest);
         }
         for case in cases {
             if interrupted.load(Ordering::Relaxed) {
                 break 'rows;
             }
-            terminal.note(&format!("measuring {}: {}", row.name, table::work(&case)));
+            terminal.note(&format!("measuring {}: {}", row.name, table::on_threads(&case)));
             let Some(measurement) = measure(&case, &budget, interrupted)? else { break 'rows };
             measured.push(Measured {
                 share_of_stream: share_of_stream(&mut machine, &case, &measurement)?,

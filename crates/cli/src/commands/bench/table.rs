@@ -63,6 +63,11 @@ pub(super) fn work(case: &Case) -> String {
     format!("{} {}{gap}{}", count(case.size), case.items, case.case)
 }
 
+/// The same, with the threads.
+pub(super) fn on_threads(case: &Case) -> String {
+    format!("{} on {}", work(case), counted(case.threads() as u64, "thread", "threads"))
+}
+
 /// Three digits: more is noise.
 fn short(x: f64) -> String {
     match x.abs() {
