@@ -15,25 +15,14 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall that it touches,
 /// pins.
-const BODIES: [(&str, &str); 5] = [
+const BODIES: [(&str, &str); 4] = [
     (
-        "tetrahedra, stable neo-Hookean",
+        "tetrahedra",
         "dimension = 3
         world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
         [[body]]
-        mesh = { grid = { cells = [16, 8, 8], size = [0.4, 0.1, 0.1] } }
+        mesh = { grid = { cells = [12, 8, 8], size = [0.12, 0.08, 0.08] } }
         elastic = { stable-neo-hookean-log = { young = 1e5, poisson = 0.4 } }
-        mass = { density = 1000.0 }
-        pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]",
-    ),
-    (
-        "tetrahedra, corotated, by automatic differentiation",
-        "dimension = 3
-        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
-        [[body]]
-        mesh = { grid = { cells = [16, 8, 8], size = [0.4, 0.1, 0.1] } }
-        elastic = { corotated = { young = 1e5, poisson = 0.3 } }
-        stress = 'autodiff'
         mass = { density = 1000.0 }
         pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]",
     ),
@@ -42,7 +31,7 @@ const BODIES: [(&str, &str); 5] = [
         "dimension = 2
         world = { gravity = [0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 1.0], offset = 0.0 }] }
         [[body]]
-        mesh = { grid = { cells = [90, 60], spacing = 0.01 } }
+        mesh = { grid = { cells = [52, 42], spacing = 0.01 } }
         elastic = { corotated = { young = 1e5, poisson = 0.3 } }
         mass = { density = 1000.0 }
         pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]",
@@ -52,26 +41,26 @@ const BODIES: [(&str, &str); 5] = [
         "dimension = 3
         world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
         [[body]]
-        mesh = { cloth = { cells = [80, 80], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        mesh = { cloth = { cells = [70, 70], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
         springs = { stiffness = 500.0 }
         mass = { total = 0.3 }
-        pin = [{ vertices = [0, 80] }]",
+        pin = [{ vertices = [0, 70] }]",
     ),
     (
         "gravitating bodies",
         "dimension = 3
         world = { nbody = { constant = 1.0, softening = 0.02 }, ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
         [[body]]
-        mesh = { disk = { count = 600, radius = 1.0, thickness = 0.02, seed = 1 } }
+        mesh = { disk = { count = 520, radius = 1.0, thickness = 0.02, seed = 1 } }
         mass = { total = 1.0 }
         pin = [{ vertices = [7] }]",
     ),
 ];
 
-/// Every way through the step: splitting schemes with the force first and last, and stages.
+/// Every way through a step: kicks first and last, several of them, stages.
 const INTEGRATORS: [&str; 4] = ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"];
 
-/// What 40 steps do with the allocator, after three to warm up.
+/// What ten steps do with the allocator, after three to warm up.
 fn calls(scene: &Scene, threads: usize) -> usize {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
@@ -81,7 +70,7 @@ fn calls(scene: &Scene, threads: usize) -> usize {
             simulation.step().unwrap();
         }
         let region = Region::new(ALLOCATOR);
-        for _ in 0..40 {
+        for _ in 0..10 {
             simulation.step().unwrap();
         }
         let change = region.change();
@@ -97,14 +86,16 @@ fn a_step_allocates_nothing() {
 
     let mut failures = vec![];
     for (name, text) in BODIES {
-        for integrator in INTEGRATORS {
+        // What the schemes differ in does not depend on the energies.
+        let integrators = if name == "triangles" { &INTEGRATORS[..] } else { &INTEGRATORS[..1] };
+        for integrator in integrators {
             let time = format!("time = {{ integrator = '{integrator}', step = 1e-5, duration = 1.0 }}\n");
             let scene = Scene::from_toml(&(time + text)).unwrap();
             for threads in [1, 2] {
                 let calls = calls(&scene, threads);
                 if calls > 0 {
                     failures
-                        .push(format!("{name}, {integrator}, {threads} threads: {calls} calls in 40 steps"));
+                        .push(format!("{name}, {integrator}, {threads} threads: {calls} calls in 10 steps"));
                 }
             }
         }

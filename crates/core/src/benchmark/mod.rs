@@ -57,7 +57,8 @@ pub struct Row {
     pub name: &'static str,
     /// One line that says what is measured.
     pub summary: &'static str,
-    /// Its cases, those for a first look first, and all of these of one size; on this many threads in place of the usual number, if there is one.
+    /// Its cases, those for a first look first, all of one size; on this many threads in place of the usual number, if
+    /// there is one.
     pub cases: fn(threads: Option<usize>) -> Vec<Case>,
 }
 
