@@ -46,6 +46,7 @@ pub mod integrator;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod numbering;
 pub mod observer;
 mod pass;
 #[cfg(feature = "mcap")]
