@@ -47,6 +47,7 @@ pub mod integrator;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod numbering;
 pub mod observer;
 mod pass;
 #[cfg(feature = "mcap")]
