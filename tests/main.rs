@@ -12,7 +12,6 @@ mod support;
 mod cli;
 mod determinism;
 mod integrators;
-mod measuring;
 mod numbering;
 mod properties;
 mod scenes;
