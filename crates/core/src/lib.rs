@@ -38,6 +38,7 @@
 
 pub mod algebra;
 pub mod assembly;
+pub mod benchmark;
 pub mod constraint;
 pub mod diagnostics;
 pub mod element;
