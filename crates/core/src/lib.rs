@@ -43,6 +43,7 @@ pub mod constraint;
 pub mod diagnostics;
 pub mod element;
 pub mod energy;
+pub mod expression;
 pub mod integrator;
 pub mod lanes;
 pub mod material;

@@ -18,4 +18,5 @@ mod unit;
 pub use dimension::Dimension;
 pub use error::QuantityError;
 pub use kind::Kind;
+pub(crate) use parse::number_length;
 pub use parse::{Quantity, is_quantity};

@@ -146,7 +146,7 @@ fn what_is_no_quantity() {
         ("1 m^9 km^9", Some(6..10), "powers of units are from -9 to 9"),
         ("1 m^2000000000", Some(2..14), "powers of units are from -9 to 9"),
         ("3 m^", Some(4..4), "expected a whole power after the number, found the end"),
-        ("3 m^0.5", Some(5..6), "expected a unit after the number, found `0`"),
+        ("3 m^0.5", Some(6..7), "expected a unit after the number, found `5`"),
         ("3 m^99999999999", Some(15..15), "expected a whole power after the number, found the end"),
         ("3 (m", Some(4..4), "expected `)` after the number, found the end"),
         ("3 m)", Some(3..4), "expected a unit after the number, found `)`"),

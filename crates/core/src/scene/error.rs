@@ -39,7 +39,7 @@ pub enum ProblemKind {
         /// What is wanted.
         expected: String,
     },
-    /// A text with a quantity in it that cannot be read.
+    /// A text that should be a quantity or a formula and cannot be read.
     Quantity,
     /// A key that the table needs.
     MissingField {

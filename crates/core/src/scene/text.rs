@@ -1,4 +1,4 @@
-//! Values that a scene writes as texts with an inner form: quantities.
+//! Values that a scene writes as texts with an inner form: quantities and formulas.
 //!
 //! serde has no way to say where in a text a mistake is. The types of the schema therefore ask for such values by a name that
 //! the scene's own reader knows ([`TextForm::named`]); it then checks the text itself and reports with the place. Other
@@ -8,7 +8,9 @@ use schemars::{Schema, json_schema};
 
 use super::error::{Problem, ProblemKind, shortened};
 use super::key_path::KeyPath;
-use super::schema::text_form;
+use super::schema::{OverTime, text_form};
+use super::suggest;
+use crate::expression::ExpressionError;
 use crate::quantity::{Kind, QuantityError};
 
 /// What a key with a dimension takes, in the words of messages.
@@ -23,6 +25,8 @@ pub(super) enum TextForm {
     Quantity(&'static [Kind]),
     /// The same, or a list.
     Quantities(&'static [Kind]),
+    /// A quantity, or a formula of the time.
+    OverTime(&'static [Kind]),
 }
 
 impl TextForm {
@@ -35,7 +39,7 @@ impl TextForm {
     /// What is expected where there is neither a number nor a text.
     pub(super) fn expected(self) -> &'static str {
         match self {
-            TextForm::Quantity(_) => A_NUMBER,
+            TextForm::Quantity(_) | TextForm::OverTime(_) => A_NUMBER,
             TextForm::Quantities(_) => NUMBERS,
         }
     }
@@ -47,32 +51,79 @@ impl TextForm {
 
     /// The mistake in `text`, which stands at `path`.
     pub(super) fn problem(self, path: &KeyPath, text: &str) -> Option<Problem> {
-        let (TextForm::Quantity(kinds) | TextForm::Quantities(kinds)) = self;
-        Kind::parse_any(kinds, text).err().map(|error| quantity_problem(path.clone(), text, kinds, &error))
+        let (kinds, error) = match self {
+            TextForm::Quantity(kinds) | TextForm::Quantities(kinds) => {
+                (kinds, Kind::parse_any(kinds, text).err()?.into())
+            }
+            TextForm::OverTime(kinds) => (kinds, OverTime::parse(kinds, text).err()?),
+        };
+        let problem = match error {
+            TextError::Quantity(error) => quantity_problem(path.clone(), text, &error),
+            TextError::Expression(error) => expression_problem(path.clone(), text, &error),
+        };
+        let formula = match self {
+            TextForm::OverTime(_) => ", or a formula of the time t [s] such as \"2 * sin(pi * t)\"",
+            _ => "",
+        };
+        Some(problem.with_help(format!("{}{formula}", right(kinds))))
     }
 }
 
-fn quantity_problem(path: KeyPath, text: &str, kinds: &[Kind], error: &QuantityError) -> Problem {
+/// A text of one of these forms cannot be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(super) enum TextError {
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+    #[error(transparent)]
+    Expression(#[from] ExpressionError),
+}
+
+fn in_key(path: &KeyPath) -> String {
+    path.last_key().map_or_else(String::new, |key| format!("`{key}`: "))
+}
+
+fn quantity_problem(path: KeyPath, text: &str, error: &QuantityError) -> Problem {
     let mut problem = match error {
-        QuantityError::NotANumber { .. } => {
-            Problem::wrong_type(path, format!("the text {}", shortened(text)), A_NUMBER.to_owned())
-        }
+        QuantityError::NotANumber { .. } => not_a_number(path, text),
         QuantityError::WrongDimension { expected, .. } => {
             let expected: Vec<String> = expected.iter().map(Kind::described).collect();
-            let key = path.last_key().map_or_else(String::new, |key| format!("`{key}`: "));
             let kind = ProblemKind::WrongType { found: text.to_owned(), expected: expected.join(" or ") };
-            Problem::new(kind, path, format!("{key}{error}"))
+            let message = format!("{}{error}", in_key(&path));
+            Problem::new(kind, path, message)
         }
         error => {
-            let key = path.last_key().map_or_else(String::new, |key| format!("`{key}`: "));
-            Problem::new(ProblemKind::Quantity, path, format!("{key}{error}"))
+            let message = format!("{}{error}", in_key(&path));
+            Problem::new(ProblemKind::Quantity, path, message)
         }
     };
     problem.inside = error.place();
-    if let Some(help) = error.help() {
-        problem = problem.with_help(help);
+    match error.help() {
+        Some(help) => problem.with_help(help),
+        None => problem,
     }
-    problem.with_help(right(kinds))
+}
+
+fn expression_problem(path: KeyPath, text: &str, error: &ExpressionError) -> Problem {
+    // What does not even begin as a formula is none.
+    if matches!(error, ExpressionError::Unexpected { place, .. } if text[..place.start].trim().is_empty()) {
+        return not_a_number(path, text);
+    }
+    let message = format!("{}{error}", in_key(&path));
+    let mut problem = Problem::new(ProblemKind::Quantity, path, message);
+    problem.inside = Some(error.place());
+    match error {
+        ExpressionError::UnknownName { name, known, functions, .. } => {
+            let names: Vec<&str> = known.iter().chain(functions).copied().collect();
+            problem.help = suggest::help(name, &names, "names in a formula");
+            problem
+        }
+        ExpressionError::Arguments { signature, .. } => problem.with_help(format!("write {signature}")),
+        _ => problem,
+    }
+}
+
+fn not_a_number(path: KeyPath, text: &str) -> Problem {
+    Problem::wrong_type(path, format!("the text {}", shortened(text)), A_NUMBER.to_owned())
 }
 
 /// An example of each kind.
@@ -94,4 +145,10 @@ pub(super) fn quantity_schema(kinds: &[Kind]) -> Schema {
         "pattern": r"^\s*[+-]?([0-9]+(\.[0-9]+)?|\.[0-9]+)([eE][+-]?[0-9]+)?\s*([^\s0-9.].*|1\s*/.*)?$",
         "unit": unit,
     })
+}
+
+/// A number or any text: a formula has no pattern.
+pub(super) fn over_time_schema(kinds: &[Kind]) -> Schema {
+    let unit = kinds.iter().map(|kind| kind.unit).collect::<Vec<_>>().join(" or ");
+    json_schema!({ "type": ["number", "string"], "unit": unit, "formula": "t" })
 }

@@ -82,6 +82,8 @@ pub(crate) trait Measured {
     const ONE: &'static str;
     /// How the scene's own reader knows one or a list of them.
     const ONE_OR_MANY: &'static str;
+    /// How the scene's own reader knows one that may be a formula of the time.
+    const OVER_TIME: &'static str;
 }
 
 macro_rules! measured {
@@ -94,6 +96,7 @@ macro_rules! measured {
                 const KINDS: &'static [Kind] = &[$(Kind::$kind),+];
                 const ONE: &'static str = concat!("pliant::quantity ", stringify!($name));
                 const ONE_OR_MANY: &'static str = concat!("pliant::quantities ", stringify!($name));
+                const OVER_TIME: &'static str = concat!("pliant::over_time ", stringify!($name));
             }
 
             impl JsonSchema for $name {
@@ -117,6 +120,7 @@ macro_rules! measured {
                 $(
                     $name::ONE => Some(TextForm::Quantity($name::KINDS)),
                     $name::ONE_OR_MANY => Some(TextForm::Quantities($name::KINDS)),
+                    $name::OVER_TIME => Some(TextForm::OverTime($name::KINDS)),
                 )+
                 _ => None,
             }

@@ -14,11 +14,14 @@ mod body;
 mod measured;
 mod mesh;
 mod one_or_many;
+mod over_time;
 
 pub use body::*;
 pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
+pub use over_time::OverTime;
+pub(crate) use over_time::OverTimeOf;
 
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,10 +73,15 @@ pub struct Time {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct World {
-    /// Uniform gravitational acceleration [m/s^2], one number per dimension.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Acceleration>>>")]
+    /// Uniform gravitational acceleration [m/s^2], one number or formula of the time `t` per dimension:
+    /// `["0", "-9.81 * (1 - exp(-t/0.1))"]`.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "As::<Option<Vec<OverTimeOf<Acceleration>>>>"
+    )]
     #[schemars(length(min = 2, max = 3))]
-    pub gravity: Option<Vec<f64>>,
+    pub gravity: Option<Vec<OverTime>>,
     /// Rigid half-spaces that vertices cannot enter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
@@ -84,6 +92,13 @@ pub struct World {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Rate>>")]
     #[schemars(range(min = 0.0))]
     pub ether_drag: Option<f64>,
+}
+
+impl World {
+    /// Whether gravity is given by a formula: it then does work, and energy is not conserved.
+    pub fn gravity_changes(&self) -> bool {
+        self.gravity.iter().flatten().any(|component| component.constant().is_none())
+    }
 }
 
 /// A rigid half-space: a vertex with `normal . x < offset` is put back on the plane, its normal velocity zeroed.

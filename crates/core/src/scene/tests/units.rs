@@ -57,7 +57,7 @@ fn mistakes_are_placed_and_explained() {
         (
             "stiffness = 100.0",
             "stiffness = [1, \"2 N/mm\", \"3 kn/m\"]",
-            "14:41 body.0.springs.stiffness.2: `stiffness`: unknown unit `kn`",
+            "14:42 body.0.springs.stiffness.2: `stiffness`: unknown unit `kn`",
             &["did you mean `kN`?", "write a quantity, for example \"2 kN/m\", or a plain number in [N/m]"],
         ),
         (
@@ -91,7 +91,7 @@ fn a_picture_underlines_the_unit() {
     let failed = error(&changed("spacing = 0.1", "spacing = \"1.5 µn\""));
     let expected = "
 error: `spacing`: unknown unit `µn`
-  --> scene.toml:13:52
+  --> scene.toml:13:50
    |
 13 | mesh = { grid = { cells = [2, 3], spacing = \"1.5 µn\" } }
    |                                                  ^^
@@ -201,4 +201,70 @@ fn densities_fit_what_the_body_is_made_of() {
             "15:20 body.0.mass.density: `density`: `1 kg` is a mass [kg], not a density [kg/m^3] or a mass per area [kg/m^2] or a mass per length [kg/m]"
         ]
     );
+}
+
+#[test]
+fn gravity_takes_formulas_of_time() {
+    let text = changed("[0.0, -9.8]", "['1 cm/s^2', \"-9.81 * (1 - exp(-t/0.1))\"]");
+    let scene = read(&text).unwrap();
+    let gravity = scene.world.gravity.as_ref().unwrap();
+    assert_eq!((gravity[0].constant(), gravity[1].constant()), (Some(0.01), None));
+    assert_eq!((gravity[0].at(3.0), gravity[1].at(0.0)), (0.01, 0.0));
+    assert_eq!(read(&scene.to_toml().unwrap()).unwrap(), scene);
+    let json = serde_json::to_value(&scene).unwrap();
+    assert_eq!(serde_json::from_value::<Scene>(json).unwrap(), scene);
+    let set = [("world.gravity.1".to_owned(), "-9.81*t".to_owned())];
+    let set = Source::new("scene.toml", GOOD).with_overrides(&set).unwrap().scene().unwrap();
+    assert_eq!(set.world.gravity.unwrap()[1].at(2.0), -19.62);
+}
+
+#[test]
+fn mistakes_in_formulas_are_placed_inside_the_text() {
+    let write = "write a quantity, for example \"-9.81 m/s^2\", or a plain number in [m/s^2], or a formula of the time t [s] such as \"2 * sin(pi * t)\"";
+    for (new, expected, help) in [
+        (
+            "[0, \"-9.81 * sine(t)\"]",
+            "9:24 world.gravity.1: `gravity`: unknown name `sine`",
+            Some("did you mean `sin`?"),
+        ),
+        (
+            "[0, \"-9.81 * x\"]",
+            "9:24 world.gravity.1: `gravity`: unknown name `x`",
+            Some(
+                "names in a formula: `t`, `pi`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2`, `sinh`, `cosh`, `tanh`, `exp`, `ln`, `sqrt`, `abs`, `sign`, `floor`, `min`, `max`, `clamp`, `step`, `smoothstep`, `pulse`, `if`",
+            ),
+        ),
+        (
+            "[0, \"-9.81 * (1 - t\"]",
+            "9:31 world.gravity.1: `gravity`: expected `)` or an operator, found the end",
+            Some(write),
+        ),
+        (
+            "[0, 'max(t)']",
+            "9:16 world.gravity.1: `gravity`: `max` takes 2 arguments, found 1",
+            Some("write max(a, b)"),
+        ),
+        (
+            "[0, '3 m']",
+            "9:15 world.gravity.1: `gravity`: `3 m` is a length [m], not an acceleration [m/s^2]",
+            Some(write),
+        ),
+        (
+            "[0, '2 t']",
+            "9:15 world.gravity.1: `gravity`: `2 t` is a mass [kg], not an acceleration [m/s^2]",
+            Some(write),
+        ),
+        ("[0, '?']", "9:15 world.gravity.1: `gravity` takes a number, found the text `?`", Some(write)),
+        ("[0, '1/t']", "9:15 world.gravity.1: `gravity` is inf [m/s^2] at t = 0.0 s", None),
+        ("[0, 'sqrt(0.5 - t)']", "9:15 world.gravity.1: `gravity` is NaN [m/s^2] at t = 1.0 s", None),
+        (
+            "['t', 't', 't']",
+            "9:11 world.gravity: `gravity` has 3 numbers, but `dimension` is 2: 2 are needed",
+            None,
+        ),
+    ] {
+        let failed = error(&changed("[0.0, -9.8]", new));
+        assert_eq!(briefly(&failed), [expected]);
+        assert_eq!(failed.problems()[0].help.first().map(String::as_str), help, "{new}");
+    }
 }
