@@ -10,6 +10,9 @@ use crate::lanes::{WIDTH, dispatch};
 /// Blocks of `WIDTH` vertices that one task takes.
 const TASK_BLOCKS: usize = 128;
 
+/// Below this many tasks, of some 8 microseconds each, a hand-over to other threads costs about what it saves.
+const PARALLEL_FROM_TASKS: usize = 3;
+
 /// Springs in a layout, and the memory that their sums are computed in.
 ///
 /// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, each spring is computed at both of its
@@ -17,10 +20,11 @@ const TASK_BLOCKS: usize = 128;
 pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     neighbours: N,
     slots: Slots,
+    /// Where something was last computed.
     position: N::Field,
-    /// Only for products with the Hessian; empty before the first.
+    /// The other factor of a product with the Hessian; empty before the first.
     direction: N::Field,
-    /// The gradient, block by block.
+    /// The gradient last evaluated, block by block.
     gradient: Vec<[[f64; D]; WIDTH]>,
     /// The energy of every task.
     parts: Vec<f64>,
@@ -30,8 +34,8 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     /// Springs with their other ends and constants.
     pub(super) fn new((neighbours, slots): (N, Slots)) -> Self {
         Arrangement {
-            gradient: vec![[[0.0; D]; WIDTH]; slots.blocks()],
             parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
+            gradient: vec![[[0.0; D]; WIDTH]; slots.blocks()],
             neighbours,
             slots,
             position: N::Field::default(),
@@ -41,22 +45,22 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
 
     /// Whether a hand-over to other threads pays.
     fn in_parallel(&self) -> bool {
-        self.parts.len() > 1 && rayon::current_num_threads() > 1
+        self.parts.len() >= PARALLEL_FROM_TASKS && rayon::current_num_threads() > 1
     }
 
     /// Block `task * TASK_BLOCKS` and those after it, `count` in all.
-    fn blocks(&self, task: usize, count: usize) -> Blocks<'_, D, N> {
+    fn task(&self, task: usize, count: usize) -> Blocks<'_, D, N> {
         let first = task * TASK_BLOCKS;
         let Arrangement { neighbours, slots, position, .. } = self;
         Blocks { neighbours, slots, position, blocks: first..first + count }
     }
 
-    /// Computes the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
+    /// Evaluates the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
         self.neighbours.copy(x, &mut self.position);
         let mut gradient = std::mem::take(&mut self.gradient);
         let run = |(task, out): (usize, &mut [[[f64; D]; WIDTH]])| {
-            dispatch(GradientKernel { of: self.blocks(task, out.len()), out })
+            dispatch(GradientKernel { of: self.task(task, out.len()), out })
         };
         let finite = if self.in_parallel() {
             gradient.par_chunks_mut(TASK_BLOCKS).enumerate().map(run).reduce(|| true, |a, b| a & b)
@@ -67,7 +71,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         finite
     }
 
-    /// Rows of the gradient last evaluated.
+    /// The gradient last evaluated, flat, from the first to the last vertex.
     pub(super) fn gradient(&self) -> &[f64] {
         self.gradient.as_flattened().as_flattened()
     }
@@ -75,12 +79,13 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     /// The energy at `x`.
     pub(super) fn energy(&mut self, x: &[f64]) -> f64 {
         self.neighbours.copy(x, &mut self.position);
+        let in_parallel = self.in_parallel();
         let mut parts = std::mem::take(&mut self.parts);
         let run = |(task, part): (usize, &mut f64)| {
             let left = self.slots.blocks() - task * TASK_BLOCKS;
-            *part = dispatch(EnergyKernel(self.blocks(task, left.min(TASK_BLOCKS))));
+            *part = dispatch(EnergyKernel(self.task(task, left.min(TASK_BLOCKS))));
         };
-        if parts.len() > 1 && rayon::current_num_threads() > 1 {
+        if in_parallel {
             parts.par_iter_mut().enumerate().for_each(run);
         } else {
             parts.iter_mut().enumerate().for_each(run);
@@ -94,7 +99,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         self.neighbours.copy(x, &mut self.position);
         self.neighbours.copy(p, &mut self.direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
-            let of = self.blocks(task, out.len().div_ceil(WIDTH));
+            let of = self.task(task, out.len().div_ceil(WIDTH));
             dispatch(HessianKernel { of, direction: &self.direction, out });
         };
         let rows = y.as_chunks_mut().0;

@@ -3,12 +3,9 @@
 use rayon::prelude::*;
 
 use super::half_springs::HalfSprings;
-use super::neighbours::Neighbours;
+use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
 use crate::lanes::{Lanes, VertexRows, WIDTH};
-
-/// Vertices that one task copies.
-const COPIED_AT_ONCE: usize = 8192;
 
 /// The other ends in every slot; a vertex itself in lanes without a spring.
 #[derive(Debug)]
@@ -45,14 +42,13 @@ impl<const D: usize> Neighbours<D> for Gathered {
             // The last block may have more lanes than there are vertices left.
             *field = VertexRows::new(self.vertices.next_multiple_of(WIDTH));
         }
-        let stride = VertexRows::<D>::STRIDE;
+        let (per_task, stride) = (COPIED_AT_ONCE * D, COPIED_AT_ONCE * VertexRows::<D>::STRIDE);
         let rows = field.as_mut_slice();
-        if self.vertices <= COPIED_AT_ONCE || rayon::current_num_threads() == 1 {
+        if x.len() <= per_task || rayon::current_num_threads() == 1 {
             spread::<D>(x, rows);
-            return;
+        } else {
+            x.par_chunks(per_task).zip(rows.par_chunks_mut(stride)).for_each(|(x, r)| spread::<D>(x, r));
         }
-        let tasks = x.par_chunks(COPIED_AT_ONCE * D).zip(rows.par_chunks_mut(COPIED_AT_ONCE * stride));
-        tasks.for_each(|(x, rows)| spread::<D>(x, rows));
     }
 
     #[inline(always)]
@@ -86,7 +82,8 @@ impl<const D: usize> Neighbours<D> for Gathered {
 
 /// Copies rows of `D` numbers to rows of the stride.
 fn spread<const D: usize>(x: &[f64], rows: &mut [f64]) {
-    for (x, row) in x.as_chunks::<D>().0.iter().zip(rows.chunks_exact_mut(VertexRows::<D>::STRIDE)) {
+    let rows = rows.chunks_exact_mut(VertexRows::<D>::STRIDE);
+    for (x, row) in x.as_chunks::<D>().0.iter().zip(rows) {
         row[..D].copy_from_slice(x);
     }
 }

@@ -109,15 +109,16 @@ impl<const D: usize, N: Neighbours<D>> Kernel for HessianKernel<'_, D, N> {
                 let d = neighbours.difference(position, &own, block, slot);
                 let dp = neighbours.difference(self.direction, &own_p, block, slot);
                 let l = Scalar::max(square(&d), L::splat(TINY)).sqrt();
+                let reciprocal = L::one() / l;
                 let mut n = d;
                 let mut along = L::zero();
                 for c in 0..D {
-                    n[c] = d[c] / l;
+                    n[c] = d[c] * reciprocal;
                     along = n[c].mul_add(dp[c], along);
                 }
                 let k = slots.stiffness::<L>(slot);
                 // (l - l0) / l
-                let across = (l - slots.rest_length(slot)) / l;
+                let across = (l - slots.rest_length(slot)) * reciprocal;
                 for c in 0..D {
                     let sideways = dp[c] - n[c] * along;
                     y[c] = k.mul_add(n[c].mul_add(along, across * sideways), y[c]);
@@ -125,10 +126,8 @@ impl<const D: usize, N: Neighbours<D>> Kernel for HessianKernel<'_, D, N> {
             }
             let mut rows = [[0.0; D]; WIDTH];
             L::store_interleaved(y, &mut rows);
-            for (out, row) in out.iter_mut().zip(&rows) {
-                for c in 0..D {
-                    out[c] += row[c];
-                }
+            for (out, row) in out.as_flattened_mut().iter_mut().zip(rows.as_flattened()) {
+                *out += row;
             }
         }
     }

@@ -110,9 +110,7 @@ impl<const D: usize> EnergyTerm for Springs<D> {
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let x: &[[f64; D]] = x[self.coordinates.clone()].as_chunks().0;
-        let length = |[a, b]: [usize; 2]| {
-            (0..D).map(|c| (x[a][c] - x[b][c]).powi(2)).sum::<f64>().sqrt()
-        };
+        let length = |[a, b]: [usize; 2]| (0..D).map(|c| (x[a][c] - x[b][c]).powi(2)).sum::<f64>().sqrt();
         let faulty = on!(&self.layout, springs => springs
             .springs()
             .filter(|(_, ends, k, rest)| !(k * (length(*ends) - rest)).is_finite())

@@ -2,6 +2,9 @@
 
 use crate::lanes::Lanes;
 
+/// Vertices that are copied at once: few enough to stay in the second cache, enough for a task.
+pub(super) const COPIED_AT_ONCE: usize = 2048;
+
 /// The other ends of the springs in every slot.
 pub(super) trait Neighbours<const D: usize>: Send + Sync {
     /// A copy of one vector per vertex, positions or displacements, laid out for loads.

@@ -1,12 +1,9 @@
 //! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs lie side by side in memory, too.
 
 use super::half_springs::{HalfSpring, HalfSprings};
-use super::neighbours::Neighbours;
+use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
 use crate::lanes::{Aligned, Kernel, Lanes, WIDTH, dispatch};
-
-/// Vertices that one task copies.
-const COPIED_AT_ONCE: usize = 8192;
 
 /// The other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i` of `lanes` is set.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +30,8 @@ fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
         for h in half.of(own) {
             let Ok(offset) = i32::try_from(i64::from(h.neighbour) - own as i64) else { return false };
             // Where two springs join the same vertices, the second needs a run of its own.
-            let free = drafts.iter_mut().find(|(run, springs)| run.offset == offset && springs[lane].is_none());
+            let free =
+                drafts.iter_mut().find(|(run, springs)| run.offset == offset && springs[lane].is_none());
             match free {
                 Some((run, springs)) => {
                     run.lanes |= 1 << lane;

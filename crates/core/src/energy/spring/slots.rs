@@ -120,6 +120,9 @@ impl Slots {
             Stiffness::Same(_) => 0,
             Stiffness::Varying(values) => size_of_val(&values[..]),
         };
-        size_of_val(&self.start[..]) + size_of_val(&self.spring[..]) + size_of_val(&self.rest_length[..]) + stiffness
+        size_of_val(&self.start[..])
+            + size_of_val(&self.spring[..])
+            + size_of_val(&self.rest_length[..])
+            + stiffness
     }
 }
