@@ -228,6 +228,12 @@ fn a_force_that_is_not_finite_is_reported_with_its_spring() {
         let mut springs = Springs::<3>::new("net", &net.edges, &vec![10.0; n], &rest, net.vertices);
         assert!(springs.evaluate(&x));
         assert_eq!(springs.fault(&x), None);
+        // Of several, the first.
+        let lost = net.edges[n / 3][1];
+        let mut without = x.clone();
+        without[3 * lost as usize] = f64::NAN;
+        let first = net.edges.iter().position(|e| e.contains(&lost)).unwrap();
+        assert!(matches!(springs.fault(&without), Some(Fault::Spring { spring, .. }) if spring == first));
     }
 }
 
