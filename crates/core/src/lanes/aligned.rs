@@ -62,7 +62,7 @@ impl DerefMut for Aligned {
 /// A row for each of any number of vertices: `x, y` in 2D and `x, y, z, 0` in 3D.
 ///
 /// Where [`Rows`](super::Rows) holds the few vertices of a patch, this holds all of them; an index is tested.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct VertexRows<const D: usize>(Aligned);
 
 impl<const D: usize> VertexRows<D> {
@@ -78,16 +78,6 @@ impl<const D: usize> VertexRows<D> {
     #[inline(always)]
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.0
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.0[..])
     }
 }
 

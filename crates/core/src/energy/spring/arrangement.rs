@@ -22,8 +22,8 @@ pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     slots: Slots,
     /// Where something was last computed.
     position: N::Field,
-    /// The other factor of a product with the Hessian; empty before the first.
-    direction: N::Field,
+    /// The other factor of a product with the Hessian, once there has been one.
+    direction: Option<N::Field>,
     /// The gradient last evaluated, block by block.
     gradient: Vec<[[f64; D]; WIDTH]>,
     /// The energy of every task.
@@ -36,10 +36,10 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         Arrangement {
             parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
             gradient: vec![[[0.0; D]; WIDTH]; slots.blocks()],
+            position: neighbours.field(),
+            direction: None,
             neighbours,
             slots,
-            position: N::Field::default(),
-            direction: N::Field::default(),
         }
     }
 
@@ -97,10 +97,12 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     /// Adds the product of the Hessian at `x` and `p` to `y`.
     pub(super) fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.neighbours.copy(x, &mut self.position);
-        self.neighbours.copy(p, &mut self.direction);
+        // Taken out while the rest is lent to the tasks.
+        let mut direction = self.direction.take().unwrap_or_else(|| self.neighbours.field());
+        self.neighbours.copy(p, &mut direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
             let of = self.task(task, out.len().div_ceil(WIDTH));
-            dispatch(HessianKernel { of, direction: &self.direction, out });
+            dispatch(HessianKernel { of, direction: &direction, out });
         };
         let rows = y.as_chunks_mut().0;
         if self.in_parallel() {
@@ -108,6 +110,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         } else {
             rows.chunks_mut(TASK_BLOCKS * WIDTH).enumerate().for_each(run);
         }
+        self.direction = Some(direction);
     }
 
     /// Every spring: its index, its ends counted from the first vertex, stiffness [N/m] and rest length [m].
@@ -126,9 +129,10 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        let fields = [&self.position, &self.direction];
+        let fields = 1 + usize::from(self.direction.is_some());
         self.slots.bytes()
-            + self.neighbours.bytes(&fields)
+            + self.neighbours.bytes()
+            + fields * self.neighbours.field_bytes()
             + size_of_val(&self.gradient[..])
             + size_of_val(&self.parts[..])
     }

@@ -37,11 +37,12 @@ impl Gathered {
 impl<const D: usize> Neighbours<D> for Gathered {
     type Field = VertexRows<D>;
 
+    fn field(&self) -> VertexRows<D> {
+        // The last block may have more lanes than there are vertices left.
+        VertexRows::new(self.vertices.next_multiple_of(WIDTH))
+    }
+
     fn copy(&self, x: &[f64], field: &mut VertexRows<D>) {
-        if field.is_empty() {
-            // The last block may have more lanes than there are vertices left.
-            *field = VertexRows::new(self.vertices.next_multiple_of(WIDTH));
-        }
         let (per_task, stride) = (COPIED_AT_ONCE * D, COPIED_AT_ONCE * VertexRows::<D>::STRIDE);
         let rows = field.as_mut_slice();
         if x.len() <= per_task || rayon::current_num_threads() == 1 {
@@ -75,8 +76,12 @@ impl<const D: usize> Neighbours<D> for Gathered {
         (other != block * WIDTH + lane).then_some(other)
     }
 
-    fn bytes(&self, fields: &[&VertexRows<D>]) -> usize {
-        size_of_val(&self.index[..]) + fields.iter().map(|f| f.bytes()).sum::<usize>()
+    fn bytes(&self) -> usize {
+        size_of_val(&self.index[..])
+    }
+
+    fn field_bytes(&self) -> usize {
+        8 * VertexRows::<D>::STRIDE * self.vertices.next_multiple_of(WIDTH)
     }
 }
 

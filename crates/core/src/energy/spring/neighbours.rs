@@ -8,9 +8,12 @@ pub(super) const COPIED_AT_ONCE: usize = 2048;
 /// The other ends of the springs in every slot.
 pub(super) trait Neighbours<const D: usize>: Send + Sync {
     /// A copy of one vector per vertex, positions or displacements, laid out for loads.
-    type Field: Default + Send + Sync;
+    type Field: Send + Sync;
 
-    /// Copies the rows of the vertices from the first to the last with springs, flat `(n, D)`; allocates at the first use only.
+    /// A field of zeros.
+    fn field(&self) -> Self::Field;
+
+    /// Copies the rows of the vertices from the first to the last with springs, flat `(n, D)`.
     fn copy(&self, x: &[f64], field: &mut Self::Field);
 
     /// The vectors of the vertices of a block.
@@ -22,6 +25,9 @@ pub(super) trait Neighbours<const D: usize>: Send + Sync {
     /// The other end of the spring in a lane, counted from the first vertex; `None` where there is no spring.
     fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize>;
 
-    /// Bytes held here and in fields that are in use.
-    fn bytes(&self, fields: &[&Self::Field]) -> usize;
+    /// Bytes held here.
+    fn bytes(&self) -> usize;
+
+    /// Bytes held by a field.
+    fn field_bytes(&self) -> usize;
 }

@@ -75,7 +75,7 @@ impl Runs {
 
 /// One column of numbers per component, with a pack of zeros before the first vertex and at least one after the last: a run may
 /// reach that far in lanes without a spring.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Columns {
     numbers: Aligned,
     /// Numbers in a column.
@@ -94,11 +94,12 @@ impl Columns {
 impl<const D: usize> Neighbours<D> for Runs {
     type Field = Columns;
 
+    fn field(&self) -> Columns {
+        let packs = self.vertices.div_ceil(WIDTH) + 2;
+        Columns { numbers: Aligned::packs(D * packs), length: packs * WIDTH }
+    }
+
     fn copy(&self, x: &[f64], field: &mut Columns) {
-        if field.length == 0 {
-            field.length = (self.vertices.div_ceil(WIDTH) + 2) * WIDTH;
-            field.numbers = Aligned::packs(D * field.length / WIDTH);
-        }
         let mut columns: [&mut [f64]; D] = std::array::from_fn(|_| Default::default());
         for (column, numbers) in columns.iter_mut().zip(field.numbers.chunks_exact_mut(field.length)) {
             *column = &mut numbers[WIDTH..WIDTH + self.vertices];
@@ -133,8 +134,12 @@ impl<const D: usize> Neighbours<D> for Runs {
         (run.lanes >> lane & 1 == 1).then_some(other)
     }
 
-    fn bytes(&self, fields: &[&Columns]) -> usize {
-        size_of_val(&self.runs[..]) + fields.iter().map(|f| size_of_val(&f.numbers[..])).sum::<usize>()
+    fn bytes(&self) -> usize {
+        size_of_val(&self.runs[..])
+    }
+
+    fn field_bytes(&self) -> usize {
+        8 * D * (self.vertices.div_ceil(WIDTH) + 2) * WIDTH
     }
 }
 
