@@ -6,7 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::avx2::{add2, add4, load2};
 use super::operators::{assigning_operators, register};
-use super::{Lanes, RowSource, Rows, WIDTH};
+use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
 
@@ -72,7 +72,7 @@ impl Scalar for Avx512 {
     type Mask = Avx512Mask;
 
     #[inline(always)]
-    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+    fn rotation_by_svd_where<const D: usize>(_: Avx512Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
         /// Not inlined: the branch is rare and its code large.
         #[inline(never)]
         #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
@@ -98,6 +98,10 @@ impl Scalar for Avx512 {
     #[inline(always)]
     fn ln(self) -> Self {
         super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -214,7 +218,7 @@ impl Lanes for Avx512 {
         r
     }
     #[inline(always)]
-    fn scatter_add<const D: usize>(rows: &mut Rows<D>, i: &[u16; WIDTH], v: [Self; D]) {
+    fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, i: &[u16; WIDTH], v: [Self; D]) {
         // x0 y0 x2 y2 x4 y4 x6 y6 and x1 y1 x3 y3 x5 y5 x7 y7
         let even = register!(_mm512_unpacklo_pd(v[0].0, v[1].0));
         let odd = register!(_mm512_unpackhi_pd(v[0].0, v[1].0));

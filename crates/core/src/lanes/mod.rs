@@ -36,7 +36,7 @@ pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level
 pub use elementary::{exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
-pub use rows::{RowSource, Rows};
+pub use rows::{RowSlice, RowSource, Rows};
 
 /// Lanes in a pack, on every instruction set.
 pub const WIDTH: usize = 8;
@@ -58,7 +58,7 @@ pub trait Lanes: Real {
     /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
     fn gather<const D: usize, R: RowSource<D>>(rows: &R, index: &[R::Index; WIDTH]) -> [Self; D];
     /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
-    fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]);
+    fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]);
     /// Component `c` of the result holds in lane `l` component `c` of row `l`.
     #[inline(always)]
     fn load_interleaved<const D: usize>(rows: &[[f64; D]; WIDTH]) -> [Self; D] {

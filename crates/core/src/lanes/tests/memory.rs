@@ -209,3 +209,9 @@ fn aligned_numbers_begin_at_a_cache_line() {
     assert_eq!(numbers.as_ptr().addr() % 64, 0);
     assert!(Aligned::default().is_empty());
 }
+
+#[test]
+fn rows_begin_at_a_cache_line() {
+    let kept: Vec<_> = (0..4).map(|_| Rows::<3>::new()).collect();
+    assert!(kept.iter().all(|rows| (rows.as_slice().as_ptr() as usize).is_multiple_of(64)));
+}
