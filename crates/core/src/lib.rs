@@ -38,6 +38,7 @@
 
 pub mod algebra;
 pub mod assembly;
+mod base64;
 pub mod constraint;
 pub mod diagnostics;
 pub mod element;

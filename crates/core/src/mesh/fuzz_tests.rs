@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 
 use super::Mesh;
-use super::file::{Format, parse};
-use super::file_tests::{GMSH_41, MESHIO_22, SHEET};
+use super::file::Format;
+use super::file_tests::{GMSH_41, MESHIO_22, SHEET, parse};
 use super::geometry::measure;
 
 /// What a mesh that passes must keep, whatever it was read from.
@@ -28,7 +28,7 @@ fn is_sound(mesh: &Mesh) {
 }
 
 fn read_all(bytes: &[u8]) {
-    for format in [Format::Gmsh, Format::Obj] {
+    for &format in Format::ALL {
         for dimension in [2, 3] {
             if let Ok(mesh) = parse(format, bytes, dimension) {
                 is_sound(&mesh);

@@ -7,6 +7,8 @@
 use std::collections::BTreeMap;
 
 mod build;
+mod cell;
+mod cells;
 mod check;
 mod cloth;
 mod disk;
@@ -14,6 +16,7 @@ mod error;
 mod file;
 #[cfg(test)]
 mod file_tests;
+mod format_error;
 #[cfg(test)]
 mod fuzz_tests;
 mod geometry;
@@ -21,18 +24,31 @@ mod gmsh;
 mod grid;
 mod inline;
 mod measure;
+mod medit;
+mod number_type;
 mod obj;
+mod ply;
+mod quadratic;
 mod quality;
 mod select;
 mod size;
+mod stl;
 mod strand;
 #[cfg(test)]
 mod test_support;
+mod tetgen;
 mod tokens;
 mod topology;
+mod vtk;
+mod vtk_cells;
+mod vtu;
 
 pub use build::build;
-pub use error::{Cell, FileTag, MeshError};
+pub use cell::{Cell, FileTag};
+pub use error::MeshError;
+pub use file::read;
+pub use format_error::FormatError;
+pub use quadratic::MidNodes;
 pub use quality::{ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_size};
@@ -69,6 +85,12 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra, `(x1-x0, x2-x0, x3-x0)` right-handed.
     pub tetrahedra: Vec<[u32; 4]>,
+    /// In a mesh of second order the vertices in the middle of the edges of each triangle, in the order `01, 12, 20`;
+    /// otherwise empty.
+    pub triangle_middles: Vec<[u32; 3]>,
+    /// In a mesh of second order the vertices in the middle of the edges of each tetrahedron, in the order
+    /// `01, 12, 02, 03, 13, 23` (VTK's); otherwise empty.
+    pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
 }

@@ -17,7 +17,8 @@ pub enum MeshSpec {
     Strand(StrandSpec),
     /// Points spread at random over a disk or annulus.
     Disk(DiskSpec),
-    /// A mesh file: Gmsh `.msh` (2.2 or 4.1, ASCII) or Wavefront `.obj`.
+    /// A mesh file: Gmsh `.msh` (2.2 or 4.1, ASCII), VTK `.vtk` and `.vtu`, TetGen `.node` with `.ele`, Medit `.mesh`,
+    /// `.ply`, `.stl`, Wavefront `.obj`.
     File(FileSpec),
     /// Vertices and cells written in the scene.
     Inline(InlineSpec),
@@ -110,6 +111,9 @@ pub struct DiskSpec {
 pub struct FileSpec {
     /// Path, relative to the scene file.
     pub path: PathBuf,
+    /// Whether only the corners of cells of second order are used; without it such cells are an error.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drop_mid_nodes: bool,
 }
 
 /// Vertices and cells written in the scene.

@@ -18,7 +18,7 @@ pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::Inline(spec) => inline(check, &path, spec),
         MeshSpec::File(spec) if spec.path.as_os_str().is_empty() => {
             let problem = Problem::semantic(path.key("path"), "`path` is empty");
-            check.report(problem.with_help("name a .msh or .obj file, relative to the scene"));
+            check.report(problem.with_help("name a mesh file, relative to the scene"));
         }
         MeshSpec::File(_) => {}
     }
