@@ -1,6 +1,7 @@
 //! The program as a user meets it: arguments, exit codes, messages, files.
 
 mod commands;
+mod export;
 mod failures;
 mod run;
 mod scenes;

@@ -1,4 +1,5 @@
-"""Writes the mesh files of tests/data/meshes with meshio: the same small bodies in every format.
+"""Writes the mesh files of tests/data/meshes with meshio: the same small bodies in every format; and the twisted bar of
+scenes/meshes.
 
 Usage: write_meshes.py FOLDER
 Needs meshio and numpy. Formats and variants that meshio does not write (appended arrays, polygonal data) are written by
@@ -48,6 +49,29 @@ def plane():
     return meshio.Mesh(flat, [("triangle6", np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]]))])
 
 
+def twisted_bar():
+    """A bar of 0.1 x 0.1 x 0.4 m along z, turned by a quarter from end to end: 10-node tetrahedra."""
+    n, height = (2, 2, 8), 0.4
+    nodes, cells = {}, []
+
+    def node(p):
+        return nodes.setdefault(tuple(p), len(nodes))
+
+    for corner in np.ndindex(n):
+        for path in [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (1, 0, 2), (2, 1, 0)]:
+            corners = [2 * np.array(corner)]
+            for axis in path:
+                corners.append(corners[-1] + 2 * np.eye(3, dtype=int)[axis])
+            if path in [(0, 2, 1), (1, 0, 2), (2, 1, 0)]:
+                corners[2:] = corners[:1:-1]
+            cells.append([node(c) for c in corners] + [node((corners[a] + corners[b]) // 2) for a, b in EDGES])
+    points = np.array(list(nodes)) / (2 * np.array(n)) * [0.1, 0.1, height] - [0.05, 0.05, 0]
+    turn = np.pi / 2 * points[:, 2] / height
+    x = np.cos(turn) * points[:, 0] - np.sin(turn) * points[:, 1]
+    y = np.sin(turn) * points[:, 0] + np.cos(turn) * points[:, 1]
+    return meshio.Mesh(np.column_stack([x, y, points[:, 2]]), [("tetra10", np.array(cells))])
+
+
 def big_endian(little, big):
     """The same PLY file with its bytes the other way round: meshio writes the order of the machine only."""
     with open(little, "rb") as file:
@@ -74,6 +98,7 @@ def main(folder):
     write("solid_binary.vtu", solid(), "vtu", binary=True, compression=None)
     write("solid_zlib.vtu", solid(), "vtu", binary=True, compression="zlib")
     write("quadratic.vtu", quadratic(), "vtu", binary=True, compression="zlib")
+    write("twisted_bar.vtu", twisted_bar(), "vtu", binary=True, compression="zlib")
     write("plane.vtu", plane(), "vtu", binary=False)
     write("quadratic.msh", quadratic(), "gmsh22", binary=False)
     write("plane.msh", plane(), "gmsh", binary=False)

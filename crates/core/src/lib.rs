@@ -43,6 +43,8 @@ pub mod constraint;
 pub mod diagnostics;
 pub mod element;
 pub mod energy;
+#[cfg(feature = "mcap")]
+pub mod export;
 pub mod integrator;
 pub mod lanes;
 pub mod material;

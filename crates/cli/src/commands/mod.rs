@@ -1,6 +1,7 @@
 //! One file per command; here the way from the command line to the exit code.
 
 mod check;
+mod export;
 mod info;
 mod list;
 mod recover;
@@ -29,6 +30,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::List(arguments) => list::execute(&arguments, terminal),
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Schema => schema::execute(terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))

@@ -114,6 +114,7 @@ pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mes
         edges: most(2),
         triangles: most(2),
         tetrahedra: if dimension == 3 { most(8) } else { 0 },
+        lines: 0,
         bytes: length.saturating_mul(16),
     };
     Ok(bound)

@@ -6,12 +6,15 @@ use super::file::{Format, Input, Site};
 use super::{FileTag, Mesh, MeshError, MidNodes, build};
 use crate::scene::{FileSpec, MeshSpec};
 
+/// The line of a fault, and what the file calls the thing at fault.
+type Location = (u32, Option<FileTag>);
+
 /// The mesh of a single file, or the line and tag of the fault, and the fault.
 pub(super) fn parse(
     format: Format,
     bytes: &[u8],
     dimension: usize,
-) -> Result<Mesh, (Option<(u32, Option<FileTag>)>, MeshError)> {
+) -> Result<Mesh, (Option<Location>, MeshError)> {
     let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse };
     super::file::parse(format, &input, dimension).map_err(|(Site { line, tag, .. }, error)| {
         ((line > 0 || tag.is_some()).then_some((line, tag)), error)

@@ -70,7 +70,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// The same, as if `line` were its first.
-    pub(super) fn from_line(self, line: u32) -> Self {
+    pub(super) fn starting_at(self, line: u32) -> Self {
         Tokens { line, ..self }
     }
 

@@ -5,17 +5,17 @@
 //! and not with the `vtkio` crate, whose messages name neither the line nor the cell of a fault, and which brings a
 //! dozen crates along.
 
-use super::FormatError;
 use super::cells::{Cells, Names};
 use super::file::{FileMesh, Input, Place};
 use super::number_type::{Endian, NumberType};
 use super::tokens::{Fault, Tokens};
 use super::vtk_cells::{self, Kind};
+use super::{FormatError, MeshError};
 
 /// Reads the whole file.
 pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
     let mut tokens = Tokens::of_bytes(input.bytes);
-    let (binary, modern) = header(&mut tokens)?;
+    let Header { binary, modern, unstructured } = header(&mut tokens)?;
     let mut grid = Grid { tokens, binary, modern, ..Grid::new(input.bytes) };
     while let Some(section) = grid.tokens.next() {
         match section {
@@ -36,11 +36,27 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
             word => return Err(grid.tokens.expected("a section such as POINTS or CELLS", word)),
         }
     }
+    for (missing, section) in
+        [(grid.points.is_none(), "POINTS"), (unstructured && grid.types.is_none(), "CELL_TYPES")]
+    {
+        if missing {
+            return Err(grid.tokens.fault(MeshError::MissingSection { section }));
+        }
+    }
     grid.finish(input)
 }
 
-/// Whether the numbers are binary, and whether cells are lists of offsets, as they are from version 5 on.
-fn header(tokens: &mut Tokens) -> Result<(bool, bool), Fault> {
+/// What the first lines say.
+struct Header {
+    /// Whether the numbers are binary.
+    binary: bool,
+    /// Whether cells are lists with offsets, as they are from version 5 on.
+    modern: bool,
+    /// Whether it is an unstructured grid, which has cells; or polygonal data, which may have none.
+    unstructured: bool,
+}
+
+fn header(tokens: &mut Tokens) -> Result<Header, Fault> {
     let version = tokens.end_line();
     let Some(version) = version.strip_prefix("# vtk DataFile Version ") else {
         return Err(Fault::in_line(1, expected("# vtk DataFile Version", version)));
@@ -63,11 +79,11 @@ fn header(tokens: &mut Tokens) -> Result<(bool, bool), Fault> {
     if binary {
         tokens.set_binary();
     }
-    Ok((binary, modern >= 5))
+    Ok(Header { binary, modern: modern >= 5, unstructured: dataset == "UNSTRUCTURED_GRID" })
 }
 
-fn expected(expected: &'static str, found: &str) -> super::MeshError {
-    super::MeshError::Expected { expected, found: super::tokens::excerpt(found) }
+fn expected(expected: &'static str, found: &str) -> MeshError {
+    MeshError::Expected { expected, found: super::tokens::excerpt(found) }
 }
 
 fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, Fault> {
@@ -106,7 +122,7 @@ struct Grid<'a> {
     tokens: Tokens<'a>,
     binary: bool,
     modern: bool,
-    points: Numbers,
+    points: Option<Numbers>,
     cells: Lists,
     types: Option<Numbers>,
     /// Cells of `POLYDATA`.
@@ -119,7 +135,7 @@ impl<'a> Grid<'a> {
             tokens: Tokens::of_bytes(bytes),
             binary: false,
             modern: false,
-            points: Numbers::default(),
+            points: None,
             cells: Lists::default(),
             types: None,
             typed: Vec::new(),
@@ -163,7 +179,7 @@ impl<'a> Grid<'a> {
         let count: u64 = self.tokens.number("the number of points")?;
         let name = self.tokens.word("the type of the coordinates")?;
         let kind = number_type(&self.tokens, name)?;
-        self.points = self.numbers(kind, count.saturating_mul(3), 3)?;
+        self.points = Some(self.numbers(kind, count.saturating_mul(3), 3)?);
         Ok(())
     }
 
@@ -221,7 +237,7 @@ impl<'a> Grid<'a> {
         Ok(lists)
     }
 
-    fn at(&self, place: Place, error: impl Into<super::MeshError>) -> Fault {
+    fn at(&self, place: Place, error: impl Into<MeshError>) -> Fault {
         let byte = self.binary.then_some(place.tag);
         Fault { byte, ..Fault::in_line(place.line, error) }
     }
@@ -255,7 +271,8 @@ impl<'a> Grid<'a> {
 
     fn finish(mut self, input: &Input) -> Result<FileMesh, Fault> {
         let mut cells = Cells::default();
-        let count = self.points.places.len();
+        let Numbers { values, places } = self.points.take().unwrap_or_default();
+        let count = places.len();
         let lists = std::mem::take(&mut self.cells);
         let types = self.types.take().unwrap_or_default();
         let number = lists.offsets.len().saturating_sub(1) as u64;
@@ -281,7 +298,6 @@ impl<'a> Grid<'a> {
                     .map_err(|error| self.at(place, error))?;
             }
         }
-        let Numbers { values, places } = self.points;
         cells.into_file(values, places, &Names::new(), input.mid_nodes)
     }
 }

@@ -123,7 +123,7 @@ impl Array {
         let bytes = match node.attribute("format").unwrap_or("nothing") {
             "ascii" => {
                 let line = text.map_or(line, |text| file.line(text));
-                return Array::ascii(Tokens::of_bytes(bytes).from_line(line), line);
+                return Array::ascii(Tokens::of_bytes(bytes).starting_at(line), line);
             }
             "binary" => encoding.payload(&unarmoured(bytes).map_err(&wrong)?).map_err(&wrong)?,
             "appended" => {
