@@ -8,7 +8,7 @@ use crate::mesh::{Mesh, MidNodes, read};
 use crate::observer::Observer;
 use crate::record::{McapRecorder, Options, Outcome, Status};
 use crate::run::{Plan, run};
-use crate::scene::Scene;
+use crate::scene::{Channel, Scene};
 
 /// A solid, a cloth, a strand and particles that move.
 const BODIES: &str = "dimension = 3
@@ -43,7 +43,8 @@ mass = { total = 1.0 }
 fn recorded(text: &str, path: &Path) -> Vec<f64> {
     let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
     let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:?}"));
-    let mut recorder = McapRecorder::create(path, &Options::default(), &assembly.topology).unwrap();
+    let options = Options { channels: vec![Channel::State], ..Options::default() };
+    let mut recorder = McapRecorder::create(path, &options, &assembly.topology).unwrap();
     let plan = Plan { duration: 0.1, rate: 100.0 };
     let observers: &mut [&mut dyn Observer] = &mut [&mut recorder];
     run(&mut assembly.simulation, &plan, observers, &std::sync::atomic::AtomicBool::new(false));
