@@ -39,6 +39,7 @@
 pub mod algebra;
 pub mod assembly;
 mod base64;
+pub mod benchmark;
 pub mod constraint;
 pub mod diagnostics;
 pub mod element;
@@ -49,7 +50,9 @@ pub mod integrator;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod numbering;
 pub mod observer;
+mod pass;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod run;

@@ -1,8 +1,11 @@
 //! A system, its state and a scheme: the stepper.
 
+use std::borrow::Cow;
+
 use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
+use crate::numbering::Numbering;
 use crate::observer::Work;
 use crate::state::{State, diagonal};
 use crate::system::System;
@@ -12,11 +15,10 @@ use crate::system::System;
 pub struct Simulation {
     system: System,
     state: State,
+    numbering: Numbering,
     method: &'static Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
-    /// Velocities before the drag of a step that may fail; empty without drag.
-    undamped: Vec<f64>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -105,8 +107,15 @@ impl Simulation {
             }
         }
         let integrator = method.build(state.x().len());
-        let undamped = if system.ether_drag() == 0.0 { vec![] } else { state.v().to_vec() };
-        Simulation { system, state, method, integrator, step_size, undamped, stability: None }
+        Simulation {
+            system,
+            state,
+            numbering: Numbering::identity(),
+            method,
+            integrator,
+            step_size,
+            stability: None,
+        }
     }
 
     /// Takes one step.
@@ -119,31 +128,11 @@ impl Simulation {
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
         self.ensure_force()?;
-        let drag = self.system.ether_drag();
-        // Strang splitting: half of the drag before the step and half after keeps second order.
-        let half_drag = (-0.5 * drag * h).exp();
-        if drag != 0.0 {
-            self.undamped.copy_from_slice(self.state.v());
-            self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
-        }
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
-            self.restore_velocities();
             return Err(self.not_finite(fault));
-        }
-        if drag != 0.0 {
-            self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
-        }
-        let (x, v) = self.state.both_mut();
-        let mut moved = false;
-        for wall in self.system.walls() {
-            moved |= wall.apply(self.system.inverse_mass(), x, v);
-        }
-        if moved {
-            self.state.acceleration_is_current = false;
         }
         if let Err(error) = self.ensure_force() {
             self.integrator.undo(&mut self.state);
-            self.restore_velocities();
             return Err(error);
         }
         self.state.step += 1;
@@ -154,16 +143,10 @@ impl Simulation {
 
     /// Computes the force at the present positions, unless it is known.
     fn ensure_force(&mut self) -> Result<(), StepError> {
-        if self.state.ensure_acceleration(&mut self.system) {
+        if self.state.ensure_force(&mut self.system) {
             return Ok(());
         }
         Err(self.not_finite_here())
-    }
-
-    fn restore_velocities(&mut self) {
-        if !self.undamped.is_empty() {
-            self.state.v_mut().copy_from_slice(&self.undamped);
-        }
     }
 
     /// The error of a step from or to the present state, which has no finite force or energy.
@@ -172,11 +155,16 @@ impl Simulation {
     }
 
     fn not_finite(&self, StepFault { fault, vertex }: StepFault) -> StepError {
+        let original = |i: usize| self.numbering.original(i as u32) as usize;
+        let fault = fault.map(|fault| match fault {
+            Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
+            other => other,
+        });
         StepError::NotFinite {
             step: self.state.step + 1,
             time: self.state.time,
             fault,
-            vertex,
+            vertex: vertex.map(original),
             step_size: self.step_size,
             stable_step: self.stable_step(),
         }
@@ -187,8 +175,8 @@ impl Simulation {
         self.stability.map(|s| s.step)
     }
 
-    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place. Time and
-    /// step count go on.
+    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place, vertices in the order
+    /// of the scene. Time and step count go on.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -196,25 +184,47 @@ impl Simulation {
     /// # Panics
     /// If the arrays have not the length of the state's.
     pub fn advance(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
+        let d = self.system.dimension();
+        let from = self.numbering.to_internal(x, d);
         // From where the last step ended, the force is known.
-        if self.state.x() != x {
-            self.state.x_mut().copy_from_slice(x);
+        if self.state.x() != &from[..] {
+            self.state.x_mut().copy_from_slice(&from);
         }
-        self.state.v_mut().copy_from_slice(v);
+        self.state.v_mut().copy_from_slice(&self.numbering.to_internal(v, d));
         self.step()?;
-        x.copy_from_slice(self.state.x());
-        v.copy_from_slice(self.state.v());
+        x.copy_from_slice(&self.positions());
+        v.copy_from_slice(&self.velocities());
         Ok(())
     }
 
-    /// The state.
+    /// The state, vertices in the order of the [`numbering`](Self::numbering).
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// The state, to be changed.
+    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering).
     pub fn state_mut(&mut self) -> &mut State {
         &mut self.state
+    }
+
+    /// Which vertex of the scene is which here. The identity, unless the scene's own order made steps slow.
+    pub fn numbering(&self) -> &Numbering {
+        &self.numbering
+    }
+
+    /// Says which vertex of the scene is which of this system and state.
+    pub(crate) fn set_numbering(&mut self, numbering: Numbering) {
+        self.numbering = numbering;
+    }
+
+    /// Positions, flat `(n, dimension)`, vertices in the order of the scene [m].
+    pub fn positions(&self) -> Cow<'_, [f64]> {
+        self.numbering.to_original(self.state.x(), self.system.dimension())
+    }
+
+    /// Velocities, flat `(n, dimension)`, vertices in the order of the scene [m/s].
+    pub fn velocities(&self) -> Cow<'_, [f64]> {
+        self.numbering.to_original(self.state.v(), self.system.dimension())
     }
 
     /// The equations of motion.
@@ -275,6 +285,6 @@ impl Simulation {
 
     /// Bytes held: the state, the system, the scheme's scratch memory.
     pub fn bytes(&self) -> usize {
-        8 * (3 * self.state.x().len() + self.undamped.len()) + self.system.bytes() + self.integrator.bytes()
+        8 * 2 * self.state.x().len() + self.numbering.bytes() + self.system.bytes() + self.integrator.bytes()
     }
 }

@@ -1,5 +1,6 @@
 //! One file per command; here the way from the command line to the exit code.
 
+mod bench;
 mod check;
 mod export;
 mod info;
@@ -32,6 +33,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Schema => schema::execute(terminal),
+        Command::Bench(arguments) => bench::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }

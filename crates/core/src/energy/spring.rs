@@ -37,7 +37,8 @@ impl<const D: usize> Springs<D> {
         rest_length: &[f64],
         vertex_count: usize,
     ) -> Self {
-        let patches = Patches::new::<D>(edges, vertex_count);
+        let order: Vec<u32> = (0..edges.len() as u32).collect();
+        let patches = Patches::new::<D>(edges, &order, vertex_count);
         let empty = SpringPack { stiffness: [0.0; WIDTH], rest_length: [0.0; WIDTH] };
         let mut packs = vec![empty; patches.index.len()];
         for (spring, _, pack, lane) in patches.stencils() {
@@ -70,11 +71,15 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         patches.sum(workspace, x, |patch, scratch| dispatch(EnergyKernel { patches, packs, patch, scratch }))
     }
 
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+    fn evaluate(&mut self, x: &[f64]) -> bool {
         let Springs { patches, packs, workspace, .. } = self;
-        patches.accumulate(workspace, x, None, g, |patch, scratch| {
+        patches.evaluate(workspace, x, None, |patch, scratch| {
             dispatch(GradientKernel { patches, packs, patch, scratch });
-        });
+        })
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.patches.add_rows(&self.workspace, first, g);
     }
 
     /// `H = k [n n^T + (1 - l0/l) (I - n n^T)]` on the difference of the two ends (verified against differences).

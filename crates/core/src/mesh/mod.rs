@@ -43,6 +43,7 @@ mod number_type;
 mod obj;
 mod ply;
 mod quadratic;
+pub mod order;
 mod quality;
 mod repeat;
 mod select;
