@@ -25,6 +25,8 @@ mod file;
 mod file_tests;
 mod format_error;
 #[cfg(test)]
+mod format_fault_tests;
+#[cfg(test)]
 mod format_tests;
 #[cfg(test)]
 mod fuzz_tests;
@@ -41,9 +43,9 @@ mod medit;
 mod notched_beam;
 mod number_type;
 mod obj;
+pub mod order;
 mod ply;
 mod quadratic;
-pub mod order;
 mod quality;
 mod repeat;
 mod select;
