@@ -74,6 +74,12 @@ impl<T, A: ReadAs<T>> ReadAs<Vec<T>> for Vec<A> {
     }
 }
 
+impl<T, A: ReadAs<T>> ReadAs<[T; 2]> for [A; 2] {
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[T; 2], D::Error> {
+        Ok(<[Entry<A, T>; 2]>::deserialize(deserializer)?.map(|entry| entry.0))
+    }
+}
+
 /// A number with a dimension.
 pub(crate) trait Measured {
     /// What it may be: one kind, unless the body decides.
@@ -132,6 +138,7 @@ measured! {
     Length: LENGTH;
     Mass: MASS;
     Duration: TIME;
+    Angle: ANGLE;
     Velocity: VELOCITY;
     AngularVelocity: ANGULAR_VELOCITY;
     Acceleration: ACCELERATION;
@@ -139,6 +146,7 @@ measured! {
     Pressure: PRESSURE;
     Stiffness: STIFFNESS;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
+    Number: NUMBER;
     /// Which of them is right shows when the body is built.
     Density: DENSITY | AREA_DENSITY | LINEAR_DENSITY;
 }

@@ -15,6 +15,8 @@ mod measured;
 mod mesh;
 mod one_or_many;
 mod over_time;
+mod shapes;
+mod transform;
 
 pub use body::*;
 pub(crate) use measured::*;
@@ -22,6 +24,8 @@ pub use mesh::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
 pub(crate) use over_time::OverTimeOf;
+pub use shapes::*;
+pub use transform::*;
 
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -236,7 +236,7 @@ fn mistakes_in_formulas_are_placed_inside_the_text() {
         ),
         (
             "[0, \"-9.81 * (1 - t\"]",
-            "9:31 world.gravity.1: `gravity`: expected `)` or an operator, found the end",
+            "9:30 world.gravity.1: `gravity`: expected `)` or an operator, found the end",
             Some(write),
         ),
         (
