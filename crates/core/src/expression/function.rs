@@ -126,6 +126,11 @@ functions! {
         if c != 0.0 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
 }
 
+/// How every function is called: `sin(a)`.
+pub fn signatures() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|function| function.signature)
+}
+
 /// The function of this name.
 pub(super) fn function(name: &str) -> Option<&'static Function> {
     FUNCTIONS.iter().copied().find(|function| function.name == name)

@@ -18,6 +18,7 @@ use std::fmt;
 
 pub use error::ExpressionError;
 use function::Function;
+pub use function::signatures;
 
 /// A variable of a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,9 +53,7 @@ impl Variable {
 /// A formula of `x`, `y`, `z` [m] and `t` [s].
 ///
 /// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`, `^` or `**`. Functions:
-/// `sin` `cos` `tan` `asin` `acos` `atan` `atan2(y, x)` `sinh` `cosh` `tanh` `exp` `ln` `sqrt` `abs` `sign` `floor` `min(a, b)`
-/// `max(a, b)` `clamp(x, low, high)` `step(edge, x)` `smoothstep(from, to, x)` `pulse(from, to, x)`
-/// `if(condition, then, otherwise)`. Constant: `pi`.
+/// [`signatures`]. Constant: `pi`.
 ///
 /// ```
 /// use pliant::expression::{Expression, Variable};

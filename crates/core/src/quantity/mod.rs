@@ -20,3 +20,4 @@ pub use error::QuantityError;
 pub use kind::Kind;
 pub(crate) use parse::number_length;
 pub use parse::{Quantity, is_quantity};
+pub use unit::{prefixes, unit_symbols};

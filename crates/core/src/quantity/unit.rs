@@ -127,6 +127,17 @@ const PREFIXES: &[(&str, i32)] = &[
     ("d", -1),
 ];
 
+/// The symbols of all units, without prefixes; those that take prefixes first.
+pub fn unit_symbols() -> (Vec<&'static str>, Vec<&'static str>) {
+    let symbols = |prefixes| UNITS.iter().filter(|u| u.prefixes == prefixes).map(|u| u.symbol).collect();
+    (symbols(true), symbols(false))
+}
+
+/// The prefixes of units.
+pub fn prefixes() -> Vec<&'static str> {
+    PREFIXES.iter().map(|(prefix, _)| *prefix).collect()
+}
+
 /// The unit of this symbol, with or without prefix. A symbol of its own comes before one with prefix: `min` are minutes.
 pub(super) fn find(symbol: &str) -> Option<(Scale, Dimension)> {
     if let Some(unit) = UNITS.iter().find(|unit| unit.symbol == symbol) {
