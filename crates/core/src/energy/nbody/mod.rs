@@ -1,12 +1,14 @@
 //! Newtonian attraction between all pairs of particles.
 
 mod kernels;
+mod pair;
 
 use rayon::prelude::*;
 
 use super::{EnergyKind, EnergyTerm, Fault};
 use crate::lanes::{WIDTH, dispatch, dispatch_compact};
-use kernels::{Block, EnergyKernel, PairKernel, Particles};
+use kernels::{EnergyKernel, PairKernel, Particles};
+use pair::{Block, FAR};
 
 /// Particles for which one more group of rows pays: about 50 microseconds of work.
 const PARTICLES_PER_GROUP: usize = 256;
@@ -47,7 +49,7 @@ impl<const D: usize> NBody<D> {
             constant,
             softening2: softening * softening,
             mass: masses,
-            position: vec![[[0.0; WIDTH]; D]; blocks],
+            position: vec![[[FAR; WIDTH]; D]; blocks],
             direction: vec![],
             partial: vec![vec![[[0.0; WIDTH]; D]; blocks]; groups],
             parts: vec![0.0; groups],
@@ -61,7 +63,8 @@ impl<const D: usize> NBody<D> {
     /// Runs the pair kernel in every group and adds the sums, times `G m_i`, to `g`.
     fn add_pairs<const DERIVATIVE: bool>(&mut self, g: &mut [f64]) {
         let mut partial = std::mem::take(&mut self.partial);
-        let (particles, direction, groups) = (self.particles(), &self.direction, partial.len());
+        let (particles, groups) = (self.particles(), partial.len());
+        let direction = if DERIVATIVE { &self.direction } else { &self.position };
         let run = |(group, out): (usize, &mut Vec<Block<D>>)| {
             dispatch(PairKernel::<D, DERIVATIVE> { particles, direction, group, groups, out });
         };
