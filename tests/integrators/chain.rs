@@ -125,7 +125,7 @@ fn mode_energy(simulation: &Simulation, j: usize) -> f64 {
 #[test]
 fn the_energy_of_the_fermi_pasta_ulam_tsingou_chain_wanders_and_returns() {
     let mut system = System::new(1, vec![1.0; FPUT_MASSES]);
-    system.add_term(Box::new(CubicChain { alpha: 0.25 }));
+    system.add_term(Box::new(CubicChain::new(0.25)));
     let x: Vec<f64> = (1..=FPUT_MASSES).map(|n| (PI * n as f64 / 32.0).sin()).collect();
     let state = State::new(x, vec![0.0; FPUT_MASSES]);
     let mut simulation = Simulation::new(system, state, method("velocity-verlet"), 0.1);

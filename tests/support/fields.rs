@@ -5,10 +5,15 @@ use pliant::energy::{EnergyKind, EnergyTerm, Fault};
 /// A potential in terms of the differences `d_i = x_{i+1} - x_i` of a one-dimensional row of unknowns, both ends held
 /// at zero: `E = sum_i 1/2 d_i^2 + alpha/3 d_i^3` (Fermi, Pasta, Ulam, Tsingou).
 pub(crate) struct CubicChain {
-    pub(crate) alpha: f64,
+    alpha: f64,
+    gradient: Vec<f64>,
 }
 
 impl CubicChain {
+    pub(crate) fn new(alpha: f64) -> Self {
+        CubicChain { alpha, gradient: vec![] }
+    }
+
     /// Calls `visit(index of the left vertex + 1, d)` for each of the `n + 1` springs.
     fn differences(x: &[f64], mut visit: impl FnMut(usize, f64)) {
         let mut left = 0.0;
@@ -31,9 +36,12 @@ impl EnergyTerm for CubicChain {
         Self::differences(x, |_, d| sum += 0.5 * d * d + self.alpha / 3.0 * d * d * d);
         sum
     }
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let (alpha, g) = (self.alpha, &mut self.gradient);
+        g.clear();
+        g.resize(x.len(), 0.0);
         Self::differences(x, |i, d| {
-            let tension = d + self.alpha * d * d;
+            let tension = d + alpha * d * d;
             if i < x.len() {
                 g[i] += tension;
             }
@@ -41,6 +49,12 @@ impl EnergyTerm for CubicChain {
                 g[i - 1] -= tension;
             }
         });
+        g.iter().all(|g| g.is_finite())
+    }
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        for (g, own) in g.iter_mut().zip(&self.gradient[first..]) {
+            *g += own;
+        }
     }
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         Self::differences(x, |i, d| {

@@ -47,6 +47,7 @@ pub mod lanes;
 pub mod material;
 pub mod mesh;
 pub mod observer;
+mod pass;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod run;

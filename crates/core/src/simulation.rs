@@ -15,8 +15,6 @@ pub struct Simulation {
     method: &'static Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
-    /// Velocities before the drag of a step that may fail; empty without drag.
-    undamped: Vec<f64>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -105,8 +103,7 @@ impl Simulation {
             }
         }
         let integrator = method.build(state.x().len());
-        let undamped = if system.ether_drag() == 0.0 { vec![] } else { state.v().to_vec() };
-        Simulation { system, state, method, integrator, step_size, undamped, stability: None }
+        Simulation { system, state, method, integrator, step_size, stability: None }
     }
 
     /// Takes one step.
@@ -119,31 +116,11 @@ impl Simulation {
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
         self.ensure_force()?;
-        let drag = self.system.ether_drag();
-        // Strang splitting: half of the drag before the step and half after keeps second order.
-        let half_drag = (-0.5 * drag * h).exp();
-        if drag != 0.0 {
-            self.undamped.copy_from_slice(self.state.v());
-            self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
-        }
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
-            self.restore_velocities();
             return Err(self.not_finite(fault));
-        }
-        if drag != 0.0 {
-            self.state.v_mut().iter_mut().for_each(|v| *v *= half_drag);
-        }
-        let (x, v) = self.state.both_mut();
-        let mut moved = false;
-        for wall in self.system.walls() {
-            moved |= wall.apply(self.system.inverse_mass(), x, v);
-        }
-        if moved {
-            self.state.acceleration_is_current = false;
         }
         if let Err(error) = self.ensure_force() {
             self.integrator.undo(&mut self.state);
-            self.restore_velocities();
             return Err(error);
         }
         self.state.step += 1;
@@ -154,16 +131,10 @@ impl Simulation {
 
     /// Computes the force at the present positions, unless it is known.
     fn ensure_force(&mut self) -> Result<(), StepError> {
-        if self.state.ensure_acceleration(&mut self.system) {
+        if self.state.ensure_force(&mut self.system) {
             return Ok(());
         }
         Err(self.not_finite_here())
-    }
-
-    fn restore_velocities(&mut self) {
-        if !self.undamped.is_empty() {
-            self.state.v_mut().copy_from_slice(&self.undamped);
-        }
     }
 
     /// The error of a step from or to the present state, which has no finite force or energy.
@@ -275,6 +246,6 @@ impl Simulation {
 
     /// Bytes held: the state, the system, the scheme's scratch memory.
     pub fn bytes(&self) -> usize {
-        8 * (3 * self.state.x().len() + self.undamped.len()) + self.system.bytes() + self.integrator.bytes()
+        8 * 2 * self.state.x().len() + self.system.bytes() + self.integrator.bytes()
     }
 }

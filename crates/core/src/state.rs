@@ -1,10 +1,9 @@
 //! The state of a simulation: time, positions, velocities.
 
-use crate::integrator::all_finite;
-use crate::system::System;
+use crate::system::{ForceId, System};
 
-/// Time, positions and velocities, and the acceleration that belongs to those positions once it has been computed.
-#[derive(Clone, Debug, PartialEq)]
+/// Time, positions and velocities, and which evaluation of the force belongs to those positions.
+#[derive(Clone, Debug)]
 pub struct State {
     /// Steps taken.
     pub step: u64,
@@ -12,10 +11,8 @@ pub struct State {
     pub time: f64,
     x: Vec<f64>,
     v: Vec<f64>,
-    /// `M^-1 f(x)`, valid where `acceleration_is_current`: a method whose last stage is at the new positions passes
-    /// its force on to the next step.
-    pub(crate) acceleration: Vec<f64>,
-    pub(crate) acceleration_is_current: bool,
+    /// The force at `x`: a method whose last stage is at the new positions passes it on to the next step.
+    pub(crate) force: ForceId,
 }
 
 impl State {
@@ -25,8 +22,7 @@ impl State {
     /// If the arrays differ in length.
     pub fn new(x: Vec<f64>, v: Vec<f64>) -> Self {
         assert_eq!(x.len(), v.len(), "one velocity per position");
-        let acceleration = vec![0.0; x.len()];
-        State { step: 0, time: 0.0, x, v, acceleration, acceleration_is_current: false }
+        State { step: 0, time: 0.0, x, v, force: ForceId::NONE }
     }
 
     /// Positions, flat `(n, dimension)` [m].
@@ -41,7 +37,7 @@ impl State {
 
     /// Positions to be changed; whatever was known about the force there is forgotten.
     pub fn x_mut(&mut self) -> &mut [f64] {
-        self.acceleration_is_current = false;
+        self.force = ForceId::NONE;
         &mut self.x
     }
 
@@ -50,23 +46,17 @@ impl State {
         &mut self.v
     }
 
-    /// Positions and velocities to be changed, without forgetting the force: for constraints that report whether they
-    /// moved anything.
-    pub(crate) fn both_mut(&mut self) -> (&mut [f64], &mut [f64]) {
-        (&mut self.x, &mut self.v)
-    }
-
-    /// Computes the acceleration at the present positions unless it is known; false where it is not finite.
-    pub(crate) fn ensure_acceleration(&mut self, system: &mut System) -> bool {
-        if !self.acceleration_is_current {
-            system.acceleration(&self.x, &mut self.acceleration);
-            self.acceleration_is_current = all_finite(&self.acceleration);
+    /// Evaluates the force at the present positions, unless `system` still holds it; false where it is not finite.
+    pub(crate) fn ensure_force(&mut self, system: &mut System) -> bool {
+        if !system.holds(self.force) {
+            self.force = system.evaluate(&self.x).unwrap_or(ForceId::NONE);
         }
-        self.acceleration_is_current
+        self.force != ForceId::NONE
     }
 
-    /// Takes over `x` and `v`, handing back the previous ones in their place.
-    pub(crate) fn swap(&mut self, x: &mut Vec<f64>, v: &mut Vec<f64>) {
+    /// Takes over `x` and `v` and the force there, handing back the previous positions and velocities in their place.
+    pub(crate) fn swap(&mut self, x: &mut Vec<f64>, v: &mut Vec<f64>, force: ForceId) {
+        self.force = force;
         std::mem::swap(&mut self.x, x);
         std::mem::swap(&mut self.v, v);
     }

@@ -1,38 +1,57 @@
 //! The equations of motion `M x'' = -dE/dx`: masses, energy terms, constraints.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use crate::constraint::Wall;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
+use crate::pass::{Pass, Passed, Surroundings};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
 pub struct System {
     dimension: usize,
     mass: Vec<f64>,
-    /// `1 / m`, zero where pinned.
+    /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: Vec<f64>,
     terms: Vec<Box<dyn EnergyTerm>>,
     walls: Vec<Wall>,
     ether_drag: f64,
-    gradient: Vec<f64>,
+    /// The force that the terms hold.
+    force: ForceId,
     force_evaluations: u64,
+}
+
+/// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ForceId(u64);
+
+impl ForceId {
+    /// No force at all.
+    pub(crate) const NONE: ForceId = ForceId(0);
+
+    fn fresh() -> Self {
+        static LAST: AtomicU64 = AtomicU64::new(0);
+        ForceId(LAST.fetch_add(1, Ordering::Relaxed) + 1)
+    }
 }
 
 impl System {
     /// A system of free vertices of these masses [kg] in `dimension` dimensions, without forces.
     pub fn new(dimension: usize, mass: Vec<f64>) -> Self {
         System {
-            inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
-            gradient: vec![0.0; mass.len() * dimension],
+            inverse_mass: mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, dimension)).collect(),
             dimension,
             mass,
             terms: vec![],
             walls: vec![],
             ether_drag: 0.0,
+            force: ForceId::NONE,
             force_evaluations: 0,
         }
     }
 
     /// Adds a potential.
     pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) {
+        self.force = ForceId::NONE;
         self.terms.push(term);
     }
 
@@ -44,7 +63,7 @@ impl System {
     /// Holds these vertices where they are.
     pub fn pin(&mut self, vertices: &[u32]) {
         for &v in vertices {
-            self.inverse_mass[v as usize] = 0.0;
+            self.inverse_mass[v as usize * self.dimension..][..self.dimension].fill(0.0);
         }
     }
 
@@ -63,14 +82,14 @@ impl System {
         &self.mass
     }
 
-    /// `1 / m` of every vertex [1/kg], zero where pinned.
+    /// `1 / m` of every coordinate [1/kg], zero where it is held; flat `(n, dimension)`.
     pub fn inverse_mass(&self) -> &[f64] {
         &self.inverse_mass
     }
 
     /// Whether vertex `i` is pinned.
     pub fn is_pinned(&self, i: usize) -> bool {
-        self.inverse_mass[i] == 0.0
+        self.inverse_mass[i * self.dimension..][..self.dimension].iter().all(|w| *w == 0.0)
     }
 
     /// The potentials.
@@ -109,24 +128,58 @@ impl System {
         speeds.zip(&self.mass).map(|(v2, m)| 0.5 * m * v2).sum()
     }
 
-    /// `a = -M^-1 dE/dx` [m/s^2], zero at pinned vertices.
-    pub fn acceleration(&mut self, x: &[f64], a: &mut [f64]) {
-        self.gradient.fill(0.0);
+    /// Evaluates the force at `x`; the terms hold it until the next evaluation. `None` where it is not finite, pinned
+    /// coordinates excepted: these do not feel it.
+    pub(crate) fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
+        let mut finite = true;
         for term in &mut self.terms {
-            term.add_gradient(x, &mut self.gradient);
+            finite &= term.evaluate(x);
         }
         self.force_evaluations += 1;
-        let rows = a.chunks_exact_mut(self.dimension).zip(self.gradient.chunks_exact(self.dimension));
-        for ((a, g), w) in rows.zip(&self.inverse_mass) {
-            for (a, g) in a.iter_mut().zip(g) {
-                // A pinned vertex stays at rest even where its force is not finite.
-                *a = if *w == 0.0 { 0.0 } else { -w * g };
-            }
+        self.force = ForceId::fresh();
+        (finite || self.is_finite_where_free()).then_some(self.force)
+    }
+
+    /// Whether the force that the terms hold is finite at every coordinate that is free to move.
+    fn is_finite_where_free(&self) -> bool {
+        let mut a = vec![0.0; self.inverse_mass.len()];
+        self.surroundings().accelerations(&mut a);
+        a.iter().all(|a| a.is_finite())
+    }
+
+    /// Whether the terms still hold this force.
+    pub(crate) fn holds(&self, force: ForceId) -> bool {
+        force != ForceId::NONE && force == self.force
+    }
+
+    /// Moves the rows `x` and `v`, taken `from` elsewhere where that is given, by the force that the terms hold.
+    pub(crate) fn pass(
+        &self,
+        pass: &Pass,
+        from: Option<(&[f64], &[f64])>,
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> Passed {
+        self.surroundings().run(pass, from, x, v)
+    }
+
+    /// Writes `-M^-1 dE/dx` [m/s^2] of the force that the terms hold over `a`; zero at held coordinates.
+    pub(crate) fn accelerations(&self, a: &mut [f64]) {
+        self.surroundings().accelerations(a);
+    }
+
+    fn surroundings(&self) -> Surroundings<'_> {
+        Surroundings {
+            dimension: self.dimension,
+            terms: &self.terms,
+            inverse_mass: &self.inverse_mass,
+            walls: &self.walls,
         }
     }
 
     /// `dE/dx` [N], written over `g`; pinned vertices included.
     pub fn gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        self.force = ForceId::NONE;
         g.fill(0.0);
         for term in &mut self.terms {
             term.add_gradient(x, g);
@@ -135,6 +188,8 @@ impl System {
 
     /// `y = d2E/dx2 p` [N], written over `y`; pinned vertices included.
     pub fn hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        // Terms may use the memory of their force.
+        self.force = ForceId::NONE;
         y.fill(0.0);
         for term in &mut self.terms {
             term.add_hessian_product(x, p, y);
@@ -153,6 +208,6 @@ impl System {
 
     /// Bytes held by masses and terms.
     pub fn bytes(&self) -> usize {
-        8 * (2 * self.mass.len() + self.gradient.len()) + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
+        8 * (self.mass.len() + self.inverse_mass.len()) + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
     }
 }

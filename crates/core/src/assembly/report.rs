@@ -84,7 +84,7 @@ impl Report {
             title: scene.title.clone(),
             dimension: d,
             vertices: system.mass().len(),
-            free_coordinates: free * d,
+            free_coordinates: free,
             mass: system.mass().iter().sum(),
             size: extent(simulation.state().x(), d),
             bodies: bodies.iter().map(BodyReport::new).collect(),

@@ -29,13 +29,15 @@ impl Wall {
         self.offset
     }
 
-    /// Puts vertices back, pinned ones (zero inverse mass) excepted. Returns whether any position changed.
+    /// Puts vertices back, those with a held coordinate (zero inverse mass; one number per coordinate) excepted. Returns
+    /// whether any position changed.
     pub fn apply(&self, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
         let d = self.normal.len();
         let mut moved = false;
-        for ((x, v), w) in x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d)).zip(inverse_mass) {
+        let rows = x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d));
+        for ((x, v), w) in rows.zip(inverse_mass.chunks_exact(d)) {
             let depth = self.offset - dot(&self.normal, x);
-            if depth <= 0.0 || *w == 0.0 {
+            if depth <= 0.0 || w.contains(&0.0) {
                 continue;
             }
             moved = true;
@@ -62,12 +64,12 @@ mod tests {
     fn a_vertex_that_crossed_is_put_back_and_keeps_its_tangential_velocity() {
         let wall = Wall::new(&[2.0, 0.0], 0.1);
         let (mut x, mut v) = (vec![0.05, 0.7, 0.2, 0.7, 0.0, 0.0], vec![-3.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
-        assert!(wall.apply(&[1.0, 1.0, 0.0], &mut x, &mut v));
+        assert!(wall.apply(&[1.0, 1.0, 1.0, 1.0, 0.0, 0.0], &mut x, &mut v));
         assert_eq!(x, [0.1, 0.7, 0.2, 0.7, 0.0, 0.0]);
         assert_eq!(v, [0.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
         let mut leaving = vec![3.0, 0.0];
-        assert!(wall.apply(&[1.0], &mut [0.0, 0.0], &mut leaving));
+        assert!(wall.apply(&[1.0, 1.0], &mut [0.0, 0.0], &mut leaving));
         assert_eq!(leaving, [3.0, 0.0]);
-        assert!(!wall.apply(&[1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0]));
+        assert!(!wall.apply(&[1.0, 1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0]));
     }
 }

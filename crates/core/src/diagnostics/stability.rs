@@ -28,8 +28,7 @@ pub struct Spectrum {
 /// The basis is not kept: lost orthogonality repeats eigenvalues that have converged, and does not move the largest.
 /// The start vector is fixed, so that the result is the same everywhere.
 pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
-    let d = system.dimension();
-    let scale: Vec<f64> = (0..x.len()).map(|i| system.inverse_mass()[i / d].sqrt()).collect();
+    let scale: Vec<f64> = system.inverse_mass().iter().map(|w| w.sqrt()).collect();
     let mut q: Vec<f64> =
         (0..x.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
     let length = norm(&q);

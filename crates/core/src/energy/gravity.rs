@@ -44,8 +44,12 @@ impl EnergyTerm for UniformGravity {
         mass * g * crate::state::diagonal(x, self.acceleration.len())
     }
 
-    fn add_gradient(&mut self, _x: &[f64], g: &mut [f64]) {
-        for (g, m) in g.chunks_exact_mut(self.acceleration.len()).zip(&self.negative_mass) {
+    fn evaluate(&mut self, _x: &[f64]) -> bool {
+        true
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        for (g, m) in g.chunks_exact_mut(self.acceleration.len()).zip(&self.negative_mass[first..]) {
             for (g, a) in g.iter_mut().zip(&self.acceleration) {
                 *g += m * a;
             }

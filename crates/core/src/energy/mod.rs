@@ -99,10 +99,22 @@ pub trait EnergyTerm: Send + Sync {
         self.energy(x).abs()
     }
 
-    /// Adds `dE/dx` [N] to `g`. The same bits for any number of threads.
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]);
+    /// Computes `dE/dx` [N] at `x` and holds it for [`add_rows`](Self::add_rows); returns whether all of it is finite. The same
+    /// bits for any number of threads. [`energy`](Self::energy) and the other measurements leave it alone.
+    fn evaluate(&mut self, x: &[f64]) -> bool;
 
-    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`.
+    /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as it has, from vertex `first`
+    /// on. A step calls this block by block, from several threads, and every vertex once: whatever is left to do per vertex is
+    /// done here, while the rows are in the cache.
+    fn add_rows(&self, first: usize, g: &mut [f64]);
+
+    /// Adds `dE/dx` [N] at `x` to `g`.
+    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+        self.evaluate(x);
+        self.add_rows(0, g);
+    }
+
+    /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
     /// The first place where `x` has no finite energy or force; called only after something went wrong.

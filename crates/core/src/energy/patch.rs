@@ -6,9 +6,11 @@
 //! one thread and on eight, without atomics and without colouring.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use crate::integrator::all_finite;
 use crate::lanes::{Rows, WIDTH};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
@@ -208,17 +210,17 @@ impl<const N: usize> Patches<N> {
         self.stride * Rows::<D>::STRIDE
     }
 
-    /// Adds to `g` the gradient rows that `kernel` fills for each patch. It finds the positions `x` of its vertices in its
-    /// scratch memory, and, if there is a `direction`, that too.
-    pub fn accumulate<const D: usize>(
+    /// Keeps in `workspace` the gradient rows that `kernel` fills for each patch, and returns whether they are finite. The kernel
+    /// finds the positions `x` of its vertices in its scratch memory, and, if there is a `direction`, that too.
+    pub fn evaluate<const D: usize>(
         &self,
         workspace: &mut Workspace<D>,
         x: &[f64],
         direction: Option<&[f64]>,
-        g: &mut [f64],
         kernel: impl Fn(&Patch, &mut Scratch<D>) + Sync + Send,
-    ) {
+    ) -> bool {
         let Workspace { scratch, sums, .. } = workspace;
+        let finite = AtomicBool::new(true);
         self.for_each(scratch, sums, self.per_patch::<D>(), |patch, scratch, out| {
             let vertices = &self.vertices[patch.vertices.clone()];
             scratch.position.load_vertices(x, vertices);
@@ -227,9 +229,31 @@ impl<const N: usize> Patches<N> {
             }
             scratch.gradient.clear(vertices.len());
             kernel(patch, scratch);
-            out.copy_from_slice(&scratch.gradient.as_slice()[..out.len()]);
+            let rows = &scratch.gradient.as_slice()[..vertices.len() * Rows::<D>::STRIDE];
+            out[..rows.len()].copy_from_slice(rows);
+            if !all_finite(rows) {
+                finite.store(false, Ordering::Relaxed);
+            }
         });
-        self.gather::<D>(&workspace.sums, g);
+        finite.into_inner()
+    }
+
+    /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each vertex the rows
+    /// of the patches that touch it, in the order of the patches.
+    pub fn add_rows<const D: usize>(&self, workspace: &Workspace<D>, first: usize, g: &mut [f64]) {
+        let end = first + g.len() / D;
+        let start = self.touched.partition_point(|&v| (v as usize) < first);
+        for (&v, rows) in self.touched[start..].iter().zip(self.row_start[start..].windows(2)) {
+            if v as usize >= end {
+                break;
+            }
+            let out = &mut g[(v as usize - first) * D..][..D];
+            for &row in &self.rows[rows[0] as usize..rows[1] as usize] {
+                for (g, sum) in out.iter_mut().zip(&workspace.sums[row as usize * Rows::<D>::STRIDE..]) {
+                    *g += sum;
+                }
+            }
+        }
     }
 
     /// The sum, in the order of the patches, of what `kernel` gives for each.
@@ -283,18 +307,6 @@ impl<const N: usize> Patches<N> {
         let per_task = self.patches.len().div_ceil(scratch.len());
         let tasks = self.patches.par_chunks(per_task).zip(out.par_chunks_mut(per_task * per_patch));
         tasks.zip(scratch).for_each(|((patches, out), scratch)| run(scratch, patches, out));
-    }
-
-    /// Adds the rows of every vertex, in the order of the patches, to its `D` components of `g`.
-    fn gather<const D: usize>(&self, sums: &[f64], g: &mut [f64]) {
-        for (&v, rows) in self.touched.iter().zip(self.row_start.windows(2)) {
-            let out = &mut g[v as usize * D..v as usize * D + D];
-            for &row in &self.rows[rows[0] as usize..rows[1] as usize] {
-                for (g, sum) in out.iter_mut().zip(&sums[row as usize * Rows::<D>::STRIDE..]) {
-                    *g += sum;
-                }
-            }
-        }
     }
 
     /// Every stencil, patch by patch: its original number, its global vertices, its pack and its lane.

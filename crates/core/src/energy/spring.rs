@@ -70,11 +70,15 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         patches.sum(workspace, x, |patch, scratch| dispatch(EnergyKernel { patches, packs, patch, scratch }))
     }
 
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+    fn evaluate(&mut self, x: &[f64]) -> bool {
         let Springs { patches, packs, workspace, .. } = self;
-        patches.accumulate(workspace, x, None, g, |patch, scratch| {
+        patches.evaluate(workspace, x, None, |patch, scratch| {
             dispatch(GradientKernel { patches, packs, patch, scratch });
-        });
+        })
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.patches.add_rows(&self.workspace, first, g);
     }
 
     /// `H = k [n n^T + (1 - l0/l) (I - n n^T)]` on the difference of the two ends (verified against differences).

@@ -27,7 +27,7 @@ pub fn amplification(method: &Method, z: f64, decay: f64) -> Amplification {
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
         let mut system = System::new(1, vec![1.0]);
-        system.add_term(Box::new(Oscillator));
+        system.add_term(Box::<Oscillator>::default());
         let mut state = State::new(vec![start[0]], vec![start[1] * half_decay]);
         // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large anyway.
         *column = match method.build(1).step(&mut system, &mut state, z) {
@@ -39,7 +39,10 @@ pub fn amplification(method: &Method, z: f64, decay: f64) -> Amplification {
 }
 
 /// `E = 1/2 |x|^2`.
-struct Oscillator;
+#[derive(Default)]
+struct Oscillator {
+    gradient: Vec<f64>,
+}
 
 impl EnergyTerm for Oscillator {
     fn name(&self) -> String {
@@ -51,9 +54,14 @@ impl EnergyTerm for Oscillator {
     fn energy(&mut self, x: &[f64]) -> f64 {
         0.5 * x.iter().map(|x| x * x).sum::<f64>()
     }
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
-        for (g, x) in g.iter_mut().zip(x) {
-            *g += x;
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        self.gradient.clear();
+        self.gradient.extend_from_slice(x);
+        x.iter().all(|x| x.is_finite())
+    }
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        for (g, own) in g.iter_mut().zip(&self.gradient[first..]) {
+            *g += own;
         }
     }
     fn add_hessian_product(&mut self, _x: &[f64], p: &[f64], y: &mut [f64]) {

@@ -108,7 +108,7 @@ impl Method {
 
 /// Advances a state by one step: the black box `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3).
 pub trait Integrator: Send + Sync {
-    /// One step of size `h` [s]. Advances positions and velocities; time, drag and walls are the caller's.
+    /// One step of size `h` [s]. Advances positions and velocities, drag and walls included; time is the caller's.
     ///
     /// # Errors
     /// [`StepFault`] where a force or the new state is not finite. `state` is then what it was before.
@@ -136,6 +136,12 @@ impl StepFault {
         let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
         StepFault { fault: system.fault(x), vertex: vertex.map(|i| i / system.dimension()) }
     }
+}
+
+/// What is left of a velocity after the ether drag of half a step. Strang splitting: half of the drag before the step and half
+/// after keeps second order.
+pub(crate) fn half_drag(system: &System, h: f64) -> f64 {
+    (-0.5 * system.ether_drag() * h).exp()
 }
 
 /// Whether all are finite; a sum instead of a test for each, so that it vectorises.

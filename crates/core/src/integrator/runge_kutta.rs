@@ -1,8 +1,8 @@
 //! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x))`.
 
-use super::{Integrator, StepFault, all_finite};
+use super::{Integrator, StepFault, all_finite, half_drag};
 use crate::state::State;
-use crate::system::System;
+use crate::system::{ForceId, System};
 
 /// An explicit Butcher tableau; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq. II.1.8.
 ///
@@ -38,10 +38,12 @@ impl RungeKutta {
         }
     }
 
-    /// `x = x_n + h sum_j w_j v_j` and the same for `v`, over the first `weights.len()` stages.
-    fn combine(&mut self, state: &State, h: f64, weights: &[f64]) {
+    /// `x = x_n + h sum_j w_j v_j`, `v = drag v_n + h sum_j w_j a_j` over the first `weights.len()` stages.
+    fn combine(&mut self, state: &State, drag: f64, h: f64, weights: &[f64]) {
         self.x.copy_from_slice(state.x());
-        self.v.copy_from_slice(state.v());
+        for (v, before) in self.v.iter_mut().zip(state.v()) {
+            *v = drag * before;
+        }
         for (j, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
             for i in 0..self.x.len() {
                 self.x[i] += h * w * self.velocity[j][i];
@@ -54,31 +56,30 @@ impl RungeKutta {
 impl Integrator for RungeKutta {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let Tableau { a, b } = self.tableau;
+        let half_drag = half_drag(system, h);
         for stage in 0..b.len() {
-            self.combine(state, h, a[stage]);
-            if stage == 0 && state.acceleration_is_current {
-                self.acceleration[0].copy_from_slice(&state.acceleration);
-            } else {
-                system.acceleration(&self.x, &mut self.acceleration[stage]);
-            }
-            self.velocity[stage].copy_from_slice(&self.v);
-            if !all_finite(&self.acceleration[stage]) {
+            self.combine(state, half_drag, h, a[stage]);
+            if !(stage == 0 && system.holds(state.force)) && system.evaluate(&self.x).is_none() {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
+            system.accelerations(&mut self.acceleration[stage]);
+            self.velocity[stage].copy_from_slice(&self.v);
         }
-        self.combine(state, h, b);
+        self.combine(state, half_drag, h, b);
+        self.v.iter_mut().for_each(|v| *v *= half_drag);
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        state.swap(&mut self.x, &mut self.v);
-        state.acceleration_is_current = false;
+        for wall in system.walls() {
+            wall.apply(system.inverse_mass(), &mut self.x, &mut self.v);
+        }
+        state.swap(&mut self.x, &mut self.v, ForceId::NONE);
         Ok(())
     }
 
     fn undo(&mut self, state: &mut State) {
         // The swap at the end of the step left the old state here.
-        state.swap(&mut self.x, &mut self.v);
-        state.acceleration_is_current = false;
+        state.swap(&mut self.x, &mut self.v, ForceId::NONE);
     }
 
     fn bytes(&self) -> usize {

@@ -1,8 +1,9 @@
 //! Splitting schemes: the kinetic and the potential part of the motion, each solved exactly, in turn.
 
-use super::{Integrator, StepFault, all_finite};
+use super::{Integrator, StepFault, half_drag};
+use crate::pass::Pass;
 use crate::state::State;
-use crate::system::System;
+use crate::system::{ForceId, System};
 
 /// One part of a step, by its share of the step size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,46 +32,54 @@ impl Splitting {
 
 impl Integrator for Splitting {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        // The step is taken on copies, so that one that fails leaves the state as it was.
-        self.x.copy_from_slice(state.x());
-        self.v.copy_from_slice(state.v());
-        for stage in self.stages {
-            match *stage {
-                Stage::Kick(c) => {
-                    if !state.acceleration_is_current {
-                        system.acceleration(&self.x, &mut state.acceleration);
-                        state.acceleration_is_current = true;
-                    }
-                    add_scaled(&mut self.v, c * h, &state.acceleration);
+        let half_drag = half_drag(system, h);
+        let Splitting { stages, x, v } = self;
+        let mut force = state.force;
+        let mut next = 0;
+        while next < stages.len() {
+            // A kick and the drift after it, or either alone: one pass over the vertices. The first goes from the state to
+            // copies, so that a step that fails leaves the state as it was.
+            let first = next == 0;
+            let mut pass = Pass { drag_before: 1.0, kick: 0.0, drift: 0.0, drag_after: 1.0, walls: false };
+            if let Some(Stage::Kick(c)) = stages.get(next) {
+                pass.kick = c * h;
+                if !system.holds(force) {
+                    let at = if first { state.x() } else { &x[..] };
+                    force = system.evaluate(at).ok_or_else(|| StepFault::at(system, at, state.v()))?;
                 }
-                Stage::Drift(c) => {
-                    add_scaled(&mut self.x, c * h, &self.v);
-                    state.acceleration_is_current = false;
-                }
+                next += 1;
+            }
+            if let Some(Stage::Drift(c)) = stages.get(next) {
+                pass.drift = c * h;
+                next += 1;
+            }
+            let last = next == stages.len();
+            pass.walls = last;
+            if first {
+                pass.drag_before = half_drag;
+            }
+            if last {
+                pass.drag_after = half_drag;
+            }
+            let from = first.then(|| (state.x(), state.v()));
+            let passed = system.pass(&pass, from, x, v);
+            if !passed.finite {
+                return Err(StepFault::at(system, x, v));
+            }
+            if pass.drift != 0.0 || passed.put_back {
+                force = ForceId::NONE;
             }
         }
-        if !(all_finite(&self.x) && all_finite(&self.v)) {
-            state.acceleration_is_current = false;
-            return Err(StepFault::at(system, &self.x, &self.v));
-        }
-        state.swap(&mut self.x, &mut self.v);
+        state.swap(x, v, force);
         Ok(())
     }
 
     fn undo(&mut self, state: &mut State) {
         // The swap at the end of the step left the old state here.
-        state.swap(&mut self.x, &mut self.v);
-        state.acceleration_is_current = false;
+        state.swap(&mut self.x, &mut self.v, ForceId::NONE);
     }
 
     fn bytes(&self) -> usize {
         8 * (self.x.len() + self.v.len())
-    }
-}
-
-/// `y += c x`.
-fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += c * x;
     }
 }

@@ -78,13 +78,13 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
         })
     }
 
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+    fn evaluate(&mut self, x: &[f64]) -> bool {
         let Elastic { patches, packs, material, workspace, stress, .. } = self;
         match stress {
-            Stress::Analytic => patches.accumulate(workspace, x, None, g, |patch, scratch| {
+            Stress::Analytic => patches.evaluate(workspace, x, None, |patch, scratch| {
                 dispatch(GradientKernel::<_, D, N, false> { material, patches, packs, patch, scratch });
             }),
-            Stress::Autodiff => patches.accumulate(workspace, x, None, g, |patch, scratch| {
+            Stress::Autodiff => patches.evaluate(workspace, x, None, |patch, scratch| {
                 dispatch_compact(GradientKernel::<_, D, N, true> {
                     material,
                     patches,
@@ -96,11 +96,16 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
         }
     }
 
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.patches.add_rows(&self.workspace, first, g);
+    }
+
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let Elastic { patches, packs, material, workspace, .. } = self;
-        patches.accumulate(workspace, x, Some(p), y, |patch, scratch| {
+        patches.evaluate(workspace, x, Some(p), |patch, scratch| {
             dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
         });
+        patches.add_rows(workspace, 0, y);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

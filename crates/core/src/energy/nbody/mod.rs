@@ -37,7 +37,11 @@ pub struct NBody<const D: usize> {
 impl<const D: usize> NBody<D> {
     /// Attraction with constant `constant` [m^3/(kg s^2)] and softening length `softening` [m] between `vertices` of
     /// masses `mass` [kg] (one per listed vertex).
+    ///
+    /// # Panics
+    /// If the vertices are not listed in ascending order.
     pub fn new(vertices: Vec<u32>, mass: Vec<f64>, constant: f64, softening: f64) -> Self {
+        assert!(vertices.is_sorted(), "vertices in ascending order");
         let blocks = vertices.len().div_ceil(WIDTH);
         let groups = (vertices.len() / PARTICLES_PER_GROUP).clamp(1, MAX_GROUPS);
         let mut masses = vec![[0.0; WIDTH]; blocks];
@@ -60,8 +64,8 @@ impl<const D: usize> NBody<D> {
         Particles { position: &self.position, mass: &self.mass, softening2: self.softening2 }
     }
 
-    /// Runs the pair kernel in every group and adds the sums, times `G m_i`, to `g`.
-    fn add_pairs<const DERIVATIVE: bool>(&mut self, g: &mut [f64]) {
+    /// Runs the pair kernel in every group.
+    fn sum_pairs<const DERIVATIVE: bool>(&mut self) {
         let mut partial = std::mem::take(&mut self.partial);
         let (particles, groups) = (self.particles(), partial.len());
         let direction = if DERIVATIVE { &self.direction } else { &self.position };
@@ -72,14 +76,6 @@ impl<const D: usize> NBody<D> {
             partial.iter_mut().enumerate().for_each(run);
         } else {
             partial.par_iter_mut().enumerate().for_each(run);
-        }
-        for (i, &v) in self.vertices.iter().enumerate() {
-            let (block, lane) = (i / WIDTH, i % WIDTH);
-            let factor = self.constant * self.mass[block][lane];
-            for c in 0..D {
-                let sum: f64 = partial.iter().map(|p| p[block][c][lane]).sum();
-                g[v as usize * D + c] += factor * sum;
-            }
         }
         self.partial = partial;
     }
@@ -119,16 +115,36 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         -self.constant * self.parts.iter().sum::<f64>()
     }
 
-    fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
+    fn evaluate(&mut self, x: &[f64]) -> bool {
         load(&mut self.position, &self.vertices, x);
-        self.add_pairs::<false>(g);
+        self.sum_pairs::<false>();
+        // Zero times a finite number is zero, times anything else NaN.
+        let zero: f64 = self.partial.iter().flatten().flatten().flatten().map(|sum| 0.0 * sum).sum();
+        zero == 0.0
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        let end = first + g.len() / D;
+        let start = self.vertices.partition_point(|&v| (v as usize) < first);
+        for (i, &v) in self.vertices.iter().enumerate().skip(start) {
+            if v as usize >= end {
+                break;
+            }
+            let (block, lane) = (i / WIDTH, i % WIDTH);
+            let factor = self.constant * self.mass[block][lane];
+            for c in 0..D {
+                let sum: f64 = self.partial.iter().map(|p| p[block][c][lane]).sum();
+                g[(v as usize - first) * D + c] += factor * sum;
+            }
+        }
     }
 
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         load(&mut self.position, &self.vertices, x);
         self.direction.resize(self.position.len(), [[0.0; WIDTH]; D]);
         load(&mut self.direction, &self.vertices, p);
-        self.add_pairs::<true>(y);
+        self.sum_pairs::<true>();
+        self.add_rows(0, y);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

@@ -1,0 +1,186 @@
+//! One pass over all vertices: the force is added up, and kick, drift, drag and walls follow while the rows are in the cache.
+//!
+//! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a gradient on the stack,
+//! so that no array of forces is written or read, and the old state is read and the new one written once. A block does not
+//! depend on any other: the bits are the same on any number of threads.
+
+use rayon::prelude::*;
+
+use crate::constraint::Wall;
+use crate::energy::EnergyTerm;
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::scalar::Scalar;
+
+/// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first cache.
+const BLOCK: usize = 256;
+/// Numbers in the rows of a block.
+const BLOCK_NUMBERS: usize = 3 * BLOCK;
+/// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
+const TASK_BLOCKS: usize = 16;
+
+/// What a pass does to each row, in this order:
+/// `v <- drag_before v`, `v <- v + kick a`, `x <- x + drift v`, `v <- drag_after v`, walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pass {
+    /// Factor of the velocities before the kick.
+    pub(crate) drag_before: f64,
+    /// Time [s] for which the acceleration acts; 0: forces are not looked at.
+    pub(crate) kick: f64,
+    /// Time [s] for which the velocity acts.
+    pub(crate) drift: f64,
+    /// Factor of the velocities after all.
+    pub(crate) drag_after: f64,
+    /// Whether walls put vertices back.
+    pub(crate) walls: bool,
+}
+
+/// What a pass came upon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Passed {
+    /// Whether all positions and velocities are finite.
+    pub(crate) finite: bool,
+    /// Whether a wall moved a vertex.
+    pub(crate) put_back: bool,
+}
+
+impl Passed {
+    const NOTHING: Passed = Passed { finite: true, put_back: false };
+
+    fn and(self, other: Self) -> Self {
+        Passed { finite: self.finite & other.finite, put_back: self.put_back | other.put_back }
+    }
+}
+
+/// What a pass reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Surroundings<'a> {
+    pub(crate) dimension: usize,
+    pub(crate) terms: &'a [Box<dyn EnergyTerm>],
+    /// Of every coordinate, zero where it is held [1/kg].
+    pub(crate) inverse_mass: &'a [f64],
+    pub(crate) walls: &'a [Wall],
+}
+
+impl Surroundings<'_> {
+    /// Runs `pass` on the rows `x` and `v`, which are overwritten; they are taken `from` elsewhere where that is given.
+    pub(crate) fn run(
+        &self,
+        pass: &Pass,
+        from: Option<(&[f64], &[f64])>,
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> Passed {
+        let per_block = BLOCK * self.dimension;
+        let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
+            let start = i * per_block;
+            if let Some((from_x, from_v)) = from {
+                x.copy_from_slice(&from_x[start..start + x.len()]);
+                v.copy_from_slice(&from_v[start..start + v.len()]);
+            }
+            self.block(pass, start, x, v)
+        };
+        let blocks = x.len().div_ceil(per_block);
+        if blocks < 2 * TASK_BLOCKS || rayon::current_num_threads() == 1 {
+            let rows = x.chunks_mut(per_block).zip(v.chunks_mut(per_block));
+            return rows.enumerate().map(block).fold(Passed::NOTHING, Passed::and);
+        }
+        let rows = x.par_chunks_mut(per_block).zip(v.par_chunks_mut(per_block));
+        let rows = rows.enumerate().with_min_len(TASK_BLOCKS);
+        rows.map(block).reduce(|| Passed::NOTHING, Passed::and)
+    }
+
+    /// The rows of one block, from number `start` of the flat arrays on.
+    fn block(&self, pass: &Pass, start: usize, x: &mut [f64], v: &mut [f64]) -> Passed {
+        let inverse_mass = &self.inverse_mass[start..start + x.len()];
+        let mut gradient = [0.0; BLOCK_NUMBERS];
+        let gradient = &mut gradient[..x.len()];
+        if pass.kick != 0.0 {
+            self.add_rows(start, gradient);
+        }
+        let finite = dispatch(Update { pass, gradient, inverse_mass, x, v });
+        let mut put_back = false;
+        if pass.walls {
+            for wall in self.walls {
+                put_back |= wall.apply(inverse_mass, x, v);
+            }
+        }
+        Passed { finite, put_back }
+    }
+
+    /// Writes the acceleration `-M^-1 dE/dx` [m/s^2] that belongs to the force the terms hold over `a`.
+    pub(crate) fn accelerations(&self, a: &mut [f64]) {
+        let per_block = BLOCK * self.dimension;
+        let block = |(i, a): (usize, &mut [f64])| {
+            let start = i * per_block;
+            a.fill(0.0);
+            self.add_rows(start, a);
+            for (a, w) in a.iter_mut().zip(&self.inverse_mass[start..]) {
+                // A held coordinate stays at rest even where its force is not finite.
+                *a = if *w == 0.0 { 0.0 } else { -(w * *a) };
+            }
+        };
+        if a.len() < 2 * TASK_BLOCKS * per_block {
+            a.chunks_mut(per_block).enumerate().for_each(block);
+        } else {
+            a.par_chunks_mut(per_block).enumerate().with_min_len(TASK_BLOCKS).for_each(block);
+        }
+    }
+
+    fn add_rows(&self, start: usize, gradient: &mut [f64]) {
+        for term in self.terms {
+            term.add_rows(start / self.dimension, gradient);
+        }
+    }
+}
+
+/// Kick, drift and drag of the rows of a block; whether all that came out is finite.
+struct Update<'a> {
+    pass: &'a Pass,
+    gradient: &'a [f64],
+    inverse_mass: &'a [f64],
+    x: &'a mut [f64],
+    v: &'a mut [f64],
+}
+
+/// The new position and velocity.
+#[inline(always)]
+fn update<S: Scalar>(pass: &[S; 4], g: S, w: S, x: S, v: S) -> (S, S) {
+    let [drag_before, kick, drift, drag_after] = *pass;
+    // A held coordinate stays at rest even where its force is not finite.
+    let a = S::select(S::zero().lt(w), -(w * g), S::zero());
+    let v = drag_before * v + kick * a;
+    (x + drift * v, drag_after * v)
+}
+
+impl Kernel for Update<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let Pass { drag_before, kick, drift, drag_after, .. } = *self.pass;
+        let numbers = [drag_before, kick, drift, drag_after];
+        let mut packs = [L::zero(); 4];
+        for i in 0..4 {
+            packs[i] = L::splat(numbers[i]);
+        }
+        let (xs, x_rest) = self.x.as_chunks_mut::<WIDTH>();
+        let (vs, v_rest) = self.v.as_chunks_mut::<WIDTH>();
+        let (gs, g_rest) = self.gradient.as_chunks::<WIDTH>();
+        let (ws, w_rest) = self.inverse_mass.as_chunks::<WIDTH>();
+        // Zero times a finite number is zero, times anything else NaN.
+        let mut sum = L::zero();
+        for i in 0..xs.len().min(vs.len()).min(gs.len()).min(ws.len()) {
+            let (x, v) = update(&packs, L::load(&gs[i]), L::load(&ws[i]), L::load(&xs[i]), L::load(&vs[i]));
+            x.store(&mut xs[i]);
+            v.store(&mut vs[i]);
+            sum += L::zero() * x + L::zero() * v;
+        }
+        let mut sum = sum.horizontal_sum();
+        for i in 0..x_rest.len().min(v_rest.len()).min(g_rest.len()).min(w_rest.len()) {
+            let (x, v) = update(&numbers, g_rest[i], w_rest[i], x_rest[i], v_rest[i]);
+            (x_rest[i], v_rest[i]) = (x, v);
+            sum += 0.0 * x + 0.0 * v;
+        }
+        sum == 0.0
+    }
+}
