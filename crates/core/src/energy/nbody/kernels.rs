@@ -78,8 +78,7 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
             let mass = L::load(mass);
             let mut on_source: [L; D] = load(out);
             for t in 0..TARGETS {
-                let (s, v) =
-                    interaction::<L, D, DERIVATIVE>(&targets[t], &source, softening2, by_newton(t));
+                let (s, v) = interaction::<L, D, DERIVATIVE>(&targets[t], &source, softening2, by_newton(t));
                 let (on, back) = (mass * s, reaction[t] * s);
                 for c in 0..D {
                     sums[t][c] = on.mul_add(v[c], sums[t][c]);
@@ -99,10 +98,11 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
 }
 
 impl<const D: usize, const DERIVATIVE: bool> Kernel for PairKernel<'_, D, DERIVATIVE> {
-    type Output = ();
+    /// Whether all sums are finite.
+    type Output = bool;
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self) {
+    fn run<L: Lanes>(mut self) -> bool {
         let softening2 = L::splat(self.particles.softening2);
         let blocks = self.particles.position.len();
         for block in self.out.iter_mut() {
@@ -115,10 +115,16 @@ impl<const D: usize, const DERIVATIVE: bool> Kernel for PairKernel<'_, D, DERIVA
             let end = (tile + TILE).min(blocks);
             for i in (self.group..end).step_by(self.groups) {
                 for first in (0..WIDTH).step_by(TARGETS) {
-                    self.off_diagonal(i, first, tile.max(i + 1)..end, softening2);
+                    self.off_diagonal(i, first, tile.max(i + 1).min(end)..end, softening2);
                 }
             }
         }
+        // Zero times a finite number is zero, times anything else NaN.
+        let mut zero = L::zero();
+        for block in self.out.iter().flatten() {
+            zero = L::load(block).mul_add(L::zero(), zero);
+        }
+        zero.horizontal_sum() == 0.0
     }
 }
 

@@ -5,9 +5,9 @@ use crate::lanes::{Lanes, WIDTH};
 /// `WIDTH` vectors, `v[component][lane]`.
 pub(super) type Block<const D: usize> = [[f64; WIDTH]; D];
 
-/// Where the lanes are that fill up a pack, in every component [m]. They have mass zero, and this far away their pair terms are finite
-/// numbers: zero times them is zero, without a comparison in any inner loop.
-pub(super) const FAR: f64 = 1e100;
+/// Where the lanes are that fill up a pack, in every component [m]: apart from each other and so far away that nobody else is there.
+/// They have mass zero and their pair terms are finite numbers, so that nothing comes of them without a comparison in any inner loop.
+pub(super) const FAR: [f64; WIDTH] = [1e100, 2e100, 3e100, 4e100, 5e100, 6e100, 7e100, 8e100];
 
 /// Targets whose sums stay in registers while they meet the packs of sources.
 pub(super) const TARGETS: usize = 4;
@@ -177,8 +177,13 @@ mod tests {
 
     #[test]
     fn filling_lanes_do_nothing() {
-        let [root, cube] = dispatch(Powers(&[3.0 * FAR * FAR; WIDTH]));
-        assert!(root[0].is_finite() && cube[0].is_finite() && 0.0 * cube[0] * FAR == 0.0);
-        assert!((1.0 / (3.0 * FAR * FAR * (3.0 * FAR * FAR).sqrt())).is_finite());
+        let r2 = FAR.map(|far| 3.0 * far * far);
+        let [root, cube] = dispatch(Powers(&r2));
+        for l in 0..WIDTH {
+            let by_division = 1.0 / (r2[l] * r2[l].sqrt());
+            for x in [root[l], cube[l], by_division] {
+                assert!(x > 0.0 && 0.0 * x * FAR[l] == 0.0, "{x:e}");
+            }
+        }
     }
 }
