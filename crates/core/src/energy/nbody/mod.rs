@@ -17,6 +17,9 @@ pub use tree::{ForceError, TreeGravity};
 
 /// Particles for which one more group of rows pays: about 50 microseconds of work.
 const PARTICLES_PER_GROUP: usize = 256;
+/// Particles from which on the search of the largest frequency uses a tree, and its opening angle.
+const STIFFNESS_BY_TREE: usize = 4096;
+const STIFFNESS_OPENING_ANGLE: f64 = 0.5;
 /// Groups at most: what is left to balance, against arrays to be added up.
 const MAX_GROUPS: usize = 16;
 
@@ -37,6 +40,8 @@ pub struct NBody<const D: usize> {
     /// Sums of each group.
     partial: Vec<Vec<Block<D>>>,
     parts: Vec<f64>,
+    /// For approximate products with the Hessian, while they are wanted.
+    stiffness: Option<Box<TreeGravity<D>>>,
 }
 
 impl<const D: usize> NBody<D> {
@@ -62,6 +67,7 @@ impl<const D: usize> NBody<D> {
             direction: vec![],
             partial: vec![vec![[[0.0; WIDTH]; D]; blocks]; groups],
             parts: vec![0.0; groups],
+            stiffness: None,
         }
     }
 
@@ -148,6 +154,25 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         load(&mut self.direction, &self.vertices, p);
         self.sum_pairs::<true>();
         self.add_rows(0, y);
+    }
+
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        if self.vertices.len() < STIFFNESS_BY_TREE {
+            self.add_hessian_product(x, p, y);
+            return false;
+        }
+        let tree = self.stiffness.get_or_insert_with(|| {
+            let mass = self.mass.iter().flatten().copied().take(self.vertices.len()).collect();
+            let softening = self.softening2.sqrt();
+            let angle = STIFFNESS_OPENING_ANGLE;
+            Box::new(TreeGravity::new(self.vertices.clone(), mass, self.constant, softening, angle))
+        });
+        tree.add_hessian_product(x, p, y);
+        true
+    }
+
+    fn end_stiffness_products(&mut self) {
+        self.stiffness = None;
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

@@ -17,7 +17,7 @@ pub(super) const TARGETS: usize = 4;
 /// (two of four: the same within 3 %). Constant after unrolling.
 #[inline(always)]
 pub(super) const fn by_newton(t: usize) -> bool {
-    t % TARGETS == 0
+    t.is_multiple_of(TARGETS)
 }
 
 #[inline(always)]

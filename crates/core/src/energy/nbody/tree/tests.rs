@@ -1,5 +1,7 @@
 use super::*;
+use crate::diagnostics::largest_frequency;
 use crate::energy::nbody::NBody;
+use crate::system::System;
 
 /// Number `k` of a fixed sequence in (-1, 1).
 fn scattered(k: usize) -> f64 {
@@ -196,4 +198,53 @@ fn rows_of_a_block_are_those_of_its_vertices() {
     tree.add_rows(101, &mut rows);
     assert_eq!(rows, all[2 * 101..2 * 171]);
     assert!(all[0] == 0.0 && all[2] != 0.0);
+}
+
+/// The direct sum, without approximate products.
+struct Exact(NBody<3>);
+
+impl EnergyTerm for Exact {
+    fn name(&self) -> String {
+        self.0.name()
+    }
+    fn kind(&self) -> EnergyKind {
+        self.0.kind()
+    }
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        self.0.energy(x)
+    }
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        self.0.evaluate(x)
+    }
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.0.add_rows(first, g);
+    }
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        self.0.add_hessian_product(x, p, y);
+    }
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        self.0.fault(x)
+    }
+    fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+}
+
+// With softening that many particles share, no single pair has the largest frequency.
+#[test]
+fn the_search_of_the_largest_frequency_by_a_tree_ends_where_the_direct_sum_does() {
+    let (x, mass) = cluster::<3>(4096);
+    let spectrum = |term: Box<dyn EnergyTerm>| {
+        let mut system = System::new(3, mass.clone());
+        system.add_term(term);
+        largest_frequency(&mut system, &x)
+    };
+    let exact = spectrum(Box::new(Exact(direct(&mass, 0.05))));
+    let by_tree = spectrum(Box::new(direct::<3>(&mass, 0.05)));
+    let error = (by_tree.frequency / exact.frequency - 1.0).abs();
+    assert!(exact.relative_error < 1e-7 && by_tree.relative_error < 3e-3, "{exact:?} {by_tree:?}");
+    assert!(
+        error > 0.0 && error < by_tree.relative_error && error < 1e-5,
+        "{error:e}: {exact:?} {by_tree:?}"
+    );
 }
