@@ -1,5 +1,6 @@
 //! The program as a user meets it: arguments, exit codes, messages, files.
 
+mod bench;
 mod commands;
 mod failures;
 mod run;

@@ -32,6 +32,8 @@ fn mistakes_on_the_command_line_end_with_2() {
         (&["list", "integrator"], "integrators"),
         (&["scene.toml", "check", "scene.toml"], "come after its name"),
         (&["--force", "check", "scene.toml"], "come after its name"),
+        (&["bench", "--row", "tets"], "tet-corotated, tri-corotated"),
+        (&["bench", "--threads", "0"], "--threads"),
         (&["run"], "<SCENE>"),
         (&["recover"], "<FILE>"),
     ];

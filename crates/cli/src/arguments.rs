@@ -74,6 +74,8 @@ pub(crate) enum Command {
     Recover(RecoverArguments),
     /// Print the JSON schema of scenes, for editors
     Schema,
+    /// Measure how fast this machine takes steps
+    Bench(BenchArguments),
 }
 
 /// `pliant run`.
@@ -151,6 +153,20 @@ pub(crate) struct RecoverArguments {
     /// Replace the output if it exists
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+/// `pliant bench`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct BenchArguments {
+    /// Only this row of the table; repeatable
+    #[arg(long, value_name = "NAME")]
+    pub(crate) row: Vec<String>,
+    /// Number of threads [default: one; two as well where threads are compared]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU16>,
+    /// The smallest size of each row, briefly: a first look
+    #[arg(long)]
+    pub(crate) quick: bool,
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

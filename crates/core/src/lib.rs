@@ -38,6 +38,7 @@
 
 pub mod algebra;
 pub mod assembly;
+pub mod benchmark;
 pub mod constraint;
 pub mod diagnostics;
 pub mod element;
@@ -46,6 +47,7 @@ pub mod integrator;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod numbering;
 pub mod observer;
 mod pass;
 #[cfg(feature = "mcap")]

@@ -12,11 +12,11 @@ use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::Scalar;
 
 /// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first cache.
-const BLOCK: usize = 256;
+const BLOCK: usize = 128;
 /// Numbers in the rows of a block.
 const BLOCK_NUMBERS: usize = 3 * BLOCK;
 /// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
-const TASK_BLOCKS: usize = 16;
+const TASK_BLOCKS: usize = 32;
 
 /// What a pass does to each row, in this order:
 /// `v <- drag_before v`, `v <- v + kick a`, `x <- x + drift v`, `v <- drag_after v`, walls.

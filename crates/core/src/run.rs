@@ -211,13 +211,14 @@ impl Run<'_, '_> {
             return Err(Outcome::Failed(self.simulation.not_finite_here()));
         }
         let state = self.simulation.state();
+        let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
             index: self.frames,
             step: state.step,
             time: state.time,
             dimension: self.simulation.system().dimension(),
-            x: state.x(),
-            v: state.v(),
+            x: &x,
+            v: &v,
             diagnostics: diagnostics.as_ref(),
             work: self.simulation.work(),
         };

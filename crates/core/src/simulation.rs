@@ -1,8 +1,11 @@
 //! A system, its state and a scheme: the stepper.
 
+use std::borrow::Cow;
+
 use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
+use crate::numbering::Numbering;
 use crate::observer::Work;
 use crate::state::{State, diagonal};
 use crate::system::System;
@@ -12,6 +15,7 @@ use crate::system::System;
 pub struct Simulation {
     system: System,
     state: State,
+    numbering: Numbering,
     method: &'static Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
@@ -103,7 +107,15 @@ impl Simulation {
             }
         }
         let integrator = method.build(state.x().len());
-        Simulation { system, state, method, integrator, step_size, stability: None }
+        Simulation {
+            system,
+            state,
+            numbering: Numbering::identity(),
+            method,
+            integrator,
+            step_size,
+            stability: None,
+        }
     }
 
     /// Takes one step.
@@ -143,11 +155,16 @@ impl Simulation {
     }
 
     fn not_finite(&self, StepFault { fault, vertex }: StepFault) -> StepError {
+        let original = |i: usize| self.numbering.original(i as u32) as usize;
+        let fault = fault.map(|fault| match fault {
+            Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
+            other => other,
+        });
         StepError::NotFinite {
             step: self.state.step + 1,
             time: self.state.time,
             fault,
-            vertex,
+            vertex: vertex.map(original),
             step_size: self.step_size,
             stable_step: self.stable_step(),
         }
@@ -158,8 +175,8 @@ impl Simulation {
         self.stability.map(|s| s.step)
     }
 
-    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place. Time and
-    /// step count go on.
+    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place, vertices in the order
+    /// of the scene. Time and step count go on.
     ///
     /// # Errors
     /// As [`step`](Self::step).
@@ -167,25 +184,47 @@ impl Simulation {
     /// # Panics
     /// If the arrays have not the length of the state's.
     pub fn advance(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
+        let d = self.system.dimension();
+        let from = self.numbering.to_internal(x, d);
         // From where the last step ended, the force is known.
-        if self.state.x() != x {
-            self.state.x_mut().copy_from_slice(x);
+        if self.state.x() != &from[..] {
+            self.state.x_mut().copy_from_slice(&from);
         }
-        self.state.v_mut().copy_from_slice(v);
+        self.state.v_mut().copy_from_slice(&self.numbering.to_internal(v, d));
         self.step()?;
-        x.copy_from_slice(self.state.x());
-        v.copy_from_slice(self.state.v());
+        x.copy_from_slice(&self.positions());
+        v.copy_from_slice(&self.velocities());
         Ok(())
     }
 
-    /// The state.
+    /// The state, vertices in the order of the [`numbering`](Self::numbering).
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// The state, to be changed.
+    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering).
     pub fn state_mut(&mut self) -> &mut State {
         &mut self.state
+    }
+
+    /// Which vertex of the scene is which here. The identity, unless the scene's own order made steps slow.
+    pub fn numbering(&self) -> &Numbering {
+        &self.numbering
+    }
+
+    /// Says which vertex of the scene is which of this system and state.
+    pub(crate) fn set_numbering(&mut self, numbering: Numbering) {
+        self.numbering = numbering;
+    }
+
+    /// Positions, flat `(n, dimension)`, vertices in the order of the scene [m].
+    pub fn positions(&self) -> Cow<'_, [f64]> {
+        self.numbering.to_original(self.state.x(), self.system.dimension())
+    }
+
+    /// Velocities, flat `(n, dimension)`, vertices in the order of the scene [m/s].
+    pub fn velocities(&self) -> Cow<'_, [f64]> {
+        self.numbering.to_original(self.state.v(), self.system.dimension())
     }
 
     /// The equations of motion.
@@ -246,6 +285,6 @@ impl Simulation {
 
     /// Bytes held: the state, the system, the scheme's scratch memory.
     pub fn bytes(&self) -> usize {
-        8 * 2 * self.state.x().len() + self.system.bytes() + self.integrator.bytes()
+        8 * 2 * self.state.x().len() + self.numbering.bytes() + self.system.bytes() + self.integrator.bytes()
     }
 }

@@ -1,5 +1,6 @@
 //! One file per command; here the way from the command line to the exit code.
 
+mod bench;
 mod check;
 mod info;
 mod list;
@@ -30,6 +31,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
         Command::Schema => schema::execute(terminal),
+        Command::Bench(arguments) => bench::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }

@@ -8,6 +8,7 @@ use crate::energy::elastic::Elastic;
 use crate::energy::spring::Springs;
 use crate::material::{Material, MaterialVisitor};
 use crate::mesh::{Mesh, build, select};
+use crate::numbering::{Numbering, is_local};
 use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
 use crate::system::System;
 use crate::topology::{BodyKind, BodyTopology};
@@ -94,6 +95,16 @@ impl Parts {
         !self.elastic && self.springs.is_empty()
     }
 
+    /// Whether the vertices of its cells are near one another in memory.
+    pub(super) fn is_numbered_locally(&self) -> bool {
+        let (n, d) = (self.mass.len(), self.mesh.element_dimension());
+        match d {
+            3 => is_local(&self.mesh.tetrahedra, n, d),
+            2 => is_local(&self.mesh.triangles, n, d),
+            _ => is_local(&self.springs, n, 2),
+        }
+    }
+
     /// What a reader of the output needs to know of it.
     pub(super) fn topology(&self) -> BodyTopology {
         let kind = match self.mesh.element_dimension() {
@@ -119,19 +130,20 @@ impl Parts {
         }
     }
 
-    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system.
+    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
         spec: &Body,
         rest: &[f64],
+        numbering: &Numbering,
         system: &mut System,
     ) {
         let Parts { name, first_vertex, mesh, springs, .. } = self;
         if let Some(material) = &spec.elastic {
             let elements: Vec<[u32; N]> = if D == 2 {
-                mesh.triangles.iter().map(|t| globalised(t, *first_vertex)).collect()
+                mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
             } else {
-                mesh.tetrahedra.iter().map(|t| globalised(t, *first_vertex)).collect()
+                mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
             };
             let maker = ElasticMaker::<N> {
                 body: name,
@@ -142,7 +154,8 @@ impl Parts {
             system.add_term(material.visit::<D, _>(maker));
         }
         if !springs.is_empty() {
-            let edges: Vec<[u32; 2]> = springs.iter().map(|e| globalised(e, *first_vertex)).collect();
+            let edges: Vec<[u32; 2]> =
+                springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
             let count = rest.len() / D;
             system.add_term(Box::new(Springs::<D>::new(
                 name,
@@ -161,6 +174,15 @@ fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u
         *g = first + v;
     }
     global
+}
+
+/// The vertices of a cell in the simulation.
+fn renumbered<const N: usize, const M: usize>(
+    cell: &[u32; M],
+    first: u32,
+    numbering: &Numbering,
+) -> [u32; N] {
+    globalised(cell, first).map(|v| numbering.internal(v))
 }
 
 /// Makes the elastic term of whatever material is visited.

@@ -13,6 +13,7 @@ use crate::constraint::Wall;
 use crate::diagnostics::StabilityLimit;
 use crate::energy::gravity::UniformGravity;
 use crate::energy::nbody::{NBody, TreeGravity};
+use crate::numbering::Numbering;
 use crate::run::Plan;
 use crate::scene::{KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
@@ -75,24 +76,28 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
-    let mass: Vec<f64> = bodies.iter().flat_map(|b| b.mass.iter().copied()).collect();
-    let rest: Vec<f64> = bodies.iter().flat_map(|b| b.mesh.points.iter().copied()).collect();
-    let position: Vec<f64> = bodies.iter().flat_map(|b| b.position.iter().copied()).collect();
-    let velocity: Vec<f64> = bodies.iter().flat_map(|b| b.velocity.iter().copied()).collect();
+    let numbering = numbering::<D>(&bodies);
+    let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
+        let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
+        numbering.to_internal(&rows, width).into_owned()
+    };
+    let rest = gathered(|b| &b.mesh.points, D);
+    let (position, velocity) = (gathered(|b| &b.position, D), gathered(|b| &b.velocity, D));
 
-    let mut system = System::new(D, mass);
+    let mut system = System::new(D, gathered(|b| &b.mass, 1));
     if let Some(gravity) = gravity(scene) {
         system.add_term(Box::new(UniformGravity::new(gravity, system.mass())));
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
-        body.add_terms::<D, N>(spec, &rest, &mut system);
-        let first = body.first_vertex;
-        let pinned: Vec<u32> = body.pinned.iter().map(|v| first + v).collect();
+        body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
+        let pinned: Vec<u32> =
+            body.pinned.iter().map(|v| numbering.internal(body.first_vertex + v)).collect();
         system.pin(&pinned);
     }
     let mut force_error = None;
     if let Some(nbody) = &scene.world.nbody {
         let particles = bodies.iter().filter(|b| b.is_particles());
+        // Bodies without cells are not renumbered.
         let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
         let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
         let (constant, softening) = (nbody.constant, nbody.softening);
@@ -111,6 +116,7 @@ fn assemble<const D: usize, const N: usize>(
 
     let state = State::new(position, velocity);
     let mut simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
+    simulation.set_numbering(numbering);
     let stability = simulation.stability_limit(scene.time.duration);
     if unstable == UnstableStep::Refuse
         && let Some(problem) = scene.unstable_step(&stability)
@@ -121,11 +127,21 @@ fn assemble<const D: usize, const N: usize>(
     let topology = Topology {
         dimension: D,
         vertex_count: simulation.system().mass().len(),
-        masses: simulation.system().mass().to_vec(),
+        masses: bodies.iter().flat_map(|b| b.mass.iter().copied()).collect(),
         bodies: bodies.iter().map(body::Parts::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
     Ok(Assembly { simulation, topology, report })
+}
+
+/// Renumbers the bodies whose neighbours are numbered far apart.
+fn numbering<const D: usize>(bodies: &[body::Parts]) -> Numbering {
+    let count = bodies.iter().map(|b| b.mass.len()).sum();
+    let mut numbering = Numbering::identity();
+    for body in bodies.iter().filter(|b| !b.is_numbered_locally()) {
+        numbering.renumber::<D>(body.vertices(), count, &body.mesh.points);
+    }
+    numbering
 }
 
 /// The gravity of the scene, unless it is none or zero.

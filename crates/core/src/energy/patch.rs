@@ -110,8 +110,9 @@ pub struct Patches<const N: usize> {
 }
 
 impl<const N: usize> Patches<N> {
-    /// Groups `stencils` in the order given; a patch has no more vertices than scratch memory has rows.
-    pub fn new<const D: usize>(stencils: &[[u32; N]], vertex_count: usize) -> Self {
+    /// Groups `stencils`, which are taken in the order that `order` lists them in: near ones should follow one another. A patch
+    /// has no more vertices than scratch memory has rows.
+    pub fn new<const D: usize>(stencils: &[[u32; N]], order: &[u32], vertex_count: usize) -> Self {
         let mut patches = Self {
             patches: vec![],
             index: vec![],
@@ -125,54 +126,58 @@ impl<const N: usize> Patches<N> {
         // Which patch saw a vertex last, and as what.
         let mut seen = vec![(u32::MAX, 0u16); vertex_count];
         let mut first = 0;
-        while first < stencils.len() {
-            first = patches.push_patch(stencils, first, Rows::<D>::CAPACITY, &mut seen);
+        while first < order.len() {
+            first += patches.push_patch(stencils, &order[first..], Rows::<D>::CAPACITY, &mut seen);
         }
         patches.link_rows(vertex_count);
         patches
     }
 
-    /// Appends the patch that begins with stencil `first`; returns the first stencil it left out.
+    /// Appends a patch of the first few stencils of `order`; returns how many.
     fn push_patch(
         &mut self,
         stencils: &[[u32; N]],
-        first: usize,
+        order: &[u32],
         capacity: usize,
         seen: &mut [(u32, u16)],
     ) -> usize {
         let id = self.patches.len() as u32;
         let (pack0, row0) = (self.index.len(), self.vertices.len());
-        let mut end = first;
-        while end < stencils.len() && end - first < PATCH_STENCILS {
-            let fresh = stencils[end].iter().filter(|&&v| seen[v as usize].0 != id).count();
+        let mut count: usize = 0;
+        for &stencil in order.iter().take(PATCH_STENCILS) {
+            let stencil = &stencils[stencil as usize];
+            let fresh = stencil.iter().filter(|&&v| seen[v as usize].0 != id).count();
             if self.vertices.len() - row0 + fresh > capacity {
                 break;
             }
-            for &v in &stencils[end] {
+            for &v in stencil {
                 if seen[v as usize].0 != id {
                     seen[v as usize].0 = id;
                     self.vertices.push(v);
                 }
             }
-            end += 1;
+            count += 1;
         }
         // Rows in the order of the global vertices: copying positions in and out is then nearly sequential.
         self.vertices[row0..].sort_unstable();
         for (local, &v) in self.vertices[row0..].iter().enumerate() {
             seen[v as usize].1 = local as u16;
         }
-        for chunk in stencils[first..end].chunks(WIDTH) {
+        // Every lane goes through a stretch of the order of its own: the lanes of a pack, far from one another, rarely share a
+        // vertex, so that what one adds to a row need not wait for what another has just added.
+        let packs = count.div_ceil(WIDTH);
+        for pack in 0..packs {
             let mut index = [[0u16; WIDTH]; N];
             let mut stencil = [None; WIDTH];
+            let mut source = &stencils[order[pack] as usize];
             for lane in 0..WIDTH {
-                // Lanes without a stencil of their own repeat the last one, with weight zero.
-                let source = chunk[lane.min(chunk.len() - 1)];
+                // Lanes without a stencil of their own, the last ones, repeat the one before them, with weight zero.
+                if let Some(&own) = order[..count].get(lane * packs + pack) {
+                    stencil[lane] = Some(own);
+                    source = &stencils[own as usize];
+                }
                 for node in 0..N {
                     index[node][lane] = seen[source[node] as usize].1;
-                }
-                if lane < chunk.len() {
-                    let packs_before = self.index.len() - pack0;
-                    stencil[lane] = Some((first + packs_before * WIDTH + lane) as u32);
                 }
             }
             self.index.push(index);
@@ -180,7 +185,7 @@ impl<const N: usize> Patches<N> {
         }
         self.stride = self.stride.max(self.vertices.len() - row0);
         self.patches.push(Patch { packs: pack0..self.index.len(), vertices: row0..self.vertices.len() });
-        end
+        count
     }
 
     /// For every vertex, the rows that hold its sums, patch by patch.
@@ -241,18 +246,18 @@ impl<const N: usize> Patches<N> {
     /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each vertex the rows
     /// of the patches that touch it, in the order of the patches.
     pub fn add_rows<const D: usize>(&self, workspace: &Workspace<D>, first: usize, g: &mut [f64]) {
-        let end = first + g.len() / D;
         let start = self.touched.partition_point(|&v| (v as usize) < first);
-        for (&v, rows) in self.touched[start..].iter().zip(self.row_start[start..].windows(2)) {
-            if v as usize >= end {
-                break;
-            }
-            let out = &mut g[(v as usize - first) * D..][..D];
-            for &row in &self.rows[rows[0] as usize..rows[1] as usize] {
-                for (g, sum) in out.iter_mut().zip(&workspace.sums[row as usize * Rows::<D>::STRIDE..]) {
-                    *g += sum;
+        let (g, _) = g.as_chunks_mut::<D>();
+        for (i, &v) in self.touched.iter().enumerate().skip(start) {
+            let Some(out) = g.get_mut(v as usize - first) else { break };
+            let mut sum = *out;
+            for &row in &self.rows[self.row_start[i] as usize..self.row_start[i + 1] as usize] {
+                let row = &workspace.sums[row as usize * Rows::<D>::STRIDE..][..D];
+                for c in 0..D {
+                    sum[c] += row[c];
                 }
             }
+            *out = sum;
         }
     }
 

@@ -37,7 +37,8 @@ impl<const D: usize> Springs<D> {
         rest_length: &[f64],
         vertex_count: usize,
     ) -> Self {
-        let patches = Patches::new::<D>(edges, vertex_count);
+        let order: Vec<u32> = (0..edges.len() as u32).collect();
+        let patches = Patches::new::<D>(edges, &order, vertex_count);
         let empty = SpringPack { stiffness: [0.0; WIDTH], rest_length: [0.0; WIDTH] };
         let mut packs = vec![empty; patches.index.len()];
         for (spring, _, pack, lane) in patches.stencils() {

@@ -22,6 +22,7 @@ mod grid;
 mod inline;
 mod measure;
 mod obj;
+pub mod order;
 mod quality;
 mod select;
 mod size;

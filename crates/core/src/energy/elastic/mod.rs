@@ -11,6 +11,7 @@ use crate::diagnostics::ElementState;
 use crate::element::{SimplexPack, edge_matrix, simplex_rest};
 use crate::lanes::{dispatch, dispatch_compact};
 use crate::material::{Domain, Material};
+use crate::mesh::order::along_curve;
 use crate::scene::Stress;
 
 /// Linear simplices of `N = D + 1` vertices filled with one material.
@@ -31,7 +32,8 @@ impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
     /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
     pub fn new(body: &str, material: M, stress: Stress, elements: &[[u32; N]], rest: &[f64]) -> Self {
         assert_eq!(N, D + 1, "a simplex has one vertex more than dimensions");
-        let patches = Patches::new::<D>(elements, rest.len() / D);
+        let patches =
+            Patches::new::<D>(elements, &along_curve::<D>(&centroids(elements, rest)), rest.len() / D);
         let mut packs = vec![SimplexPack::new(); patches.index.len()];
         for (element, vertices, pack, lane) in patches.stencils() {
             let (inverse_rest, weight) = simplex_rest(&points_of(rest, &vertices));
@@ -51,6 +53,19 @@ impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
             (element, vertices, inverse_rest, weight)
         })
     }
+}
+
+/// Sums of the vertices of each element: their centroids, but for a factor.
+fn centroids<const D: usize, const N: usize>(elements: &[[u32; N]], rest: &[f64]) -> Vec<[f64; D]> {
+    let sum = |element: &[u32; N]| {
+        points_of::<D, N>(rest, element).iter().fold([0.0; D], |mut sum, point| {
+            for c in 0..D {
+                sum[c] += point[c];
+            }
+            sum
+        })
+    };
+    elements.iter().map(sum).collect()
 }
 
 /// The rows of `vertices` in a flat array.

@@ -1,0 +1,89 @@
+//! What the numbers were measured on.
+
+use std::collections::BTreeMap;
+
+use pliant::benchmark::triad;
+use pliant::lanes::level;
+
+use crate::failure::Failure;
+
+/// This machine, and what it runs.
+#[derive(Debug, serde::Serialize)]
+pub(super) struct Machine {
+    /// Model of the processor.
+    pub(super) processor: String,
+    /// Cores that this program may use.
+    pub(super) cores: usize,
+    /// `x86_64` and the like.
+    pub(super) architecture: &'static str,
+    /// `linux` and the like.
+    pub(super) system: &'static str,
+    /// Instruction set of the kernels.
+    pub(super) instruction_set: &'static str,
+    /// Of pliant.
+    pub(super) version: &'static str,
+    /// Bandwidth of memory by the triad [bytes/s], by number of threads.
+    pub(super) stream_triad: BTreeMap<usize, f64>,
+}
+
+impl Machine {
+    pub(super) fn look() -> Machine {
+        Machine {
+            processor: processor(),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            architecture: std::env::consts::ARCH,
+            system: std::env::consts::OS,
+            instruction_set: level().name(),
+            version: env!("CARGO_PKG_VERSION"),
+            stream_triad: BTreeMap::new(),
+        }
+    }
+
+    /// What memory delivers to this many threads [bytes/s]; measured once.
+    pub(super) fn bandwidth(&mut self, threads: usize) -> Result<f64, Failure> {
+        if let Some(&bandwidth) = self.stream_triad.get(&threads) {
+            return Ok(bandwidth);
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|error| {
+            Failure::failed("threads", format!("cannot start {threads} threads: {error}"))
+        })?;
+        let bandwidth = pool.install(triad);
+        self.stream_triad.insert(threads, bandwidth);
+        Ok(bandwidth)
+    }
+}
+
+/// The model, where the system tells it in a way that needs no program to be run.
+fn processor() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    model(&text).unwrap_or_else(|| format!("unknown {} processor", std::env::consts::ARCH))
+}
+
+/// The first model that `/proc/cpuinfo` names, with the numbers that tell its generation: hypervisors shorten the name.
+fn model(cpuinfo: &str) -> Option<String> {
+    let field = |name: &str| {
+        let mut fields = cpuinfo.lines().filter_map(|line| line.split_once(':'));
+        fields.find(|(key, _)| key.trim() == name).map(|(_, value)| value.trim()).filter(|v| !v.is_empty())
+    };
+    // On other architectures the line has other names, or there is none.
+    let name = field("model name").or_else(|| field("Model")).or_else(|| field("cpu"))?;
+    match (field("cpu family"), field("model")) {
+        (Some(family), Some(number)) => Some(format!("{name} (family {family}, model {number})")),
+        _ => Some(name.to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_model_is_read_where_there_is_one() {
+        let x86 = "processor\t: 0\nvendor_id\t: AuthenticAMD\ncpu family\t: 25\nmodel\t\t: 17\nmodel name\t: AMD EPYC\n";
+        assert_eq!(model(x86).unwrap(), "AMD EPYC (family 25, model 17)");
+        assert_eq!(model("processor : 0\nModel\t: Raspberry Pi 4\n").unwrap(), "Raspberry Pi 4");
+        assert_eq!(model("processor : 0\nCPU part : 0xd0c\n"), None);
+        assert_eq!(model(""), None);
+    }
+}

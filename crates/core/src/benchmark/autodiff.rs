@@ -1,0 +1,23 @@
+//! What it costs to differentiate the energy instead of writing the stress by hand.
+
+use super::beam::{SMALL, tets, wavy};
+use super::stepping::Stepping;
+use super::{Case, Figure, Part, Row, goal};
+
+pub(super) const ROW: Row = Row {
+    name: "autodiff",
+    summary: "time of a step with stress by automatic differentiation, over that by hand",
+    cases,
+};
+
+fn cases(threads: Option<usize>) -> Vec<Case> {
+    let part = |name| Part::new(name, threads.unwrap_or(1), move || Stepping::new(&wavy(SMALL, name)?));
+    vec![Case {
+        size: tets(SMALL),
+        items: "tets",
+        case: "stable neo-Hookean".into(),
+        figure: Figure::Slowdown,
+        parts: vec![part("autodiff"), part("analytic")],
+        reference: goal(3.0),
+    }]
+}

@@ -1,0 +1,34 @@
+//! Explicit steps of stable neo-Hookean tetrahedra.
+
+use super::beam::{LARGE, SMALL, rate, tets, wavy};
+use super::stepping::Stepping;
+use super::{Case, Part, Reference, Row};
+
+pub(super) const ROW: Row = Row {
+    name: "tet-stable-neo-hookean",
+    summary: "whole steps of a beam of tetrahedra, stable neo-Hookean with its log term",
+    cases,
+};
+
+/// What the same steps reach in C++ written for this one material and mesh, with instruction sets chosen by hand and sums in
+/// any order.
+const HAND_WRITTEN: &str = "hand-written C++ with AVX-512; 90 % of it is the figure to reach";
+
+fn cases(threads: Option<usize>) -> Vec<Case> {
+    let counts = threads.map_or_else(|| vec![1, 2], |n| vec![n]);
+    let mut cases = vec![];
+    for (cells, reached) in [(SMALL, [208.0, 385.0]), (LARGE, [130.0, 246.0])] {
+        for &threads in &counts {
+            let reached = reached.get(threads - 1).copied();
+            cases.push(Case {
+                size: tets(cells),
+                items: "tets",
+                case: String::new(),
+                figure: rate(cells),
+                parts: vec![Part::new("", threads, move || Stepping::new(&wavy(cells, "analytic")?))],
+                reference: reached.map(|value| Reference { value, source: HAND_WRITTEN }),
+            });
+        }
+    }
+    cases
+}

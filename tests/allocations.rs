@@ -1,0 +1,112 @@
+//! Nothing is allocated in a step.
+//!
+//! One test in a binary of its own: the allocator counts for all threads, and other tests would allocate beside it.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::alloc::System;
+
+use pliant::assembly::UnstableStep;
+use pliant::scene::{Scene, SceneError};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall that it touches,
+/// pins.
+const BODIES: [(&str, &str); 5] = [
+    (
+        "tetrahedra",
+        "dimension = 3
+        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
+        [[body]]
+        mesh = { grid = { cells = [12, 8, 8], size = [0.12, 0.08, 0.08] } }
+        elastic = { stable-neo-hookean-log = { young = 1e5, poisson = 0.4 } }
+        mass = { density = 1000.0 }
+        pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]",
+    ),
+    (
+        "triangles",
+        "dimension = 2
+        world = { gravity = [0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 1.0], offset = 0.0 }] }
+        [[body]]
+        mesh = { grid = { cells = [52, 42], spacing = 0.01 } }
+        elastic = { corotated = { young = 1e5, poisson = 0.3 } }
+        mass = { density = 1000.0 }
+        pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]",
+    ),
+    (
+        "springs",
+        "dimension = 3
+        world = { gravity = [0.0, 0.0, -9.8], ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
+        [[body]]
+        mesh = { cloth = { cells = [70, 70], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        springs = { stiffness = 500.0 }
+        mass = { total = 0.3 }
+        pin = [{ vertices = [0, 70] }]",
+    ),
+    (
+        "gravitating bodies",
+        "dimension = 3
+        world = { nbody = { constant = 1.0, softening = 0.02 }, ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
+        [[body]]
+        mesh = { disk = { count = 520, radius = 1.0, thickness = 0.02, seed = 1 } }
+        mass = { total = 1.0 }
+        pin = [{ vertices = [7] }]",
+    ),
+    (
+        "gravitating bodies by a tree",
+        "dimension = 3
+        world = { nbody = { constant = 1.0, softening = 0.02, tree = { opening_angle = 0.7 } } }
+        [[body]]
+        mesh = { disk = { count = 1100, radius = 1.0, thickness = 0.02, seed = 1 } }
+        mass = { total = 1.0 }",
+    ),
+];
+
+/// Every way through a step: kicks first and last, several of them, stages.
+const INTEGRATORS: [&str; 4] = ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"];
+
+/// What ten steps do with the allocator, after three to warm up.
+fn calls(scene: &Scene, threads: usize) -> usize {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let mut simulation =
+            scene.assemble(UnstableStep::Accept).map_err(SceneError::new).unwrap().simulation;
+        for _ in 0..3 {
+            simulation.step().unwrap();
+        }
+        let region = Region::new(ALLOCATOR);
+        for _ in 0..10 {
+            simulation.step().unwrap();
+        }
+        let change = region.change();
+        change.allocations + change.deallocations + change.reallocations
+    })
+}
+
+#[test]
+fn a_step_allocates_nothing() {
+    let region = Region::new(ALLOCATOR);
+    drop(std::hint::black_box(vec![1]));
+    assert_eq!((region.change().allocations, region.change().deallocations), (1, 1), "the allocator counts");
+
+    let mut failures = vec![];
+    for (name, text) in BODIES {
+        // What the schemes differ in does not depend on the energies.
+        let integrators = if name == "triangles" { &INTEGRATORS[..] } else { &INTEGRATORS[..1] };
+        for integrator in integrators {
+            let time = format!("time = {{ integrator = '{integrator}', step = 1e-5, duration = 1.0 }}\n");
+            let scene = Scene::from_toml(&(time + text)).unwrap();
+            for threads in [1, 2] {
+                let calls = calls(&scene, threads);
+                if calls > 0 {
+                    failures
+                        .push(format!("{name}, {integrator}, {threads} threads: {calls} calls in 10 steps"));
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
