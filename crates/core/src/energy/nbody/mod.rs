@@ -40,7 +40,9 @@ pub struct NBody<const D: usize> {
     /// Sums of each group.
     partial: Vec<Vec<Block<D>>>,
     parts: Vec<f64>,
-    /// For approximate products with the Hessian, while they are wanted.
+    /// Particles from which on products for the search of the largest frequency are approximate.
+    stiffness_by_tree: usize,
+    /// What they are made with, while they are wanted.
     stiffness: Option<Box<TreeGravity<D>>>,
 }
 
@@ -67,6 +69,7 @@ impl<const D: usize> NBody<D> {
             direction: vec![],
             partial: vec![vec![[[0.0; WIDTH]; D]; blocks]; groups],
             parts: vec![0.0; groups],
+            stiffness_by_tree: STIFFNESS_BY_TREE,
             stiffness: None,
         }
     }
@@ -157,7 +160,7 @@ impl<const D: usize> EnergyTerm for NBody<D> {
     }
 
     fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        if self.vertices.len() < STIFFNESS_BY_TREE {
+        if self.vertices.len() < self.stiffness_by_tree {
             self.add_hessian_product(x, p, y);
             return false;
         }
