@@ -12,6 +12,7 @@ mod support;
 mod cli;
 mod determinism;
 mod integrators;
+mod measuring;
 mod numbering;
 mod properties;
 mod scenes;

@@ -1,8 +1,15 @@
 //! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x))`.
 
+use rayon::prelude::*;
+
 use super::{Integrator, StepFault, all_finite, half_drag};
 use crate::state::State;
 use crate::system::{ForceId, System};
+
+/// Numbers in a block.
+const BLOCK: usize = 4096;
+/// Below so many numbers a hand-over to other threads costs more than it saves.
+const PARALLEL_FROM: usize = 8 * BLOCK;
 
 /// An explicit Butcher tableau; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq. II.1.8.
 ///
@@ -38,18 +45,33 @@ impl RungeKutta {
         }
     }
 
-    /// `x = x_n + h sum_j w_j v_j`, `v = drag v_n + h sum_j w_j a_j` over the first `weights.len()` stages.
+    /// `x = x_n + h sum_j w_j v_j`, `v = drag v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block by block: a
+    /// block stays in the cache while the stages are added.
     fn combine(&mut self, state: &State, drag: f64, h: f64, weights: &[f64]) {
-        self.x.copy_from_slice(state.x());
-        for (v, before) in self.v.iter_mut().zip(state.v()) {
-            *v = drag * before;
-        }
-        for (j, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
-            for i in 0..self.x.len() {
-                self.x[i] += h * w * self.velocity[j][i];
-                self.v[i] += h * w * self.acceleration[j][i];
+        let RungeKutta { velocity, acceleration, x, v, .. } = self;
+        let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
+            let range = i * BLOCK..i * BLOCK + x.len();
+            x.copy_from_slice(&state.x()[range.clone()]);
+            for (v, before) in v.iter_mut().zip(&state.v()[range.clone()]) {
+                *v = drag * before;
             }
+            for (j, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                add_scaled(x, h * w, &velocity[j][range.clone()]);
+                add_scaled(v, h * w, &acceleration[j][range.clone()]);
+            }
+        };
+        if x.len() < PARALLEL_FROM {
+            x.chunks_mut(BLOCK).zip(v.chunks_mut(BLOCK)).enumerate().for_each(block);
+        } else {
+            x.par_chunks_mut(BLOCK).zip(v.par_chunks_mut(BLOCK)).enumerate().for_each(block);
         }
+    }
+}
+
+/// `y += c x`.
+fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += c * x;
     }
 }
 

@@ -74,7 +74,7 @@ fn surroundings() {
             "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 1.5 } }",
             &[
                 "10:9 world.nbody: `nbody` acts on nothing",
-                "10:54 world.nbody.tree.opening_angle: `opening_angle` must be at most 1, got 1.5 [rad]",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be at most 1, got 1.5 [rad]",
             ],
         ),
         (
@@ -82,7 +82,7 @@ fn surroundings() {
             "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 0 } }",
             &[
                 "10:9 world.nbody: `nbody` acts on nothing",
-                "10:54 world.nbody.tree.opening_angle: `opening_angle` must be positive and finite, got 0.0 [rad]",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be positive and finite, got 0.0 [rad]",
             ],
         ),
         (
