@@ -250,7 +250,7 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
     }
 
     /// Boxes that count as a whole act by their mass alone and move with the mean of their particles: in the largest eigenvalue, the
-    /// work of close neighbours, an error far below that of the force.
+    /// work of close neighbours, an error of the size of the force's (of 20,000 particles in a disk, at 0.5: one part in a thousand).
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         self.build(x);
         let mut direction = std::mem::take(&mut self.next_position);
@@ -259,6 +259,11 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         self.next_position = direction;
         self.sum_vectors::<Derivative>(|kernel| dispatch_compact(kernel));
         self.add_rows(0, y);
+    }
+
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_hessian_product(x, p, y);
+        true
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
