@@ -7,7 +7,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 use super::operators::{assigning_operators, register};
 use super::{Lanes, RowSlice, WIDTH};
 use crate::algebra::{self, Mat};
-use crate::scalar::{EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
+use crate::scalar::{
+    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+};
 
 /// Lanes 0 to 3 and lanes 4 to 7.
 #[derive(Clone, Copy, Debug)]

@@ -8,7 +8,9 @@ use super::avx2::{add2, add4, load2};
 use super::operators::{assigning_operators, register};
 use super::{Lanes, RowSlice, WIDTH};
 use crate::algebra::{self, Mat};
-use crate::scalar::{EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
+use crate::scalar::{
+    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+};
 
 /// All lanes.
 #[derive(Clone, Copy, Debug)]
