@@ -5,7 +5,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, register};
-use super::{Lanes, RowSlice, WIDTH};
+use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
     EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
@@ -184,7 +184,7 @@ pub(super) fn stack(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
 }
 
 #[inline(always)]
-fn gather_half<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH], l: usize) -> [__m256d; D] {
+fn gather_half<const D: usize, R: RowSource<D>>(rows: &R, i: &[R::Index; WIDTH], l: usize) -> [__m256d; D] {
     let mut r = [register!(_mm256_setzero_pd()); D];
     if D == 3 {
         let [[a, za], [b, zb]] = [rows.halves(i[l]), rows.halves(i[l + 1])];
@@ -260,7 +260,7 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize, R: RowSource<D>>(rows: &R, index: &[R::Index; WIDTH]) -> [Self; D] {
         let (low, high) = (gather_half(rows, index, 0), gather_half(rows, index, 4));
         let mut r = [Avx2(low[0], high[0]); D];
         for c in 1..D {
