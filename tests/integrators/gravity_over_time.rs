@@ -1,6 +1,7 @@
 //! A particle in gravity that changes with time, against its exact integral: forces are evaluated at the right stage times.
 
 use pliant::assembly::UnstableStep;
+use pliant::diagnostics::Diagnostics;
 use pliant::energy::Fault;
 use pliant::integrator::Method;
 use pliant::scene::{Problem, Scene};
@@ -84,6 +85,11 @@ fn energies_are_measured_at_the_time_of_the_state() {
                 "{}",
                 method.documentation.name
             );
+            // Of any other time too, on request.
+            let velocities = simulation.velocities().to_vec();
+            let later = Diagnostics::measure(simulation.system_mut(), 7.0, &before, &velocities);
+            let expected = -2.0 * 3.0 * 7.0 * before[0];
+            assert!((later.gravitational - expected).abs() <= 1e-14 * expected.abs());
         }
         // To measure changes nothing: the next step begins with the force at hand.
         let mut unmeasured = particle(method.documentation.name, "['3 * t', 0]", 0.25).unwrap();

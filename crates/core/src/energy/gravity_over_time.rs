@@ -86,7 +86,7 @@ impl EnergyTerm for GravityOverTime {
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         let finite = self.now.iter().all(|g| g.is_finite());
-        (!finite).then(|| Fault::Gravity { time: self.time })
+        (!finite).then_some(Fault::Gravity { time: self.time })
     }
 
     fn bytes(&self) -> usize {

@@ -55,21 +55,14 @@ fn truth(a: f64, b: f64, holds: bool) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { f64::from(u8::from(holds)) }
 }
 
-fn slope(x: f64) -> f64 {
+/// -1, 0 or 1.
+fn sign_of(x: f64) -> f64 {
     if x.is_nan() || x == 0.0 { x } else { x.signum() }
 }
 
 /// How far `x` is from `from` to `to`, in [0, 1].
 fn progress(from: f64, to: f64, x: f64) -> f64 {
-    let s = (x - from) / (to - from);
-    // Not `clamp`: what is not a number shall stay so.
-    if s < 0.0 {
-        0.0
-    } else if s > 1.0 {
-        1.0
-    } else {
-        s
-    }
+    ((x - from) / (to - from)).clamp(0.0, 1.0)
 }
 
 functions! {
@@ -101,8 +94,8 @@ functions! {
     EXP "exp" "exp(a)" 1: |[a]| libm::exp(a), [libm::exp(a)];
     LN "ln" "ln(a)" 1: |[a]| libm::log(a), [1.0 / a];
     SQRT "sqrt" "sqrt(a)" 1: |[a]| a.sqrt(), [0.5 / a.sqrt()];
-    ABS "abs" "abs(a)" 1: |[a]| a.abs(), [slope(a)];
-    SIGN "sign" "sign(a)" 1: |[a]| slope(a), [0.0];
+    ABS "abs" "abs(a)" 1: |[a]| a.abs(), [sign_of(a)];
+    SIGN "sign" "sign(a)" 1: |[a]| sign_of(a), [0.0];
     FLOOR "floor" "floor(a)" 1: |[a]| a.floor(), [0.0];
     MIN "min" "min(a, b)" 2: |[a, b]| if a.is_nan() || a < b { a } else { b },
         if a.is_nan() || a < b { [1.0, 0.0] } else { [0.0, 1.0] };
