@@ -7,7 +7,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 use super::operators::{assigning_operators, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
-use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
+use crate::scalar::{
+    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+};
 
 /// Lanes 0 to 3 and lanes 4 to 7.
 #[derive(Clone, Copy, Debug)]
@@ -136,6 +138,14 @@ fn split_half(x: __m256d) -> (__m256d, __m256d) {
 }
 
 #[inline(always)]
+fn inverse_sqrt_seed_half(x: __m256d) -> __m256d {
+    register!({
+        let half = _mm256_srli_epi64::<1>(_mm256_castpd_si256(x));
+        _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(INVERSE_SQRT_BITS as i64), half))
+    })
+}
+
+#[inline(always)]
 fn power_of_two_half(k: __m256d) -> __m256d {
     register!({
         let biased = _mm256_add_pd(k, _mm256_set1_pd(TWO_52 + EXPONENT_BIAS));
@@ -152,6 +162,10 @@ impl Real for Avx2 {
     #[inline(always)]
     fn power_of_two(self) -> Self {
         Avx2(power_of_two_half(self.0), power_of_two_half(self.1))
+    }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        Avx2(inverse_sqrt_seed_half(self.0), inverse_sqrt_seed_half(self.1))
     }
 }
 

@@ -8,7 +8,9 @@ use super::avx2::{add2, add4, load2};
 use super::operators::{assigning_operators, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
-use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
+use crate::scalar::{
+    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+};
 
 /// All lanes.
 #[derive(Clone, Copy, Debug)]
@@ -148,6 +150,13 @@ impl Real for Avx512 {
         register!({
             let biased = _mm512_add_pd(self.0, _mm512_set1_pd(TWO_52 + EXPONENT_BIAS));
             Avx512(_mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(biased))))
+        })
+    }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        register!({
+            let half = _mm512_srli_epi64::<1>(_mm512_castpd_si512(self.0));
+            Avx512(_mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(INVERSE_SQRT_BITS as i64), half)))
         })
     }
 }

@@ -152,6 +152,10 @@ impl Real for Portable {
     fn power_of_two(self) -> Self {
         lanewise!(Real::power_of_two, self)
     }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        lanewise!(Real::inverse_sqrt_seed, self)
+    }
 }
 
 impl Lanes for Portable {
