@@ -268,3 +268,35 @@ fn mistakes_in_formulas_are_placed_inside_the_text() {
         assert_eq!(failed.problems()[0].help.first().map(String::as_str), help, "{new}");
     }
 }
+
+/// Whether a number without a unit is in here.
+fn bare_number(schema: &serde_json::Value) -> bool {
+    let bare = schema["format"] == "double" && schema["unit"].is_null();
+    let alternatives = schema["anyOf"].as_array().into_iter().flatten();
+    bare || (!schema["items"].is_null() && bare_number(&schema["items"]))
+        || alternatives.into_iter().any(bare_number)
+}
+
+/// A key whose documentation names a unit takes that unit.
+#[test]
+fn every_key_with_a_dimension_takes_quantities() {
+    let schema = crate::scene::schema();
+    let mut measured = 0;
+    for (name, definition) in schema.as_value()["$defs"].as_object().unwrap() {
+        // The text on a choice is about what it holds; that on a table is not about each of its keys.
+        let choices = definition["oneOf"].as_array().into_iter().flatten();
+        let choices = choices.map(|choice| (choice, choice["description"].as_str()));
+        let documented = choices.flat_map(|(choice, text)| {
+            choice["properties"].as_object().into_iter().flatten().map(move |(key, value)| (key, value, text))
+        });
+        let keys = definition["properties"].as_object().into_iter().flatten();
+        let keys = keys.map(|(key, value)| (key, value, value["description"].as_str()));
+        for (key, value, text) in documented.chain(keys) {
+            if text.is_some_and(|text| text.contains(" [")) {
+                assert!(!bare_number(value), "`{key}` of {name} has a unit and takes plain numbers only");
+                measured += 1;
+            }
+        }
+    }
+    assert!(measured > 50, "{measured}");
+}
