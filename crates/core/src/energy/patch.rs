@@ -246,8 +246,18 @@ impl<const N: usize> Patches<N> {
     /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each vertex the rows
     /// of the patches that touch it, in the order of the patches.
     pub fn add_rows<const D: usize>(&self, workspace: &Workspace<D>, first: usize, g: &mut [f64]) {
-        let start = self.touched.partition_point(|&v| (v as usize) < first);
         let (g, _) = g.as_chunks_mut::<D>();
+        if self.is_one_range() {
+            // Row `v` is that of vertex `v`: nothing to look up. A small scene is mostly such looking up.
+            let rows = workspace.sums.chunks_exact(Rows::<D>::STRIDE).take(self.touched.len());
+            for (out, row) in g.iter_mut().zip(rows.skip(first)) {
+                for c in 0..D {
+                    out[c] += row[c];
+                }
+            }
+            return;
+        }
+        let start = self.touched.partition_point(|&v| (v as usize) < first);
         for (i, &v) in self.touched.iter().enumerate().skip(start) {
             let Some(out) = g.get_mut(v as usize - first) else { break };
             let mut sum = *out;
@@ -259,6 +269,11 @@ impl<const N: usize> Patches<N> {
             }
             *out = sum;
         }
+    }
+
+    /// Whether there is one patch, and its vertices are the first ones of the system.
+    fn is_one_range(&self) -> bool {
+        self.patches.len() == 1 && self.touched.last().is_some_and(|&v| v as usize + 1 == self.touched.len())
     }
 
     /// The sum, in the order of the patches, of what `kernel` gives for each.
