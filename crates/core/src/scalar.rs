@@ -8,7 +8,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::algebra::{self, Mat};
+use crate::algebra::{self, IsotropicFunction, Mat};
 
 /// Result of comparing two scalars, lane by lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> {
@@ -48,8 +48,15 @@ pub trait Scalar:
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// Natural logarithm; NaN for negative arguments, `-inf` at zero.
+    /// Natural logarithm; NaN for negative arguments, `-inf` at zero, see [`crate::lanes::ln`].
     fn ln(self) -> Self;
+    /// `e^self`, see [`crate::lanes::exp`].
+    fn exp(self) -> Self;
+    /// `self^exponent = e^(exponent ln self)` for positive `self`, see [`crate::lanes::powf`].
+    #[inline(always)]
+    fn powf(self, exponent: Self) -> Self {
+        (exponent * self.ln()).exp()
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// The larger of the two; `o` where `self` is NaN.
@@ -69,11 +76,30 @@ pub trait Scalar:
         algebra::rotation(f)
     }
 
-    /// The rotation by way of the singular values, see [`algebra::rotation_by_svd`]: the rare branch of the general case, which
-    /// packs of lanes keep out of line.
+    /// The rotation of `f` by way of its singular values, see [`algebra::rotation_by_svd`], where `mask` is true; elsewhere
+    /// anything. The rare branch of the general case, which packs of lanes keep out of line.
     #[inline(always)]
-    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+    fn rotation_by_svd_where<const D: usize>(mask: Self::Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
+        let _ = mask;
         algebra::rotation_by_svd(f)
+    }
+
+    /// The value of an isotropic function at `F`, see [`algebra::isotropic_value`].
+    ///
+    /// A primitive for the reason of [`rotation`](Self::rotation): where stretches coincide the singular vectors have no
+    /// derivative, but the function has.
+    #[inline(always)]
+    fn isotropic_value<const D: usize, I: IsotropicFunction<D>>(function: &I, f: &Mat<Self, D>) -> Self {
+        algebra::isotropic_value(function, f)
+    }
+
+    /// The gradient of an isotropic function at `F`, see [`algebra::isotropic_gradient`].
+    #[inline(always)]
+    fn isotropic_gradient<const D: usize, I: IsotropicFunction<D>>(
+        function: &I,
+        f: &Mat<Self, D>,
+    ) -> Mat<Self, D> {
+        algebra::isotropic_gradient(function, f)
     }
 
     /// Zero in every lane.
@@ -99,17 +125,6 @@ pub trait Real: Scalar {
     fn split(self) -> (Self, Self);
     /// `2^self` for an integer `self` in `-1022..=1023`; meaningless, but harmless, elsewhere.
     fn power_of_two(self) -> Self;
-
-    /// `e^self`, see [`crate::lanes::exp`].
-    #[inline(always)]
-    fn exp(self) -> Self {
-        crate::lanes::exp(self)
-    }
-    /// `self^exponent` for positive `self`, see [`crate::lanes::powf`].
-    #[inline(always)]
-    fn powf(self, exponent: Self) -> Self {
-        crate::lanes::powf(self, exponent)
-    }
 }
 
 impl Scalar for f64 {
@@ -130,6 +145,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn ln(self) -> f64 {
         crate::lanes::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> f64 {
+        crate::lanes::exp(self)
     }
     #[inline(always)]
     fn abs(self) -> f64 {

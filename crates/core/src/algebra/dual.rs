@@ -2,7 +2,8 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use super::{Mat, Vect};
+use super::isotropic::isotropic_gradient_along;
+use super::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Sums of two singular values below this are raised to it, in derivatives of the rotation only: where
@@ -154,6 +155,11 @@ impl<S: Scalar> Scalar for Dual<S> {
         self.chain(self.value.ln(), S::one() / self.value)
     }
     #[inline(always)]
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        self.chain(value, value)
+    }
+    #[inline(always)]
     fn abs(self) -> Self {
         self.chain(self.value.abs(), S::one().copysign(self.value))
     }
@@ -190,6 +196,24 @@ impl<S: Scalar> Scalar for Dual<S> {
         let inverse = spin_inverse(&r.transpose_mul(&f).symmetric());
         let spin = cross(&inverse.mul_vec(&axial(&r.transpose_mul(&df))));
         Self::along(&r, &(r * spin))
+    }
+
+    /// `d psi = (d psi / dF) : dF`.
+    #[inline(always)]
+    fn isotropic_value<const D: usize, I: IsotropicFunction<D>>(function: &I, f: &Mat<Self, D>) -> Self {
+        let (f, df) = Self::parts(f);
+        let derivative = S::isotropic_gradient(function, &f).dot(&df);
+        Dual { value: S::isotropic_value(function, &f), derivative }
+    }
+
+    #[inline(always)]
+    fn isotropic_gradient<const D: usize, I: IsotropicFunction<D>>(
+        function: &I,
+        f: &Mat<Self, D>,
+    ) -> Mat<Self, D> {
+        let (f, df) = Self::parts(f);
+        let (gradient, derivative) = isotropic_gradient_along(function, &f, &df);
+        Self::along(&gradient, &derivative)
     }
 }
 

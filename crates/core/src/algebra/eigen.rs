@@ -3,20 +3,26 @@
 use super::{Mat, Vect};
 use crate::scalar::Scalar;
 
-/// The plane rotation `(cos, sin, tan)` that diagonalises `[[p, b], [b, q]]`, by an angle of at most 45 degrees.
+/// The plane rotation `(cos, sin)` that diagonalises `[[p, b], [b, q]]`, by an angle of at most 45 degrees.
 ///
-/// `t = 2 b sgn(q - p) / (|q - p| + sqrt((q - p)^2 + 4 b^2))`, the smaller root of `t^2 + (q - p) t / b - 1 = 0`
-/// written without cancellation (Golub and Van Loan, "Matrix computations").
+/// With `d = q - p`, `h = sqrt(d^2 + 4 b^2)` and `u = |d| + h`: `cos = u / sqrt(u^2 + 4 b^2)` and
+/// `sin = 2 b sgn(d) / sqrt(u^2 + 4 b^2)`, from the smaller root `tan = 2 b sgn(d) / u` of `t^2 + d t / b - 1 = 0`, which has no
+/// cancellation (Golub and Van Loan, "Matrix computations"). Below 1e-140 `d` and `b` count as zero, and nothing is turned.
 #[inline(always)]
-pub(super) fn jacobi_rotation<S: Scalar>(p: S, q: S, b: S) -> (S, S, S) {
+pub(super) fn jacobi_rotation<S: Scalar>(p: S, q: S, b: S) -> (S, S) {
     let difference = q - p;
     let b2 = b + b;
-    let hypotenuse = difference.mul_add(difference, b2 * b2).sqrt();
-    // The floor makes 0/0 a zero angle and is far below any angle that matters.
-    let denominator = (difference.abs() + hypotenuse).max(S::splat(1e-300));
-    let t = b2 / denominator * S::one().copysign(difference);
-    let c = S::one() / t.mul_add(t, S::one()).sqrt();
-    (c, t * c, t)
+    let b2_squared = b2 * b2;
+    let u = difference.abs() + difference.mul_add(difference, b2_squared).sqrt();
+    let squared = u.mul_add(u, b2_squared);
+    // NaN compares false, and stays.
+    let zero = squared.lt(S::splat(1e-280));
+    let root = squared.sqrt();
+    let r = S::one() / root;
+    // The quotient, rounded as by a division: exactly 1 for small angles, so that converged vectors keep their length.
+    let c = u * r;
+    let c = (-c).mul_add(root, u).mul_add(r, c);
+    (S::select(zero, S::one(), c), S::select(zero, S::zero(), b2 * r.copysign(difference)))
 }
 
 /// Rows `p` and `q` of `m` become `c m_p - s m_q` and `s m_p + c m_q`.
@@ -33,9 +39,11 @@ pub(super) fn rotate_rows<S: Scalar, const D: usize>(m: &mut Mat<S, D>, p: usize
 #[inline(always)]
 fn symmetric_step<S: Scalar, const D: usize>(a: &mut Mat<S, D>, v: &mut Mat<S, D>, p: usize, q: usize) {
     let b = a[p][q];
-    let (c, s, t) = jacobi_rotation(a[p][p], a[q][q], b);
-    a[p][p] = (-t).mul_add(b, a[p][p]);
-    a[q][q] = t.mul_add(b, a[q][q]);
+    let (c, s) = jacobi_rotation(a[p][p], a[q][q], b);
+    // tan b = sin (2 cos b - sin (q - p)), without a division.
+    let shift = s * c.mul_add(b + b, s * (a[p][p] - a[q][q]));
+    a[p][p] -= shift;
+    a[q][q] += shift;
     a[p][q] = S::zero();
     if D == 3 {
         let o = 3 - p - q;

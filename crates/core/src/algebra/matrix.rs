@@ -195,11 +195,16 @@ impl<S: Scalar, const D: usize> Mat<S, D> {
     /// ```
     #[inline(always)]
     pub fn dot(&self, b: &Self) -> S {
-        let mut s = S::zero();
+        let mut rows = [S::zero(); D];
         for i in 0..D {
-            for j in 0..D {
-                s = if i + j == 0 { self[0][0] * b[0][0] } else { self[i][j].mul_add(b[i][j], s) };
+            rows[i] = self[i][0] * b[i][0];
+            for j in 1..D {
+                rows[i] = self[i][j].mul_add(b[i][j], rows[i]);
             }
+        }
+        let mut s = rows[0];
+        for i in 1..D {
+            s += rows[i];
         }
         s
     }

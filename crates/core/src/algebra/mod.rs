@@ -4,6 +4,7 @@
 
 mod dual;
 mod eigen;
+mod isotropic;
 mod matrix;
 mod polar;
 mod svd;
@@ -11,6 +12,7 @@ mod svd;
 pub use dual::Dual;
 pub(crate) use dual::SMALLEST_SUM;
 pub use eigen::symmetric_eigen;
+pub use isotropic::{IsotropicFunction, isotropic_gradient, isotropic_hessian, isotropic_value};
 pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
 pub use svd::{Svd, signed_svd};

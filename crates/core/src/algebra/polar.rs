@@ -69,11 +69,11 @@ fn rotation_3d<S: Scalar, const D: usize>(f: &Mat<S, D>) -> Mat<S, D> {
             m[k][i] = x;
         }
     }
-    let mut rotation = c.scale_add((l + l) * r, &m.mul(&g));
+    let rotation = c.scale_add((l + l) * r, &m.mul(&g));
     // NaN compares false: a lane that is not finite keeps its NaN.
     let degenerate = denominator.lt(S::splat(DEGENERATE)) | unconverged;
     if degenerate.any() {
-        rotation = Mat::select(degenerate, &S::rotation_by_svd(&g), &rotation);
+        return Mat::select(degenerate, &S::rotation_by_svd_where(degenerate, &g), &rotation);
     }
     rotation
 }

@@ -2,7 +2,7 @@
 
 use super::eigen::{jacobi_rotation, rotate_rows, symmetric_sweep};
 use super::{Mat, Vect};
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 
 /// `F = U diag(sigma) V^T` with `U` and `V` rotations (determinant +1), see [`signed_svd`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub(super) fn normalized<S: Scalar, const D: usize>(f: &Mat<S, D>) -> (Mat<S, D>
     (f.scale(norm / squared), norm)
 }
 
-/// Signed singular value decomposition, without branches, any `F`, singular and inverted ones included.
+/// Signed singular value decomposition, any `F`, singular and inverted ones included.
 ///
 /// Orthogonality and reconstruction are good to a few units of rounding of `|F|`, as are the singular values.
 /// Where `F` has an infinite or NaN entry, or `|F| > 1e154`, everything in the result is NaN. `F = 0` gives
@@ -97,7 +97,7 @@ fn select<S: Scalar, const D: usize>(mask: S::Mask, a: &Vect<S, D>, b: &Vect<S, 
 /// Makes columns `p` and `q` of `B` (rows here) orthogonal.
 #[inline(always)]
 fn one_sided_step<S: Scalar, const D: usize>(b: &mut Mat<S, D>, v: &mut Mat<S, D>, p: usize, q: usize) {
-    let (c, s, _) = jacobi_rotation(dot(&b[p], &b[p]), dot(&b[q], &b[q]), dot(&b[p], &b[q]));
+    let (c, s) = jacobi_rotation(dot(&b[p], &b[p]), dot(&b[q], &b[q]), dot(&b[p], &b[q]));
     rotate_rows(b, p, q, c, s);
     rotate_rows(v, p, q, c, s);
 }
@@ -150,11 +150,13 @@ fn left<S: Scalar, const D: usize>(b: &Mat<S, D>, v: &Mat<S, D>) -> (Mat<S, D>, 
         let mut squared = dot(&w, &w);
         // Below rounding of |F|: any direction will do, and the singular values are zero.
         let vanishes = squared.lt(S::splat(1e-34)) | zero;
-        // At least one of v1, v2 is far from u0; prefer v1, which gives the identity for F = 0.
-        let near = S::splat(0.8).lt(dot(&u[0], &v[1]).abs());
-        let direction = orthogonal_part(&select(near, &v[2], &v[1]), &u[0]);
-        w = select(vanishes, &direction, &w);
-        squared = S::select(vanishes, dot(&direction, &direction), squared);
+        if vanishes.any() {
+            // At least one of v1, v2 is far from u0; prefer v1, which gives the identity for F = 0.
+            let near = S::splat(0.8).lt(dot(&u[0], &v[1]).abs());
+            let direction = orthogonal_part(&select(near, &v[2], &v[1]), &u[0]);
+            w = select(vanishes, &direction, &w);
+            squared = S::select(vanishes, dot(&direction, &direction), squared);
+        }
         let r = one / squared.sqrt();
         for i in 0..D {
             w[i] *= r;

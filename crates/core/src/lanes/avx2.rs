@@ -5,7 +5,7 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, register};
-use super::{Lanes, Rows, WIDTH};
+use super::{Lanes, RowSlice, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
 
@@ -66,7 +66,7 @@ impl Scalar for Avx2 {
     type Mask = Avx2Mask;
 
     #[inline(always)]
-    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+    fn rotation_by_svd_where<const D: usize>(_: Avx2Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
         /// Not inlined: the branch is rare and its code large.
         #[inline(never)]
         #[target_feature(enable = "avx2,fma")]
@@ -93,6 +93,10 @@ impl Scalar for Avx2 {
     #[inline(always)]
     fn ln(self) -> Self {
         super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -166,7 +170,7 @@ pub(super) fn stack(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
 }
 
 #[inline(always)]
-fn gather_half<const D: usize>(rows: &Rows<D>, i: &[u16; WIDTH], l: usize) -> [__m256d; D] {
+fn gather_half<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH], l: usize) -> [__m256d; D] {
     let mut r = [register!(_mm256_setzero_pd()); D];
     if D == 3 {
         let [[a, za], [b, zb]] = [rows.halves(i[l]), rows.halves(i[l + 1])];
@@ -188,7 +192,7 @@ fn gather_half<const D: usize>(rows: &Rows<D>, i: &[u16; WIDTH], l: usize) -> [_
 
 /// Adds two numbers to row `index`.
 #[inline(always)]
-pub(super) fn add2<const D: usize>(rows: &mut Rows<D>, index: u16, v: __m128d) {
+pub(super) fn add2<const D: usize>(rows: &mut RowSlice<D>, index: u16, v: __m128d) {
     let row = rows.row_mut::<2>(index);
     // SAFETY: the reference is to two numbers, and neither access needs alignment.
     unsafe { _mm_storeu_pd(row.as_mut_ptr(), _mm_add_pd(_mm_loadu_pd(row.as_ptr()), v)) }
@@ -196,14 +200,14 @@ pub(super) fn add2<const D: usize>(rows: &mut Rows<D>, index: u16, v: __m128d) {
 
 /// Adds four numbers to row `index`.
 #[inline(always)]
-pub(super) fn add4<const D: usize>(rows: &mut Rows<D>, index: u16, v: __m256d) {
+pub(super) fn add4<const D: usize>(rows: &mut RowSlice<D>, index: u16, v: __m256d) {
     let row = rows.row_mut::<4>(index);
     // SAFETY: the reference is to four numbers, and neither access needs alignment.
     unsafe { _mm256_storeu_pd(row.as_mut_ptr(), _mm256_add_pd(_mm256_loadu_pd(row.as_ptr()), v)) }
 }
 
 #[inline(always)]
-fn scatter_add_half<const D: usize>(rows: &mut Rows<D>, i: &[u16; WIDTH], l: usize, v: [__m256d; D]) {
+fn scatter_add_half<const D: usize>(rows: &mut RowSlice<D>, i: &[u16; WIDTH], l: usize, v: [__m256d; D]) {
     // x0 y0 x2 y2 and x1 y1 x3 y3
     let even = register!(_mm256_unpacklo_pd(v[0], v[1]));
     let odd = register!(_mm256_unpackhi_pd(v[0], v[1]));
@@ -242,7 +246,7 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D] {
         let (low, high) = (gather_half(rows, index, 0), gather_half(rows, index, 4));
         let mut r = [Avx2(low[0], high[0]); D];
         for c in 1..D {
@@ -251,7 +255,7 @@ impl Lanes for Avx2 {
         r
     }
     #[inline(always)]
-    fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]) {
+    fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]) {
         let (mut low, mut high) = ([v[0].0; D], [v[0].1; D]);
         for c in 1..D {
             (low[c], high[c]) = (v[c].0, v[c].1);

@@ -6,7 +6,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::avx2::{add2, add4, load2};
 use super::operators::{assigning_operators, register};
-use super::{Lanes, Rows, WIDTH};
+use super::{Lanes, RowSlice, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
 
@@ -72,7 +72,7 @@ impl Scalar for Avx512 {
     type Mask = Avx512Mask;
 
     #[inline(always)]
-    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
+    fn rotation_by_svd_where<const D: usize>(_: Avx512Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
         /// Not inlined: the branch is rare and its code large.
         #[inline(never)]
         #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
@@ -98,6 +98,10 @@ impl Scalar for Avx512 {
     #[inline(always)]
     fn ln(self) -> Self {
         super::ln(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -150,7 +154,7 @@ impl Real for Avx512 {
 
 /// Four numbers of row `low` and, above them, four of row `high`.
 #[inline(always)]
-fn stack2<const D: usize>(rows: &Rows<D>, low: u16, high: u16) -> __m512d {
+fn stack2<const D: usize>(rows: &RowSlice<D>, low: u16, high: u16) -> __m512d {
     let (low, high) = (rows.row::<4>(low), rows.row::<4>(high));
     // SAFETY: the references are to four numbers each, and the loads need no alignment.
     let (low, high) = unsafe { (_mm256_loadu_pd(low.as_ptr()), _mm256_loadu_pd(high.as_ptr())) };
@@ -159,7 +163,7 @@ fn stack2<const D: usize>(rows: &Rows<D>, low: u16, high: u16) -> __m512d {
 
 /// Two numbers of each of the rows `i[l], i[l + 2], i[l + 4], i[l + 6]`.
 #[inline(always)]
-fn stack4<const D: usize>(rows: &Rows<D>, i: &[u16; WIDTH], l: usize) -> __m512d {
+fn stack4<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH], l: usize) -> __m512d {
     let (a, b) = (load2(rows.row(i[l])), load2(rows.row(i[l + 2])));
     let (c, d) = (load2(rows.row(i[l + 4])), load2(rows.row(i[l + 6])));
     register!({
@@ -195,7 +199,7 @@ impl Lanes for Avx512 {
         unsafe { _mm512_storeu_pd(a.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &Rows<D>, i: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH]) -> [Self; D] {
         let mut r = [Avx512::zero(); D];
         if D == 3 {
             let (a, b) = (stack2(rows, i[0], i[4]), stack2(rows, i[1], i[5]));
@@ -214,7 +218,7 @@ impl Lanes for Avx512 {
         r
     }
     #[inline(always)]
-    fn scatter_add<const D: usize>(rows: &mut Rows<D>, i: &[u16; WIDTH], v: [Self; D]) {
+    fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, i: &[u16; WIDTH], v: [Self; D]) {
         // x0 y0 x2 y2 x4 y4 x6 y6 and x1 y1 x3 y3 x5 y5 x7 y7
         let even = register!(_mm512_unpacklo_pd(v[0].0, v[1].0));
         let odd = register!(_mm512_unpackhi_pd(v[0].0, v[1].0));

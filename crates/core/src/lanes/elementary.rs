@@ -84,5 +84,5 @@ pub fn exp<R: Real>(x: R) -> R {
 /// NaN for negative `x`, also where `a` is an integer; 0 or `inf` at `x = 0`.
 #[inline(always)]
 pub fn powf<R: Real>(x: R, a: R) -> R {
-    exp(a * ln(x))
+    x.powf(a)
 }

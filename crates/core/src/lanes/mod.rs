@@ -34,7 +34,7 @@ pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level
 pub use elementary::{exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
-pub use rows::Rows;
+pub use rows::{RowSlice, Rows};
 
 /// Lanes in a pack, on every instruction set.
 pub const WIDTH: usize = 8;
@@ -54,9 +54,9 @@ pub trait Lanes: Real {
     /// Overwrites `a`.
     fn store(self, a: &mut [f64; WIDTH]);
     /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
-    fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D];
+    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D];
     /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
-    fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]);
+    fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]);
     /// Bit `l` of the result is lane `l` of the mask.
     fn mask_to_bits(mask: Self::Mask) -> u8;
     /// Lane `l` of the result is bit `l` of `bits`.

@@ -52,9 +52,15 @@ impl<S: Scalar> Scalar for Pair<S> {
     type Mask = Pair<S::Mask>;
 
     #[inline(always)]
-    fn rotation_by_svd<const D: usize>(f: &Mat<Self, D>) -> Mat<Self, D> {
-        let (a, b) = Self::unzip_rows(&f.0);
-        Mat(Self::zip_rows(&S::rotation_by_svd(&Mat(a)).0, &S::rotation_by_svd(&Mat(b)).0))
+    fn rotation_by_svd_where<const D: usize>(mask: Self::Mask, f: &Mat<Self, D>) -> Mat<Self, D> {
+        let (mut a, mut b) = Self::unzip_rows(&f.0);
+        if mask.0.any() {
+            a = S::rotation_by_svd_where(mask.0, &Mat(a)).0;
+        }
+        if mask.1.any() {
+            b = S::rotation_by_svd_where(mask.1, &Mat(b)).0;
+        }
+        Mat(Self::zip_rows(&a, &b))
     }
 
     #[inline(always)]
@@ -72,6 +78,10 @@ impl<S: Scalar> Scalar for Pair<S> {
     #[inline(always)]
     fn ln(self) -> Self {
         Pair(self.0.ln(), self.1.ln())
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Pair(self.0.exp(), self.1.exp())
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -10,7 +10,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::assigning_operators;
-use super::{Lanes, Rows, WIDTH};
+use super::{Lanes, RowSlice, WIDTH};
 use crate::scalar::{Mask, Real, Scalar};
 
 /// Eight numbers in an array.
@@ -98,6 +98,10 @@ impl Scalar for Portable {
     fn ln(self) -> Self {
         super::ln(self)
     }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
+    }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn abs(self) -> Self {
@@ -163,7 +167,7 @@ impl Lanes for Portable {
         *a = self.0;
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &Rows<D>, index: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D] {
         let mut r = [Portable([0.0; WIDTH]); D];
         for l in 0..WIDTH {
             let row = rows.get(index[l]);
@@ -174,7 +178,7 @@ impl Lanes for Portable {
         r
     }
     #[inline(always)]
-    fn scatter_add<const D: usize>(rows: &mut Rows<D>, index: &[u16; WIDTH], v: [Self; D]) {
+    fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]) {
         for l in 0..WIDTH {
             let mut row = rows.get(index[l]);
             for c in 0..D {

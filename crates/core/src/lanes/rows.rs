@@ -1,44 +1,88 @@
 //! Scratch rows: the local copy of vertex positions or forces that packs gather from and add to.
 #![allow(unsafe_code)]
 
+use std::ops::{Deref, DerefMut};
+
 /// One row for every `u16`.
 const CAPACITY: usize = 1 << 16;
 /// Numbers in a buffer, enough for rows of four.
 const LENGTH: usize = 4 * CAPACITY;
+/// Numbers in a cache line, where the first row begins.
+const LINE: usize = 8;
 
-#[repr(C, align(64))]
-struct Buffer([f64; LENGTH]);
+/// Memory for [`RowSlice`], beginning at a cache line.
+///
+/// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use occupies 16 kB, not the
+/// 2 MB it may grow to.
+pub struct Rows<const D: usize> {
+    memory: Box<[f64; LENGTH + LINE]>,
+    /// Where the first row is; below `LINE`.
+    start: usize,
+}
+
+impl<const D: usize> Rows<D> {
+    /// Numbers per row: a power of two, so that a row is one vector load.
+    pub const STRIDE: usize = RowSlice::<D>::STRIDE;
+    /// Rows to be used.
+    pub const CAPACITY: usize = CAPACITY - 1;
+    /// One more, for what has to be added somewhere but is not wanted.
+    pub const SPARE: u16 = u16::MAX;
+
+    /// All rows zero.
+    pub fn new() -> Self {
+        // No type with an alignment of its own: the standard library zeroes those by hand, which touches every page.
+        let Ok(memory) = vec![0.0; LENGTH + LINE].into_boxed_slice().try_into() else {
+            unreachable!("the slice has this length")
+        };
+        let memory: Box<[f64; LENGTH + LINE]> = memory;
+        let start = memory.as_ptr().align_offset(64) % LINE;
+        Rows { memory, start }
+    }
+}
+
+impl<const D: usize> Deref for Rows<D> {
+    type Target = RowSlice<D>;
+    #[inline(always)]
+    fn deref(&self) -> &RowSlice<D> {
+        // The remainder tells the compiler that this is never out of bounds.
+        let numbers: &[f64; LENGTH] =
+            self.memory[self.start % LINE..].first_chunk().expect("LENGTH numbers follow any start");
+        // SAFETY: `RowSlice` is a transparent wrapper of the array.
+        unsafe { &*std::ptr::from_ref(numbers).cast() }
+    }
+}
+
+impl<const D: usize> DerefMut for Rows<D> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut RowSlice<D> {
+        let numbers: &mut [f64; LENGTH] =
+            self.memory[self.start % LINE..].first_chunk_mut().expect("LENGTH numbers follow any start");
+        // SAFETY: as above.
+        unsafe { &mut *std::ptr::from_mut(numbers).cast() }
+    }
+}
 
 /// 65,536 rows of a vertex each: `x, y` in 2D and `x, y, z, 0` in 3D.
 ///
 /// There is a row for every `u16`, so no index can be out of bounds and none is tested: this is what makes
-/// [`crate::lanes::Lanes::gather`] both safe and fast. Memory is taken page by page as rows are first written, so a
-/// buffer whose first 500 rows are in use occupies 16 kB, not the 2 MB it may grow to.
-pub struct Rows<const D: usize>(Box<Buffer>);
+/// [`crate::lanes::Lanes::gather`] both safe and fast. A loop should take it out of its [`Rows`] once, before it begins: a reference
+/// stays in a register, where a field would be read again after every row written.
+#[repr(transparent)]
+pub struct RowSlice<const D: usize>([f64; LENGTH]);
 
-impl<const D: usize> Rows<D> {
-    /// Numbers per row: a power of two, so that a row is one vector load.
-    pub const STRIDE: usize = match D {
+impl<const D: usize> RowSlice<D> {
+    const STRIDE: usize = match D {
         2 => 2,
         3 => 4,
         _ => panic!("rows have 2 or 3 components"),
     };
-    /// Rows in the buffer.
-    pub const CAPACITY: usize = CAPACITY;
-
-    /// All rows zero.
-    pub fn new() -> Self {
-        // SAFETY: a buffer consists of `f64`, which may have any bits. (Zeroed allocation is what leaves untouched
-        // pages to the operating system, and what keeps 2 MB off the stack.)
-        Rows(unsafe { Box::new_zeroed().assume_init() })
-    }
 
     /// The `STRIDE` numbers of row `index`.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     pub(super) fn row<const STRIDE: usize>(&self, index: u16) -> &[f64; STRIDE] {
         debug_assert!(STRIDE == Self::STRIDE);
-        &self.0.0.as_chunks().0[index as usize]
+        &self.0.as_chunks().0[index as usize]
     }
 
     /// The `STRIDE` numbers of row `index`.
@@ -46,7 +90,7 @@ impl<const D: usize> Rows<D> {
     #[inline(always)]
     pub(super) fn row_mut<const STRIDE: usize>(&mut self, index: u16) -> &mut [f64; STRIDE] {
         debug_assert!(STRIDE == Self::STRIDE);
-        &mut self.0.0.as_chunks_mut().0[index as usize]
+        &mut self.0.as_chunks_mut().0[index as usize]
     }
 
     /// The first two and the last two numbers of row `index`; rows of four only.
@@ -62,7 +106,7 @@ impl<const D: usize> Rows<D> {
     pub fn get(&self, index: u16) -> [f64; D] {
         let start = index as usize * Self::STRIDE;
         let mut r = [0.0; D];
-        r.copy_from_slice(&self.0.0[start..start + D]);
+        r.copy_from_slice(&self.0[start..start + D]);
         r
     }
 
@@ -70,7 +114,7 @@ impl<const D: usize> Rows<D> {
     #[inline(always)]
     pub fn set(&mut self, index: u16, row: [f64; D]) {
         let start = index as usize * Self::STRIDE;
-        self.0.0[start..start + D].copy_from_slice(&row);
+        self.0[start..start + D].copy_from_slice(&row);
     }
 
     /// Zeroes the first `count` rows.
@@ -79,7 +123,7 @@ impl<const D: usize> Rows<D> {
     /// If `count` exceeds the capacity.
     #[inline(always)]
     pub fn clear(&mut self, count: usize) {
-        self.0.0[..count * Self::STRIDE].fill(0.0);
+        self.0[..count * Self::STRIDE].fill(0.0);
     }
 
     /// Overwrites row `i` with the position of vertex `vertices[i]`, taken from a flat array of shape `(n, D)`.
@@ -89,7 +133,7 @@ impl<const D: usize> Rows<D> {
     #[inline(always)]
     pub fn load_vertices(&mut self, positions: &[f64], vertices: &[u32]) {
         let (positions, _) = positions.as_chunks::<D>();
-        let rows = self.0.0[..vertices.len() * Self::STRIDE].chunks_exact_mut(Self::STRIDE);
+        let rows = self.0[..vertices.len() * Self::STRIDE].chunks_exact_mut(Self::STRIDE);
         for (row, &vertex) in rows.zip(vertices) {
             row[..D].copy_from_slice(&positions[vertex as usize]);
         }
@@ -98,7 +142,7 @@ impl<const D: usize> Rows<D> {
     /// The buffer as it lies in memory, [`Rows::STRIDE`] numbers per row.
     #[inline(always)]
     pub fn as_slice(&self) -> &[f64] {
-        &self.0.0[..CAPACITY * Self::STRIDE]
+        &self.0[..CAPACITY * Self::STRIDE]
     }
 }
 

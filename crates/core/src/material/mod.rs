@@ -4,11 +4,13 @@ mod autodiff;
 mod parameters;
 mod registry;
 mod spectrum;
+mod stretches;
 
 pub use autodiff::autodiff_stress;
 pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Stiffness};
 pub use registry::{About, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, Spectrum};
+pub use stretches::Stretches;
 
 use registry::register_materials;
 

@@ -91,6 +91,9 @@ impl Scalar for DoubleDouble {
     fn ln(self) -> Self {
         unreachable!("not needed by the decompositions")
     }
+    fn exp(self) -> Self {
+        unreachable!("not needed by the decompositions")
+    }
     fn abs(self) -> Self {
         if self.0 < 0.0 { -self } else { self }
     }

@@ -58,7 +58,7 @@ fn rotation_derivative_is_safe_where_it_is_undefined() {
 #[test]
 fn primitives() {
     type Two = Dual<Dual<f64>>;
-    fn all<S: Scalar>(x: S) -> [S; 9] {
+    fn all<S: Scalar>(x: S) -> [S; 12] {
         let c = S::splat(-0.7);
         [
             x * x * x - x,
@@ -70,13 +70,16 @@ fn primitives() {
             x.mul_add(x, c * x),
             (x * x).copysign(c),
             S::select(x.lt(S::splat(9.0)), x * x, c),
+            (c * x).exp(),
+            x.powf(c),
+            x.powf(x),
         ]
     }
     let (x, h) = (1.3, 1e-4);
     let outer = Dual { value: x, derivative: 1.0 };
-    let exact: [Two; 9] = all(Dual { value: outer, derivative: Dual::constant(1.0) });
+    let exact: [Two; 12] = all(Dual { value: outer, derivative: Dual::constant(1.0) });
     let (minus, at, plus) = (all(x - h), all(x), all(x + h));
-    for i in 0..9 {
+    for i in 0..12 {
         assert_eq!(exact[i].value.value, at[i]);
         let first = (plus[i] - minus[i]) / (2.0 * h);
         let second = (plus[i] - 2.0 * at[i] + minus[i]) / (h * h);

@@ -39,6 +39,23 @@ fn reference<const D: usize>(f: &Mat<f64, D>) -> Mat<f64, D> {
     Mat(r.0.map(|row| row.map(|x| x.0)))
 }
 
+/// In three dimensions, by category: the error in `R` times `(s2 + s3) / |F|`, and the largest entry of `R^T R - I`.
+const BARS: [(&str, f64, f64); 13] = [
+    ("identity", 1e-15, 2e-15),
+    ("rotation", 1e-15, 2e-15),
+    ("near identity", 2.4e-15, 6e-15),
+    ("clustered", 2e-15, 6e-15),
+    ("moderate", 3e-15, 4e-14),
+    ("inverted", 6e-14, 2e-12),
+    ("flat", 8e-15, 1e-13),
+    ("singular", 8e-15, 1e-13),
+    ("rank one", 1e-15, 3e-15),
+    ("ambiguous", 1e-15, 3e-15),
+    ("gaussian", 6e-14, 3e-12),
+    ("scaled gaussian", 6e-14, 3e-12),
+    ("independent", 7e-14, 3e-12),
+];
+
 /// Error against the reference, times what conditioning allows, and orthogonality, worst of each category.
 fn accuracy<const D: usize>(conditioned: f64, orthonormal: f64) {
     for (name, generate) in categories::<D>() {
@@ -59,6 +76,11 @@ fn accuracy<const D: usize>(conditioned: f64, orthonormal: f64) {
             assert!(r.determinant() > 0.0, "{name}: {r:?}");
         }
         assert!(worst < conditioned, "{name}: {worst:e}");
+        if D == 3 {
+            let (_, conditioned, orthonormal) = BARS.into_iter().find(|bar| bar.0 == name).expect("a bar");
+            assert!(worst < conditioned, "{name}: {worst:e}");
+            assert!(worst_orthogonality < orthonormal, "{name}: {worst_orthogonality:e}");
+        }
         assert!(worst_orthogonality < orthonormal, "{name}: {worst_orthogonality:e}");
         if ["identity", "rotation", "near identity", "clustered", "moderate"].contains(&name) {
             assert!(worst_plain < 3e-14, "{name}: {worst_plain:e}");

@@ -1,3 +1,4 @@
+use super::double_double::DoubleDouble;
 use super::sample::{Random, all_nan, categories, largest, not_finite, orthogonality};
 use crate::algebra::{Mat, signed_svd};
 
@@ -33,6 +34,38 @@ fn two_dimensions() {
 #[test]
 fn three_dimensions() {
     decomposes::<3>();
+}
+
+/// The singular values to about 30 digits: what is left after decomposing once is decomposed again.
+fn reference<const D: usize>(f: &Mat<f64, D>) -> [f64; D] {
+    let f = Mat::<DoubleDouble, D>::splat(f);
+    let once = signed_svd(&f);
+    signed_svd(&once.u.transpose_mul(&f).mul(&once.v)).sigma.map(|x| x.0)
+}
+
+/// The absolute error of every singular value is a few roundings of `|F|`; where they are of one size that is a relative error.
+#[test]
+fn singular_values_agree_with_twice_the_precision() {
+    fn check<const D: usize>() {
+        for (name, generate) in categories::<D>() {
+            let mut random = Random(13);
+            let (mut worst, mut worst_relative) = (0.0f64, 0.0f64);
+            for _ in 0..1000 {
+                let f = generate(&mut random);
+                let norm = f.norm_squared().sqrt();
+                for (x, exact) in signed_svd(&f).sigma.iter().zip(reference(&f)) {
+                    worst = worst.max((x - exact).abs() / norm);
+                    worst_relative = worst_relative.max(((x - exact) / exact).abs());
+                }
+            }
+            assert!(worst < 8e-16, "{name}: {worst:e} of |F|");
+            if ["identity", "rotation", "near identity", "clustered", "moderate"].contains(&name) {
+                assert!(worst_relative < 3e-15, "{name}: {worst_relative:e}");
+            }
+        }
+    }
+    check::<2>();
+    check::<3>();
 }
 
 #[test]

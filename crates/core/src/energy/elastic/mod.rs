@@ -100,13 +100,7 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
                 dispatch(GradientKernel::<_, D, N, false> { material, patches, packs, patch, scratch });
             }),
             Stress::Autodiff => patches.evaluate(workspace, x, None, |patch, scratch| {
-                dispatch_compact(GradientKernel::<_, D, N, true> {
-                    material,
-                    patches,
-                    packs,
-                    patch,
-                    scratch,
-                });
+                dispatch(GradientKernel::<_, D, N, true> { material, patches, packs, patch, scratch });
             }),
         }
     }

@@ -120,3 +120,9 @@ fn loads_and_stores_need_no_alignment() {
         }
     }
 }
+
+#[test]
+fn rows_begin_at_a_cache_line() {
+    let kept: Vec<_> = (0..4).map(|_| Rows::<3>::new()).collect();
+    assert!(kept.iter().all(|rows| (rows.as_slice().as_ptr() as usize).is_multiple_of(64)));
+}

@@ -3,9 +3,11 @@
 mod conformance;
 mod degenerate;
 mod invariance;
+mod lanes;
 mod reference;
 mod registry;
 mod stiffness;
+mod stretches;
 
 use super::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent, autodiff_stress};
 use crate::algebra::tests::sample::{Random, categories};

@@ -1,0 +1,38 @@
+//! Materials written in the principal stretches.
+
+use super::{Domain, Material, Psd, Spectrum, Tangent};
+use crate::algebra::{IsotropicFunction, Mat, isotropic_hessian};
+use crate::scalar::Scalar;
+
+/// An isotropic model given as `psi(sigma)` in the signed principal stretches of `F = U diag(sigma) V^T`, like those of Ogden and
+/// Hencky: it states [`IsotropicFunction::in_stretches`] and is a [`Material`].
+///
+/// In two dimensions `sigma` are the stretches in the plane; the one out of it is 1 (plane strain). Stress
+/// `P = U diag(psi_i) V^T` and tangent follow; the model may give [`IsotropicFunction::slopes`] in closed form where that is faster.
+pub trait Stretches<const D: usize>: IsotropicFunction<D> + Send + Sync + 'static {
+    /// Where the model is defined. Outside, [`IsotropicFunction::in_stretches`] gives `+inf`, and slopes that are not finite.
+    fn domain(&self) -> Domain {
+        Domain::Everywhere
+    }
+}
+
+impl<const D: usize, M: Stretches<D>> Material<D> for M {
+    #[inline(always)]
+    fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S {
+        S::isotropic_value(self, f)
+    }
+
+    #[inline(always)]
+    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
+        S::isotropic_gradient(self, f)
+    }
+
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+        let (svd, slopes, curvatures) = isotropic_hessian(self, f);
+        Spectrum::from_stretches(&svd.sigma, &slopes, &curvatures).tangent(&svd, psd)
+    }
+
+    fn domain(&self) -> Domain {
+        Stretches::domain(self)
+    }
+}
