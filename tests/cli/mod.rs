@@ -2,6 +2,7 @@
 
 mod bench;
 mod commands;
+mod export;
 mod failures;
 mod run;
 mod scenes;

@@ -67,7 +67,9 @@ impl Failure {
     pub(crate) fn recording(error: &RecordError) -> Failure {
         let avoidable = match error {
             RecordError::Exists { .. } | RecordError::LeftOver { .. } | RecordError::InUse { .. } => true,
-            RecordError::NotMcap { .. } | RecordError::NotFinished { .. } => true,
+            RecordError::NotMcap { .. } | RecordError::NotFinished { .. } | RecordError::NoChannel { .. } => {
+                true
+            }
             RecordError::Read { path, .. } => !path.is_file(),
             _ => false,
         };

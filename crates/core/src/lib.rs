@@ -38,11 +38,14 @@
 
 pub mod algebra;
 pub mod assembly;
+mod base64;
 pub mod benchmark;
 pub mod constraint;
 pub mod diagnostics;
 pub mod element;
 pub mod energy;
+#[cfg(feature = "mcap")]
+pub mod export;
 pub mod integrator;
 pub mod lanes;
 pub mod material;

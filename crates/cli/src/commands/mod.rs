@@ -2,6 +2,7 @@
 
 mod bench;
 mod check;
+mod export;
 mod info;
 mod list;
 mod recover;
@@ -30,6 +31,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::List(arguments) => list::execute(&arguments, terminal),
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Schema => schema::execute(terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
     };

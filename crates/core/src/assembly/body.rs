@@ -7,7 +7,7 @@ use crate::energy::EnergyTerm;
 use crate::energy::elastic::Elastic;
 use crate::energy::spring::Springs;
 use crate::material::{Material, MaterialVisitor};
-use crate::mesh::{Mesh, build, select};
+use crate::mesh::{Mesh, build_body, select};
 use crate::numbering::{Numbering, is_local};
 use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
 use crate::system::System;
@@ -45,7 +45,7 @@ impl Parts {
         first_vertex: u32,
     ) -> Result<Self, Vec<Problem>> {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
-        let mesh = build(&spec.mesh, dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        let mesh = build_body(spec, dimension, base).map_err(|e| one("mesh", e.to_string()))?;
         let mut problems = vec![];
         if spec.elastic.is_some() && mesh.element_dimension() != dimension {
             let (needs, what) =

@@ -1,6 +1,6 @@
 //! Whether a scene fits into memory, before any of it is allocated.
 
-use crate::mesh::{MeshSize, predicted_size};
+use crate::mesh::{MeshSize, predicted_body_size};
 use crate::scene::{KeyPath, Problem, Scene};
 
 /// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
@@ -16,7 +16,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
     let mut vertices = 0u64;
     for (i, body) in scene.body.iter().enumerate() {
         let path = KeyPath::root().key("body").index(i).key("mesh");
-        match predicted_size(&body.mesh, scene.dimension, &scene.directory) {
+        match predicted_body_size(body, scene.dimension, &scene.directory) {
             Ok(size) => {
                 total = total.saturating_add(predicted_bytes(&size, scene.dimension));
                 vertices = vertices.saturating_add(size.vertices);

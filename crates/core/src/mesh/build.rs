@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use super::{Mesh, MeshError, check::check, cloth, disk, file, grid, inline, predicted_size, strand};
-use crate::scene::MeshSpec;
+use super::{
+    Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, cylinder, disk, elliptic_membrane,
+    file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, tapered_beam, transform, tube,
+};
+use crate::scene::{Body, MeshSpec};
 
 /// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
 ///
@@ -23,10 +26,38 @@ pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, Mes
         MeshSpec::Strand(spec) => strand::build(spec, dimension)?,
         MeshSpec::Disk(spec) => disk::build(spec, dimension)?,
         MeshSpec::Inline(spec) => inline::build(spec, dimension)?,
+        MeshSpec::Ball(spec) => ball::build(spec, dimension)?,
+        MeshSpec::Sphere(spec) => sphere::build(spec, dimension)?,
+        MeshSpec::Cylinder(spec) => cylinder::build(spec, dimension)?,
+        MeshSpec::Tube(spec) => tube::build(spec, dimension)?,
+        MeshSpec::Annulus(spec) => annulus::build(spec, dimension)?,
+        MeshSpec::CooksMembrane(spec) => cooks_membrane::build(spec, dimension)?,
+        MeshSpec::TaperedBeam(spec) => tapered_beam::build(spec, dimension)?,
+        MeshSpec::NotchedBeam(spec) => notched_beam::build(spec, dimension)?,
+        MeshSpec::EllipticMembrane(spec) => elliptic_membrane::build(spec, dimension)?,
         // Checked there, where the places in the file are known.
         MeshSpec::File(spec) => return file::build(spec, dimension, base),
     };
     check(&mesh)?;
+    Ok(mesh)
+}
+
+/// Builds the mesh of a body: its shape, then `transform`, then `repeat`.
+///
+/// # Errors
+/// As [`build`]; what makes the transformation or the copies impossible.
+pub fn build_body(body: &Body, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
+    let mut mesh = build(&body.mesh, dimension, base)?;
+    if let Some(spec) = &body.transform {
+        transform::apply(spec, &mut mesh)?;
+    }
+    if let Some(spec) = &body.repeat {
+        repeat::apply(spec, &mut mesh)?;
+    }
+    if body.transform.is_some() || body.repeat.is_some() {
+        // Large factors may leave the range of numbers, very different ones flatten.
+        check(&mesh)?;
+    }
     Ok(mesh)
 }
 

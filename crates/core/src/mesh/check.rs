@@ -22,6 +22,8 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     indices(&mesh.lines, count, Cell::Line)?;
     indices(&mesh.triangles, count, Cell::Triangle)?;
     indices(&mesh.tetrahedra, count, Cell::Tetrahedron)?;
+    middles(&mesh.triangles, &mesh.triangle_middles, count, Cell::Triangle)?;
+    middles(&mesh.tetrahedra, &mesh.tetrahedron_middles, count, Cell::Tetrahedron)?;
     edges(mesh)?;
     if !mesh.tetrahedra.is_empty() {
         shapes(mesh, &mesh.tetrahedra, Cell::Tetrahedron)?;
@@ -53,6 +55,22 @@ fn indices<const N: usize>(
             if cell[..a].contains(&vertex) {
                 return Err(MeshError::RepeatedVertex { cell: name(i), vertex });
             }
+        }
+    }
+    Ok(())
+}
+
+/// The same of the vertices in the middle of edges.
+fn middles<const N: usize, const M: usize>(
+    cells: &[[u32; N]],
+    middles: &[[u32; M]],
+    count: usize,
+    name: fn(usize) -> Cell,
+) -> Result<(), MeshError> {
+    indices(middles, count, name)?;
+    for (i, (cell, middles)) in cells.iter().zip(middles).enumerate() {
+        if let Some(&vertex) = middles.iter().find(|vertex| cell.contains(vertex)) {
+            return Err(MeshError::RepeatedVertex { cell: name(i), vertex });
         }
     }
     Ok(())
@@ -94,8 +112,10 @@ fn unreferenced(mesh: &Mesh) -> Result<(), MeshError> {
     mesh.edges.iter().for_each(|cell| mark(cell));
     if !mesh.tetrahedra.is_empty() {
         mesh.tetrahedra.iter().for_each(|cell| mark(cell));
+        mesh.tetrahedron_middles.iter().for_each(|cell| mark(cell));
     } else {
         mesh.triangles.iter().for_each(|cell| mark(cell));
+        mesh.triangle_middles.iter().for_each(|cell| mark(cell));
     }
     match used.iter().position(|&u| !u) {
         None => Ok(()),

@@ -1,42 +1,8 @@
 //! What can be wrong with a mesh. Every message says where, what was found, and what would be right.
 
-use std::fmt;
 use std::path::PathBuf;
 
-/// A cell of a mesh, named by its kind and its index among the cells of that kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cell {
-    /// Index into `edges`.
-    Edge(usize),
-    /// Index into `lines`.
-    Line(usize),
-    /// Index into `triangles`.
-    Triangle(usize),
-    /// Index into `tetrahedra`.
-    Tetrahedron(usize),
-}
-
-impl fmt::Display for Cell {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Cell::Edge(i) => write!(f, "edge {i}"),
-            Cell::Line(i) => write!(f, "line {i}"),
-            Cell::Triangle(i) => write!(f, "triangle {i}"),
-            Cell::Tetrahedron(i) => write!(f, "tetrahedron {i}"),
-        }
-    }
-}
-
-impl Cell {
-    /// What its measure is called, and the unit.
-    fn measure(&self) -> (&'static str, &'static str) {
-        match self {
-            Cell::Edge(_) | Cell::Line(_) => ("length", "m"),
-            Cell::Triangle(_) => ("area", "m^2"),
-            Cell::Tetrahedron(_) => ("volume", "m^3"),
-        }
-    }
-}
+use super::{Cell, FileTag, FormatError};
 
 /// Why a mesh could not be built, read or selected from. Indices count from 0.
 #[derive(Debug, thiserror::Error)]
@@ -147,6 +113,42 @@ pub enum MeshError {
     /// A mesh without vertices.
     #[error("the mesh has no vertices")]
     Empty,
+    /// A shape of another dimension than the scene.
+    #[error("a {shape} is {dimension}-dimensional; set `dimension = {dimension}`")]
+    ShapeDimension {
+        /// The choice in the scene.
+        shape: &'static str,
+        /// The dimension it needs.
+        dimension: usize,
+    },
+    /// A length that must be less than another.
+    #[error("`{field}` is {value}; it must be less than `{other}` = {bound}")]
+    NotLess {
+        /// Name of the field.
+        field: &'static str,
+        /// Its value [m].
+        value: f64,
+        /// Name of the field that bounds it.
+        other: &'static str,
+        /// The value of that [m].
+        bound: f64,
+    },
+    /// Too few cells for the shape.
+    #[error("`{field}` is {count}; this shape needs at least {least}")]
+    TooFew {
+        /// Name of the field.
+        field: &'static str,
+        /// The number given.
+        count: usize,
+        /// The least possible.
+        least: usize,
+    },
+    /// A factor of zero flattens the mesh.
+    #[error("`{field}` is 0; it must be another number")]
+    Zero {
+        /// Name of the field.
+        field: &'static str,
+    },
     /// Solids do not fit the plane.
     #[error("the mesh has {count} tetrahedra, but the scene is two-dimensional; set `dimension = 3`")]
     TetrahedraInPlane {
@@ -284,11 +286,16 @@ pub enum MeshError {
         source: std::io::Error,
     },
     /// A file of no known format.
-    #[error("{}: unknown mesh format; supported are Gmsh `.msh` (2.2 and 4.1, ASCII) and Wavefront `.obj`", path.display())]
+    #[error("{}: unknown mesh format; supported are {supported}", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// The formats there are, with their extensions.
+        supported: String,
     },
+    /// What a file spells is no mesh of its format.
+    #[error(transparent)]
+    Format(#[from] FormatError),
     /// A fault in a file, and where.
     #[error("{}{}: {}{source}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(),
             tag.map(|t| format!("{t} of the file: ")).unwrap_or_default())]
@@ -338,7 +345,8 @@ pub enum MeshError {
     /// Elements that are not linear simplices.
     #[error(
         "element {element} is a {name} (type {kind}); supported are points, lines, triangles and tetrahedra of \
-             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination)"
+             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination), or second order with \
+             `drop_mid_nodes = true` beside `path`"
     )]
     ElementType {
         /// Its tag in the file.
@@ -378,22 +386,4 @@ pub enum MeshError {
         /// The most there may be.
         limit: usize,
     },
-}
-
-/// The number by which a mesh file calls a vertex or an element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FileTag {
-    /// A vertex.
-    Node(u64),
-    /// An element.
-    Element(u64),
-}
-
-impl fmt::Display for FileTag {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            FileTag::Node(tag) => write!(f, "node {tag}"),
-            FileTag::Element(tag) => write!(f, "element {tag}"),
-        }
-    }
 }

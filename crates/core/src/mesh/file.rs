@@ -1,30 +1,78 @@
 //! Mesh files: the format by the extension, what all formats have in common, and where in the file a fault lies.
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::check::{check, unusable_cells};
+use super::quadratic::MidNodes;
 use super::tokens::Fault;
-use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, obj};
+use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::scene::FileSpec;
 
 /// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n` cells and
 /// ask for `n^2` memory.
 pub(super) const GROUPS_AT_ONCE: usize = 64;
 
-/// The formats there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Format {
-    Gmsh,
-    Obj,
+/// Defines [`Format`] from one line per format: extensions, what the format is called in messages, and its reader.
+macro_rules! formats {
+    ($($variant:ident: [$($extension:literal),+], $name:literal, $read:path;)+) => {
+        /// The formats there are.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(super) enum Format {
+            $($variant,)+
+        }
+
+        impl Format {
+            #[cfg(test)]
+            pub(super) const ALL: &[Format] = &[$(Format::$variant,)+];
+
+            /// The format that a lower-case extension names.
+            fn of_extension(extension: &str) -> Option<Format> {
+                match extension {
+                    $($($extension)|+ => Some(Format::$variant),)+
+                    _ => None,
+                }
+            }
+
+            fn names() -> Vec<&'static str> {
+                vec![$($name,)+]
+            }
+
+            fn read(self, input: &Input) -> Result<FileMesh, Fault> {
+                match self {
+                    $(Format::$variant => $read(input),)+
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    Gmsh: ["msh"], "Gmsh `.msh` (2.2 and 4.1, ASCII)", gmsh::read;
+    Medit: ["mesh"], "Medit `.mesh`", medit::read;
+    Obj: ["obj"], "Wavefront `.obj`", obj::read;
+    Ply: ["ply"], "`.ply`", ply::read;
+    Stl: ["stl"], "`.stl`", stl::read;
+    TetGen: ["ele", "node"], "TetGen `.node` with `.ele`", tetgen::read;
+    Vtk: ["vtk"], "VTK `.vtk`", vtk::read;
+    Vtu: ["vtu"], "VTK `.vtu`", vtu::read;
+}
+
+/// What a reader is given.
+pub(super) struct Input<'a> {
+    /// The file. Of TetGen's pair the `.ele`.
+    pub bytes: &'a [u8],
+    /// The `.node` of TetGen's pair.
+    pub nodes: &'a [u8],
+    pub mid_nodes: MidNodes,
 }
 
 /// Where a vertex or a cell stands in its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Place {
-    /// Number by which the file calls it; 0 if it has none.
+    /// Number by which the file calls it; 0 if it has none. In a binary file its offset.
     pub tag: u64,
-    /// Line, from 1.
+    /// Line, from 1; 0 in a binary file.
     pub line: u32,
 }
 
@@ -36,6 +84,8 @@ pub(super) struct FileMesh {
     /// Cells and groups.
     pub mesh: Mesh,
     pub vertices: Vec<Place>,
+    /// Whether the vertices stand in [`Input::nodes`].
+    pub vertices_in_nodes: bool,
     pub edges: Vec<Place>,
     pub lines: Vec<Place>,
     pub triangles: Vec<Place>,
@@ -44,15 +94,16 @@ pub(super) struct FileMesh {
 
 /// The format that the extension names.
 fn format(path: &Path) -> Result<Format, MeshError> {
-    match path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase).as_deref() {
-        Some("msh") => Ok(Format::Gmsh),
-        Some("obj") => Ok(Format::Obj),
-        _ => Err(MeshError::UnknownFormat { path: path.to_path_buf() }),
-    }
+    let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+    extension.as_deref().and_then(Format::of_extension).ok_or_else(|| MeshError::UnknownFormat {
+        path: path.to_path_buf(),
+        supported: Format::names().join(", "),
+    })
 }
 
 /// Bounds from the length of the file: "1 0 0 0\n" is the shortest vertex, and " 1" is what a polygon spends on one
-/// triangle more. 16 bytes of memory per byte of text hold a cell and its place.
+/// triangle more. 16 bytes of memory per byte of text hold a cell and its place. Binary files are no denser; a `.vtu`
+/// with compressed arrays may hold more than this says.
 pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
     let path = base.join(&spec.path);
     format(&path)?;
@@ -63,6 +114,7 @@ pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mes
         edges: most(2),
         triangles: most(2),
         tetrahedra: if dimension == 3 { most(8) } else { 0 },
+        lines: 0,
         bytes: length.saturating_mul(16),
     };
     Ok(bound)
@@ -78,45 +130,65 @@ fn length(path: &Path) -> Result<u64, MeshError> {
     Ok(metadata.len())
 }
 
-/// Reads the file and checks what it holds.
+/// Reads the file that a scene names, and checks what it holds.
 pub(super) fn build(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
-    let path = base.join(&spec.path);
-    let format = format(&path)?;
-    length(&path)?;
-    let bytes =
-        std::fs::read(&path).map_err(|source| MeshError::Unreadable { path: path.clone(), source })?;
-    parse(format, &bytes, dimension).map_err(|(place, error)| MeshError::InFile {
-        path,
-        line: place.map(|(line, _)| line),
-        tag: place.and_then(|(_, tag)| tag),
-        source: Box::new(error),
+    let mid_nodes = if spec.drop_mid_nodes { MidNodes::Drop } else { MidNodes::Refuse };
+    read(&base.join(&spec.path), dimension, mid_nodes)
+}
+
+/// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file may be named.
+///
+/// # Errors
+/// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte of whatever
+/// is wrong.
+pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
+    let contents = |path: &Path| {
+        length(path)?;
+        std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
+    };
+    let format = format(path)?;
+    let paths = match format {
+        Format::TetGen => [path.with_extension("ele"), path.with_extension("node")],
+        _ => [path.to_path_buf(), PathBuf::new()],
+    };
+    let bytes = contents(&paths[0])?;
+    let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
+    let input = Input { bytes: &bytes, nodes: &nodes, mid_nodes };
+    parse(format, &input, dimension).map_err(|(site, error)| {
+        let [path, beside] = paths;
+        MeshError::InFile {
+            path: if site.in_nodes { beside } else { path },
+            line: (site.line > 0).then_some(site.line),
+            tag: site.tag,
+            source: Box::new(error),
+        }
     })
 }
 
-/// The line of a fault, and what the file calls the thing at fault.
-type Location = (u32, Option<FileTag>);
+/// Where in the input a fault lies, as far as is known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Site {
+    /// Line, from 1; 0 if there is none.
+    pub line: u32,
+    /// What the file calls the thing at fault.
+    pub tag: Option<FileTag>,
+    /// Whether it is in [`Input::nodes`].
+    pub in_nodes: bool,
+}
 
 /// The mesh that these bytes spell; total: every input gives a mesh or an error.
-pub(super) fn parse(
-    format: Format,
-    bytes: &[u8],
-    dimension: usize,
-) -> Result<Mesh, (Option<Location>, MeshError)> {
-    // Names may be in any encoding; numbers are ASCII.
-    let text = String::from_utf8_lossy(bytes);
-    let read = match format {
-        Format::Gmsh => gmsh::read(&text),
-        Format::Obj => obj::read(&text),
-    };
-    let mut file = read.map_err(|Fault { line, error }| (Some((line, None)), error))?;
+pub(super) fn parse(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+    let mut file = format.read(input).map_err(|Fault { line, byte, in_nodes, error }| {
+        (Site { line, tag: byte.map(FileTag::Byte), in_nodes }, error)
+    })?;
     file.mesh.dimension = dimension;
     file.mesh.points = match file.flatten(dimension) {
         Ok(points) => points,
-        Err(error) => return Err((file.place(&error), error)),
+        Err(error) => return Err((file.site(&error), error)),
     };
     match check(&file.mesh) {
         Ok(()) => Ok(file.mesh),
-        Err(error) => Err((file.place(&error), error)),
+        Err(error) => Err((file.site(&error), error)),
     }
 }
 
@@ -138,11 +210,16 @@ impl FileMesh {
     }
 
     /// Where the vertex or cell that `error` is about stands in the file.
-    fn place(&self, error: &MeshError) -> Option<Location> {
+    fn site(&self, error: &MeshError) -> Site {
         let locate = |places: &[Place], i: usize, tag: fn(u64) -> FileTag| {
-            places.get(i).map(|place| (place.line, (place.tag > 0).then(|| tag(place.tag))))
+            let Place { tag: number, line } = places.get(i).copied().unwrap_or_default();
+            let tag = if line == 0 { FileTag::Byte } else { tag };
+            Site { line, tag: (number > 0).then(|| tag(number)), in_nodes: false }
         };
-        let vertex = |i: usize| locate(&self.vertices, i, FileTag::Node);
+        let vertex = |i: usize| {
+            let site = locate(&self.vertices, i, FileTag::Node);
+            Site { in_nodes: self.vertices_in_nodes, ..site }
+        };
         let cell = |cell: &Cell| match *cell {
             Cell::Edge(i) => locate(&self.edges, i, FileTag::Element),
             Cell::Line(i) => locate(&self.lines, i, FileTag::Element),
@@ -158,7 +235,7 @@ impl FileMesh {
             | MeshError::Degenerate { cell: c, .. }
             | MeshError::Inverted { cell: c, .. } => cell(c),
             MeshError::ZeroLengthEdge { edge, .. } => cell(&Cell::Edge(*edge)),
-            _ => None,
+            _ => Site::default(),
         }
     }
 }

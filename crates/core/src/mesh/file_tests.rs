@@ -2,9 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file::{Format, parse};
-use super::{FileTag, Mesh, MeshError, build};
+use super::file::{Format, Input, Site};
+use super::{FileTag, Mesh, MeshError, MidNodes, build};
 use crate::scene::{FileSpec, MeshSpec};
+
+/// The line of a fault, and what the file calls the thing at fault.
+type Location = (u32, Option<FileTag>);
+
+/// The mesh of a single file, or the line and tag of the fault, and the fault.
+pub(super) fn parse(
+    format: Format,
+    bytes: &[u8],
+    dimension: usize,
+) -> Result<Mesh, (Option<Location>, MeshError)> {
+    let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse };
+    super::file::parse(format, &input, dimension).map_err(|(Site { line, tag, .. }, error)| {
+        ((line > 0 || tag.is_some()).then_some((line, tag)), error)
+    })
+}
 
 /// Written by meshio 5.3.5, `file_format="gmsh22"`.
 pub(super) const MESHIO_22: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n\
@@ -264,7 +279,7 @@ fn faults_of_obj_files_name_their_line() {
 }
 
 fn file(name: &str, base: &Path) -> Result<Mesh, MeshError> {
-    build(&MeshSpec::File(FileSpec { path: PathBuf::from(name) }), 3, base)
+    build(&MeshSpec::File(FileSpec { path: PathBuf::from(name), drop_mid_nodes: false }), 3, base)
 }
 
 #[test]
@@ -274,7 +289,7 @@ fn files_are_found_beside_the_scene_and_faults_read_like_a_compilers() {
     std::fs::write(base.join("a.msh"), MESHIO_22).unwrap();
     std::fs::write(base.join("b.MSH"), MESHIO_22.replace("8 1 2 3 4 5", "8 1 2 3 5 4")).unwrap();
     std::fs::write(base.join("c.obj"), SHEET).unwrap();
-    std::fs::write(base.join("d.stl"), "").unwrap();
+    std::fs::write(base.join("d.dxf"), "").unwrap();
     assert_eq!(file("a.msh", base).unwrap(), gmsh(MESHIO_22, 3).unwrap());
     assert_eq!(file("c.obj", base).unwrap().triangles.len(), 2);
     let message = file("b.MSH", base).unwrap_err().to_string();
@@ -283,11 +298,11 @@ fn files_are_found_beside_the_scene_and_faults_read_like_a_compilers() {
         base.join("b.MSH").display()
     );
     assert!(message.starts_with(&start) && message.ends_with("swap two of its vertices"), "{message}");
-    assert!(matches!(file("d.stl", base), Err(MeshError::UnknownFormat { .. })));
+    assert!(matches!(file("d.dxf", base), Err(MeshError::UnknownFormat { .. })));
     assert!(matches!(file("none.msh", base), Err(MeshError::Unreadable { .. })));
     std::fs::create_dir(base.join("e.obj")).unwrap();
     assert!(matches!(file("e.obj", base), Err(MeshError::Unreadable { .. })));
-    let spec = MeshSpec::File(FileSpec { path: "a.msh".into() });
+    let spec = MeshSpec::File(FileSpec { path: "a.msh".into(), drop_mid_nodes: false });
     let size = super::predicted_size(&spec, 3, base).unwrap();
     assert!(size.vertices >= 5 && size.tetrahedra >= 2 && size.bytes == 16 * MESHIO_22.len() as u64);
 }

@@ -2,10 +2,11 @@
 
 use proptest::prelude::*;
 
-use super::Mesh;
-use super::file::{Format, parse};
-use super::file_tests::{GMSH_41, MESHIO_22, SHEET};
+use super::file::{Format, Input};
+use super::file_tests::{GMSH_41, MESHIO_22, SHEET, parse};
+use super::format_tests::{MEDIT, SURFACES, VTK, VTU};
 use super::geometry::measure;
+use super::{Mesh, MidNodes};
 
 /// What a mesh that passes must keep, whatever it was read from.
 fn is_sound(mesh: &Mesh) {
@@ -28,7 +29,7 @@ fn is_sound(mesh: &Mesh) {
 }
 
 fn read_all(bytes: &[u8]) {
-    for format in [Format::Gmsh, Format::Obj] {
+    for &format in Format::ALL {
         for dimension in [2, 3] {
             if let Ok(mesh) = parse(format, bytes, dimension) {
                 is_sound(&mesh);
@@ -79,6 +80,25 @@ fn mutated() -> impl Strategy<Value = Vec<u8>> {
     )
 }
 
+/// A valid file of any format with a few of its bytes exchanged, cut off somewhere.
+fn damaged() -> impl Strategy<Value = Vec<u8>> {
+    let mut files: Vec<&[u8]> = vec![MEDIT];
+    files.extend(VTK.iter().chain(&VTU).map(|(_, bytes)| bytes));
+    files.extend(SURFACES.iter().map(|(_, _, bytes)| bytes));
+    let exchange = (any::<prop::sample::Index>(), any::<u8>());
+    (prop::sample::select(files), prop::collection::vec(exchange, 0..4), any::<Option<prop::sample::Index>>())
+        .prop_map(|(file, exchanges, cut)| {
+            let mut bytes = file.to_vec();
+            for (index, with) in exchanges {
+                *index.get_mut(&mut bytes[..]) = with;
+            }
+            if let Some(cut) = cut {
+                bytes.truncate(cut.index(bytes.len()));
+            }
+            bytes
+        })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -93,6 +113,19 @@ proptest! {
     #[test]
     fn mutated_files_are_read_without_a_panic(bytes in mutated()) {
         read_all(&bytes);
+    }
+
+    #[test]
+    fn damaged_files_of_every_format_are_read_without_a_panic(bytes in damaged()) {
+        read_all(&bytes);
+        for mid_nodes in [MidNodes::Drop, MidNodes::Keep] {
+            for &format in Format::ALL {
+                let input = Input { bytes: &bytes, nodes: &bytes, mid_nodes };
+                if let Ok(mesh) = super::file::parse(format, &input, 3) {
+                    is_sound(&mesh);
+                }
+            }
+        }
     }
 
     /// The same body, whatever the tags of its nodes and the order in which nodes and elements stand in the file.

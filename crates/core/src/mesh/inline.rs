@@ -10,7 +10,7 @@ pub(super) fn size(spec: &InlineSpec, dimension: usize) -> Result<MeshSize, Mesh
         edges: spec.edges.len() as u64,
         triangles: spec.triangles.len() as u64,
         tetrahedra: spec.tetrahedra.len() as u64,
-        bytes: 0,
+        ..MeshSize::default()
     }
     .checked(dimension)
 }

@@ -1,42 +1,80 @@
 //! Meshes: generators, readers, checks and selections. Plain data, either two- or three-dimensional.
 //!
-//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`]; [`select`] turns a selection into vertex
+//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`], [`build_body`] moves and repeats it as the body
+//! says; [`select`] turns a selection into vertex
 //! indices; [`predicted_size`] says what a mesh will take before any of it is allocated. One generator or format
 //! lives in one file.
 
 use std::collections::BTreeMap;
 
+mod annulus;
+mod ball;
 mod build;
+mod cell;
+mod cells;
 mod check;
 mod cloth;
+mod cooks_membrane;
+mod cylinder;
 mod disk;
+mod elliptic_membrane;
 mod error;
+mod extrude;
 mod file;
 #[cfg(test)]
 mod file_tests;
+mod format_error;
+#[cfg(test)]
+mod format_fault_tests;
+#[cfg(test)]
+mod format_tests;
 #[cfg(test)]
 mod fuzz_tests;
+#[cfg(test)]
+mod generator_tests;
 mod geometry;
 mod gmsh;
 mod grid;
+mod icosahedron;
 mod inline;
+mod mapped;
 mod measure;
+mod medit;
+mod notched_beam;
+mod number_type;
 mod obj;
 pub mod order;
+mod ply;
+mod quadratic;
 mod quality;
+mod repeat;
 mod select;
 mod size;
+mod sphere;
+mod stl;
 mod strand;
+mod tapered_beam;
 #[cfg(test)]
 mod test_support;
+mod tetgen;
 mod tokens;
 mod topology;
+mod transform;
+mod tube;
+mod turn;
+mod vtk;
+pub(crate) mod vtk_cells;
+mod vtu;
 
-pub use build::build;
-pub use error::{Cell, FileTag, MeshError};
+pub use build::{build, build_body};
+pub use cell::{Cell, FileTag};
+pub use error::MeshError;
+pub use file::read;
+pub use format_error::FormatError;
+pub use quadratic::MidNodes;
 pub use quality::{ElementQuality, Quality};
 pub use select::select;
-pub use size::{MeshSize, predicted_size};
+pub use size::{MeshSize, predicted_body_size, predicted_size};
 
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -70,6 +108,12 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra, `(x1-x0, x2-x0, x3-x0)` right-handed.
     pub tetrahedra: Vec<[u32; 4]>,
+    /// In a mesh of second order the vertices in the middle of the edges of each triangle, in the order `01, 12, 20`;
+    /// otherwise empty.
+    pub triangle_middles: Vec<[u32; 3]>,
+    /// In a mesh of second order the vertices in the middle of the edges of each tetrahedron, in the order
+    /// `01, 12, 02, 03, 13, 23` (VTK's); otherwise empty.
+    pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
 }

@@ -6,14 +6,16 @@
 
 use std::collections::BTreeMap;
 
-use super::file::{FileMesh, GROUPS_AT_ONCE, Place};
+use super::file::{FileMesh, GROUPS_AT_ONCE, Input, Place};
 use super::tokens::{Fault, excerpt};
 use super::{Group, Mesh, MeshError};
 
 /// Reads `v`, `f`, `l`, `g` and `o`; other statements (normals, texture coordinates, materials) say nothing about the
 /// shape and are passed over. A polygon becomes a fan of triangles about its first vertex, which is right for convex
 /// ones. Cells belong to the current object and to every current group; vertices keep the order of the file.
-pub(super) fn read(text: &str) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+    // Names may be in any encoding; numbers are ASCII.
+    let text = String::from_utf8_lossy(input.bytes);
     let mut reader = Reader::default();
     let mut continued = String::new();
     for (i, line) in text.lines().enumerate() {
@@ -47,7 +49,7 @@ struct Reader {
 
 impl Reader {
     fn fault(&self, error: MeshError) -> Fault {
-        Fault { line: self.line, error }
+        Fault::in_line(self.line, error)
     }
 
     fn statement(&mut self, line: &str) -> Result<(), Fault> {

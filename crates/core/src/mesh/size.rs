@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::MeshError;
-use crate::scene::MeshSpec;
+use crate::scene::{Body, MeshSpec};
 
 /// Counts and memory of a mesh. Exact for generators, upper bounds for files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,6 +16,8 @@ pub struct MeshSize {
     pub triangles: u64,
     /// Number of tetrahedra.
     pub tetrahedra: u64,
+    /// Number of lines on the boundary.
+    pub lines: u64,
     /// Bytes of all of it; saturates.
     pub bytes: u64,
 }
@@ -23,17 +25,21 @@ pub struct MeshSize {
 impl MeshSize {
     /// Refuses what 32-bit indices cannot count; fills in `bytes`.
     pub(super) fn checked(mut self, dimension: usize) -> Result<MeshSize, MeshError> {
-        let Self { vertices, edges, triangles, tetrahedra, .. } = self;
-        for (what, count) in
-            [("vertices", vertices), ("edges", edges), ("triangles", triangles), ("tetrahedra", tetrahedra)]
-        {
+        let Self { vertices, edges, triangles, tetrahedra, lines, .. } = self;
+        for (what, count) in [
+            ("vertices", vertices),
+            ("edges", edges),
+            ("triangles", triangles),
+            ("tetrahedra", tetrahedra),
+            ("lines", lines),
+        ] {
             // u32::MAX itself stays free, for whoever needs a "no vertex".
             if count > u64::from(u32::MAX) {
                 return Err(MeshError::TooMany { what, count });
             }
         }
         // At most 2^32 of each: none of these products overflows.
-        self.bytes = vertices * 8 * dimension as u64 + edges * 8 + triangles * 12 + tetrahedra * 16;
+        self.bytes = vertices * 8 * dimension as u64 + (edges + lines) * 8 + triangles * 12 + tetrahedra * 16;
         Ok(self)
     }
 
@@ -72,7 +78,35 @@ pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<
         MeshSpec::Disk(disk) => super::disk::size(disk, dimension),
         MeshSpec::Inline(inline) => super::inline::size(inline, dimension),
         MeshSpec::File(file) => super::file::size(file, dimension, base),
+        MeshSpec::Ball(spec) => super::ball::size(spec, dimension),
+        MeshSpec::Sphere(spec) => super::sphere::size(spec, dimension),
+        MeshSpec::Cylinder(spec) => super::cylinder::size(spec, dimension),
+        MeshSpec::Tube(spec) => super::tube::size(spec, dimension),
+        MeshSpec::Annulus(spec) => super::annulus::size(spec, dimension),
+        MeshSpec::CooksMembrane(spec) => super::cooks_membrane::size(spec, dimension),
+        MeshSpec::TaperedBeam(spec) => super::tapered_beam::size(spec, dimension),
+        MeshSpec::NotchedBeam(spec) => super::notched_beam::size(spec, dimension),
+        MeshSpec::EllipticMembrane(spec) => super::elliptic_membrane::size(spec, dimension),
     }
+}
+
+/// The same for the mesh of a body, copies included.
+///
+/// # Errors
+/// As [`predicted_size`].
+pub fn predicted_body_size(body: &Body, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
+    let size = predicted_size(&body.mesh, dimension, base)?;
+    let Some(repeat) = &body.repeat else { return Ok(size) };
+    let times = |count: u64| count.saturating_mul(repeat.copies());
+    MeshSize {
+        vertices: times(size.vertices),
+        edges: times(size.edges),
+        triangles: times(size.triangles),
+        tetrahedra: times(size.tetrahedra),
+        lines: times(size.lines),
+        bytes: 0,
+    }
+    .checked(dimension)
 }
 
 #[cfg(test)]

@@ -1,22 +1,43 @@
-//! Words of a text with the line each stands in.
+//! Words of a text with the line each stands in, and the bytes of a binary file with their offsets.
 
 use std::str::FromStr;
 
 use super::MeshError;
+use super::file::Place;
 
-/// A fault and the line it is in, counted from 1.
+/// A fault and where it is.
 #[derive(Debug)]
 pub(super) struct Fault {
+    /// Line, from 1; 0 in a binary file.
     pub line: u32,
+    /// Offset in a binary file.
+    pub byte: Option<u64>,
+    /// Whether it is in the second file of a pair.
+    pub in_nodes: bool,
     pub error: MeshError,
 }
 
-/// Reads a text word by word. Nothing is believed that is not there: counts that a file announces are met by reading
-/// that many words, and the end of the text ends every loop.
+impl Fault {
+    /// In a line of a text.
+    pub(super) fn in_line(line: u32, error: impl Into<MeshError>) -> Fault {
+        Fault { line, byte: None, in_nodes: false, error: error.into() }
+    }
+}
+
+/// Reads a file word by word. Nothing is believed that is not there: counts that a file announces are met by reading
+/// that many words or bytes, and the end of the file ends every loop.
+#[derive(Clone)]
 pub(super) struct Tokens<'a> {
-    rest: &'a str,
+    bytes: &'a [u8],
+    at: usize,
+    /// Where the word or block read last begins.
+    start: usize,
     /// Line of the word read last.
     pub line: u32,
+    /// Faults are reported by their offset: lines mean nothing in a binary file.
+    binary: bool,
+    /// `#` begins a comment that lasts to the end of the line.
+    comments: bool,
 }
 
 /// What a message quotes of a word.
@@ -28,25 +49,73 @@ pub(super) fn excerpt(word: &str) -> String {
     }
 }
 
+/// As text; names may be in any encoding.
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap_or("\u{fffd}")
+}
+
 impl<'a> Tokens<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Tokens { rest: text, line: 1 }
+        Self::of_bytes(text.as_bytes())
     }
 
-    pub(super) fn fault(&self, error: MeshError) -> Fault {
-        Fault { line: self.line, error }
+    /// Of a file that may have binary parts.
+    pub(super) fn of_bytes(bytes: &'a [u8]) -> Self {
+        Tokens { bytes, at: 0, start: 0, line: 1, binary: false, comments: false }
+    }
+
+    /// The same with `#` for comments.
+    pub(super) fn with_comments(bytes: &'a [u8]) -> Self {
+        Tokens { comments: true, ..Self::of_bytes(bytes) }
+    }
+
+    /// The same, as if `line` were its first.
+    pub(super) fn starting_at(self, line: u32) -> Self {
+        Tokens { line, ..self }
+    }
+
+    /// From here on faults are reported by their offset.
+    pub(super) fn set_binary(&mut self) {
+        self.binary = true;
+    }
+
+    pub(super) fn fault(&self, error: impl Into<MeshError>) -> Fault {
+        let Place { tag, line } = self.place(0);
+        Fault { byte: self.binary.then_some(tag), ..Fault::in_line(line, error) }
+    }
+
+    /// The place of the word or block read last, which the file calls `tag`, 0 if it has no number for it.
+    pub(super) fn place(&self, tag: u64) -> Place {
+        if self.binary { Place { tag: self.start as u64, line: 0 } } else { Place { tag, line: self.line } }
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    fn advance(&mut self, count: usize) {
+        let breaks = self.rest()[..count].iter().filter(|&&b| b == b'\n').count();
+        self.line = self.line.saturating_add(u32::try_from(breaks).unwrap_or(u32::MAX));
+        self.at += count;
     }
 
     /// The next word, if there is one.
     pub(super) fn next(&mut self) -> Option<&'a str> {
-        let start = self.rest.bytes().position(|b| !b.is_ascii_whitespace()).unwrap_or(self.rest.len());
-        let breaks = self.rest.as_bytes()[..start].iter().filter(|&&b| b == b'\n').count();
-        self.line = self.line.saturating_add(u32::try_from(breaks).unwrap_or(u32::MAX));
-        // ASCII bytes are never part of a longer character: both cuts are at character boundaries.
-        let word = &self.rest[start..];
-        let end = word.bytes().position(|b| b.is_ascii_whitespace()).unwrap_or(word.len());
-        self.rest = &word[end..];
-        (end > 0).then(|| &word[..end])
+        loop {
+            let rest = self.rest();
+            let blank = rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(rest.len());
+            self.advance(blank);
+            if !(self.comments && self.rest().first() == Some(&b'#')) {
+                break;
+            }
+            self.rest_of_line();
+        }
+        let word = self.rest();
+        let ends = |b: &u8| b.is_ascii_whitespace() || (self.comments && *b == b'#');
+        let end = word.iter().position(ends).unwrap_or(word.len());
+        self.start = self.at;
+        self.at += end;
+        (end > 0).then(|| text(&word[..end]))
     }
 
     /// The next word; its absence is a fault.
@@ -63,18 +132,44 @@ impl<'a> Tokens<'a> {
     /// The next word, which must be this one.
     pub(super) fn keyword(&mut self, expected: &'static str) -> Result<(), Fault> {
         let word = self.word(expected)?;
-        if word == expected {
-            Ok(())
-        } else {
-            Err(self.fault(MeshError::Expected { expected, found: excerpt(word) }))
-        }
+        if word == expected { Ok(()) } else { Err(self.expected(expected, word)) }
+    }
+
+    /// The fault of a word that makes no sense where it stands.
+    pub(super) fn expected(&self, expected: &'static str, found: &str) -> Fault {
+        self.fault(MeshError::Expected { expected, found: excerpt(found) })
     }
 
     /// What is left of the current line.
     pub(super) fn rest_of_line(&mut self) -> &'a str {
-        let end = self.rest.find('\n').unwrap_or(self.rest.len());
-        let (line, rest) = self.rest.split_at(end);
-        self.rest = rest;
-        line.trim()
+        let rest = self.rest();
+        let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.at += end;
+        text(&rest[..end]).trim()
+    }
+
+    /// What is left of the current line, and on to the beginning of the next: binary data may start with anything.
+    pub(super) fn end_line(&mut self) -> &'a str {
+        let line = self.rest_of_line();
+        self.advance(usize::from(!self.rest().is_empty()));
+        line
+    }
+
+    /// The next bytes; their absence is a fault.
+    pub(super) fn take(&mut self, count: u64, expected: &'static str) -> Result<&'a [u8], Fault> {
+        self.start = self.at;
+        let rest = self.rest();
+        match usize::try_from(count).ok().filter(|&count| count <= rest.len()) {
+            Some(count) => {
+                self.at += count;
+                Ok(&rest[..count])
+            }
+            None => Err(self.fault(MeshError::EndOfFile { expected })),
+        }
+    }
+
+    /// Bytes that are left.
+    pub(super) fn remaining(&self) -> usize {
+        self.rest().len()
     }
 }

@@ -1,10 +1,11 @@
-//! `$Elements`: linear simplices; what else Gmsh writes is refused by its name.
+//! `$Elements`: simplices of first and second order; what else Gmsh writes is refused by its name.
 
-use super::cells::Cells;
 use super::nodes::Nodes;
 use super::{Entities, Version};
 use crate::mesh::MeshError;
+use crate::mesh::cells::Cells;
 use crate::mesh::file::Place;
+use crate::mesh::quadratic::MidNodes;
 use crate::mesh::tokens::{Fault, Tokens};
 
 /// Reads the section up to its end.
@@ -13,24 +14,25 @@ pub(super) fn read(
     version: Version,
     nodes: &Nodes,
     entities: &Entities,
+    mid_nodes: MidNodes,
 ) -> Result<Cells, Fault> {
     let mut cells = Cells::default();
     match version {
-        Version::Two => flat(tokens, nodes, &mut cells)?,
-        Version::Four => blocks(tokens, nodes, entities, &mut cells)?,
+        Version::Two => flat(tokens, nodes, mid_nodes, &mut cells)?,
+        Version::Four => blocks(tokens, nodes, entities, mid_nodes, &mut cells)?,
     }
     tokens.keyword("$EndElements")?;
     Ok(cells)
 }
 
 /// Version 2.2: `tag type number-of-tags tags nodes`; the first of the tags is the physical group.
-fn flat(tokens: &mut Tokens, nodes: &Nodes, cells: &mut Cells) -> Result<(), Fault> {
+fn flat(tokens: &mut Tokens, nodes: &Nodes, mid_nodes: MidNodes, cells: &mut Cells) -> Result<(), Fault> {
     let count: u64 = tokens.number("the number of elements")?;
     for _ in 0..count {
         let tag = tokens.number("the tag of an element")?;
         let line = tokens.line;
         let kind = tokens.number("the type of an element")?;
-        let corners = corners(kind).ok_or_else(|| tokens.fault(unsupported(tag, kind)))?;
+        let corners = corners(kind, mid_nodes).ok_or_else(|| tokens.fault(unsupported(tag, kind)))?;
         let tags: u64 = tokens.number("the number of tags of an element")?;
         let mut physical = 0_u64;
         for i in 0..tags {
@@ -46,7 +48,13 @@ fn flat(tokens: &mut Tokens, nodes: &Nodes, cells: &mut Cells) -> Result<(), Fau
 }
 
 /// Version 4.1, blocks of one entity each: `dimension entity type count`, then `tag nodes`.
-fn blocks(tokens: &mut Tokens, nodes: &Nodes, entities: &Entities, cells: &mut Cells) -> Result<(), Fault> {
+fn blocks(
+    tokens: &mut Tokens,
+    nodes: &Nodes,
+    entities: &Entities,
+    mid_nodes: MidNodes,
+    cells: &mut Cells,
+) -> Result<(), Fault> {
     let blocks: u64 = tokens.number("the number of element blocks")?;
     for expected in ["the number of elements", "the least element tag", "the greatest element tag"] {
         tokens.number::<u64>(expected)?;
@@ -61,7 +69,7 @@ fn blocks(tokens: &mut Tokens, nodes: &Nodes, entities: &Entities, cells: &mut C
         for _ in 0..count {
             let tag = tokens.number("the tag of an element")?;
             let corners =
-                corners(kind).ok_or_else(|| Fault { line: block_line, error: unsupported(tag, kind) })?;
+                corners(kind, mid_nodes).ok_or_else(|| Fault::in_line(block_line, unsupported(tag, kind)))?;
             let line = tokens.line;
             cell(tokens, nodes, cells, corners, Place { tag, line }, groups)?;
         }
@@ -74,28 +82,42 @@ fn cell(
     tokens: &mut Tokens,
     nodes: &Nodes,
     cells: &mut Cells,
-    corners: usize,
+    (corners, middles): (usize, usize),
     place: Place,
     groups: &[u64],
 ) -> Result<(), Fault> {
-    let mut vertices = [0_u32; 4];
-    for vertex in &mut vertices[..corners] {
+    let mut vertices = [0_u32; 10];
+    let vertices = &mut vertices[..corners + middles];
+    for vertex in &mut *vertices {
         let node = tokens.number("the tag of a node")?;
         *vertex = nodes
             .index(node)
             .ok_or_else(|| tokens.fault(MeshError::UnknownNode { element: place.tag, node }))?;
     }
-    cells.push(&vertices[..corners], place, groups);
+    if let [.., last_but_one, last] = vertices
+        && middles == 6
+    {
+        // Gmsh has edge 23 before edge 13.
+        std::mem::swap(last_but_one, last);
+    }
+    match vertices.split_at(corners) {
+        (corners, []) => cells.push(corners, place, groups),
+        (corners, middles) => cells.push_quadratic(corners, middles, place, groups),
+    }
     Ok(())
 }
 
-/// Number of vertices of a linear simplex, by the type's number in Gmsh.
-fn corners(kind: u64) -> Option<usize> {
+/// Number of corners and of nodes in the middle of edges of a simplex, by the type's number in Gmsh.
+fn corners(kind: u64, mid_nodes: MidNodes) -> Option<(usize, usize)> {
     match kind {
-        15 => Some(1),
-        1 => Some(2),
-        2 => Some(3),
-        4 => Some(4),
+        15 => Some((1, 0)),
+        1 => Some((2, 0)),
+        2 => Some((3, 0)),
+        4 => Some((4, 0)),
+        _ if mid_nodes == MidNodes::Refuse => None,
+        8 => Some((2, 1)),
+        9 => Some((3, 3)),
+        11 => Some((4, 6)),
         _ => None,
     }
 }

@@ -1,13 +1,10 @@
-//! `$PhysicalNames`, `$Entities`, and the named groups they make.
+//! `$PhysicalNames` and `$Entities`: what the named groups are made of.
 
-use std::collections::BTreeMap;
-
-use super::cells::{Cells, CellsOf};
-use super::nodes::Nodes;
-use super::{Entities, Names};
-use crate::mesh::file::{FileMesh, GROUPS_AT_ONCE};
+use super::Entities;
+use crate::mesh::MeshError;
+use crate::mesh::cells::Names;
+use crate::mesh::file::GROUPS_AT_ONCE;
 use crate::mesh::tokens::{Fault, Tokens, excerpt};
-use crate::mesh::{Group, Mesh, MeshError};
 
 /// Reads `dimension tag "name"` lines up to the end of the section.
 pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), Fault> {
@@ -68,62 +65,4 @@ pub(super) fn entities(tokens: &mut Tokens, entities: &mut Entities) -> Result<(
         }
     }
     tokens.keyword("$EndEntities")
-}
-
-/// Puts nodes, cells and groups together. Groups without a name are called by their number.
-pub(super) fn assemble(nodes: Nodes, cells: Cells, names: &Names) -> FileMesh {
-    let mut groups = BTreeMap::new();
-    // Names of groups without cells stay known, so that a message can tell "empty" from "unknown".
-    for ((dimension, _), name) in names {
-        let group = Group { topological_dimension: usize::from(*dimension), ..Group::default() };
-        groups.insert(name.clone(), group);
-    }
-    enter(&mut groups, &cells.points, 0, names);
-    enter(&mut groups, &cells.lines, 1, names);
-    enter(&mut groups, &cells.triangles, 2, names);
-    enter(&mut groups, &cells.tetrahedra, 3, names);
-    for group in groups.values_mut() {
-        for indices in [&mut group.cells, &mut group.vertices] {
-            indices.sort_unstable();
-            indices.dedup();
-        }
-    }
-    let Cells { lines, triangles, tetrahedra, .. } = cells;
-    let mut file = FileMesh { xyz: nodes.xyz, vertices: nodes.places, ..FileMesh::default() };
-    file.mesh =
-        Mesh { triangles: triangles.vertices, tetrahedra: tetrahedra.vertices, groups, ..Mesh::default() };
-    file.triangles = triangles.places;
-    file.tetrahedra = tetrahedra.places;
-    if file.mesh.triangles.is_empty() && file.mesh.tetrahedra.is_empty() {
-        file.mesh.edges = lines.vertices;
-        file.edges = lines.places;
-    } else {
-        file.mesh.lines = lines.vertices;
-        file.lines = lines.places;
-    }
-    file
-}
-
-/// Enters the groups of one dimension. Called with ascending dimensions: the highest one's cells stay.
-fn enter<const N: usize>(
-    groups: &mut BTreeMap<String, Group>,
-    cells: &CellsOf<N>,
-    dimension: u8,
-    names: &Names,
-) {
-    for (&tag, members) in &cells.groups {
-        let name = names.get(&(dimension, tag)).cloned().unwrap_or_else(|| tag.to_string());
-        let group = groups.entry(name).or_default();
-        if group.topological_dimension != usize::from(dimension) {
-            group.cells.clear();
-            group.topological_dimension = usize::from(dimension);
-        }
-        let vertices = members.iter().flat_map(|&cell| cells.vertices[cell as usize]);
-        group.vertices.extend(vertices);
-        if dimension == 0 {
-            group.cells.extend(members.iter().map(|&cell| cells.vertices[cell as usize][0]));
-        } else {
-            group.cells.extend(members);
-        }
-    }
 }

@@ -1,9 +1,8 @@
 //! Gmsh `.msh`, versions 2.2 and 4.1, ASCII: <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
 //!
 //! `$MeshFormat`, `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements` are read, in that order, every other section
-//! is passed over. Nodes are numbered in order of appearance, whatever their tags.
+//! is passed over. Nodes are numbered in order of appearance, whatever their tags. Cells are of first or second order.
 
-mod cells;
 mod elements;
 mod groups;
 mod nodes;
@@ -11,9 +10,9 @@ mod nodes;
 use std::collections::BTreeMap;
 
 use super::MeshError;
-use super::file::FileMesh;
+use super::cells::{Cells, Names};
+use super::file::{FileMesh, Input};
 use super::tokens::{Fault, Tokens, excerpt};
-use cells::Cells;
 use nodes::Nodes;
 
 /// Layout of the sections.
@@ -28,12 +27,11 @@ enum Version {
 /// Tags of physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(u8, i64), Vec<u64>>;
 
-/// Names of physical groups by their dimension and tag.
-type Names = BTreeMap<(u8, u64), String>;
-
 /// Reads the whole file.
-pub(super) fn read(text: &str) -> Result<FileMesh, Fault> {
-    let mut tokens = Tokens::new(text);
+pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+    // Names may be in any encoding; numbers are ASCII.
+    let text = String::from_utf8_lossy(input.bytes);
+    let mut tokens = Tokens::new(&text);
     tokens.keyword("$MeshFormat")?;
     let version = header(&mut tokens)?;
     let mut names = Names::new();
@@ -49,7 +47,7 @@ pub(super) fn read(text: &str) -> Result<FileMesh, Fault> {
                 let nodes = nodes.as_ref().ok_or_else(|| {
                     tokens.fault(MeshError::MissingSection { section: "$Nodes before $Elements" })
                 })?;
-                cells = Some(elements::read(&mut tokens, version, nodes, &entities)?);
+                cells = Some(elements::read(&mut tokens, version, nodes, &entities, input.mid_nodes)?);
             }
             "$Nodes" | "$Elements" => {
                 return Err(tokens.fault(MeshError::Expected {
@@ -66,7 +64,7 @@ pub(super) fn read(text: &str) -> Result<FileMesh, Fault> {
     if version == Version::Two {
         cells.merge_repeated();
     }
-    Ok(groups::assemble(nodes, cells, &names))
+    cells.into_file(nodes.xyz, nodes.places, &names, input.mid_nodes)
 }
 
 /// `version file-type data-size`.

@@ -48,7 +48,7 @@ impl Nodes {
             None => Ok(()),
             Some(pair) => {
                 let line = self.places[pair[1].1 as usize].line;
-                Err(Fault { line, error: MeshError::RepeatedNode { node: pair[1].0 } })
+                Err(Fault::in_line(line, MeshError::RepeatedNode { node: pair[1].0 }))
             }
         }
     }

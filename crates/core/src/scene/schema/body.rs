@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{MeshSpec, OneOrMany, Wall};
+use super::{MeshSpec, OneOrMany, RepeatSpec, TransformSpec, Wall};
 use crate::material::MaterialSpec;
 
 /// One body.
@@ -16,6 +16,12 @@ pub struct Body {
     pub name: Option<String>,
     /// Its shape at rest.
     pub mesh: MeshSpec,
+    /// Moves the shape: scaled, then rotated, then translated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transform: Option<TransformSpec>,
+    /// Makes copies of the shape, after `transform`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeat: Option<RepeatSpec>,
     /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic: Option<MaterialSpec>,
@@ -172,6 +178,16 @@ impl Body {
     /// The name, or `body0`, `body1`, ... by the index in the scene.
     pub fn name_or_default(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| format!("body{index}"))
+    }
+
+    /// Number of vertices, copies included; `None` for a file, and for more than can be counted.
+    pub fn vertex_count(&self) -> Option<u64> {
+        self.mesh.vertex_count()?.checked_mul(self.copies())
+    }
+
+    /// Number of copies of the mesh; saturates.
+    pub fn copies(&self) -> u64 {
+        self.repeat.as_ref().map_or(1, RepeatSpec::copies)
     }
 
     /// How the stress of `elastic` is computed.

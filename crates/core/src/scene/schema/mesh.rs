@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::shapes::*;
+
 /// The shape of a body at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -17,10 +19,29 @@ pub enum MeshSpec {
     Strand(StrandSpec),
     /// Points spread at random over a disk or annulus.
     Disk(DiskSpec),
-    /// A mesh file: Gmsh `.msh` (2.2 or 4.1, ASCII) or Wavefront `.obj`.
+    /// A mesh file: Gmsh `.msh` (2.2 or 4.1, ASCII), VTK `.vtk` and `.vtu`, TetGen `.node` with `.ele`, Medit `.mesh`,
+    /// `.ply`, `.stl`, Wavefront `.obj`.
     File(FileSpec),
     /// Vertices and cells written in the scene.
     Inline(InlineSpec),
+    /// A ball of tetrahedra.
+    Ball(BallSpec),
+    /// The surface of a ball: triangles in 3D.
+    Sphere(SphereSpec),
+    /// A cylinder of tetrahedra.
+    Cylinder(CylinderSpec),
+    /// A hollow cylinder of tetrahedra.
+    Tube(TubeSpec),
+    /// A ring of triangles in 2D.
+    Annulus(AnnulusSpec),
+    /// Cook's membrane, in 2D.
+    CooksMembrane(CooksMembraneSpec),
+    /// A beam that tapers, in 2D; by default that of NAFEMS FV32.
+    TaperedBeam(TaperedBeamSpec),
+    /// A beam with a V-shaped notch, in 2D.
+    NotchedBeam(NotchedBeamSpec),
+    /// A quarter of an elliptic ring, in 2D; by default that of NAFEMS LE1.
+    EllipticMembrane(EllipticMembraneSpec),
 }
 
 /// A box of cells. Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k`. Exactly one of `spacing` and `size`.
@@ -110,6 +131,9 @@ pub struct DiskSpec {
 pub struct FileSpec {
     /// Path, relative to the scene file.
     pub path: PathBuf,
+    /// Whether only the corners of cells of second order are used; without it such cells are an error.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drop_mid_nodes: bool,
 }
 
 /// Vertices and cells written in the scene.
@@ -140,10 +164,19 @@ impl MeshSpec {
             MeshSpec::Disk(_) => "disk",
             MeshSpec::File(_) => "file",
             MeshSpec::Inline(_) => "inline",
+            MeshSpec::Ball(_) => "ball",
+            MeshSpec::Sphere(_) => "sphere",
+            MeshSpec::Cylinder(_) => "cylinder",
+            MeshSpec::Tube(_) => "tube",
+            MeshSpec::Annulus(_) => "annulus",
+            MeshSpec::CooksMembrane(_) => "cooks_membrane",
+            MeshSpec::TaperedBeam(_) => "tapered_beam",
+            MeshSpec::NotchedBeam(_) => "notched_beam",
+            MeshSpec::EllipticMembrane(_) => "elliptic_membrane",
         }
     }
 
-    /// Number of vertices; `None` for a file, and for more than can be counted.
+    /// Number of vertices; `None` for a file, for more than can be counted, and for shapes that cannot be.
     pub fn vertex_count(&self) -> Option<u64> {
         let nodes = |cells: &[usize]| {
             cells.iter().try_fold(1_u64, |product, &n| product.checked_mul((n as u64).checked_add(1)?))
@@ -155,6 +188,20 @@ impl MeshSpec {
             MeshSpec::Disk(disk) => Some(disk.count as u64),
             MeshSpec::Inline(inline) => Some(inline.points.len() as u64),
             MeshSpec::File(_) => None,
+            MeshSpec::Ball(_) | MeshSpec::Sphere(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) => {
+                self.predicted(3)
+            }
+            MeshSpec::Annulus(_)
+            | MeshSpec::CooksMembrane(_)
+            | MeshSpec::TaperedBeam(_)
+            | MeshSpec::NotchedBeam(_)
+            | MeshSpec::EllipticMembrane(_) => self.predicted(2),
         }
+    }
+
+    /// Number of vertices of a generated shape of this dimension.
+    fn predicted(&self, dimension: usize) -> Option<u64> {
+        let size = crate::mesh::predicted_size(self, dimension, std::path::Path::new(""));
+        size.ok().map(|size| size.vertices)
     }
 }

@@ -13,10 +13,14 @@ use crate::integrator::IntegratorSpec;
 mod body;
 mod mesh;
 mod one_or_many;
+mod shapes;
+mod transform;
 
 pub use body::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
+pub use shapes::*;
+pub use transform::*;
 
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -4,6 +4,7 @@ mod overrides;
 mod parse;
 mod picture;
 mod semantic;
+mod shapes;
 mod whole;
 
 use super::{Problem, Scene, SceneError, Source};

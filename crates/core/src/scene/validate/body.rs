@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{mesh, motion};
+use super::{mesh, motion, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -23,7 +23,8 @@ pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
 pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: bool) {
     let dimension = check.dimension;
     mesh::mesh(check, &path.key("mesh"), &body.mesh);
-    let has = Contents::of(&body.mesh, dimension);
+    transform::transform(check, path, body);
+    let has = Contents::of(&body.mesh, dimension).times(body.copies());
     let made_of = MadeOf { elastic: body.elastic.is_some(), springs: body.springs.is_some() };
     for problem in made_of.problems(path, &body.mesh, has, attracted) {
         check.report(problem);
@@ -42,15 +43,15 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     if let Some(springs) = &body.springs {
         self::springs(check, &path.key("springs"), springs, has.edge_count);
     }
-    mass(check, &path.key("mass"), &body.mass, &body.mesh, has);
+    mass(check, &path.key("mass"), body, has);
     for (index, selection) in body.pin.iter().enumerate() {
-        motion::pin(check, &path.key("pin").index(index), selection, body.mesh.vertex_count());
+        motion::pin(check, &path.key("pin").index(index), selection, body.vertex_count());
     }
     if let Some(position) = &body.position {
-        motion::position(check, &path.key("position"), position, body.mesh.vertex_count());
+        motion::position(check, &path.key("position"), position, body.vertex_count());
     }
     if let Some(velocity) = &body.velocity {
-        motion::velocity(check, &path.key("velocity"), velocity, body.mesh.vertex_count());
+        motion::velocity(check, &path.key("velocity"), velocity, body.vertex_count());
     }
 }
 
@@ -70,6 +71,13 @@ impl Contents {
         let flat = dimension != Some(3);
         let (elements, edges, edge_count) = match mesh {
             MeshSpec::Grid(_) | MeshSpec::File(_) => (true, true, None),
+            MeshSpec::Sphere(_) => (false, true, None),
+            MeshSpec::Ball(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) => (true, true, None),
+            MeshSpec::Annulus(_)
+            | MeshSpec::CooksMembrane(_)
+            | MeshSpec::TaperedBeam(_)
+            | MeshSpec::NotchedBeam(_)
+            | MeshSpec::EllipticMembrane(_) => (true, true, None),
             MeshSpec::Cloth(cloth) => {
                 let [n0, n1] = cloth.cells.map(|n| n as u64);
                 // Along both sides and both diagonals of every cell; more than a u64 is refused elsewhere.
@@ -89,6 +97,11 @@ impl Contents {
             }
         };
         Contents { elements, edges, edge_count }
+    }
+
+    /// Of so many copies.
+    fn times(self, copies: u64) -> Contents {
+        Contents { edge_count: self.edge_count.and_then(|count| count.checked_mul(copies)), ..self }
     }
 }
 
@@ -151,8 +164,8 @@ fn springs(check: &mut Checker, path: &KeyPath, springs: &Springs, edge_count: O
     }
 }
 
-fn mass(check: &mut Checker, path: &KeyPath, mass: &MassSpec, mesh: &MeshSpec, has: Contents) {
-    match mass {
+fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
+    match &body.mass {
         MassSpec::Density(density) => {
             let path = path.key("density");
             let unit = match (has.elements, check.dimension) {
@@ -162,13 +175,14 @@ fn mass(check: &mut Checker, path: &KeyPath, mass: &MassSpec, mesh: &MeshSpec, h
             };
             check.number(&path, *density, Sign::Positive, unit);
             if !has.edges {
-                let message = format!("`density` fills cells and edges, and this {} has none", mesh.name());
+                let message =
+                    format!("`density` fills cells and edges, and this {} has none", body.mesh.name());
                 let problem = Problem::semantic(path, message).at_key();
                 check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
             }
         }
         MassSpec::PerVertex(masses) => {
-            let count = mesh.vertex_count().map(|count| (count, "vertices"));
+            let count = body.vertex_count().map(|count| (count, "vertices"));
             check.one_or_many(&path.key("per_vertex"), masses, Sign::Positive, "kg", count);
         }
         MassSpec::Total(total) => {

@@ -1,6 +1,7 @@
 //! Shapes.
 
 use super::check::{Checker, Sign};
+use super::shapes;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{ClothSpec, DiskSpec, GridSpec, InlineSpec, MeshSpec, StrandSpec};
@@ -18,12 +19,14 @@ pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::Inline(spec) => inline(check, &path, spec),
         MeshSpec::File(spec) if spec.path.as_os_str().is_empty() => {
             let problem = Problem::semantic(path.key("path"), "`path` is empty");
-            check.report(problem.with_help("name a .msh or .obj file, relative to the scene"));
+            check.report(problem.with_help("name a mesh file, relative to the scene"));
         }
         MeshSpec::File(_) => {}
+        shape => shapes::shape(check, &path, shape),
     }
-    let file = matches!(mesh, MeshSpec::File(_));
-    if !file && mesh.vertex_count().is_none_or(|count| count > MOST_VERTICES) {
+    // Shapes of which the counts cannot be told have been reported.
+    let counted = !matches!(mesh, MeshSpec::File(_)) && shapes::is_countable(mesh);
+    if counted && mesh.vertex_count().is_none_or(|count| count > MOST_VERTICES) {
         let message = format!("this {} has more than {MOST_VERTICES} vertices", mesh.name());
         check.report(Problem::semantic(path, message).at_key());
     }

@@ -7,7 +7,9 @@ mod body;
 mod check;
 mod mesh;
 mod motion;
+mod shapes;
 mod surroundings;
+mod transform;
 
 use std::collections::BTreeMap;
 

@@ -1,0 +1,182 @@
+//! `pliant export`: frames of a recording as files of other programs.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use pliant::export::{Export, ExportError, write_pvd};
+use serde_json::json;
+
+use crate::arguments::{ExportArguments, ExportFormat, FrameRange};
+use crate::failure::{Failure, Status};
+use crate::terminal::Terminal;
+use crate::text::counted;
+
+pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<Status, Failure> {
+    Failure::unless_file(&arguments.file)?;
+    let mut export = Export::open(&arguments.file).map_err(|error| Failure::recording(&error))?;
+    let frames = chosen(arguments.frames, export.times().len(), &arguments.file)?;
+    let plan = Plan::new(arguments, &frames, export.times().len())?;
+    plan.refuse_existing(arguments.force)?;
+    if let Some(folder) = &plan.folder {
+        fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
+    }
+    for (frame, path) in &plan.files {
+        replace(path, |out| match plan.format {
+            ExportFormat::Vtu => export.write_vtu(*frame, out),
+            ExportFormat::Obj => export.write_obj(*frame, out),
+        })?;
+    }
+    if let Some(collection) = &plan.collection {
+        let time = |frame: &usize| export.times()[*frame];
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let entries: Vec<_> = plan.files.iter().map(|(frame, path)| (time(frame), name(path))).collect();
+        // Last: it names files that are there.
+        replace(collection, |out| Ok(write_pvd(&entries, out)?))?;
+    }
+    let shown = plan.collection.as_ref().or(plan.folder.as_ref()).unwrap_or(&plan.files[0].1);
+    terminal.report(&format!(
+        "wrote {} to {}",
+        counted(frames.len() as u64, "frame", "frames"),
+        shown.display()
+    ))?;
+    let files: Vec<_> = plan.files.iter().map(|(_, path)| path).collect();
+    let exported = json!({ "frames": frames.len(), "collection": plan.collection, "files": files });
+    terminal.document(&json!({ "status": Status::Done, "exported": exported }))?;
+    Ok(Status::Done)
+}
+
+/// The frames asked for, which must be there.
+fn chosen(range: Option<FrameRange>, count: usize, file: &Path) -> Result<Vec<usize>, Failure> {
+    let FrameRange { start, end, step } = range.unwrap_or(FrameRange { start: 0, end: None, step: 1 });
+    let last = end.map_or(start, |end| end - 1);
+    if last.max(start) >= count {
+        let there = if count == 0 {
+            "it has none".to_owned()
+        } else {
+            format!("it has {}, 0 to {}", counted(count as u64, "frame", "frames"), count - 1)
+        };
+        return Err(Failure::usage(format!("{} has no frame {}: {there}", file.display(), last.max(start))));
+    }
+    Ok((start..end.unwrap_or(count)).step_by(step).collect())
+}
+
+/// What is written where.
+struct Plan {
+    format: ExportFormat,
+    /// Frames and their files, at least one.
+    files: Vec<(usize, PathBuf)>,
+    collection: Option<PathBuf>,
+    /// To be made if it is not there.
+    folder: Option<PathBuf>,
+}
+
+impl Plan {
+    fn new(arguments: &ExportArguments, frames: &[usize], count: usize) -> Result<Plan, Failure> {
+        let to = &arguments.to;
+        let extension = to.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        // A folder may be called anything, if it is there.
+        let extension = extension.filter(|_| !to.is_dir());
+        let named = match extension.as_deref() {
+            Some("vtu" | "pvd") => Some(ExportFormat::Vtu),
+            Some("obj") => Some(ExportFormat::Obj),
+            _ => None,
+        };
+        if let (Some(named), Some(format)) = (named, arguments.format)
+            && named != format
+        {
+            let message = format!("{} is no name for what --format asks for", to.display());
+            return Err(Failure::usage(message));
+        }
+        let format = named.or(arguments.format).unwrap_or(ExportFormat::Vtu);
+        let width = (count.saturating_sub(1)).to_string().len().max(4);
+        let suffix = if format == ExportFormat::Vtu { "vtu" } else { "obj" };
+        let series = |folder: &Path, stem: &OsStr| {
+            let name = |frame: usize| {
+                let mut name = stem.to_owned();
+                name.push(format!("_{frame:0width$}.{suffix}"));
+                folder.join(name)
+            };
+            frames.iter().map(|&frame| (frame, name(frame))).collect::<Vec<_>>()
+        };
+        let stem = |path: &Path| path.file_stem().unwrap_or(OsStr::new("frame")).to_owned();
+        match extension.as_deref() {
+            Some("pvd") => {
+                let folder = to.parent().unwrap_or(Path::new(""));
+                Ok(Plan {
+                    format,
+                    files: series(folder, &stem(to)),
+                    collection: Some(to.clone()),
+                    folder: None,
+                })
+            }
+            Some("vtu" | "obj") => match frames {
+                [frame] => {
+                    let files = vec![(*frame, to.clone())];
+                    Ok(Plan { format, files, collection: None, folder: None })
+                }
+                _ => {
+                    let frames = counted(frames.len() as u64, "frame", "frames");
+                    let message = format!("{} holds one frame, not {frames}", to.display());
+                    Err(Failure::usage(format!("{message}; choose one with `--frames N`, or name a folder")))
+                }
+            },
+            _ if to.exists() && !to.is_dir() => {
+                let message = format!("{} is a file", to.display());
+                Err(Failure::usage(format!(
+                    "{message}; name a folder, or a file ending in .pvd, .vtu or .obj"
+                )))
+            }
+            _ => {
+                let stem = stem(&arguments.file);
+                let mut collection = to.join(&stem);
+                collection.as_mut_os_string().push(".pvd");
+                let collection = (format == ExportFormat::Vtu).then_some(collection);
+                Ok(Plan { format, files: series(to, &stem), collection, folder: Some(to.clone()) })
+            }
+        }
+    }
+
+    /// Before anything is written: either all files are new, or all may be replaced.
+    fn refuse_existing(&self, force: bool) -> Result<(), Failure> {
+        for path in self.files.iter().map(|(_, path)| path).chain(&self.collection) {
+            Failure::unless_file(path)?;
+            if path.exists() && !force {
+                let message =
+                    format!("{} exists; name another place, or replace it with `--force`", path.display());
+                return Err(Failure::usage(message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes a file beside its place and moves it there: what is there is whole.
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
+) -> Result<(), Failure> {
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    let part = PathBuf::from(part);
+    let written = File::create(&part).map_err(ExportError::from).and_then(|file| {
+        let mut out = BufWriter::new(file);
+        write(&mut out)?;
+        out.flush()?;
+        Ok(fs::rename(&part, path)?)
+    });
+    written.map_err(|error| {
+        // Half a file is of no use to anybody.
+        let _ = fs::remove_file(&part);
+        match error {
+            ExportError::Record(error) => Failure::recording(&error),
+            ExportError::Write(error) => cannot_write(path, &error),
+            error => Failure::failed("export", error.to_string()),
+        }
+    })
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::failed("export", format!("cannot write {}: {error}", path.display()))
+}

@@ -1,0 +1,103 @@
+//! VTK's XML format for unstructured grids:
+//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
+//!
+//! Arrays are in base 64 where they stand, uncompressed: the one variant that meshio, PyVista and ParaView all read.
+
+use std::io::{self, Write};
+
+use super::Frame;
+use super::bodies::Bodies;
+use crate::base64;
+use crate::mesh::vtk_cells::{LINE, TETRAHEDRON, TRIANGLE, VERTEX};
+
+/// Cells of all bodies as the format has them.
+#[derive(Default)]
+struct Grid {
+    connectivity: Vec<u8>,
+    offsets: Vec<u8>,
+    types: Vec<u8>,
+    body: Vec<u8>,
+    vertices: u64,
+    cells: u64,
+}
+
+impl Grid {
+    fn new(bodies: &Bodies) -> Grid {
+        let mut grid = Grid::default();
+        for (number, body) in bodies.bodies.iter().enumerate() {
+            let number = number as i32;
+            body.tetrahedra.iter().for_each(|cell| grid.push(TETRAHEDRON, cell, number));
+            body.triangles.iter().for_each(|cell| grid.push(TRIANGLE, cell, number));
+            body.lines().iter().for_each(|cell| grid.push(LINE, cell, number));
+            if body.is_particles() {
+                body.vertices.clone().for_each(|vertex| grid.push(VERTEX, &[vertex], number));
+            }
+        }
+        grid
+    }
+
+    fn push(&mut self, cell_type: u8, vertices: &[u32], body: i32) {
+        for &vertex in vertices {
+            self.connectivity.extend(i64::from(vertex).to_le_bytes());
+        }
+        self.vertices += vertices.len() as u64;
+        self.cells += 1;
+        self.offsets.extend(self.vertices.to_le_bytes());
+        self.types.push(cell_type);
+        self.body.extend(body.to_le_bytes());
+    }
+}
+
+/// `type`, name and components of an array.
+type Kind<'a> = (&'a str, &'a str, usize);
+
+/// One array: its length as 64-bit number, then its bytes, both in one piece of base 64.
+fn array(out: &mut dyn Write, (kind, name, components): Kind, bytes: &[u8]) -> io::Result<()> {
+    let mut block = Vec::with_capacity(8 + bytes.len());
+    block.extend((bytes.len() as u64).to_le_bytes());
+    block.extend_from_slice(bytes);
+    writeln!(
+        out,
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">"
+    )?;
+    writeln!(out, "{}", base64::encode(&block))?;
+    writeln!(out, "</DataArray>")
+}
+
+fn bytes(numbers: impl Iterator<Item = f64>) -> Vec<u8> {
+    numbers.flat_map(f64::to_le_bytes).collect()
+}
+
+/// Writes one frame.
+pub(super) fn write(
+    bodies: &Bodies,
+    rest: Option<&[f64]>,
+    frame: &Frame,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let grid = Grid::new(bodies);
+    writeln!(out, "<?xml version=\"1.0\"?>")?;
+    writeln!(
+        out,
+        "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">"
+    )?;
+    writeln!(out, "<UnstructuredGrid>\n<FieldData>")?;
+    writeln!(out, "<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">")?;
+    writeln!(out, "{:?}\n</DataArray>\n</FieldData>", frame.time)?;
+    writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">", bodies.vertex_count, grid.cells)?;
+    writeln!(out, "<Points>")?;
+    array(out, ("Float64", "Points", 3), &bytes(frame.x.iter().copied()))?;
+    writeln!(out, "</Points>\n<Cells>")?;
+    array(out, ("Int64", "connectivity", 1), &grid.connectivity)?;
+    array(out, ("Int64", "offsets", 1), &grid.offsets)?;
+    array(out, ("UInt8", "types", 1), &grid.types)?;
+    writeln!(out, "</Cells>\n<PointData>")?;
+    if let Some(rest) = rest {
+        let displacement = bytes(frame.x.iter().zip(rest).map(|(x, rest)| x - rest));
+        array(out, ("Float64", "displacement", 3), &displacement)?;
+    }
+    array(out, ("Float64", "velocity", 3), &bytes(frame.v.iter().copied()))?;
+    writeln!(out, "</PointData>\n<CellData>")?;
+    array(out, ("Int32", "body", 1), &grid.body)?;
+    writeln!(out, "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
+}

@@ -1,0 +1,285 @@
+//! Cells as a reader finds them: by dimension, with their places, named groups, and nodes in the middle of edges.
+
+use std::collections::BTreeMap;
+
+use super::file::{FileMesh, Place};
+use super::quadratic::MidNodes;
+use super::tokens::Fault;
+use super::{FormatError, Group, Mesh};
+
+/// Names of groups by their dimension and number.
+pub(super) type Names = BTreeMap<(u8, u64), String>;
+
+/// The number of the group of cells that a file refers to by `number`, which becomes `triangle_3`.
+pub(super) fn reference(names: &mut Names, dimension: u8, number: i64) -> u64 {
+    // Negative numbers keep apart from positive ones.
+    let key = number as u64;
+    names.entry((dimension, key)).or_insert_with(|| {
+        let kind = ["vertex", "edge", "triangle", "tetrahedron"][usize::from(dimension.min(3))];
+        format!("{kind}_{number}")
+    });
+    key
+}
+
+/// Nodes in the middle of the edges of a cell, in the order of [`quadratic`](super::quadratic): as many as the cell has
+/// edges, then zeros.
+type Middles = [u32; 6];
+
+/// Cells with `N` corners.
+#[derive(Debug)]
+pub(super) struct CellsOf<const N: usize> {
+    pub vertices: Vec<[u32; N]>,
+    pub places: Vec<Place>,
+    /// Empty for cells of first order.
+    pub middles: Vec<Middles>,
+    /// Cells of each group, ascending.
+    pub groups: BTreeMap<u64, Vec<u32>>,
+}
+
+impl<const N: usize> Default for CellsOf<N> {
+    fn default() -> Self {
+        CellsOf { vertices: Vec::new(), places: Vec::new(), middles: Vec::new(), groups: BTreeMap::new() }
+    }
+}
+
+impl<const N: usize> CellsOf<N> {
+    fn push(&mut self, vertices: [u32; N], middles: &[u32], place: Place, groups: &[u64]) {
+        let cell = self.vertices.len() as u32;
+        self.vertices.push(vertices);
+        self.places.push(place);
+        if !middles.is_empty() {
+            let mut padded = Middles::default();
+            padded[..middles.len()].copy_from_slice(middles);
+            self.middles.push(padded);
+        }
+        for &group in groups {
+            self.groups.entry(group).or_default().push(cell);
+        }
+    }
+
+    /// The nodes in the middle of the edges of a cell; none for a cell of first order.
+    fn middles_of(&self, cell: usize) -> &[u32] {
+        self.middles.get(cell).map_or(&[], |middles| &middles[..N * (N - 1) / 2])
+    }
+
+    fn merge_repeated(&mut self) {
+        let key = |cell: u32| {
+            let mut vertices = self.vertices[cell as usize];
+            vertices.sort_unstable();
+            (vertices, cell)
+        };
+        let mut sorted: Vec<([u32; N], u32)> = (0..self.vertices.len() as u32).map(key).collect();
+        sorted.sort_unstable();
+        // Every cell points to the first one with the same vertices.
+        let mut first: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        for run in sorted.chunk_by(|a, b| a.0 == b.0) {
+            run.iter().for_each(|(_, cell)| first[*cell as usize] = run[0].1);
+        }
+        let mut kept = 0;
+        let mut index = vec![0_u32; first.len()];
+        for cell in 0..first.len() {
+            if first[cell] as usize == cell {
+                index[cell] = kept as u32;
+                self.vertices[kept] = self.vertices[cell];
+                self.places[kept] = self.places[cell];
+                if !self.middles.is_empty() {
+                    self.middles[kept] = self.middles[cell];
+                }
+                kept += 1;
+            } else {
+                index[cell] = index[first[cell] as usize];
+            }
+        }
+        self.vertices.truncate(kept);
+        self.places.truncate(kept);
+        self.middles.truncate(kept);
+        for cells in self.groups.values_mut() {
+            cells.iter_mut().for_each(|cell| *cell = index[*cell as usize]);
+            cells.sort_unstable();
+            cells.dedup();
+        }
+    }
+
+    fn renumber(&mut self, index: &[u32]) {
+        self.middles.clear();
+        self.vertices.iter_mut().flatten().for_each(|vertex| *vertex = index[*vertex as usize]);
+    }
+}
+
+/// Cells of every dimension.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    pub points: CellsOf<1>,
+    pub lines: CellsOf<2>,
+    pub triangles: CellsOf<3>,
+    pub tetrahedra: CellsOf<4>,
+    /// Whether lines are springs also where there are triangles, as a format without solids has it.
+    pub lines_are_springs: bool,
+    /// Where the first cell of first order is, points apart, and the first of second order with its name.
+    first_order: Option<Place>,
+    second_order: Option<(Place, &'static str)>,
+}
+
+impl Cells {
+    /// Enters a cell of first order with one to four vertices.
+    pub(super) fn push(&mut self, vertices: &[u32], place: Place, groups: &[u64]) {
+        if vertices.len() > 1 {
+            self.first_order.get_or_insert(place);
+        }
+        self.enter(vertices, &[], place, groups);
+    }
+
+    /// Enters a cell of second order: two to four corners, and the nodes in the middle of its edges in the order of
+    /// [`quadratic`](super::quadratic).
+    pub(super) fn push_quadratic(&mut self, corners: &[u32], middles: &[u32], place: Place, groups: &[u64]) {
+        let name = match corners.len() {
+            2 => "3-node line",
+            3 => "6-node triangle",
+            _ => "10-node tetrahedron",
+        };
+        self.second_order.get_or_insert((place, name));
+        self.enter(corners, middles, place, groups);
+    }
+
+    fn enter(&mut self, vertices: &[u32], middles: &[u32], place: Place, groups: &[u64]) {
+        match *vertices {
+            [a] => self.points.push([a], middles, place, groups),
+            [a, b] => self.lines.push([a, b], middles, place, groups),
+            [a, b, c] => self.triangles.push([a, b, c], middles, place, groups),
+            [a, b, c, d] => self.tetrahedra.push([a, b, c, d], middles, place, groups),
+            _ => {}
+        }
+    }
+
+    /// Makes one cell of those with the same corners, which is then in all their groups: some formats write a cell
+    /// once for each group that it is in.
+    pub(super) fn merge_repeated(&mut self) {
+        self.points.merge_repeated();
+        self.lines.merge_repeated();
+        self.triangles.merge_repeated();
+        self.tetrahedra.merge_repeated();
+    }
+
+    /// Puts vertices, cells and groups together: `xyz` flat `(n, 3)` [m], with the place of each vertex. Groups without
+    /// a name are called by their number.
+    ///
+    /// # Errors
+    /// Cells of second order unless `mid_nodes` says what to do with them; cells of both orders.
+    pub(super) fn into_file(
+        mut self,
+        mut xyz: Vec<f64>,
+        mut vertices: Vec<Place>,
+        names: &Names,
+        mid_nodes: MidNodes,
+    ) -> Result<FileMesh, Fault> {
+        let fault = |place: Place, error: FormatError| {
+            let byte = (place.line == 0).then_some(place.tag);
+            Fault { byte, ..Fault::in_line(place.line, error) }
+        };
+        match (self.first_order, self.second_order, mid_nodes) {
+            (_, None, _) => {}
+            (_, Some((place, name)), MidNodes::Refuse) => {
+                return Err(fault(place, FormatError::SecondOrder { name }));
+            }
+            (_, Some(_), MidNodes::Drop) => self.drop_middles(&mut xyz, &mut vertices),
+            (Some(place), Some(_), MidNodes::Keep) => return Err(fault(place, FormatError::MixedOrder)),
+            (None, Some(_), MidNodes::Keep) => {}
+        }
+        Ok(self.assemble(xyz, vertices, names))
+    }
+
+    /// Forgets the nodes in the middle of edges, those apart that are a corner somewhere.
+    fn drop_middles(&mut self, xyz: &mut Vec<f64>, places: &mut Vec<Place>) {
+        let count = places.len();
+        let mut dropped = vec![false; count];
+        let middles = self.lines.middles.iter().map(|m| &m[..1]);
+        let middles = middles.chain(self.triangles.middles.iter().map(|m| &m[..3]));
+        let middles = middles.chain(self.tetrahedra.middles.iter().map(|m| &m[..]));
+        middles.flatten().for_each(|&vertex| dropped[vertex as usize] = true);
+        let corners = self.points.vertices.as_flattened().iter();
+        let corners = corners.chain(self.lines.vertices.as_flattened());
+        let corners = corners.chain(self.triangles.vertices.as_flattened());
+        let corners = corners.chain(self.tetrahedra.vertices.as_flattened());
+        corners.for_each(|&vertex| dropped[vertex as usize] = false);
+        let (mut index, mut kept) = (vec![0_u32; count], 0);
+        for vertex in 0..count {
+            index[vertex] = kept as u32;
+            if !dropped[vertex] {
+                xyz.copy_within(3 * vertex..3 * vertex + 3, 3 * kept);
+                places[kept] = places[vertex];
+                kept += 1;
+            }
+        }
+        xyz.truncate(3 * kept);
+        places.truncate(kept);
+        self.points.renumber(&index);
+        self.lines.renumber(&index);
+        self.triangles.renumber(&index);
+        self.tetrahedra.renumber(&index);
+    }
+
+    fn assemble(self, xyz: Vec<f64>, vertices: Vec<Place>, names: &Names) -> FileMesh {
+        let mut groups = BTreeMap::new();
+        // Names of groups without cells stay known, so that a message can tell "empty" from "unknown".
+        for ((dimension, _), name) in names {
+            let group = Group { topological_dimension: usize::from(*dimension), ..Group::default() };
+            groups.insert(name.clone(), group);
+        }
+        enter(&mut groups, &self.points, 0, names);
+        enter(&mut groups, &self.lines, 1, names);
+        enter(&mut groups, &self.triangles, 2, names);
+        enter(&mut groups, &self.tetrahedra, 3, names);
+        for group in groups.values_mut() {
+            for indices in [&mut group.cells, &mut group.vertices] {
+                indices.sort_unstable();
+                indices.dedup();
+            }
+        }
+        let Cells { lines, triangles, tetrahedra, lines_are_springs, .. } = self;
+        let mut file = FileMesh { xyz, vertices, ..FileMesh::default() };
+        file.mesh = Mesh {
+            triangle_middles: triangles.middles.iter().map(|&[a, b, c, ..]| [a, b, c]).collect(),
+            tetrahedron_middles: tetrahedra.middles,
+            triangles: triangles.vertices,
+            tetrahedra: tetrahedra.vertices,
+            groups,
+            ..Mesh::default()
+        };
+        file.triangles = triangles.places;
+        file.tetrahedra = tetrahedra.places;
+        if lines_are_springs || (file.mesh.triangles.is_empty() && file.mesh.tetrahedra.is_empty()) {
+            file.mesh.edges = lines.vertices;
+            file.edges = lines.places;
+        } else {
+            file.mesh.lines = lines.vertices;
+            file.lines = lines.places;
+        }
+        file
+    }
+}
+
+/// Enters the groups of one dimension. Called with ascending dimensions: the highest one's cells stay.
+fn enter<const N: usize>(
+    groups: &mut BTreeMap<String, Group>,
+    cells: &CellsOf<N>,
+    dimension: u8,
+    names: &Names,
+) {
+    for (&tag, members) in &cells.groups {
+        let name = names.get(&(dimension, tag)).cloned().unwrap_or_else(|| tag.to_string());
+        let group = groups.entry(name).or_default();
+        if group.topological_dimension != usize::from(dimension) {
+            group.cells.clear();
+            group.topological_dimension = usize::from(dimension);
+        }
+        for &cell in members {
+            group.vertices.extend(cells.vertices[cell as usize]);
+            group.vertices.extend(cells.middles_of(cell as usize));
+        }
+        if dimension == 0 {
+            group.cells.extend(members.iter().map(|&cell| cells.vertices[cell as usize][0]));
+        } else {
+            group.cells.extend(members);
+        }
+    }
+}

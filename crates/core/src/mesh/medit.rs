@@ -1,0 +1,129 @@
+//! Medit `.mesh`, ASCII, versions 1 and 2: P. J. Frey, "MEDIT: An interactive mesh visualization software", INRIA
+//! report RT-0253 (2001), appendix.
+//!
+//! `Vertices`, `Edges`, `Triangles` and `Tetrahedra` are read. The references of these become groups `vertex_3`,
+//! `edge_3`, `triangle_3`, `tetrahedron_3`: 3 of one kind and 3 of another have nothing to do with each other. The
+//! reference 0 stands for none.
+
+use super::FormatError;
+use super::cells::{Cells, Names, reference};
+use super::file::{FileMesh, Input, Place};
+use super::tokens::{Fault, Tokens};
+
+/// Words of the format that no other word ends: a section whose entries are passed over.
+fn begins_section(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.parse::<f64>().is_err()
+}
+
+/// Reads the whole file.
+pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+    let mut tokens = Tokens::with_comments(input.bytes);
+    header(&mut tokens)?;
+    let mut mesh = Medit { dimension: 3, ..Medit::default() };
+    let mut section = tokens.next();
+    while let Some(name) = section {
+        section = match name {
+            "Dimension" => mesh.dimension(&mut tokens)?,
+            "Vertices" => mesh.vertices(&mut tokens)?,
+            "Edges" => mesh.cells::<2>(&mut tokens)?,
+            "Triangles" => mesh.cells::<3>(&mut tokens)?,
+            "Tetrahedra" => mesh.cells::<4>(&mut tokens)?,
+            "Quadrilaterals" | "Hexahedra" | "Hexaedra" | "Prisms" | "Pyramids" | "TrianglesP2"
+            | "TetrahedraP2" | "EdgesP2" => {
+                let count: u64 = tokens.number("the number of cells")?;
+                if count > 0 {
+                    let found = format!("the section {name}");
+                    let supported = "write Edges, Triangles and Tetrahedra";
+                    return Err(tokens.fault(FormatError::Unsupported { found, supported }));
+                }
+                tokens.next()
+            }
+            "End" => break,
+            name if begins_section(name) => skip(&mut tokens),
+            name => return Err(tokens.expected("a section such as Vertices", name)),
+        };
+    }
+    let Medit { xyz, places, cells, names, .. } = mesh;
+    cells.into_file(xyz, places, &names, input.mid_nodes)
+}
+
+fn header(tokens: &mut Tokens) -> Result<(), Fault> {
+    tokens.keyword("MeshVersionFormatted")?;
+    let version: u64 = tokens.number("the version of the format, 1 or 2")?;
+    if !(1..=3).contains(&version) {
+        let found = format!("version {version} of the format");
+        return Err(tokens.fault(FormatError::Unsupported { found, supported: "supported are 1 and 2" }));
+    }
+    Ok(())
+}
+
+/// The word that begins the next section.
+fn skip<'a>(tokens: &mut Tokens<'a>) -> Option<&'a str> {
+    loop {
+        match tokens.next() {
+            Some(word) if !begins_section(word) => {}
+            next => return next,
+        }
+    }
+}
+
+#[derive(Default)]
+struct Medit {
+    dimension: usize,
+    xyz: Vec<f64>,
+    places: Vec<Place>,
+    cells: Cells,
+    names: Names,
+}
+
+impl Medit {
+    fn dimension<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, Fault> {
+        let expected = "the dimension, 2 or 3";
+        self.dimension = tokens.number(expected)?;
+        if !(2..=3).contains(&self.dimension) {
+            return Err(tokens.expected(expected, &self.dimension.to_string()));
+        }
+        Ok(tokens.next())
+    }
+
+    /// `x y [z] reference`.
+    fn vertices<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, Fault> {
+        let count: u64 = tokens.number("the number of vertices")?;
+        for _ in 0..count {
+            let axes = ["x of a vertex", "y of a vertex", "z of a vertex"];
+            for (axis, expected) in axes.into_iter().enumerate() {
+                self.xyz.push(if axis < self.dimension { tokens.number(expected)? } else { 0.0 });
+            }
+            let place = tokens.place(self.places.len() as u64 + 1);
+            let vertex = self.places.len() as u32;
+            self.places.push(place);
+            let group: i64 = tokens.number("the reference of a vertex")?;
+            if group != 0 {
+                self.cells.push(&[vertex], place, &[reference(&mut self.names, 0, group)]);
+            }
+        }
+        Ok(tokens.next())
+    }
+
+    /// `vertices reference`, the vertices numbered from 1.
+    fn cells<'a, const N: usize>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, Fault> {
+        let count: u64 = tokens.number("the number of cells")?;
+        for cell in 0..count {
+            let mut vertices = [0_u32; N];
+            for vertex in &mut vertices {
+                let number: i64 = tokens.number("the number of a vertex")?;
+                let count = self.places.len() as u64;
+                let index = number.checked_sub(1).and_then(|index| u64::try_from(index).ok());
+                *vertex = match index {
+                    Some(index) if index < count => index as u32,
+                    _ => return Err(tokens.fault(FormatError::VertexNumber { number, count, first: 1 })),
+                };
+            }
+            let place = tokens.place(cell + 1);
+            let group: i64 = tokens.number("the reference of a cell")?;
+            let groups = [if group == 0 { 0 } else { reference(&mut self.names, N as u8 - 1, group) }];
+            self.cells.push(&vertices, place, if group == 0 { &[] } else { &groups });
+        }
+        Ok(tokens.next())
+    }
+}

@@ -1,0 +1,91 @@
+//! Cells of second order: corners, and a node in the middle of every edge.
+//!
+//! **The order of nodes**, everywhere in this library: the corners `0, 1, ..` as in the cell of first order, then one
+//! node per edge in the order of VTK,
+//! - line: `01`;
+//! - triangle: `01, 12, 20`;
+//! - tetrahedron: `01, 12, 02, 03, 13, 23`.
+//!
+//! VTK's files have it so ([VTK book](https://book.vtk.org/en/latest/VTKBook/05Chapter5.html), figure 5-4). Gmsh
+//! [exchanges the last two](https://gmsh.info/doc/texinfo/gmsh.html#Node-ordering) nodes of a tetrahedron.
+
+use std::collections::BTreeMap;
+
+use super::Mesh;
+
+/// Corners of the edges of a tetrahedron, in the order of their middle nodes.
+pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+
+/// Corners of the edges of a triangle, in the order of their middle nodes.
+pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+
+/// What a reader does with nodes in the middle of edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MidNodes {
+    /// A cell of second order is an error.
+    #[default]
+    Refuse,
+    /// The corners make a mesh of first order.
+    Drop,
+    /// They are in [`Mesh::triangle_middles`] and [`Mesh::tetrahedron_middles`].
+    Keep,
+}
+
+impl Mesh {
+    /// 2 if there are nodes in the middle of the edges of cells, otherwise 1.
+    pub fn order(&self) -> usize {
+        if self.triangle_middles.is_empty() && self.tetrahedron_middles.is_empty() { 1 } else { 2 }
+    }
+
+    /// The same mesh with a node in the middle of every edge of its triangles and tetrahedra, shared between the cells
+    /// that meet there. Vertices keep their numbers; the new ones follow in the lexicographic order of their edges.
+    /// Groups gain the nodes in the middle of the edges of their cells. A mesh of second order is returned as it is.
+    ///
+    /// A mesh whose vertices and edges together are more than 2^32 - 1 cannot be numbered: `None`.
+    pub fn promoted_to_quadratic(&self) -> Option<Mesh> {
+        if self.order() == 2 {
+            return Some(self.clone());
+        }
+        let sorted = |a: u32, b: u32| if a < b { [a, b] } else { [b, a] };
+        let mut edges: Vec<[u32; 2]> = Vec::new();
+        for cell in &self.triangles {
+            edges.extend(TRIANGLE_EDGES.map(|[a, b]| sorted(cell[a], cell[b])));
+        }
+        for cell in &self.tetrahedra {
+            edges.extend(TETRAHEDRON_EDGES.map(|[a, b]| sorted(cell[a], cell[b])));
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        let first = u32::try_from(self.vertex_count()).ok()?;
+        u32::try_from(edges.len()).ok().and_then(|count| first.checked_add(count))?;
+        let middle: BTreeMap<[u32; 2], u32> = edges.iter().copied().zip(first..).collect();
+        let mut mesh = self.clone();
+        for &[a, b] in &edges {
+            let (a, b) = (self.point(a as usize), self.point(b as usize));
+            // Halved first: a sum may leave the range of numbers.
+            mesh.points.extend(a.iter().zip(b).map(|(a, b)| 0.5 * a + 0.5 * b));
+        }
+        let triangle = |cell: &[u32; 3]| TRIANGLE_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
+        let tetrahedron = |cell: &[u32; 4]| TETRAHEDRON_EDGES.map(|[a, b]| middle[&sorted(cell[a], cell[b])]);
+        mesh.triangle_middles = self.triangles.iter().map(triangle).collect();
+        mesh.tetrahedron_middles = self.tetrahedra.iter().map(tetrahedron).collect();
+        let lines = if self.lines.is_empty() { &self.edges } else { &self.lines };
+        for group in mesh.groups.values_mut() {
+            for &cell in &group.cells {
+                let cell = cell as usize;
+                match group.topological_dimension {
+                    1 => {
+                        let [a, b] = lines[cell];
+                        group.vertices.extend(middle.get(&sorted(a, b)));
+                    }
+                    2 => group.vertices.extend(mesh.triangle_middles[cell]),
+                    3 => group.vertices.extend(mesh.tetrahedron_middles[cell]),
+                    _ => {}
+                }
+            }
+            group.vertices.sort_unstable();
+            group.vertices.dedup();
+        }
+        Some(mesh)
+    }
+}

@@ -1,0 +1,303 @@
+//! Legacy VTK, ASCII and binary, versions up to 5.1:
+//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html>.
+//!
+//! `UNSTRUCTURED_GRID` and `POLYDATA` are read, up to their data arrays, which say nothing about the shape. Read here
+//! and not with the `vtkio` crate, whose messages name neither the line nor the cell of a fault, and which brings a
+//! dozen crates along.
+
+use super::cells::{Cells, Names};
+use super::file::{FileMesh, Input, Place};
+use super::number_type::{Endian, NumberType};
+use super::tokens::{Fault, Tokens};
+use super::vtk_cells::{self, Kind};
+use super::{FormatError, MeshError};
+
+/// Reads the whole file.
+pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+    let mut tokens = Tokens::of_bytes(input.bytes);
+    let Header { binary, modern, unstructured } = header(&mut tokens)?;
+    let mut grid = Grid { tokens, binary, modern, ..Grid::new(input.bytes) };
+    while let Some(section) = grid.tokens.next() {
+        match section {
+            "POINTS" => grid.points()?,
+            "CELLS" => grid.cells = grid.lists()?,
+            "CELL_TYPES" => grid.types()?,
+            "VERTICES" => grid.typed(Kind::Vertices)?,
+            "LINES" => grid.typed(Kind::Lines)?,
+            "POLYGONS" => grid.typed(Kind::Polygons)?,
+            "METADATA" => while !grid.tokens.end_line().is_empty() {},
+            "FIELD" => grid.field()?,
+            // They come last.
+            "POINT_DATA" | "CELL_DATA" => break,
+            "TRIANGLE_STRIPS" => {
+                let supported = "write triangles as POLYGONS";
+                return Err(grid.unsupported("the section TRIANGLE_STRIPS".into(), supported));
+            }
+            word => return Err(grid.tokens.expected("a section such as POINTS or CELLS", word)),
+        }
+    }
+    for (missing, section) in
+        [(grid.points.is_none(), "POINTS"), (unstructured && grid.types.is_none(), "CELL_TYPES")]
+    {
+        if missing {
+            return Err(grid.tokens.fault(MeshError::MissingSection { section }));
+        }
+    }
+    grid.finish(input)
+}
+
+/// What the first lines say.
+struct Header {
+    /// Whether the numbers are binary.
+    binary: bool,
+    /// Whether cells are lists with offsets, as they are from version 5 on.
+    modern: bool,
+    /// Whether it is an unstructured grid, which has cells; or polygonal data, which may have none.
+    unstructured: bool,
+}
+
+fn header(tokens: &mut Tokens) -> Result<Header, Fault> {
+    let version = tokens.end_line();
+    let Some(version) = version.strip_prefix("# vtk DataFile Version ") else {
+        return Err(Fault::in_line(1, expected("# vtk DataFile Version", version)));
+    };
+    let modern = version.trim().split('.').next().and_then(|major| major.parse::<u32>().ok());
+    let modern = modern.ok_or_else(|| Fault::in_line(1, expected("a version such as 4.2", version)))?;
+    tokens.end_line();
+    let binary = match tokens.word("ASCII or BINARY")? {
+        "ASCII" => false,
+        "BINARY" => true,
+        word => return Err(tokens.expected("ASCII or BINARY", word)),
+    };
+    tokens.keyword("DATASET")?;
+    let dataset = tokens.word("the type of the dataset")?;
+    if !matches!(dataset, "UNSTRUCTURED_GRID" | "POLYDATA") {
+        let found = format!("the dataset {dataset}");
+        let supported = "supported are UNSTRUCTURED_GRID and POLYDATA";
+        return Err(tokens.fault(FormatError::Unsupported { found, supported }));
+    }
+    if binary {
+        tokens.set_binary();
+    }
+    Ok(Header { binary, modern: modern >= 5, unstructured: dataset == "UNSTRUCTURED_GRID" })
+}
+
+fn expected(expected: &'static str, found: &str) -> MeshError {
+    MeshError::Expected { expected, found: super::tokens::excerpt(found) }
+}
+
+fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, Fault> {
+    Ok(match name {
+        "char" => NumberType::I8,
+        "unsigned_char" => NumberType::U8,
+        "short" => NumberType::I16,
+        "unsigned_short" => NumberType::U16,
+        "int" => NumberType::I32,
+        "unsigned_int" => NumberType::U32,
+        "long" | "vtktypeint64" | "vtkIdType" => NumberType::I64,
+        "unsigned_long" | "vtktypeuint64" => NumberType::U64,
+        "float" => NumberType::F32,
+        "double" => NumberType::F64,
+        word => return Err(tokens.expected("a type such as double or int", word)),
+    })
+}
+
+/// Numbers, and where each `stride`th stands.
+#[derive(Default)]
+struct Numbers {
+    values: Vec<f64>,
+    places: Vec<Place>,
+}
+
+/// Vertices of cells one after the other.
+#[derive(Default)]
+struct Lists {
+    vertices: Vec<f64>,
+    places: Vec<Place>,
+    /// Where each begins, and where the last ends.
+    offsets: Vec<usize>,
+}
+
+struct Grid<'a> {
+    tokens: Tokens<'a>,
+    binary: bool,
+    modern: bool,
+    points: Option<Numbers>,
+    cells: Lists,
+    types: Option<Numbers>,
+    /// Cells of `POLYDATA`.
+    typed: Vec<(Kind, Lists)>,
+}
+
+impl<'a> Grid<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        Grid {
+            tokens: Tokens::of_bytes(bytes),
+            binary: false,
+            modern: false,
+            points: None,
+            cells: Lists::default(),
+            types: None,
+            typed: Vec::new(),
+        }
+    }
+
+    fn unsupported(&self, found: String, supported: &'static str) -> Fault {
+        self.tokens.fault(FormatError::Unsupported { found, supported })
+    }
+
+    fn count(&self, what: &'static str, expected: u64, found: u64) -> Result<(), Fault> {
+        if expected == found {
+            Ok(())
+        } else {
+            Err(self.tokens.fault(FormatError::Count { what, expected, found }))
+        }
+    }
+
+    /// The next `count` numbers.
+    fn numbers(&mut self, kind: NumberType, count: u64, stride: usize) -> Result<Numbers, Fault> {
+        let expected = "a number";
+        let mut numbers = Numbers::default();
+        if self.binary {
+            self.tokens.end_line();
+        }
+        for i in 0..count {
+            numbers.values.push(if self.binary {
+                kind.decode(self.tokens.take(kind.size() as u64, expected)?, Endian::Big)
+            } else {
+                self.tokens.number(expected)?
+            });
+            if i.is_multiple_of(stride as u64) {
+                numbers.places.push(self.tokens.place(0));
+            }
+        }
+        Ok(numbers)
+    }
+
+    /// `POINTS n type`.
+    fn points(&mut self) -> Result<(), Fault> {
+        let count: u64 = self.tokens.number("the number of points")?;
+        let name = self.tokens.word("the type of the coordinates")?;
+        let kind = number_type(&self.tokens, name)?;
+        self.points = Some(self.numbers(kind, count.saturating_mul(3), 3)?);
+        Ok(())
+    }
+
+    /// `CELLS n size` and for each cell the number of its vertices and those; from version 5 on `CELLS n size` with
+    /// `n` offsets and `size` vertices.
+    fn lists(&mut self) -> Result<Lists, Fault> {
+        let count: u64 = self.tokens.number("the number of cells")?;
+        let size: u64 = self.tokens.number("the size of the list of cells")?;
+        if self.modern { self.by_offsets(count, size) } else { self.by_lengths(count, size) }
+    }
+
+    fn by_lengths(&mut self, count: u64, size: u64) -> Result<Lists, Fault> {
+        let Numbers { values, places } = self.numbers(NumberType::I32, size, 1)?;
+        let mut lists = Lists { offsets: vec![0], ..Lists::default() };
+        let mut at = 0;
+        while at < values.len() {
+            let length = super::number_type::index(values[at], values.len() - at);
+            let length = length.ok_or_else(|| {
+                let place = places[at];
+                let what = "numbers that this cell says it has, and the list has left";
+                let (expected, found) = ((values.len() - at - 1) as u64, values[at] as u64);
+                self.at(place, FormatError::Count { what, expected, found })
+            })? as usize;
+            lists.vertices.extend(&values[at + 1..at + 1 + length]);
+            lists.places.extend(&places[at + 1..at + 1 + length]);
+            lists.offsets.push(lists.vertices.len());
+            at += 1 + length;
+        }
+        self.count("cells in the list", count, lists.offsets.len() as u64 - 1)?;
+        Ok(lists)
+    }
+
+    fn by_offsets(&mut self, count: u64, size: u64) -> Result<Lists, Fault> {
+        self.tokens.keyword("OFFSETS")?;
+        let name = self.tokens.word("the type of the offsets")?;
+        let kind = number_type(&self.tokens, name)?;
+        let offsets = self.numbers(kind, count, 1)?;
+        self.tokens.keyword("CONNECTIVITY")?;
+        let name = self.tokens.word("the type of the connectivity")?;
+        let kind = number_type(&self.tokens, name)?;
+        let Numbers { values: vertices, places } = self.numbers(kind, size, 1)?;
+        let mut lists = Lists { vertices, places, offsets: Vec::new() };
+        for (&offset, &place) in offsets.values.iter().zip(&offsets.places) {
+            let least = lists.offsets.last().copied().unwrap_or(0);
+            match super::number_type::index(offset, lists.vertices.len() + 1) {
+                Some(offset) if offset as usize >= least => lists.offsets.push(offset as usize),
+                _ => {
+                    return Err(self
+                        .at(place, expected("an offset that ascends, up to the size", &offset.to_string())));
+                }
+            }
+        }
+        let last = lists.offsets.last().copied().unwrap_or(0);
+        self.count("the last offset, which is the size of CONNECTIVITY", size, last as u64)?;
+        Ok(lists)
+    }
+
+    fn at(&self, place: Place, error: impl Into<MeshError>) -> Fault {
+        let byte = self.binary.then_some(place.tag);
+        Fault { byte, ..Fault::in_line(place.line, error) }
+    }
+
+    fn types(&mut self) -> Result<(), Fault> {
+        let count: u64 = self.tokens.number("the number of cell types")?;
+        self.types = Some(self.numbers(NumberType::I32, count, 1)?);
+        Ok(())
+    }
+
+    fn typed(&mut self, kind: Kind) -> Result<(), Fault> {
+        let lists = self.lists()?;
+        self.typed.push((kind, lists));
+        Ok(())
+    }
+
+    /// `FIELD name n`, then `name components tuples type` and the numbers, `n` times.
+    fn field(&mut self) -> Result<(), Fault> {
+        self.tokens.word("the name of a field")?;
+        let arrays: u64 = self.tokens.number("the number of arrays")?;
+        for _ in 0..arrays {
+            self.tokens.word("the name of an array")?;
+            let components: u64 = self.tokens.number("the number of components")?;
+            let tuples: u64 = self.tokens.number("the number of tuples")?;
+            let name = self.tokens.word("the type of an array")?;
+            let kind = number_type(&self.tokens, name)?;
+            self.numbers(kind, components.saturating_mul(tuples), 1)?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, input: &Input) -> Result<FileMesh, Fault> {
+        let mut cells = Cells::default();
+        let Numbers { values, places } = self.points.take().unwrap_or_default();
+        let count = places.len();
+        let lists = std::mem::take(&mut self.cells);
+        let types = self.types.take().unwrap_or_default();
+        let number = lists.offsets.len().saturating_sub(1) as u64;
+        self.count("cell types", number, types.values.len() as u64)?;
+        for (i, bounds) in lists.offsets.windows(2).enumerate() {
+            // Without vertices the type is what stands in the file.
+            let place = lists.places.get(bounds[0]).filter(|_| bounds[1] > bounds[0]).copied();
+            let place = place.unwrap_or(types.places[i]);
+            vtk_cells::enter(
+                &mut cells,
+                types.values[i],
+                &lists.vertices[bounds[0]..bounds[1]],
+                0..count,
+                place,
+            )
+            .map_err(|error| self.at(place, error))?;
+        }
+        for (kind, lists) in &self.typed {
+            for bounds in lists.offsets.windows(2) {
+                let place = lists.places.get(bounds[0]).copied().unwrap_or_default();
+                let vertices = &lists.vertices[bounds[0]..bounds[1]];
+                vtk_cells::enter(&mut cells, kind.cell_type(), vertices, 0..count, place)
+                    .map_err(|error| self.at(place, error))?;
+            }
+        }
+        cells.into_file(values, places, &Names::new(), input.mid_nodes)
+    }
+}

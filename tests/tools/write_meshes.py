@@ -1,0 +1,131 @@
+"""Writes the mesh files of tests/data/meshes with meshio: the same small bodies in every format; and the twisted bar of
+scenes/meshes.
+
+Usage: write_meshes.py FOLDER
+Needs meshio and numpy. Formats and variants that meshio does not write (appended arrays, polygonal data) are written by
+pyvista, if it is installed.
+"""
+
+import os
+import sys
+
+import meshio
+import numpy as np
+
+# Two tetrahedra on a common triangle, with the triangles that are their base.
+POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.1, 0.2, 0.7], [1, 1, 1.25]], float)
+TETRAHEDRA = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
+BASE = np.array([[0, 2, 1], [0, 1, 3]])
+# The same tetrahedra with nodes in the middle of their edges, in the order of VTK.
+EDGES = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]]
+
+
+def solid(references=None):
+    data = {references: [np.array([7, 8]), np.array([3, 3])]} if references else {}
+    return meshio.Mesh(POINTS, [("tetra", TETRAHEDRA), ("triangle", BASE)], cell_data=data)
+
+
+def surface(points=POINTS):
+    return meshio.Mesh(points[:4], [("triangle", np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))])
+
+
+def quadratic():
+    points, middles, cells = list(POINTS), {}, []
+    for cell in TETRAHEDRA:
+        nodes = list(cell)
+        for a, b in EDGES:
+            key = tuple(sorted((int(cell[a]), int(cell[b]))))
+            if key not in middles:
+                middles[key] = len(points)
+                points.append((POINTS[key[0]] + POINTS[key[1]]) / 2)
+            nodes.append(middles[key])
+        cells.append(nodes)
+    return meshio.Mesh(np.array(points), [("tetra10", np.array(cells))])
+
+
+def plane():
+    points = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 0.5], [0.5, 1], [0, 0.5]], float)
+    flat = np.column_stack([points, np.zeros(len(points))])
+    return meshio.Mesh(flat, [("triangle6", np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]]))])
+
+
+def twisted_bar():
+    """A bar of 0.1 x 0.1 x 0.4 m along z, turned by a quarter from end to end: 10-node tetrahedra."""
+    n, height = (2, 2, 8), 0.4
+    nodes, cells = {}, []
+
+    def node(p):
+        return nodes.setdefault(tuple(p), len(nodes))
+
+    for corner in np.ndindex(n):
+        for path in [(0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (1, 0, 2), (2, 1, 0)]:
+            corners = [2 * np.array(corner)]
+            for axis in path:
+                corners.append(corners[-1] + 2 * np.eye(3, dtype=int)[axis])
+            if path in [(0, 2, 1), (1, 0, 2), (2, 1, 0)]:
+                corners[2:] = corners[:1:-1]
+            cells.append([node(c) for c in corners] + [node((corners[a] + corners[b]) // 2) for a, b in EDGES])
+    points = np.array(list(nodes)) / (2 * np.array(n)) * [0.1, 0.1, height] - [0.05, 0.05, 0]
+    turn = np.pi / 2 * points[:, 2] / height
+    x = np.cos(turn) * points[:, 0] - np.sin(turn) * points[:, 1]
+    y = np.sin(turn) * points[:, 0] + np.cos(turn) * points[:, 1]
+    return meshio.Mesh(np.column_stack([x, y, points[:, 2]]), [("tetra10", np.array(cells))])
+
+
+def big_endian(little, big):
+    """The same PLY file with its bytes the other way round: meshio writes the order of the machine only."""
+    with open(little, "rb") as file:
+        header, body = file.read().split(b"end_header\n")
+    points = np.frombuffer(body[: 4 * 24], "<f8").astype(">f8")
+    faces = np.frombuffer(body[4 * 24 :], [("n", "u1"), ("v", "<i4", 3)]).astype([("n", "u1"), ("v", ">i4", 3)])
+    with open(big, "wb") as file:
+        file.write(header.replace(b"little", b"big") + b"end_header\n" + points.tobytes() + faces.tobytes())
+
+
+def main(folder):
+    os.makedirs(folder, exist_ok=True)
+
+    def write(name, mesh, file_format, **options):
+        mesh.write(os.path.join(folder, name), file_format=file_format, **options)
+
+    for binary, kind in [(False, "ascii"), (True, "binary")]:
+        meshio.vtk.write(os.path.join(folder, f"solid_51_{kind}.vtk"), solid(), "5.1", binary=binary)
+        write(f"solid_42_{kind}.vtk", solid(), "vtk42", binary=binary)
+        write(f"quadratic_{kind}.vtk", quadratic(), "vtk42", binary=binary)
+        write(f"surface_{kind}.ply", surface(), "ply", binary=binary)
+        write(f"surface_{kind}.stl", surface(), "stl", binary=binary)
+    write("solid_ascii.vtu", solid(), "vtu", binary=False)
+    write("solid_binary.vtu", solid(), "vtu", binary=True, compression=None)
+    write("solid_zlib.vtu", solid(), "vtu", binary=True, compression="zlib")
+    write("quadratic.vtu", quadratic(), "vtu", binary=True, compression="zlib")
+    write("twisted_bar.vtu", twisted_bar(), "vtu", binary=True, compression="zlib")
+    write("plane.vtu", plane(), "vtu", binary=False)
+    write("quadratic.msh", quadratic(), "gmsh22", binary=False)
+    write("plane.msh", plane(), "gmsh", binary=False)
+    write("solid.mesh", solid("medit:ref"), "medit")
+    write("solid.node", meshio.Mesh(POINTS, [("tetra", TETRAHEDRA)]), "tetgen")
+    os.replace(os.path.join(folder, "surface_binary.ply"), os.path.join(folder, "surface_little.ply"))
+    big_endian(os.path.join(folder, "surface_little.ply"), os.path.join(folder, "surface_big.ply"))
+
+    try:
+        import pyvista
+        import vtk
+    except ImportError:
+        print("without pyvista: the files that it writes stay as they are")
+        return
+    cells = np.hstack([np.insert(TETRAHEDRA, 0, 4, axis=1).ravel(), np.insert(BASE, 0, 3, axis=1).ravel()])
+    grid = pyvista.UnstructuredGrid(cells, np.array([10, 10, 5, 5]), POINTS)
+    for name, raw, compressor in [("raw", True, None), ("base64", False, None), ("raw_zlib", True, vtk.vtkZLibDataCompressor())]:
+        writer = vtk.vtkXMLUnstructuredGridWriter()
+        writer.SetFileName(os.path.join(folder, f"solid_appended_{name}.vtu"))
+        writer.SetDataModeToAppended()
+        writer.SetEncodeAppendedData(not raw)
+        writer.SetCompressor(compressor)
+        writer.SetInputData(grid)
+        writer.Write()
+    faces = np.hstack([np.insert(cell, 0, len(cell)) for cell in ([0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3])])
+    pyvista.PolyData(POINTS[:4], faces=faces).save(os.path.join(folder, "surface_polydata.vtk"), binary=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
