@@ -15,7 +15,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall that it touches,
 /// pins.
-const BODIES: [(&str, &str); 4] = [
+const BODIES: [(&str, &str); 5] = [
     (
         "tetrahedra",
         "dimension = 3
@@ -54,6 +54,14 @@ const BODIES: [(&str, &str); 4] = [
         mesh = { disk = { count = 520, radius = 1.0, thickness = 0.02, seed = 1 } }
         mass = { total = 1.0 }
         pin = [{ vertices = [7] }]",
+    ),
+    (
+        "gravitating bodies by a tree",
+        "dimension = 3
+        world = { nbody = { constant = 1.0, softening = 0.02, tree = { opening_angle = 0.7 } } }
+        [[body]]
+        mesh = { disk = { count = 1100, radius = 1.0, thickness = 0.02, seed = 1 } }
+        mass = { total = 1.0 }",
     ),
 ];
 

@@ -1,6 +1,7 @@
 //! The same bits, whatever the number of threads.
 
-use pliant::energy::nbody::NBody;
+use pliant::energy::EnergyTerm;
+use pliant::energy::nbody::{NBody, TreeGravity};
 use pliant::energy::spring::Springs;
 use pliant::integrator::IntegratorSpec;
 use pliant::lanes::{Level, level};
@@ -111,13 +112,19 @@ fn springs_give_the_same_bits_on_any_number_of_threads() {
     assert_same_bits("springs", || outcome(&mut sheet(50), 40));
 }
 
-/// A cloud of `n` bodies in the unit cube.
-fn cloud(n: usize) -> Simulation {
+/// A cloud of `n` bodies in the unit cube that attract each other directly or by a tree.
+fn cloud(n: usize, by_tree: bool) -> Simulation {
     let x: Vec<f64> = (0..3 * n).map(scattered).collect();
     let v: Vec<f64> = (0..3 * n).map(|k| 0.1 * scattered(7 * k + 5)).collect();
     let mass: Vec<f64> = (0..n).map(|k| 1.5 + scattered(k)).collect();
     let mut system = System::new(3, mass.clone());
-    system.add_term(Box::new(NBody::<3>::new((0..n as u32).collect(), mass, 1e-3, 0.05)));
+    let vertices = (0..n as u32).collect();
+    let term: Box<dyn EnergyTerm> = if by_tree {
+        Box::new(TreeGravity::<3>::new(vertices, mass, 1e-3, 0.05, 0.7))
+    } else {
+        Box::new(NBody::<3>::new(vertices, mass, 1e-3, 0.05))
+    };
+    system.add_term(term);
     Simulation::new(system, State::new(x, v), IntegratorSpec::SymplecticEuler.method(), 1e-2)
 }
 
@@ -125,7 +132,8 @@ fn cloud(n: usize) -> Simulation {
 #[test]
 fn gravitating_bodies_give_the_same_bits_on_any_number_of_threads() {
     for n in [511, 512, 1001] {
-        assert_same_bits(&format!("{n} bodies"), || outcome(&mut cloud(n), 6));
+        assert_same_bits(&format!("{n} bodies"), || outcome(&mut cloud(n, false), 6));
+        assert_same_bits(&format!("{n} bodies by a tree"), || outcome(&mut cloud(n, true), 6));
     }
 }
 
@@ -133,7 +141,7 @@ fn gravitating_bodies_give_the_same_bits_on_any_number_of_threads() {
 const CHILD: (&str, &str) =
     ("determinism::every_instruction_set_gives_the_same_bits", "PLIANT_TEST_PRINT_FINGERPRINT");
 
-/// FNV-1a of all bits of a few runs of every material and of springs.
+/// FNV-1a of all bits of a few runs of every material, of springs and of gravitating bodies.
 fn fingerprint() -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |bits: Vec<u64>| {
@@ -153,6 +161,8 @@ fn fingerprint() -> u64 {
         }
     }
     add(outcome(&mut sheet(9), 100));
+    add(outcome(&mut cloud(203, false), 20));
+    add(outcome(&mut cloud(603, true), 20));
     hash
 }
 

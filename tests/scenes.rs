@@ -133,3 +133,34 @@ fn the_bunny_meets_the_wall() {
     assert!((0.499..=0.5 + 1e-12).contains(&rightmost), "{rightmost}");
     assert!(summary.end.elastic > 0.05 * summary.start.kinetic, "it is flattened: {} J", summary.end.elastic);
 }
+
+// lecture 8. Forces by a tree: energy and momenta are kept as well as the forces are known, to about one part in a thousand.
+#[test]
+fn two_galaxies_fall_towards_each_other() {
+    let (scene, assembly) = assembled("galaxy_merger.toml");
+    let error = assembly.report.tree_force_error.expect("the scene has a tree");
+    assert!(error.samples == 256 && error.relative_rms > 1e-6 && error.relative_rms < 2e-3, "{error:?}");
+    let centre = |assembly: &Assembly, body: usize, c: usize| {
+        let x = &assembly.simulation.state().x()[4500 * body..4500 * (body + 1)];
+        x.iter().skip(c).step_by(3).sum::<f64>() / 1500.0
+    };
+    let distance =
+        |a: &Assembly| (0..3).map(|c| (centre(a, 1, c) - centre(a, 0, c)).powi(2)).sum::<f64>().sqrt();
+    let before = distance(&assembly);
+    let (after, summary) = simulated("galaxy_merger.toml", 2.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let approach = before - distance(&after);
+    // As two points they would have come closer by 1/2 (2 G / d^2) t^2 = 0.43 at least.
+    assert!(approach > 0.43 && approach < 0.8, "{before} - {approach}");
+    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
+    let speeds: f64 =
+        after.simulation.state().v().chunks(3).map(|v| v.iter().map(|v| v * v).sum::<f64>().sqrt()).sum();
+    let (start, end) = (&summary.start, &summary.end);
+    for c in 0..3 {
+        let drift = (end.linear_momentum[c] - start.linear_momentum[c]).abs();
+        assert!(drift < 1e-3 * speeds / 1500.0, "momentum {c}: {drift:e}");
+    }
+    let spin = (end.angular_momentum[2] / start.angular_momentum[2] - 1.0).abs();
+    assert!(spin < 1e-3, "{spin:e}");
+    assert_eq!(scene.world.nbody.expect("as above").tree.expect("as above").opening_angle, 0.5);
+}

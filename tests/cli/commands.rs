@@ -18,6 +18,24 @@ fn check_says_what_is_used_and_what_is_left_out() {
     assert!(bench.files().is_empty());
 }
 
+// lecture 8.
+#[test]
+fn check_reports_the_force_error_of_a_tree() {
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let text = std::fs::read_to_string(scenes.join("galaxy_merger.toml")).unwrap();
+    let bench = Bench::new(&text.replace("count = 1500", "count = 300"));
+    let text = bench.pliant(["check", "scene.toml"]).succeeded().stdout;
+    assert!(text.contains("256 particles against the sum over all pairs"), "{text}");
+    assert!(text.contains("mutual gravity of particles, by a tree of opening angle 0.5"), "{text}");
+    let rms = |set: &str| {
+        let json = bench.pliant(["check", "scene.toml", "--json", "--set", set]).succeeded().json();
+        json["report"]["tree_force_error"]["relative_rms"].as_f64().unwrap()
+    };
+    let (coarse, fine) =
+        (rms("world.nbody.tree.opening_angle=0.8"), rms("world.nbody.tree.opening_angle=0.2"));
+    assert!(fine > 0.0 && coarse > 10.0 * fine && coarse < 0.02, "{coarse:e}, {fine:e}");
+}
+
 #[test]
 fn list_shows_every_registry() {
     let bench = Bench::new(SPRING);

@@ -186,6 +186,21 @@ impl System {
         }
     }
 
+    /// As [`hessian_product`](Self::hessian_product), but terms may approximate; whether any did.
+    pub(crate) fn stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        y.fill(0.0);
+        let mut approximate = false;
+        for term in &mut self.terms {
+            approximate |= term.add_stiffness_product(x, p, y);
+        }
+        approximate
+    }
+
+    /// No more stiffness products will be asked for.
+    pub(crate) fn end_stiffness_products(&mut self) {
+        self.terms.iter_mut().for_each(|term| term.end_stiffness_products());
+    }
+
     /// `y = d2E/dx2 p` [N], written over `y`; pinned vertices included.
     pub fn hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         // Terms may use the memory of their force.

@@ -1,6 +1,7 @@
 //! `pliant check`: the assembled problem in numbers, without running it.
 
 use pliant::assembly::{Report, UnstableStep};
+use pliant::energy::nbody::ForceError;
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
@@ -62,6 +63,9 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
         ),
     );
     line("stability", stability(report));
+    if let Some(error) = &report.tree_force_error {
+        line("tree", tree(error));
+    }
     line("memory", format!("{} while running", bytes(report.bytes as u64)));
     line("kernels", report.instruction_set.to_owned());
     out.push('\n');
@@ -97,6 +101,15 @@ fn stability(report: &Report) -> String {
         format!("the step is {}% of that", number(100.0 * ratio))
     };
     format!("{fastest}; {what}; {verdict}")
+}
+
+fn tree(error: &ForceError) -> String {
+    format!(
+        "forces of the tree at the start, of {} against the sum over all pairs: relative error {} (rms), {} (largest)",
+        counted(error.samples as u64, "particle", "particles"),
+        number(error.relative_rms),
+        number(error.relative_max),
+    )
 }
 
 fn bodies(report: &Report) -> String {

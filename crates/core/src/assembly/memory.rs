@@ -5,8 +5,8 @@ use crate::scene::{KeyPath, Problem, Scene};
 
 /// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
 const BYTES_PER_ELEMENT: u64 = 250;
-/// Bytes per spring.
-const BYTES_PER_SPRING: u64 = 80;
+/// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
+const BYTES_PER_SPRING: u64 = 100;
 /// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
 const BYTES_PER_COORDINATE: u64 = 120;
 

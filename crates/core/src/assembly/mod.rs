@@ -12,10 +12,10 @@ use std::path::Path;
 use crate::constraint::Wall;
 use crate::diagnostics::StabilityLimit;
 use crate::energy::gravity::UniformGravity;
-use crate::energy::nbody::NBody;
+use crate::energy::nbody::{NBody, TreeGravity};
 use crate::numbering::Numbering;
 use crate::run::Plan;
-use crate::scene::{KeyPath, Problem, Scene};
+use crate::scene::{KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
 use crate::state::State;
 use crate::system::System;
@@ -94,12 +94,20 @@ fn assemble<const D: usize, const N: usize>(
             body.pinned.iter().map(|v| numbering.internal(body.first_vertex + v)).collect();
         system.pin(&pinned);
     }
+    let mut force_error = None;
     if let Some(nbody) = &scene.world.nbody {
         let particles = bodies.iter().filter(|b| b.is_particles());
         // Bodies without cells are not renumbered.
         let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
         let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
-        system.add_term(Box::new(NBody::<D>::new(vertices, mass, nbody.constant, nbody.softening)));
+        let (constant, softening) = (nbody.constant, nbody.softening);
+        if let Some(Tree { opening_angle }) = nbody.tree {
+            let mut tree = TreeGravity::<D>::new(vertices, mass, constant, softening, opening_angle);
+            force_error = Some(tree.force_error(&position));
+            system.add_term(Box::new(tree));
+        } else {
+            system.add_term(Box::new(NBody::<D>::new(vertices, mass, constant, softening)));
+        }
     }
     for wall in &scene.world.walls {
         system.add_wall(Wall::new(&wall.normal, wall.offset));
@@ -115,7 +123,7 @@ fn assemble<const D: usize, const N: usize>(
     {
         return Err(vec![problem]);
     }
-    let report = Report::new(scene, &simulation, &bodies, stability);
+    let report = Report::new(scene, &simulation, &bodies, stability, force_error);
     let topology = Topology {
         dimension: D,
         vertex_count: simulation.system().mass().len(),

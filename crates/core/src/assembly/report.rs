@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::body::Parts;
 use crate::diagnostics::StabilityLimit;
+use crate::energy::nbody::ForceError;
 use crate::lanes;
 use crate::mesh::Quality;
 use crate::scene::{Channel, Scene, Stress};
@@ -39,6 +40,8 @@ pub struct Report {
     pub frames: u64,
     /// The largest stable step and the frequency it comes from.
     pub stability: StabilityLimit,
+    /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
+    pub tree_force_error: Option<ForceError>,
     /// Instruction set of the kernels.
     pub instruction_set: &'static str,
     /// What the scene uses: each entry is computed, held in memory or written.
@@ -73,6 +76,7 @@ impl Report {
         simulation: &Simulation,
         bodies: &[Parts],
         stability: StabilityLimit,
+        tree_force_error: Option<ForceError>,
     ) -> Self {
         let system = simulation.system();
         let d = system.dimension();
@@ -94,6 +98,7 @@ impl Report {
             steps: plan.steps(h),
             frames: plan.frames(h),
             stability,
+            tree_force_error,
             instruction_set: lanes::level().name(),
             uses,
             left_out,
@@ -149,11 +154,7 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     );
     say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
     say(super::gravity(scene).is_some(), "uniform gravity".into(), "uniform gravity: none given");
-    say(
-        scene.world.nbody.is_some(),
-        "mutual gravity of particles, every pair".into(),
-        "mutual gravity: no [world] nbody",
-    );
+    say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
     let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
     let walls = simulation.system().walls().len();
@@ -170,6 +171,15 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     );
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
+}
+
+fn mutual_gravity(scene: &Scene) -> String {
+    match scene.world.nbody.as_ref().and_then(|nbody| nbody.tree.as_ref()) {
+        Some(tree) => {
+            format!("mutual gravity of particles, by a tree of opening angle {}", tree.opening_angle)
+        }
+        None => "mutual gravity of particles, every pair".into(),
+    }
 }
 
 fn plural(count: usize, noun: &str) -> String {

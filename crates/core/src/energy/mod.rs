@@ -117,6 +117,16 @@ pub trait EnergyTerm: Send + Sync {
     /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
+    /// As [`add_hessian_product`](Self::add_hessian_product), for the search of the largest frequency, which is then corrected by
+    /// one exact product: a term whose exact products are expensive may approximate. It then returns true.
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_hessian_product(x, p, y);
+        false
+    }
+
+    /// No more of these products will be asked for: memory for them can go.
+    fn end_stiffness_products(&mut self) {}
+
     /// The first place where `x` has no finite energy or force; called only after something went wrong.
     fn fault(&self, x: &[f64]) -> Option<Fault>;
 

@@ -5,9 +5,11 @@ use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::{assigning_operators, register};
-use super::{Lanes, RowSlice, WIDTH};
+use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
-use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
+use crate::scalar::{
+    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+};
 
 /// Lanes 0 to 3 and lanes 4 to 7.
 #[derive(Clone, Copy, Debug)]
@@ -136,6 +138,14 @@ fn split_half(x: __m256d) -> (__m256d, __m256d) {
 }
 
 #[inline(always)]
+fn inverse_sqrt_seed_half(x: __m256d) -> __m256d {
+    register!({
+        let half = _mm256_srli_epi64::<1>(_mm256_castpd_si256(x));
+        _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(INVERSE_SQRT_BITS as i64), half))
+    })
+}
+
+#[inline(always)]
 fn power_of_two_half(k: __m256d) -> __m256d {
     register!({
         let biased = _mm256_add_pd(k, _mm256_set1_pd(TWO_52 + EXPONENT_BIAS));
@@ -152,6 +162,10 @@ impl Real for Avx2 {
     #[inline(always)]
     fn power_of_two(self) -> Self {
         Avx2(power_of_two_half(self.0), power_of_two_half(self.1))
+    }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        Avx2(inverse_sqrt_seed_half(self.0), inverse_sqrt_seed_half(self.1))
     }
 }
 
@@ -170,7 +184,7 @@ pub(super) fn stack(low: &[f64; 2], high: &[f64; 2]) -> __m256d {
 }
 
 #[inline(always)]
-fn gather_half<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH], l: usize) -> [__m256d; D] {
+fn gather_half<const D: usize, R: RowSource<D>>(rows: &R, i: &[R::Index; WIDTH], l: usize) -> [__m256d; D] {
     let mut r = [register!(_mm256_setzero_pd()); D];
     if D == 3 {
         let [[a, za], [b, zb]] = [rows.halves(i[l]), rows.halves(i[l + 1])];
@@ -246,7 +260,7 @@ impl Lanes for Avx2 {
         }
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize, R: RowSource<D>>(rows: &R, index: &[R::Index; WIDTH]) -> [Self; D] {
         let (low, high) = (gather_half(rows, index, 0), gather_half(rows, index, 4));
         let mut r = [Avx2(low[0], high[0]); D];
         for c in 1..D {

@@ -6,9 +6,11 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::avx2::{add2, add4, load2};
 use super::operators::{assigning_operators, register};
-use super::{Lanes, RowSlice, WIDTH};
+use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
-use crate::scalar::{EXPONENT_BIAS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52};
+use crate::scalar::{
+    EXPONENT_BIAS, INVERSE_SQRT_BITS, MANTISSA_BITS, Mask, Real, SPLIT_OFFSET, SQRT_HALF_BITS, Scalar, TWO_52,
+};
 
 /// All lanes.
 #[derive(Clone, Copy, Debug)]
@@ -150,11 +152,18 @@ impl Real for Avx512 {
             Avx512(_mm512_castsi512_pd(_mm512_slli_epi64::<52>(_mm512_castpd_si512(biased))))
         })
     }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        register!({
+            let half = _mm512_srli_epi64::<1>(_mm512_castpd_si512(self.0));
+            Avx512(_mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(INVERSE_SQRT_BITS as i64), half)))
+        })
+    }
 }
 
 /// Four numbers of row `low` and, above them, four of row `high`.
 #[inline(always)]
-fn stack2<const D: usize>(rows: &RowSlice<D>, low: u16, high: u16) -> __m512d {
+fn stack2<const D: usize, R: RowSource<D>>(rows: &R, low: R::Index, high: R::Index) -> __m512d {
     let (low, high) = (rows.row::<4>(low), rows.row::<4>(high));
     // SAFETY: the references are to four numbers each, and the loads need no alignment.
     let (low, high) = unsafe { (_mm256_loadu_pd(low.as_ptr()), _mm256_loadu_pd(high.as_ptr())) };
@@ -163,7 +172,7 @@ fn stack2<const D: usize>(rows: &RowSlice<D>, low: u16, high: u16) -> __m512d {
 
 /// Two numbers of each of the rows `i[l], i[l + 2], i[l + 4], i[l + 6]`.
 #[inline(always)]
-fn stack4<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH], l: usize) -> __m512d {
+fn stack4<const D: usize, R: RowSource<D>>(rows: &R, i: &[R::Index; WIDTH], l: usize) -> __m512d {
     let (a, b) = (load2(rows.row(i[l])), load2(rows.row(i[l + 2])));
     let (c, d) = (load2(rows.row(i[l + 4])), load2(rows.row(i[l + 6])));
     register!({
@@ -199,7 +208,7 @@ impl Lanes for Avx512 {
         unsafe { _mm512_storeu_pd(a.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &RowSlice<D>, i: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize, R: RowSource<D>>(rows: &R, i: &[R::Index; WIDTH]) -> [Self; D] {
         let mut r = [Avx512::zero(); D];
         if D == 3 {
             let (a, b) = (stack2(rows, i[0], i[4]), stack2(rows, i[1], i[5]));
@@ -246,6 +255,60 @@ impl Lanes for Avx512 {
             add2(rows, i[5], register!(_mm512_extractf64x2_pd::<2>(odd)));
             add2(rows, i[6], register!(_mm512_extractf64x2_pd::<3>(even)));
             add2(rows, i[7], register!(_mm512_extractf64x2_pd::<3>(odd)));
+        }
+    }
+    #[inline(always)]
+    fn load_interleaved<const D: usize>(rows: &[[f64; D]; WIDTH]) -> [Self; D] {
+        let numbers = rows.as_flattened().as_chunks::<WIDTH>().0;
+        let mut r = [Avx512::zero(); D];
+        let (a, b) = (Self::load(&numbers[0]).0, Self::load(&numbers[1]).0);
+        if D == 3 {
+            // x0 y0 z0 x1 y1 z1 x2 y2 | z2 x3 y3 z3 x4 y4 z4 x5 | y5 z5 x6 y6 z6 x7 y7 z7
+            let c = Self::load(&numbers[2]).0;
+            register!({
+                let x = _mm512_permutex2var_pd(a, _mm512_setr_epi64(0, 3, 6, 9, 12, 15, 0, 0), b);
+                let y = _mm512_permutex2var_pd(a, _mm512_setr_epi64(1, 4, 7, 10, 13, 0, 0, 0), b);
+                let z = _mm512_permutex2var_pd(a, _mm512_setr_epi64(2, 5, 8, 11, 14, 0, 0, 0), b);
+                r[0] = Avx512(_mm512_permutex2var_pd(x, _mm512_setr_epi64(0, 1, 2, 3, 4, 5, 10, 13), c));
+                r[1] = Avx512(_mm512_permutex2var_pd(y, _mm512_setr_epi64(0, 1, 2, 3, 4, 8, 11, 14), c));
+                r[2] = Avx512(_mm512_permutex2var_pd(z, _mm512_setr_epi64(0, 1, 2, 3, 4, 9, 12, 15), c));
+            });
+        } else {
+            register!({
+                let even = _mm512_setr_epi64(0, 2, 4, 6, 8, 10, 12, 14);
+                let odd = _mm512_setr_epi64(1, 3, 5, 7, 9, 11, 13, 15);
+                r[0] = Avx512(_mm512_permutex2var_pd(a, even, b));
+                r[1] = Avx512(_mm512_permutex2var_pd(a, odd, b));
+            });
+        }
+        r
+    }
+    #[inline(always)]
+    fn store_interleaved<const D: usize>(v: [Self; D], rows: &mut [[f64; D]; WIDTH]) {
+        let numbers = rows.as_flattened_mut().as_chunks_mut::<WIDTH>().0;
+        let (x, y) = (v[0].0, v[1].0);
+        if D == 3 {
+            let z = v[2].0;
+            let (a, b, c) = register!({
+                let a = _mm512_permutex2var_pd(x, _mm512_setr_epi64(0, 8, 0, 1, 9, 0, 2, 10), y);
+                let b = _mm512_permutex2var_pd(x, _mm512_setr_epi64(0, 3, 11, 0, 4, 12, 0, 5), y);
+                let c = _mm512_permutex2var_pd(x, _mm512_setr_epi64(13, 0, 6, 14, 0, 7, 15, 0), y);
+                (
+                    _mm512_permutex2var_pd(a, _mm512_setr_epi64(0, 1, 8, 3, 4, 9, 6, 7), z),
+                    _mm512_permutex2var_pd(b, _mm512_setr_epi64(10, 1, 2, 11, 4, 5, 12, 7), z),
+                    _mm512_permutex2var_pd(c, _mm512_setr_epi64(0, 13, 2, 3, 14, 5, 6, 15), z),
+                )
+            });
+            Avx512(a).store(&mut numbers[0]);
+            Avx512(b).store(&mut numbers[1]);
+            Avx512(c).store(&mut numbers[2]);
+        } else {
+            let (a, b) = register!((
+                _mm512_permutex2var_pd(x, _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11), y),
+                _mm512_permutex2var_pd(x, _mm512_setr_epi64(4, 12, 5, 13, 6, 14, 7, 15), y),
+            ));
+            Avx512(a).store(&mut numbers[0]);
+            Avx512(b).store(&mut numbers[1]);
         }
     }
     #[inline(always)]

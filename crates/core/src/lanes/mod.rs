@@ -19,6 +19,7 @@
 
 use crate::scalar::Real;
 
+mod aligned;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
@@ -30,11 +31,12 @@ mod pair;
 mod portable;
 mod rows;
 
+pub use aligned::{Aligned, VertexRows};
 pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
-pub use rows::{RowSlice, Rows};
+pub use rows::{RowSlice, RowSource, Rows};
 
 /// Lanes in a pack, on every instruction set.
 pub const WIDTH: usize = 8;
@@ -54,9 +56,32 @@ pub trait Lanes: Real {
     /// Overwrites `a`.
     fn store(self, a: &mut [f64; WIDTH]);
     /// Component `c` of the result holds in lane `l` component `c` of row `index[l]`.
-    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D];
+    fn gather<const D: usize, R: RowSource<D>>(rows: &R, index: &[R::Index; WIDTH]) -> [Self; D];
     /// Adds lane `l` of `v` to row `index[l]`, lane 0 first: where an index occurs twice, both are added.
     fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]);
+    /// Component `c` of the result holds in lane `l` component `c` of row `l`.
+    #[inline(always)]
+    fn load_interleaved<const D: usize>(rows: &[[f64; D]; WIDTH]) -> [Self; D] {
+        let mut r = [Self::zero(); D];
+        for c in 0..D {
+            let mut a = [0.0; WIDTH];
+            for l in 0..WIDTH {
+                a[l] = rows[l][c];
+            }
+            r[c] = Self::load(&a);
+        }
+        r
+    }
+    /// Overwrites component `c` of row `l` by lane `l` of `v[c]`.
+    #[inline(always)]
+    fn store_interleaved<const D: usize>(v: [Self; D], rows: &mut [[f64; D]; WIDTH]) {
+        for c in 0..D {
+            let a = v[c].to_array();
+            for l in 0..WIDTH {
+                rows[l][c] = a[l];
+            }
+        }
+    }
     /// Bit `l` of the result is lane `l` of the mask.
     fn mask_to_bits(mask: Self::Mask) -> u8;
     /// Lane `l` of the result is bit `l` of `bits`.

@@ -115,6 +115,10 @@ impl<S: Real> Real for Pair<S> {
     fn power_of_two(self) -> Self {
         Pair(self.0.power_of_two(), self.1.power_of_two())
     }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        Pair(self.0.inverse_sqrt_seed(), self.1.inverse_sqrt_seed())
+    }
 }
 
 impl<S: Scalar> Pair<S> {

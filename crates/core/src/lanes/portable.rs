@@ -10,7 +10,7 @@
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
 use super::operators::assigning_operators;
-use super::{Lanes, RowSlice, WIDTH};
+use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::scalar::{Mask, Real, Scalar};
 
 /// Eight numbers in an array.
@@ -152,6 +152,10 @@ impl Real for Portable {
     fn power_of_two(self) -> Self {
         lanewise!(Real::power_of_two, self)
     }
+    #[inline(always)]
+    fn inverse_sqrt_seed(self) -> Self {
+        lanewise!(Real::inverse_sqrt_seed, self)
+    }
 }
 
 impl Lanes for Portable {
@@ -167,10 +171,10 @@ impl Lanes for Portable {
         *a = self.0;
     }
     #[inline(always)]
-    fn gather<const D: usize>(rows: &RowSlice<D>, index: &[u16; WIDTH]) -> [Self; D] {
+    fn gather<const D: usize, R: RowSource<D>>(rows: &R, index: &[R::Index; WIDTH]) -> [Self; D] {
         let mut r = [Portable([0.0; WIDTH]); D];
         for l in 0..WIDTH {
-            let row = rows.get(index[l]);
+            let row = rows.components(index[l]);
             for c in 0..D {
                 r[c].0[l] = row[c];
             }

@@ -70,6 +70,53 @@ impl<const D: usize> DerefMut for Rows<D> {
 #[repr(transparent)]
 pub struct RowSlice<const D: usize>([f64; LENGTH]);
 
+/// Rows of vertices that [`Lanes::gather`](super::Lanes::gather) takes: 2 numbers each in 2D, 4 in 3D.
+pub trait RowSource<const D: usize> {
+    /// What names a row.
+    type Index: Copy;
+
+    /// The numbers of row `index`; `STRIDE` is 2 for `D = 2` and 4 for `D = 3`.
+    fn row<const STRIDE: usize>(&self, index: Self::Index) -> &[f64; STRIDE];
+
+    /// The first two and the last two numbers of row `index`; rows of four only.
+    #[inline(always)]
+    fn halves(&self, index: Self::Index) -> [&[f64; 2]; 2] {
+        let row = self.row::<4>(index).as_chunks::<2>().0;
+        [&row[0], &row[1]]
+    }
+
+    /// The `D` components of row `index`.
+    #[inline(always)]
+    fn components(&self, index: Self::Index) -> [f64; D] {
+        let mut r = [0.0; D];
+        if D == 3 {
+            r.copy_from_slice(&self.row::<4>(index)[..D]);
+        } else {
+            r.copy_from_slice(&self.row::<2>(index)[..D]);
+        }
+        r
+    }
+}
+
+impl<const D: usize> RowSource<D> for RowSlice<D> {
+    type Index = u16;
+
+    #[inline(always)]
+    fn row<const STRIDE: usize>(&self, index: u16) -> &[f64; STRIDE] {
+        debug_assert!(STRIDE == Self::STRIDE);
+        &self.0.as_chunks().0[index as usize]
+    }
+}
+
+impl<const D: usize> RowSource<D> for Rows<D> {
+    type Index = u16;
+
+    #[inline(always)]
+    fn row<const STRIDE: usize>(&self, index: u16) -> &[f64; STRIDE] {
+        RowSource::row(&**self, index)
+    }
+}
+
 impl<const D: usize> RowSlice<D> {
     const STRIDE: usize = match D {
         2 => 2,
@@ -80,25 +127,9 @@ impl<const D: usize> RowSlice<D> {
     /// The `STRIDE` numbers of row `index`.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    pub(super) fn row<const STRIDE: usize>(&self, index: u16) -> &[f64; STRIDE] {
-        debug_assert!(STRIDE == Self::STRIDE);
-        &self.0.as_chunks().0[index as usize]
-    }
-
-    /// The `STRIDE` numbers of row `index`.
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
     pub(super) fn row_mut<const STRIDE: usize>(&mut self, index: u16) -> &mut [f64; STRIDE] {
         debug_assert!(STRIDE == Self::STRIDE);
         &mut self.0.as_chunks_mut().0[index as usize]
-    }
-
-    /// The first two and the last two numbers of row `index`; rows of four only.
-    #[cfg(target_arch = "x86_64")]
-    #[inline(always)]
-    pub(super) fn halves(&self, index: u16) -> [&[f64; 2]; 2] {
-        let row = self.row::<4>(index).as_chunks::<2>().0;
-        [&row[0], &row[1]]
     }
 
     /// Row `index`.

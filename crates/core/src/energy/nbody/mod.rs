@@ -1,15 +1,25 @@
 //! Newtonian attraction between all pairs of particles.
 
 mod kernels;
+mod pair;
+mod tree;
+
+use std::ops::BitAnd;
 
 use rayon::prelude::*;
 
 use super::{EnergyKind, EnergyTerm, Fault};
 use crate::lanes::{WIDTH, dispatch, dispatch_compact};
-use kernels::{Block, EnergyKernel, PairKernel, Particles};
+use kernels::{EnergyKernel, PairKernel, Particles};
+use pair::{Block, FAR};
+
+pub use tree::{ForceError, TreeGravity};
 
 /// Particles for which one more group of rows pays: about 50 microseconds of work.
 const PARTICLES_PER_GROUP: usize = 256;
+/// Particles from which on the search of the largest frequency uses a tree, and its opening angle.
+const STIFFNESS_BY_TREE: usize = 4096;
+const STIFFNESS_OPENING_ANGLE: f64 = 0.5;
 /// Groups at most: what is left to balance, against arrays to be added up.
 const MAX_GROUPS: usize = 16;
 
@@ -30,6 +40,10 @@ pub struct NBody<const D: usize> {
     /// Sums of each group.
     partial: Vec<Vec<Block<D>>>,
     parts: Vec<f64>,
+    /// Particles from which on products for the search of the largest frequency are approximate.
+    stiffness_by_tree: usize,
+    /// What they are made with, while they are wanted.
+    stiffness: Option<Box<TreeGravity<D>>>,
 }
 
 impl<const D: usize> NBody<D> {
@@ -51,10 +65,12 @@ impl<const D: usize> NBody<D> {
             constant,
             softening2: softening * softening,
             mass: masses,
-            position: vec![[[0.0; WIDTH]; D]; blocks],
+            position: vec![[FAR; D]; blocks],
             direction: vec![],
             partial: vec![vec![[[0.0; WIDTH]; D]; blocks]; groups],
             parts: vec![0.0; groups],
+            stiffness_by_tree: STIFFNESS_BY_TREE,
+            stiffness: None,
         }
     }
 
@@ -62,19 +78,21 @@ impl<const D: usize> NBody<D> {
         Particles { position: &self.position, mass: &self.mass, softening2: self.softening2 }
     }
 
-    /// Runs the pair kernel in every group.
-    fn sum_pairs<const DERIVATIVE: bool>(&mut self) {
+    /// Runs the pair kernel in every group; whether all sums are finite.
+    fn sum_pairs<const DERIVATIVE: bool>(&mut self) -> bool {
         let mut partial = std::mem::take(&mut self.partial);
-        let (particles, direction, groups) = (self.particles(), &self.direction, partial.len());
+        let (particles, groups) = (self.particles(), partial.len());
+        let direction = if DERIVATIVE { &self.direction } else { &self.position };
         let run = |(group, out): (usize, &mut Vec<Block<D>>)| {
-            dispatch(PairKernel::<D, DERIVATIVE> { particles, direction, group, groups, out });
+            dispatch(PairKernel::<D, DERIVATIVE> { particles, direction, group, groups, out })
         };
-        if groups == 1 {
-            partial.iter_mut().enumerate().for_each(run);
+        let finite = if groups == 1 {
+            partial.iter_mut().enumerate().map(run).fold(true, BitAnd::bitand)
         } else {
-            partial.par_iter_mut().enumerate().for_each(run);
-        }
+            partial.par_iter_mut().enumerate().map(run).reduce(|| true, BitAnd::bitand)
+        };
         self.partial = partial;
+        finite
     }
 }
 
@@ -114,10 +132,7 @@ impl<const D: usize> EnergyTerm for NBody<D> {
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
         load(&mut self.position, &self.vertices, x);
-        self.sum_pairs::<false>();
-        // Zero times a finite number is zero, times anything else NaN.
-        let zero: f64 = self.partial.iter().flatten().flatten().flatten().map(|sum| 0.0 * sum).sum();
-        zero == 0.0
+        self.sum_pairs::<false>()
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
@@ -144,20 +159,27 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         self.add_rows(0, y);
     }
 
-    fn fault(&self, x: &[f64]) -> Option<Fault> {
-        if self.softening2 > 0.0 {
-            return None;
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        if self.vertices.len() < self.stiffness_by_tree {
+            self.add_hessian_product(x, p, y);
+            return false;
         }
-        // Sorted, equal positions are neighbours.
-        let row = |i: u32| &x[i as usize * D..i as usize * D + D];
-        let mut order = self.vertices.clone();
-        order.sort_by(|&a, &b| {
-            let by_component = row(a).iter().zip(row(b)).map(|(a, b)| a.total_cmp(b));
-            by_component.fold(std::cmp::Ordering::Equal, |o, c| o.then(c))
+        let tree = self.stiffness.get_or_insert_with(|| {
+            let mass = self.mass.iter().flatten().copied().take(self.vertices.len()).collect();
+            let softening = self.softening2.sqrt();
+            let angle = STIFFNESS_OPENING_ANGLE;
+            Box::new(TreeGravity::new(self.vertices.clone(), mass, self.constant, softening, angle))
         });
-        let pair = order.windows(2).find(|w| row(w[0]) == row(w[1]))?;
-        let (first, second) = (pair[0].min(pair[1]) as usize, pair[0].max(pair[1]) as usize);
-        Some(Fault::Pair { first, second })
+        tree.add_hessian_product(x, p, y);
+        true
+    }
+
+    fn end_stiffness_products(&mut self) {
+        self.stiffness = None;
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        coincident::<D>(&self.vertices, self.softening2, x)
     }
 
     fn bytes(&self) -> usize {
@@ -165,4 +187,31 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         let blocks = self.position.len() * (1 + self.partial.len()) + self.direction.len();
         4 * self.vertices.len() + size_of_val(&self.mass[..]) + block * blocks
     }
+}
+
+/// Two of the vertices at the same place, where that is a fault: without softening.
+fn coincident<const D: usize>(vertices: &[u32], softening2: f64, x: &[f64]) -> Option<Fault> {
+    if softening2 > 0.0 {
+        return None;
+    }
+    // Sorted, equal positions are neighbours.
+    let row = |i: u32| &x[i as usize * D..i as usize * D + D];
+    let mut order = vertices.to_vec();
+    order.sort_by(|&a, &b| {
+        let by_component = row(a).iter().zip(row(b)).map(|(a, b)| a.total_cmp(b));
+        by_component.fold(std::cmp::Ordering::Equal, |o, c| o.then(c))
+    });
+    let pair = order.windows(2).find(|w| row(w[0]) == row(w[1]))?;
+    let (first, second) = (pair[0].min(pair[1]) as usize, pair[0].max(pair[1]) as usize);
+    Some(Fault::Pair { first, second })
+}
+
+/// The rows of `vertices` of a flat array.
+fn gather<const D: usize>(rows: &mut Vec<[f64; D]>, vertices: &[u32], x: &[f64]) {
+    rows.clear();
+    rows.extend(vertices.iter().map(|&v| {
+        let mut row = [0.0; D];
+        row.copy_from_slice(&x[v as usize * D..][..D]);
+        row
+    }));
 }

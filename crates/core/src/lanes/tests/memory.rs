@@ -122,6 +122,95 @@ fn loads_and_stores_need_no_alignment() {
 }
 
 #[test]
+fn any_number_of_vertices_has_rows() {
+    fn check<const D: usize>() {
+        let count = 70_000;
+        let mut rows = VertexRows::<D>::new(count);
+        let stride = VertexRows::<D>::STRIDE;
+        for (i, row) in rows.as_mut_slice().chunks_exact_mut(stride).take(count).enumerate() {
+            for c in 0..D {
+                row[c] = (i * D + c) as f64;
+            }
+        }
+        let index = [0, 1, 65_535, 65_536, 69_999, 69_999, 17, 3];
+        struct Gather<'a, const D: usize>(&'a VertexRows<D>, &'a [u32; WIDTH]);
+        impl<const D: usize> Kernel for Gather<'_, D> {
+            type Output = [[f64; WIDTH]; D];
+            #[inline(always)]
+            fn run<L: Lanes>(self) -> Self::Output {
+                let x: [L; D] = L::gather(self.0, self.1);
+                let mut out = [[0.0; WIDTH]; D];
+                for c in 0..D {
+                    x[c].store(&mut out[c]);
+                }
+                out
+            }
+        }
+        for level in Level::ALL {
+            let out = dispatch_at(level, Gather(&rows, &index));
+            for (c, out) in out.iter().enumerate() {
+                assert_eq!(*out, index.map(|i| f64::from(i) * D as f64 + c as f64), "{level:?}");
+            }
+        }
+    }
+    check::<2>();
+    check::<3>();
+}
+
+#[test]
+#[should_panic(expected = "out of bounds")]
+fn a_vertex_without_a_row_is_refused() {
+    VertexRows::<3>::new(2).components(2);
+}
+
+/// Takes rows apart, stores the columns, and puts twice the columns together again.
+struct Interleave<'a, const D: usize>(&'a mut [[f64; D]; WIDTH]);
+impl<const D: usize> Kernel for Interleave<'_, D> {
+    type Output = [[f64; WIDTH]; D];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let x: [L; D] = L::load_interleaved(self.0);
+        let (mut out, mut twice) = ([[0.0; WIDTH]; D], x);
+        for c in 0..D {
+            x[c].store(&mut out[c]);
+            twice[c] += x[c];
+        }
+        L::store_interleaved(twice, self.0);
+        out
+    }
+}
+
+#[test]
+fn rows_are_taken_apart_and_put_together() {
+    fn check<const D: usize>() {
+        let rows: [[f64; D]; WIDTH] =
+            std::array::from_fn(|l| std::array::from_fn(|c| (10 * l + c + 1) as f64));
+        for level in Level::ALL {
+            let mut after = rows;
+            let columns = dispatch_at(level, Interleave(&mut after));
+            for l in 0..WIDTH {
+                for c in 0..D {
+                    assert_eq!((columns[c][l], after[l][c]), (rows[l][c], 2.0 * rows[l][c]), "{level:?}");
+                }
+            }
+        }
+    }
+    check::<2>();
+    check::<3>();
+}
+
+#[test]
+fn aligned_numbers_begin_at_a_cache_line() {
+    let mut numbers = Aligned::packs(2);
+    numbers.push([7.0; WIDTH]);
+    numbers[3] = 5.0;
+    assert_eq!(numbers.len(), 3 * WIDTH);
+    assert_eq!((numbers[3], numbers.pack(2)), (5.0, &[7.0; WIDTH]));
+    assert_eq!(numbers.as_ptr().addr() % 64, 0);
+    assert!(Aligned::default().is_empty());
+}
+
+#[test]
 fn rows_begin_at_a_cache_line() {
     let kept: Vec<_> = (0..4).map(|_| Rows::<3>::new()).collect();
     assert!(kept.iter().all(|rows| (rows.as_slice().as_ptr() as usize).is_multiple_of(64)));

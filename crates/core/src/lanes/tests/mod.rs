@@ -54,7 +54,7 @@ fn any_number(random: &mut Pcg64Mcg) -> f64 {
 }
 
 const INPUTS: usize = 9;
-const OUTPUTS: usize = 73;
+const OUTPUTS: usize = 74;
 
 /// One text with every operation on scalars and masks, and with products and functions of a matrix.
 #[inline(always)]
@@ -76,7 +76,7 @@ fn values<R: Real>(x: &[R; INPUTS]) -> [R; OUTPUTS] {
     push!(R::select(p, a, b), R::select(p & q, a, b), R::select(p | q, a, b));
     push!(R::splat(if (p & q).any() && !(p & q).any() { 1.0 } else { 0.0 }));
     let (k, m) = a.split();
-    push!(k, m, k.power_of_two());
+    push!(k, m, k.power_of_two(), a.inverse_sqrt_seed());
 
     let mut F = Mat::<R, 3>::zero();
     for i in 0..3 {

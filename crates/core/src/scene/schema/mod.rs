@@ -108,6 +108,19 @@ pub struct NBody {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub softening: f64,
+    /// By a tree, approximately, in a time that grows as `N log N`; by the sum over all pairs without it. `pliant check` shows
+    /// the error of the forces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree: Option<Tree>,
+}
+
+/// The tree of Barnes and Hut, with quadrupoles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tree {
+    /// Boxes that appear smaller than this [rad] act as a whole: 0.5 is usual, smaller is more accurate and slower.
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
+    pub opening_angle: f64,
 }
 
 /// What is written, and how often.

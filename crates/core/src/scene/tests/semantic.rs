@@ -70,6 +70,22 @@ fn surroundings() {
             ],
         ),
         (
+            "[0.0, -9.8]",
+            "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 1.5 } }",
+            &[
+                "10:9 world.nbody: `nbody` acts on nothing",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be at most 1, got 1.5 [rad]",
+            ],
+        ),
+        (
+            "[0.0, -9.8]",
+            "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 0 } }",
+            &[
+                "10:9 world.nbody: `nbody` acts on nothing",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be positive and finite, got 0.0 [rad]",
+            ],
+        ),
+        (
             "rate = 60.0",
             "rate = 0",
             &["19:8 output.rate: `rate` must be positive and finite, got 0.0 [frames/s]"],

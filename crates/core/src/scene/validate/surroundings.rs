@@ -36,9 +36,20 @@ pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World) {
         let path = path.key("nbody");
         check.number(&path.key("constant"), nbody.constant, Sign::Positive, "m^3/(kg s^2)");
         check.number(&path.key("softening"), nbody.softening, Sign::NonNegative, "m");
+        if let Some(tree) = &nbody.tree {
+            opening_angle(check, &path.key("tree").key("opening_angle"), tree.opening_angle);
+        }
     }
     if let Some(drag) = world.ether_drag {
         check.number(&path.key("ether_drag"), drag, Sign::NonNegative, "1/s");
+    }
+}
+
+fn opening_angle(check: &mut Checker, path: &KeyPath, angle: f64) {
+    if check.number(path, angle, Sign::Positive, "rad") && angle > 1.0 {
+        let message = format!("`opening_angle` must be at most 1, got {angle:?} [rad]");
+        let help = "0.5 is usual; above 1, the expansion of a box would be used within it";
+        check.report(Problem::semantic(path.clone(), message).with_help(help));
     }
 }
 

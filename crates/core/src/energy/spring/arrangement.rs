@@ -1,0 +1,139 @@
+//! All springs of a term in one layout: the loops over its vertices, on one thread or several.
+
+use rayon::prelude::*;
+
+use super::kernels::{Blocks, EnergyKernel, GradientKernel, HessianKernel};
+use super::neighbours::Neighbours;
+use super::slots::{Slots, is_first_end};
+use crate::lanes::{WIDTH, dispatch};
+
+/// Blocks of `WIDTH` vertices that one task takes.
+const TASK_BLOCKS: usize = 128;
+
+/// Below this many tasks, of some 8 microseconds each, a hand-over to other threads costs about what it saves.
+const PARALLEL_FROM_TASKS: usize = 3;
+
+/// Springs in a layout, and the memory that their sums are computed in.
+///
+/// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, each spring is computed at both of its
+/// ends, with the same bits there, and no sum depends on the number of threads.
+pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
+    neighbours: N,
+    slots: Slots,
+    /// Where something was last computed.
+    position: N::Field,
+    /// The other factor of a product with the Hessian, once there has been one.
+    direction: Option<N::Field>,
+    /// The gradient last evaluated, block by block.
+    gradient: Vec<[[f64; D]; WIDTH]>,
+    /// The energy of every task.
+    parts: Vec<f64>,
+}
+
+impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
+    /// Springs with their other ends and constants.
+    pub(super) fn new((neighbours, slots): (N, Slots)) -> Self {
+        Arrangement {
+            parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
+            gradient: vec![[[0.0; D]; WIDTH]; slots.blocks()],
+            position: neighbours.field(),
+            direction: None,
+            neighbours,
+            slots,
+        }
+    }
+
+    /// Whether a hand-over to other threads pays.
+    fn in_parallel(&self) -> bool {
+        self.parts.len() >= PARALLEL_FROM_TASKS && rayon::current_num_threads() > 1
+    }
+
+    /// Block `task * TASK_BLOCKS` and those after it, `count` in all.
+    fn task(&self, task: usize, count: usize) -> Blocks<'_, D, N> {
+        let first = task * TASK_BLOCKS;
+        let Arrangement { neighbours, slots, position, .. } = self;
+        Blocks { neighbours, slots, position, blocks: first..first + count }
+    }
+
+    /// Evaluates the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
+    pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
+        self.neighbours.copy(x, &mut self.position);
+        let mut gradient = std::mem::take(&mut self.gradient);
+        let run = |(task, out): (usize, &mut [[[f64; D]; WIDTH]])| {
+            dispatch(GradientKernel { of: self.task(task, out.len()), out })
+        };
+        let finite = if self.in_parallel() {
+            gradient.par_chunks_mut(TASK_BLOCKS).enumerate().map(run).reduce(|| true, |a, b| a & b)
+        } else {
+            gradient.chunks_mut(TASK_BLOCKS).enumerate().map(run).fold(true, |a, b| a & b)
+        };
+        self.gradient = gradient;
+        finite
+    }
+
+    /// The gradient last evaluated, flat, from the first to the last vertex.
+    pub(super) fn gradient(&self) -> &[f64] {
+        self.gradient.as_flattened().as_flattened()
+    }
+
+    /// The energy at `x`.
+    pub(super) fn energy(&mut self, x: &[f64]) -> f64 {
+        self.neighbours.copy(x, &mut self.position);
+        let in_parallel = self.in_parallel();
+        let mut parts = std::mem::take(&mut self.parts);
+        let run = |(task, part): (usize, &mut f64)| {
+            let left = self.slots.blocks() - task * TASK_BLOCKS;
+            *part = dispatch(EnergyKernel(self.task(task, left.min(TASK_BLOCKS))));
+        };
+        if in_parallel {
+            parts.par_iter_mut().enumerate().for_each(run);
+        } else {
+            parts.iter_mut().enumerate().for_each(run);
+        }
+        self.parts = parts;
+        self.parts.iter().sum()
+    }
+
+    /// Adds the product of the Hessian at `x` and `p` to `y`.
+    pub(super) fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        self.neighbours.copy(x, &mut self.position);
+        // Taken out while the rest is lent to the tasks.
+        let mut direction = self.direction.take().unwrap_or_else(|| self.neighbours.field());
+        self.neighbours.copy(p, &mut direction);
+        let run = |(task, out): (usize, &mut [[f64; D]])| {
+            let of = self.task(task, out.len().div_ceil(WIDTH));
+            dispatch(HessianKernel { of, direction: &direction, out });
+        };
+        let rows = y.as_chunks_mut().0;
+        if self.in_parallel() {
+            rows.par_chunks_mut(TASK_BLOCKS * WIDTH).enumerate().for_each(run);
+        } else {
+            rows.chunks_mut(TASK_BLOCKS * WIDTH).enumerate().for_each(run);
+        }
+        self.direction = Some(direction);
+    }
+
+    /// Every spring: its index, its ends counted from the first vertex, stiffness [N/m] and rest length [m].
+    pub(super) fn springs(&self) -> impl Iterator<Item = (u32, [usize; 2], f64, f64)> {
+        let ends = (0..self.slots.blocks()).flat_map(move |block| {
+            self.slots.of(block).flat_map(move |slot| {
+                (0..WIDTH).filter_map(move |lane| {
+                    let own = block * WIDTH + lane;
+                    let other = self.neighbours.neighbour(block, slot, lane)?;
+                    is_first_end(own, other).then(|| ([own, other], self.slots.constants(slot, lane)))
+                })
+            })
+        });
+        ends.zip(self.slots.springs()).map(|((ends, (k, rest)), spring)| (*spring, ends, k, rest))
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let fields = 1 + usize::from(self.direction.is_some());
+        self.slots.bytes()
+            + self.neighbours.bytes()
+            + fields * self.neighbours.field_bytes()
+            + size_of_val(&self.gradient[..])
+            + size_of_val(&self.parts[..])
+    }
+}

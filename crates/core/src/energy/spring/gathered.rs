@@ -1,0 +1,94 @@
+//! Springs between vertices in no particular order: the other ends are gathered one by one.
+
+use rayon::prelude::*;
+
+use super::half_springs::HalfSprings;
+use super::neighbours::{COPIED_AT_ONCE, Neighbours};
+use super::slots::Slots;
+use crate::lanes::{Lanes, VertexRows, WIDTH};
+
+/// The other ends in every slot; a vertex itself in lanes without a spring.
+#[derive(Debug)]
+pub(super) struct Gathered {
+    vertices: usize,
+    index: Vec<[u32; WIDTH]>,
+}
+
+impl Gathered {
+    /// The other ends of these springs, and their constants.
+    pub(super) fn new(half: &HalfSprings, stiffness: &[f64], rest_length: &[f64]) -> (Self, Slots) {
+        let (vertices, mut index, mut slots) = (half.vertex_count(), vec![], Slots::new(stiffness));
+        for block in 0..half.block_count() {
+            let own: [usize; WIDTH] = std::array::from_fn(|lane| block * WIDTH + lane);
+            let most = own.map(|i| half.of(i).len()).into_iter().max().unwrap_or(0);
+            for k in 0..most {
+                let springs = own.map(|i| half.of(i).get(k));
+                index.push(std::array::from_fn(|l| springs[l].map_or(own[l] as u32, |h| h.neighbour)));
+                slots.push(&springs.map(|h| h.copied()), stiffness, rest_length);
+            }
+            slots.end_block();
+        }
+        index.shrink_to_fit();
+        slots.shrink();
+        (Gathered { vertices, index }, slots)
+    }
+}
+
+impl<const D: usize> Neighbours<D> for Gathered {
+    type Field = VertexRows<D>;
+
+    fn field(&self) -> VertexRows<D> {
+        // The last block may have more lanes than there are vertices left.
+        VertexRows::new(self.vertices.next_multiple_of(WIDTH))
+    }
+
+    fn copy(&self, x: &[f64], field: &mut VertexRows<D>) {
+        let (per_task, stride) = (COPIED_AT_ONCE * D, COPIED_AT_ONCE * VertexRows::<D>::STRIDE);
+        let rows = field.as_mut_slice();
+        if x.len() <= per_task || rayon::current_num_threads() == 1 {
+            spread::<D>(x, rows);
+        } else {
+            x.par_chunks(per_task).zip(rows.par_chunks_mut(stride)).for_each(|(x, r)| spread::<D>(x, r));
+        }
+    }
+
+    #[inline(always)]
+    fn own<L: Lanes>(&self, field: &VertexRows<D>, block: usize) -> [L; D] {
+        let mut index = [0; WIDTH];
+        for l in 0..WIDTH {
+            index[l] = (block * WIDTH + l) as u32;
+        }
+        L::gather(field, &index)
+    }
+
+    #[inline(always)]
+    fn difference<L: Lanes>(&self, field: &VertexRows<D>, own: &[L; D], _: usize, slot: usize) -> [L; D] {
+        let other: [L; D] = L::gather(field, &self.index[slot]);
+        let mut d = *own;
+        for c in 0..D {
+            d[c] = own[c] - other[c];
+        }
+        d
+    }
+
+    fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize> {
+        let other = self.index[slot][lane] as usize;
+        (other != block * WIDTH + lane).then_some(other)
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.index[..])
+    }
+
+    fn field_bytes(&self) -> usize {
+        8 * VertexRows::<D>::STRIDE * self.vertices.next_multiple_of(WIDTH)
+    }
+}
+
+/// Copies rows of `D` numbers to rows of the stride.
+fn spread<const D: usize>(x: &[f64], rows: &mut [f64]) {
+    let rows = rows.chunks_exact_mut(VertexRows::<D>::STRIDE);
+    for (x, row) in x.as_chunks::<D>().0.iter().zip(rows) {
+        row[..D].copy_from_slice(x);
+    }
+}

@@ -1,0 +1,129 @@
+//! Linear springs.
+
+mod arrangement;
+mod gathered;
+mod half_springs;
+mod kernels;
+mod neighbours;
+mod runs;
+mod slots;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use self::arrangement::Arrangement;
+use self::gathered::Gathered;
+use self::half_springs::HalfSprings;
+use self::runs::Runs;
+use super::{EnergyKind, EnergyTerm, Fault};
+
+/// `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l - l0) (x_1 - x_2) / l` (lecture 9).
+///
+/// In the language of elements: `F = (x_1 - x_2) / l0`, `Psi = mu (|F| - 1)^2`, `E = l0 Psi`, so `k = 2 mu / l0`
+/// (lecture 10). A spring of length zero has no direction and pulls with no force.
+///
+/// Eight consecutive vertices are computed side by side, each with its own springs. Where they are numbered as on a grid the
+/// other ends lie side by side, too, and are loaded as they lie; elsewhere they are gathered.
+pub struct Springs<const D: usize> {
+    body: String,
+    /// Coordinates of the vertices from the first to the last with springs, in a flat array.
+    coordinates: Range<usize>,
+    layout: Layout<D>,
+}
+
+enum Layout<const D: usize> {
+    Runs(Arrangement<D, Runs>),
+    Gathered(Arrangement<D, Gathered>),
+}
+
+/// Evaluates an expression on the arrangement of either layout.
+macro_rules! on {
+    ($layout:expr, $springs:ident => $e:expr) => {
+        match $layout {
+            Layout::Runs($springs) => $e,
+            Layout::Gathered($springs) => $e,
+        }
+    };
+}
+
+impl<const D: usize> Springs<D> {
+    /// Springs of `body` along `edges` (global vertex indices) of `vertex_count` vertices; stiffness [N/m] and rest length
+    /// [m] of each.
+    ///
+    /// # Panics
+    /// If an edge joins a vertex to itself or to one beyond `vertex_count`, or a list is shorter than `edges`.
+    pub fn new(
+        body: &str,
+        edges: &[[u32; 2]],
+        stiffness: &[f64],
+        rest_length: &[f64],
+        vertex_count: usize,
+    ) -> Self {
+        let half = HalfSprings::new(edges);
+        let end = half.first_vertex + half.vertex_count();
+        assert!(end <= vertex_count, "a spring ends at vertex {}, there are {vertex_count}", end - 1);
+        let layout = match Runs::new(&half, stiffness, rest_length) {
+            Some(runs) => Layout::Runs(Arrangement::new(runs)),
+            None => Layout::Gathered(Arrangement::new(Gathered::new(&half, stiffness, rest_length))),
+        };
+        Springs { body: body.into(), coordinates: half.first_vertex * D..end * D, layout }
+    }
+}
+
+impl<const D: usize> EnergyTerm for Springs<D> {
+    fn name(&self) -> String {
+        format!("springs of `{}`", self.body)
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let x = &x[self.coordinates.clone()];
+        on!(&mut self.layout, springs => springs.energy(x))
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let x = &x[self.coordinates.clone()];
+        on!(&mut self.layout, springs => springs.evaluate(x))
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        let Range { start, end } = self.coordinates;
+        // The part of the rows asked for that belongs to vertices from the first to the last with springs.
+        let (from, to) = ((first * D).max(start), (first * D + g.len()).min(end));
+        if from < to {
+            let rows = on!(&self.layout, springs => springs.gradient());
+            for (g, row) in g[from - first * D..].iter_mut().zip(&rows[from - start..to - start]) {
+                *g += row;
+            }
+        }
+    }
+
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let range = self.coordinates.clone();
+        let (x, p, y) = (&x[range.clone()], &p[range.clone()], &mut y[range]);
+        on!(&mut self.layout, springs => springs.add_hessian_product(x, p, y));
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        let x: &[[f64; D]] = x[self.coordinates.clone()].as_chunks().0;
+        let length = |[a, b]: [usize; 2]| (0..D).map(|c| (x[a][c] - x[b][c]).powi(2)).sum::<f64>().sqrt();
+        let faulty = on!(&self.layout, springs => springs
+            .springs()
+            .filter(|(_, ends, k, rest)| !(k * (length(*ends) - rest)).is_finite())
+            .map(|(spring, ends, ..)| (spring, ends))
+            .min());
+        faulty.map(|(spring, ends)| Fault::Spring {
+            body: self.body.clone(),
+            spring: spring as usize,
+            length: length(ends),
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        on!(&self.layout, springs => springs.bytes())
+    }
+}

@@ -1,0 +1,128 @@
+//! Slots: the springs of eight consecutive vertices, side by side.
+
+use super::half_springs::HalfSpring;
+use crate::lanes::{Aligned, Lanes, WIDTH};
+
+/// Slots of all blocks of `WIDTH` vertices. A slot holds a half spring for each vertex of its block, or for some of them.
+#[derive(Debug)]
+pub(super) struct Slots {
+    /// `start[b]..start[b + 1]` are the slots of block `b`.
+    start: Vec<u32>,
+    /// Rest lengths [m]; zero in lanes without a spring.
+    rest_length: Aligned,
+    stiffness: Stiffness,
+    /// Index of every spring, at its first end: slot by slot, lane by lane.
+    spring: Vec<u32>,
+}
+
+/// Whether a spring counts at `own`, of its two ends.
+pub(super) fn is_first_end(own: usize, neighbour: usize) -> bool {
+    own < neighbour
+}
+
+/// Stiffnesses [N/m].
+#[derive(Debug)]
+enum Stiffness {
+    /// Of all springs.
+    Same(f64),
+    /// Of the springs in every slot; zero in lanes without a spring.
+    Varying(Aligned),
+}
+
+impl Slots {
+    /// No slots yet, for springs of these stiffnesses.
+    pub(super) fn new(stiffness: &[f64]) -> Self {
+        let first = stiffness.first().copied().unwrap_or(0.0);
+        let same = stiffness.iter().all(|k| *k == first);
+        Slots {
+            start: vec![0],
+            rest_length: Aligned::default(),
+            stiffness: if same { Stiffness::Same(first) } else { Stiffness::Varying(Aligned::default()) },
+            spring: vec![],
+        }
+    }
+
+    /// Appends a slot to the block that is being filled: a spring for each of its vertices, or none.
+    pub(super) fn push(
+        &mut self,
+        half: &[Option<HalfSpring>; WIDTH],
+        stiffness: &[f64],
+        rest_length: &[f64],
+    ) {
+        self.rest_length.push(half.map(|h| h.map_or(0.0, |h| rest_length[h.spring as usize])));
+        if let Stiffness::Varying(values) = &mut self.stiffness {
+            values.push(half.map(|h| h.map_or(0.0, |h| stiffness[h.spring as usize])));
+        }
+        for (lane, h) in half.iter().enumerate() {
+            let own = self.blocks() * WIDTH + lane;
+            self.spring.extend(h.filter(|h| is_first_end(own, h.neighbour as usize)).map(|h| h.spring));
+        }
+    }
+
+    /// Ends a block: the slots pushed since the last one are its own.
+    pub(super) fn end_block(&mut self) {
+        self.start.push((self.rest_length.len() / WIDTH) as u32);
+    }
+
+    /// Gives back what was allocated in vain.
+    pub(super) fn shrink(&mut self) {
+        self.start.shrink_to_fit();
+        self.spring.shrink_to_fit();
+        self.rest_length.shrink_to_fit();
+        if let Stiffness::Varying(values) = &mut self.stiffness {
+            values.shrink_to_fit();
+        }
+    }
+
+    /// Number of blocks.
+    pub(super) fn blocks(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// The slots of a block.
+    #[inline(always)]
+    pub(super) fn of(&self, block: usize) -> std::ops::Range<usize> {
+        self.start[block] as usize..self.start[block + 1] as usize
+    }
+
+    /// Rest lengths of a slot [m].
+    #[inline(always)]
+    pub(super) fn rest_length<L: Lanes>(&self, slot: usize) -> L {
+        L::load(self.rest_length.pack(slot))
+    }
+
+    /// Stiffnesses of a slot [N/m]; that of no spring is finite.
+    #[inline(always)]
+    pub(super) fn stiffness<L: Lanes>(&self, slot: usize) -> L {
+        match &self.stiffness {
+            Stiffness::Same(k) => L::splat(*k),
+            Stiffness::Varying(values) => L::load(values.pack(slot)),
+        }
+    }
+
+    /// Stiffness [N/m] and rest length [m] of the spring in a lane.
+    pub(super) fn constants(&self, slot: usize, lane: usize) -> (f64, f64) {
+        let stiffness = match &self.stiffness {
+            Stiffness::Same(k) => *k,
+            Stiffness::Varying(values) => values.pack(slot)[lane],
+        };
+        (stiffness, self.rest_length.pack(slot)[lane])
+    }
+
+    /// Index of every spring, at its first end: slot by slot, lane by lane.
+    pub(super) fn springs(&self) -> &[u32] {
+        &self.spring
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let stiffness = match &self.stiffness {
+            Stiffness::Same(_) => 0,
+            Stiffness::Varying(values) => size_of_val(&values[..]),
+        };
+        size_of_val(&self.start[..])
+            + size_of_val(&self.spring[..])
+            + size_of_val(&self.rest_length[..])
+            + stiffness
+    }
+}
