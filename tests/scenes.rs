@@ -134,6 +134,28 @@ fn the_bunny_meets_the_wall() {
     assert!(summary.end.elastic > 0.05 * summary.start.kinetic, "it is flattened: {} J", summary.end.elastic);
 }
 
+#[test]
+fn rubber_bands_swing_alike_at_first() {
+    let (assembly, summary) = simulated("rubber_bands.toml", 0.002);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
+    let x = assembly.simulation.state().x();
+    // Where they end, over the length at rest.
+    let tips: Vec<f64> = assembly
+        .topology
+        .bodies
+        .iter()
+        .map(|body| {
+            let vertices = body.vertices.start as usize..body.vertices.end as usize;
+            vertices.map(|v| x[3 * v]).fold(f64::NEG_INFINITY, f64::max) / 0.08
+        })
+        .collect();
+    let (ogden, mooney, neo) = (tips[0], tips[1], tips[2]);
+    assert!(tips.iter().all(|tip| (1.0..1.4).contains(tip)), "on their way back from 1.5: {tips:?}");
+    assert!(neo < mooney && neo < ogden, "the stiffest is ahead: {tips:?}");
+    assert!(ogden - neo < 0.05, "{tips:?}");
+}
+
 // lecture 8. Forces by a tree: energy and momenta are kept as well as the forces are known, to about one part in a thousand.
 #[test]
 fn two_galaxies_fall_towards_each_other() {

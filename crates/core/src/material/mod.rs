@@ -1,15 +1,19 @@
 //! Hyperelastic energy densities: one model, one file, one line in the registry below.
 
 mod autodiff;
+mod barrier;
 mod parameters;
 mod registry;
 mod spectrum;
 mod stretches;
 
+pub use arap::WithoutPoisson;
 pub use autodiff::autodiff_stress;
+pub use mooney_rivlin::TwoConstants;
+pub use ogden::OgdenTerms;
 pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Stiffness};
 pub use registry::{About, MaterialVisitor, Model};
-pub use spectrum::{Derivatives, Spectrum};
+pub use spectrum::{Derivatives, InvariantDerivatives, Spectrum};
 pub use stretches::Stretches;
 
 use registry::register_materials;
@@ -109,9 +113,16 @@ register_materials! {
     "linear" => linear::Linear(Isotropic);
     "stvk" => stvk::Stvk(Isotropic);
     "corotated" => corotated::Corotated(Isotropic);
+    "fixed-corotated" => fixed_corotated::FixedCorotated(Isotropic);
+    "arap" => arap::Arap(WithoutPoisson);
     "neo-hookean" => neo_hookean::NeoHookean(Isotropic);
     "stable-neo-hookean" => stable_neo_hookean::StableNeoHookean(Isotropic);
     "stable-neo-hookean-log" => stable_neo_hookean_log::StableNeoHookeanLog(Isotropic);
+    "neo-hookean-j" => neo_hookean_j::NeoHookeanJ(Isotropic);
+    "isochoric-neo-hookean" => isochoric_neo_hookean::IsochoricNeoHookean(Isotropic);
+    "mooney-rivlin" => mooney_rivlin::MooneyRivlin(TwoConstants);
+    "ogden" => ogden::Ogden(OgdenTerms);
+    "hencky" => hencky::Hencky(Isotropic);
     "displacement-gradient" => displacement_gradient::DisplacementGradient(Stiffness);
     "dirichlet" => dirichlet::Dirichlet(Stiffness);
 }

@@ -5,15 +5,28 @@ use serde::{Deserialize, Serialize};
 
 /// A parameter has a value that no material has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{field} = {value}: {problem}")]
+#[error("{field}{} = {value}: {problem}", index.map_or_else(String::new, |index| format!("[{index}]")))]
 #[non_exhaustive]
 pub struct ParameterError {
     /// Name of the field, as in the scene.
     pub field: &'static str,
+    /// Which entry of it, from 0, where it is a list.
+    pub index: Option<usize>,
     /// What it was.
     pub value: f64,
     /// What is wrong with it and what would be right.
     pub problem: &'static str,
+}
+
+impl ParameterError {
+    pub(super) fn new(field: &'static str, value: f64, problem: &'static str) -> Self {
+        ParameterError { field, index: None, value, problem }
+    }
+
+    /// Of entry `index` of a list.
+    pub(super) fn at(self, index: usize) -> Self {
+        ParameterError { index: Some(index), ..self }
+    }
 }
 
 /// The parameters of a model, as a table of a scene.
@@ -51,6 +64,11 @@ impl Lame {
             mu: young / (2.0 * (1.0 + poisson)),
         }
     }
+
+    /// The bulk modulus `kappa = lambda + 2 mu / 3` of the solid, in plane strain too.
+    pub(super) fn bulk(&self) -> f64 {
+        self.lambda + 2.0 / 3.0 * self.mu
+    }
 }
 
 /// Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and
@@ -74,18 +92,7 @@ impl Isotropic {
 impl Parameters for Isotropic {
     fn check(&self) -> Result<(), ParameterError> {
         check_positive("young", self.young)?;
-        let problem = if !self.poisson.is_finite() {
-            "must be a finite number"
-        } else if self.poisson == 0.5 {
-            "makes the bulk modulus infinite; use at most 0.4999, or 0.45 for rubber"
-        } else if self.poisson > 0.5 {
-            "makes the bulk modulus negative; must be below 0.5, for example 0.45 for rubber"
-        } else if self.poisson <= -1.0 {
-            "makes the shear modulus infinite or negative; must be above -1, and is 0 to 0.5 in ordinary materials"
-        } else {
-            return Ok(());
-        };
-        Err(ParameterError { field: "poisson", value: self.poisson, problem })
+        check_poisson(self.poisson)
     }
 
     fn lame(&self) -> Option<Lame> {
@@ -119,7 +126,7 @@ impl Parameters for Stiffness {
     }
 }
 
-fn check_positive(field: &'static str, value: f64) -> Result<(), ParameterError> {
+pub(super) fn check_positive(field: &'static str, value: f64) -> Result<(), ParameterError> {
     let problem = if !value.is_finite() {
         "must be a finite number [Pa]"
     } else if value <= 0.0 {
@@ -127,5 +134,21 @@ fn check_positive(field: &'static str, value: f64) -> Result<(), ParameterError>
     } else {
         return Ok(());
     };
-    Err(ParameterError { field, value, problem })
+    Err(ParameterError::new(field, value, problem))
+}
+
+/// Poisson's ratio of an isotropic solid.
+pub(super) fn check_poisson(poisson: f64) -> Result<(), ParameterError> {
+    let problem = if !poisson.is_finite() {
+        "must be a finite number"
+    } else if poisson == 0.5 {
+        "makes the bulk modulus infinite; use at most 0.4999, or 0.45 for rubber"
+    } else if poisson > 0.5 {
+        "makes the bulk modulus negative; must be below 0.5, for example 0.45 for rubber"
+    } else if poisson <= -1.0 {
+        "makes the shear modulus infinite or negative; must be above -1, and is 0 to 0.5 in ordinary materials"
+    } else {
+        return Ok(());
+    };
+    Err(ParameterError::new("poisson", poisson, problem))
 }

@@ -28,6 +28,29 @@ pub struct Derivatives {
     pub second: f64,
 }
 
+/// Derivatives of `psi(I1, I2, J)`, which is linear in `I1` and `I2`: first derivatives by the name of the invariant, second by
+/// the names of both.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InvariantDerivatives {
+    /// `d psi / d I1`
+    pub i1: f64,
+    /// `d psi / d I2`
+    pub i2: f64,
+    /// `d psi / d J`
+    pub j: f64,
+    /// `d^2 psi / d I1 dJ`
+    pub i1_j: f64,
+    /// `d^2 psi / d I2 dJ`
+    pub i2_j: f64,
+    /// `d^2 psi / dJ^2`
+    pub j_j: f64,
+}
+
+/// What `F_33 = 1` adds to `F : F` in plane strain.
+pub(super) const fn out_of_plane<const D: usize>() -> f64 {
+    if D == 2 { 1.0 } else { 0.0 }
+}
+
 impl<const D: usize> Spectrum<D> {
     /// Of `psi = a(I_C) + b(J)`, with `I_C = F : F` and `J = det F`: no division, so good for every `sigma`.
     pub fn from_invariants(sigma: &Vect<f64, D>, a: Derivatives, b: Derivatives) -> Self {
@@ -50,6 +73,46 @@ impl<const D: usize> Spectrum<D> {
             }
         }
         s
+    }
+
+    /// Of `psi(I1, I2, J)`, linear in the invariants `I1 = tr C` and `I2 = (I1^2 - tr C^2)/2` of `C = F^T F` (in 2D with
+    /// `F_33 = 1`), with `J = det F`: no division, so good for every `sigma`.
+    pub fn from_three_invariants(sigma: &Vect<f64, D>, psi: &InvariantDerivatives) -> Self {
+        let first = Derivatives { first: psi.i1, second: 0.0 };
+        let mut s = Self::from_invariants(sigma, first, Derivatives { first: psi.j, second: psi.j_j });
+        let i1 = sigma.iter().map(|s| s * s).sum::<f64>() + out_of_plane::<D>();
+        let cofactor = Mat::diagonal(sigma).cofactor();
+        // d I1 / d sigma_i, d I2 / d sigma_i, dJ / d sigma_i
+        let slopes = |i: usize| (2.0 * sigma[i], 2.0 * sigma[i] * (i1 - sigma[i] * sigma[i]), cofactor[i][i]);
+        for i in 0..D {
+            let (i1_i, i2_i, j_i) = slopes(i);
+            s.scaling[i][i] += 2.0 * psi.i2 * (i1 - sigma[i] * sigma[i]);
+            for k in 0..D {
+                let (i1_k, i2_k, j_k) = slopes(k);
+                s.scaling[i][k] +=
+                    psi.i1_j * (i1_i * j_k + j_i * i1_k) + psi.i2_j * (i2_i * j_k + j_i * i2_k);
+                if k != i {
+                    s.scaling[i][k] += 4.0 * psi.i2 * sigma[i] * sigma[k];
+                }
+            }
+            for k in i + 1..D {
+                let third = if D == 2 { 1.0 } else { sigma[3 - i - k] };
+                s.twist[i][k] += 2.0 * psi.i2 * (third * third + sigma[i] * sigma[k]);
+                s.flip[i][k] += 2.0 * psi.i2 * (third * third - sigma[i] * sigma[k]);
+            }
+        }
+        s
+    }
+
+    /// Of `psi + weight (sigma_1 + ... + sigma_D)`, that is `weight tr S` of `F = R S`, `R` a rotation.
+    #[must_use]
+    pub fn plus_trace(mut self, sigma: &Vect<f64, D>, weight: f64) -> Self {
+        for i in 0..D {
+            for j in i + 1..D {
+                self.twist[i][j] += 2.0 * weight / sum_of_stretches(sigma, i, j);
+            }
+        }
+        self
     }
 
     /// Of any isotropic `psi`, from its `gradient[i] = psi_i` and `hessian[i][j] = psi_ij` in the stretches.

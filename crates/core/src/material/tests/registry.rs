@@ -1,7 +1,7 @@
 //! Names, scene syntax, checks of parameters.
 
 use super::models;
-use crate::material::{Isotropic, MaterialSpec, Stiffness};
+use crate::material::{Isotropic, MaterialSpec, OgdenTerms, Stiffness, TwoConstants, WithoutPoisson};
 
 #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Body {
@@ -18,9 +18,16 @@ fn names() {
             "linear",
             "stvk",
             "corotated",
+            "fixed-corotated",
+            "arap",
             "neo-hookean",
             "stable-neo-hookean",
             "stable-neo-hookean-log",
+            "neo-hookean-j",
+            "isochoric-neo-hookean",
+            "mooney-rivlin",
+            "ogden",
+            "hencky",
             "displacement-gradient",
             "dirichlet"
         ]
@@ -86,4 +93,27 @@ fn impossible_parameters() {
         let error = MaterialSpec::Dirichlet(Stiffness { stiffness: young }).check().expect_err("impossible");
         assert_eq!(error.field, "stiffness");
     }
+}
+
+#[test]
+fn impossible_constants_of_rubber() {
+    let message = |spec: MaterialSpec| spec.check().expect_err("impossible").to_string();
+    let mooney =
+        |young, c10, c01| MaterialSpec::MooneyRivlin(TwoConstants { young, poisson: 0.45, c10, c01 });
+    assert_eq!(mooney(None, 4e5, -1e5).check(), Ok(()));
+    assert!(message(mooney(None, 1e5, -1e5)).starts_with("c01 = -100000: makes the shear modulus"));
+    assert!(message(mooney(None, f64::NAN, 1e5)).starts_with("c10 = NaN: must be a finite number"));
+    assert!(message(mooney(Some(0.0), 4.0, 1.0)).starts_with("young = 0: must be positive"));
+    let ogden = |mu: &[f64], alpha: &[f64]| {
+        MaterialSpec::Ogden(OgdenTerms { young: None, poisson: 0.45, mu: mu.into(), alpha: alpha.into() })
+    };
+    assert_eq!(ogden(&[1e5], &[2.0]).check(), Ok(()));
+    assert_eq!(ogden(&[1e5, -2e3, 5.0, 1.0], &[2.0, -2.0, 7.5, 0.1]).check(), Ok(()));
+    assert!(message(ogden(&[], &[])).starts_with("mu = 0: is the number of terms"));
+    assert!(message(ogden(&[1.0, 2.0], &[2.0])).starts_with("alpha = 1: is the number of exponents"));
+    assert!(message(ogden(&[1.0, 2.0], &[2.0, 0.0])).starts_with("alpha[1] = 0: must be a finite number"));
+    assert!(message(ogden(&[f64::INFINITY], &[2.0])).starts_with("mu[0] = inf: must be a finite number"));
+    assert!(message(ogden(&[1.0], &[-2.0])).starts_with("mu = -1: is the shear modulus"));
+    let arap = MaterialSpec::Arap(WithoutPoisson { young: 1e6, poisson: 0.3 });
+    assert!(message(arap).starts_with("poisson = 0.3: the model knows no Poisson effect"));
 }

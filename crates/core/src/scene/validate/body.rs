@@ -33,7 +33,11 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         && let Err(error) = material.check()
     {
         let path = path.key("elastic").key(material.name());
-        check.report(Problem::parameter(&path, error.field, error.value, error.problem));
+        let mut problem = Problem::parameter(&path, error.field, error.value, error.problem);
+        if let Some(index) = error.index {
+            problem.path = problem.path.index(index);
+        }
+        check.report(problem);
     }
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =

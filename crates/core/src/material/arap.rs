@@ -1,0 +1,92 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::parameters::check_positive;
+use super::spectrum::{Derivatives, Spectrum};
+use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters, Psd, Tangent};
+use crate::algebra::{Mat, signed_svd};
+use crate::scalar::Scalar;
+
+/// As rigid as possible: the squared distance from the nearest rotation.
+///
+/// With `F = R S`, `R` a rotation also where `det F < 0`, and `mu = E/2`:
+///
+/// ```text
+/// psi = mu |F - R|^2            [J/m^3]
+/// P   = 2 mu (F - R)            [Pa]
+/// ```
+///
+/// Corotated elasticity with `lambda = 0`, that is, of Poisson's ratio 0 and no other. Pushes an inverted body back; `P` jumps
+/// where `R` does.
+///
+/// Chao, Pinkall, Sanan and Schroeder, "A simple geometric model for elastic deformations", 2010; the name is from Sorkine and
+/// Alexa, "As-rigid-as-possible surface modeling", 2007.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arap {
+    mu: f64,
+}
+
+/// Isotropic elasticity of a model that has no Poisson effect.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WithoutPoisson {
+    /// Young's modulus E [Pa], positive.
+    pub young: f64,
+    /// Poisson's ratio; 0, which it is without this key too, is all that the model can do.
+    #[serde(default)]
+    pub poisson: f64,
+}
+
+impl Parameters for WithoutPoisson {
+    fn check(&self) -> Result<(), ParameterError> {
+        check_positive("young", self.young)?;
+        if self.poisson == 0.0 {
+            return Ok(());
+        }
+        let problem =
+            "the model knows no Poisson effect, so it must be 0; use `fixed-corotated` for any other";
+        Err(ParameterError::new("poisson", self.poisson, problem))
+    }
+
+    fn lame(&self) -> Option<Lame> {
+        Some(Lame::new(self.young, 0.0))
+    }
+
+    fn example() -> Self {
+        WithoutPoisson { young: 1e6, poisson: 0.0 }
+    }
+}
+
+impl Model for Arap {
+    type Parameters = WithoutPoisson;
+    const ABOUT: About = About {
+        summary: "As rigid as possible: corotated with Poisson's ratio 0, recovers from inversion.",
+        formula: "mu |F - R|^2, F = R S, mu = E/2",
+        source: "Chao, Pinkall, Sanan and Schroeder 2010",
+        domain: Domain::Everywhere,
+        frame_indifferent: true,
+        has_rest_shape: true,
+    };
+    fn new(parameters: &WithoutPoisson) -> Self {
+        Arap { mu: 0.5 * parameters.young }
+    }
+}
+
+impl<const D: usize> Material<D> for Arap {
+    #[inline(always)]
+    fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S {
+        S::splat(self.mu) * (*f - S::rotation(f)).norm_squared()
+    }
+
+    #[inline(always)]
+    fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
+        (*f - S::rotation(f)).scale(S::splat(2.0 * self.mu))
+    }
+
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+        let svd = signed_svd(f);
+        let a = Derivatives { first: self.mu, second: 0.0 };
+        let b = Derivatives { first: 0.0, second: 0.0 };
+        Spectrum::from_invariants(&svd.sigma, a, b).plus_trace(&svd.sigma, -2.0 * self.mu).tangent(&svd, psd)
+    }
+}

@@ -1,0 +1,17 @@
+//! What the models for `J > 0` have in common: where they end.
+
+use crate::scalar::Scalar;
+
+/// `J` where the model is defined, NaN elsewhere: what is computed with it can then not pass for a stress.
+#[inline(always)]
+pub(super) fn admissible<S: Scalar>(j: S) -> S {
+    S::select(j.lt(S::splat(f64::MIN_POSITIVE)), S::splat(f64::NAN) * j, j)
+}
+
+/// `psi` where the model is defined, `+inf` elsewhere; `stretch` is `F : F`.
+#[inline(always)]
+pub(super) fn infinite_outside<S: Scalar>(j: S, stretch: S, psi: S) -> S {
+    // Not a constant: its derivative must not be a plausible zero. NaN is neither inside nor outside and stays.
+    let outside = S::splat(f64::INFINITY) * (stretch + S::one());
+    S::select(j.lt(S::splat(f64::MIN_POSITIVE)), outside, psi)
+}
