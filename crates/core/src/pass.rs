@@ -73,11 +73,8 @@ impl Surroundings<'_> {
         let per_block = BLOCK * self.dimension;
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
             let start = i * per_block;
-            if let Some((from_x, from_v)) = from {
-                x.copy_from_slice(&from_x[start..start + x.len()]);
-                v.copy_from_slice(&from_v[start..start + v.len()]);
-            }
-            self.block(pass, start, x, v)
+            let range = start..start + x.len();
+            self.block(pass, start, from.map(|(x, v)| (&x[range.clone()], &v[range])), x, v)
         };
         let blocks = x.len().div_ceil(per_block);
         if blocks < 2 * TASK_BLOCKS || rayon::current_num_threads() == 1 {
@@ -90,14 +87,21 @@ impl Surroundings<'_> {
     }
 
     /// The rows of one block, from number `start` of the flat arrays on.
-    fn block(&self, pass: &Pass, start: usize, x: &mut [f64], v: &mut [f64]) -> Passed {
+    fn block(
+        &self,
+        pass: &Pass,
+        start: usize,
+        from: Option<(&[f64], &[f64])>,
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> Passed {
         let inverse_mass = &self.inverse_mass[start..start + x.len()];
         let mut gradient = [0.0; BLOCK_NUMBERS];
         let gradient = &mut gradient[..x.len()];
         if pass.kick != 0.0 {
             self.add_rows(start, gradient);
         }
-        let finite = dispatch(Update { pass, gradient, inverse_mass, x, v });
+        let finite = dispatch(Update { pass, gradient, inverse_mass, from, x, v });
         let mut put_back = false;
         if pass.walls {
             for wall in self.walls {
@@ -138,6 +142,8 @@ struct Update<'a> {
     pass: &'a Pass,
     gradient: &'a [f64],
     inverse_mass: &'a [f64],
+    /// Where the old rows are, if not in `x` and `v`.
+    from: Option<(&'a [f64], &'a [f64])>,
     x: &'a mut [f64],
     v: &'a mut [f64],
 }
@@ -169,15 +175,24 @@ impl Kernel for Update<'_> {
         let (ws, w_rest) = self.inverse_mass.as_chunks::<WIDTH>();
         // Zero times a finite number is zero, times anything else NaN.
         let mut sum = L::zero();
+        let from = self.from.map(|(x, v)| (x.as_chunks::<WIDTH>(), v.as_chunks::<WIDTH>()));
         for i in 0..xs.len().min(vs.len()).min(gs.len()).min(ws.len()) {
-            let (x, v) = update(&packs, L::load(&gs[i]), L::load(&ws[i]), L::load(&xs[i]), L::load(&vs[i]));
+            let (x, v) = match from {
+                Some(((x, _), (v, _))) => (&x[i], &v[i]),
+                None => (&xs[i], &vs[i]),
+            };
+            let (x, v) = update(&packs, L::load(&gs[i]), L::load(&ws[i]), L::load(x), L::load(v));
             x.store(&mut xs[i]);
             v.store(&mut vs[i]);
             sum += L::zero() * x + L::zero() * v;
         }
         let mut sum = sum.horizontal_sum();
         for i in 0..x_rest.len().min(v_rest.len()).min(g_rest.len()).min(w_rest.len()) {
-            let (x, v) = update(&numbers, g_rest[i], w_rest[i], x_rest[i], v_rest[i]);
+            let (x, v) = match from {
+                Some(((_, x), (_, v))) => (x[i], v[i]),
+                None => (x_rest[i], v_rest[i]),
+            };
+            let (x, v) = update(&numbers, g_rest[i], w_rest[i], x, v);
             (x_rest[i], v_rest[i]) = (x, v);
             sum += 0.0 * x + 0.0 * v;
         }

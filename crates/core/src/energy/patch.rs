@@ -10,8 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::integrator::all_finite;
-use crate::lanes::{Rows, WIDTH};
+use crate::lanes::{Kernel, Lanes, Rows, WIDTH, dispatch};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
 const PATCH_STENCILS: usize = 1024;
@@ -87,7 +86,33 @@ pub struct Patch {
     pub packs: Range<usize>,
     /// Its part of [`Patches::vertices`].
     pub vertices: Range<usize>,
+    /// Its part of `Patches::runs`.
+    runs: Range<usize>,
 }
+
+/// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its vertices in ascending
+/// order, so that neighbours in a well-numbered mesh mostly come in runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Run {
+    vertex: u32,
+    row: u32,
+    count: u32,
+}
+
+impl Run {
+    /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of `longest`.
+    fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = Run> {
+        let mut row = row as u32;
+        vertices.chunk_by(move |a, b| b - a == 1 && b % longest != 0).map(move |run| {
+            let count = run.len() as u32;
+            row += count;
+            Run { vertex: run[0], row: row - count, count }
+        })
+    }
+}
+
+/// Vertices that are added up in one go: runs end at multiples.
+const BLOCK: u32 = 128;
 
 /// Stencils of `N` vertices, grouped.
 #[derive(Clone, Debug)]
@@ -102,11 +127,12 @@ pub struct Patches<const N: usize> {
     pub vertices: Vec<u32>,
     /// Rows that each patch has in an array of sums: the largest number of vertices of any patch.
     pub stride: usize,
-    /// Global vertices that any stencil touches, ascending.
-    touched: Vec<u32>,
-    /// `rows[row_start[i]..row_start[i + 1]]` are the rows of sums of vertex `touched[i]`.
-    row_start: Vec<u32>,
-    rows: Vec<u32>,
+    /// Where the positions of each patch come from, rows counted within the patch.
+    runs: Vec<Run>,
+    /// Where the sums of each block of vertices come from, rows counted over all patches: those of block `i` are
+    /// `sum_runs[block_start[i]..block_start[i + 1]]`, in the order of the patches.
+    sum_runs: Vec<Run>,
+    block_start: Vec<u32>,
 }
 
 impl<const N: usize> Patches<N> {
@@ -119,9 +145,9 @@ impl<const N: usize> Patches<N> {
             stencil: vec![],
             vertices: vec![],
             stride: 0,
-            touched: vec![],
-            row_start: vec![],
-            rows: vec![],
+            runs: vec![],
+            sum_runs: vec![],
+            block_start: vec![],
         };
         // Which patch saw a vertex last, and as what.
         let mut seen = vec![(u32::MAX, 0u16); vertex_count];
@@ -129,7 +155,7 @@ impl<const N: usize> Patches<N> {
         while first < order.len() {
             first += patches.push_patch(stencils, &order[first..], Rows::<D>::CAPACITY, &mut seen);
         }
-        patches.link_rows(vertex_count);
+        patches.link_sums(vertex_count);
         patches
     }
 
@@ -184,30 +210,37 @@ impl<const N: usize> Patches<N> {
             self.stencil.push(stencil);
         }
         self.stride = self.stride.max(self.vertices.len() - row0);
-        self.patches.push(Patch { packs: pack0..self.index.len(), vertices: row0..self.vertices.len() });
+        let run0 = self.runs.len();
+        self.runs.extend(Run::of(&self.vertices[row0..], 0, u32::MAX));
+        self.patches.push(Patch {
+            packs: pack0..self.index.len(),
+            vertices: row0..self.vertices.len(),
+            runs: run0..self.runs.len(),
+        });
         count
     }
 
-    /// For every vertex, the rows that hold its sums, patch by patch.
-    fn link_rows(&mut self, vertex_count: usize) {
-        let mut count = vec![0u32; vertex_count + 1];
-        for &v in &self.vertices {
-            count[v as usize + 1] += 1;
-        }
-        self.touched = (0..vertex_count as u32).filter(|&v| count[v as usize + 1] > 0).collect();
-        for v in 0..vertex_count {
-            count[v + 1] += count[v];
-        }
-        self.rows = vec![0; self.vertices.len()];
-        let mut next = count.clone();
-        for (id, patch) in self.patches.iter().enumerate() {
-            for (local, &v) in self.vertices[patch.vertices.clone()].iter().enumerate() {
-                self.rows[next[v as usize] as usize] = (id * self.stride + local) as u32;
-                next[v as usize] += 1;
+    /// For every block of vertices, the rows that hold its sums, patch by patch.
+    fn link_sums(&mut self, vertex_count: usize) {
+        let mut start = vec![0u32; vertex_count.div_ceil(BLOCK as usize) + 1];
+        let runs = |patches: &Self, visit: &mut dyn FnMut(Run)| {
+            for (id, patch) in patches.patches.iter().enumerate() {
+                let vertices = &patches.vertices[patch.vertices.clone()];
+                Run::of(vertices, id * patches.stride, BLOCK).for_each(&mut *visit);
             }
+        };
+        let block = |run: Run| (run.vertex / BLOCK) as usize;
+        runs(self, &mut |run| start[block(run) + 1] += 1);
+        for i in 1..start.len() {
+            start[i] += start[i - 1];
         }
-        self.row_start = self.touched.iter().map(|&v| count[v as usize]).collect();
-        self.row_start.push(self.vertices.len() as u32);
+        let mut next = start.clone();
+        let mut sum_runs = vec![Run { vertex: 0, row: 0, count: 0 }; start.last().map_or(0, |n| *n as usize)];
+        runs(self, &mut |run| {
+            sum_runs[next[block(run)] as usize] = run;
+            next[block(run)] += 1;
+        });
+        (self.sum_runs, self.block_start) = (sum_runs, start);
     }
 
     /// Numbers that a patch has in an array of sums.
@@ -227,16 +260,15 @@ impl<const N: usize> Patches<N> {
         let Workspace { scratch, sums, .. } = workspace;
         let finite = AtomicBool::new(true);
         self.for_each(scratch, sums, self.per_patch::<D>(), |patch, scratch, out| {
-            let vertices = &self.vertices[patch.vertices.clone()];
-            scratch.position.load_vertices(x, vertices);
+            self.load(patch, x, &mut scratch.position);
             if let Some(direction) = direction {
-                scratch.direction.load_vertices(direction, vertices);
+                self.load(patch, direction, &mut scratch.direction);
             }
-            scratch.gradient.clear(vertices.len());
+            let rows = patch.vertices.len();
+            scratch.gradient.clear(rows);
             kernel(patch, scratch);
-            let rows = &scratch.gradient.as_slice()[..vertices.len() * Rows::<D>::STRIDE];
-            out[..rows.len()].copy_from_slice(rows);
-            if !all_finite(rows) {
+            let from = &scratch.gradient.as_slice()[..rows * Rows::<D>::STRIDE];
+            if !dispatch(Export { from, to: &mut out[..from.len()] }) {
                 finite.store(false, Ordering::Relaxed);
             }
         });
@@ -246,18 +278,32 @@ impl<const N: usize> Patches<N> {
     /// Adds rows of the gradient last evaluated to `g`, as many as it has, from vertex `first` on: for each vertex the rows
     /// of the patches that touch it, in the order of the patches.
     pub fn add_rows<const D: usize>(&self, workspace: &Workspace<D>, first: usize, g: &mut [f64]) {
-        let start = self.touched.partition_point(|&v| (v as usize) < first);
-        let (g, _) = g.as_chunks_mut::<D>();
-        for (i, &v) in self.touched.iter().enumerate().skip(start) {
-            let Some(out) = g.get_mut(v as usize - first) else { break };
-            let mut sum = *out;
-            for &row in &self.rows[self.row_start[i] as usize..self.row_start[i + 1] as usize] {
-                let row = &workspace.sums[row as usize * Rows::<D>::STRIDE..][..D];
+        let end = first + g.len() / D;
+        let blocks = first / BLOCK as usize..end.div_ceil(BLOCK as usize).min(self.block_start.len() - 1);
+        let runs = &self.sum_runs[self.block_start[blocks.start] as usize
+            ..self.block_start[blocks.end.max(blocks.start)] as usize];
+        for run in runs {
+            // What lies outside of the rows asked for is left out.
+            let skipped = first.saturating_sub(run.vertex as usize);
+            let vertex = run.vertex as usize + skipped;
+            let count = (run.count as usize).saturating_sub(skipped).min(end.saturating_sub(vertex));
+            if count == 0 {
+                continue;
+            }
+            let rows = &workspace.sums[(run.row as usize + skipped) * Rows::<D>::STRIDE..];
+            let out = g[(vertex - first) * D..][..count * D].as_chunks_mut::<D>().0;
+            for (out, row) in out.iter_mut().zip(rows.chunks_exact(Rows::<D>::STRIDE)) {
                 for c in 0..D {
-                    sum[c] += row[c];
+                    out[c] += row[c];
                 }
             }
-            *out = sum;
+        }
+    }
+
+    /// Copies the rows of the vertices of `patch` from a flat array.
+    fn load<const D: usize>(&self, patch: &Patch, x: &[f64], rows: &mut Rows<D>) {
+        for run in &self.runs[patch.runs.clone()] {
+            rows.load(run.row as usize, &x[run.vertex as usize * D..][..run.count as usize * D]);
         }
     }
 
@@ -283,7 +329,7 @@ impl<const N: usize> Patches<N> {
         kernel: impl Fn(&Patch, &mut Scratch<D>) -> R + Sync + Send,
     ) {
         self.for_each(&mut workspace.scratch, out, 1, |patch, scratch, out| {
-            scratch.position.load_vertices(x, &self.vertices[patch.vertices.clone()]);
+            self.load(patch, x, &mut scratch.position);
             out[0] = kernel(patch, scratch);
         });
     }
@@ -333,6 +379,36 @@ impl<const N: usize> Patches<N> {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.index.len() * (size_of::<PackIndex<N>>() + size_of::<[Option<u32>; WIDTH]>())
-            + 4 * (self.vertices.len() + self.row_start.len() + self.rows.len() + self.touched.len())
+            + 4 * (self.vertices.len() + self.block_start.len())
+            + size_of::<Run>() * (self.runs.len() + self.sum_runs.len())
+    }
+}
+
+/// Copies numbers; gives whether all are finite.
+struct Export<'a> {
+    from: &'a [f64],
+    to: &'a mut [f64],
+}
+
+impl Kernel for Export<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let (from, from_rest) = self.from.as_chunks::<WIDTH>();
+        let (to, to_rest) = self.to.as_chunks_mut::<WIDTH>();
+        // Zero times a finite number is zero, times anything else NaN.
+        let mut sum = L::zero();
+        for (from, to) in from.iter().zip(to) {
+            let numbers = L::load(from);
+            numbers.store(to);
+            sum = L::zero().mul_add(numbers, sum);
+        }
+        let mut sum = sum.horizontal_sum();
+        for (from, to) in from_rest.iter().zip(to_rest) {
+            *to = *from;
+            sum += 0.0 * from;
+        }
+        sum == 0.0
     }
 }

@@ -170,6 +170,20 @@ impl<const D: usize> RowSlice<D> {
         }
     }
 
+    /// Overwrites the rows from `first` on with the points of a flat array of shape `(n, D)`.
+    ///
+    /// # Panics
+    /// If there are more points than rows.
+    #[inline(always)]
+    pub fn load(&mut self, first: usize, points: &[f64]) {
+        let (points, _) = points.as_chunks::<D>();
+        let rows =
+            self.0[first * Self::STRIDE..][..points.len() * Self::STRIDE].chunks_exact_mut(Self::STRIDE);
+        for (row, point) in rows.zip(points) {
+            row[..D].copy_from_slice(point);
+        }
+    }
+
     /// The buffer as it lies in memory, [`Rows::STRIDE`] numbers per row.
     #[inline(always)]
     pub fn as_slice(&self) -> &[f64] {
