@@ -4,7 +4,6 @@ mod bench;
 mod commands;
 mod export;
 mod failures;
-mod reference;
 mod run;
 mod scenes;
 mod signals;

@@ -1,7 +1,6 @@
 //! Time integrators against closed forms and high-precision solutions.
 
 mod chain;
-mod gravity_over_time;
 mod kepler;
 mod orders;
 mod oscillator;

@@ -6,4 +6,5 @@ mod column;
 mod invariance;
 mod modes;
 mod patch;
+mod plane_stress;
 mod spin;

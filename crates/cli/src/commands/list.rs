@@ -51,6 +51,12 @@ impl Item {
         Item { name: name.to_owned(), summary: summary.to_owned(), facts, value }
     }
 
+    /// The names of its facts, those that may be left out marked.
+    fn keys(&self) -> Vec<String> {
+        let mark = |about: &str| if about.ends_with("(optional)") { " (optional)" } else { "" };
+        self.facts.iter().map(|(key, about)| format!("{key}{}", mark(about))).collect()
+    }
+
     fn describe(&self, width: usize) -> String {
         let mut out = format!("  {}\n{}", self.name, wrap(&self.summary, 4, width));
         for (name, fact) in &self.facts {
@@ -66,7 +72,13 @@ fn items(family: Family) -> (&'static str, Vec<Item>) {
             "integrators",
             IntegratorSpec::ALL.iter().map(|i| integrator(&i.method().documentation)).collect(),
         ),
-        Family::Materials => ("materials", MaterialSpec::examples().iter().map(material).collect()),
+        Family::Materials => {
+            let tables = choices("MaterialSpec");
+            let keys =
+                |name: &str| tables.iter().find(|t| t.name == name).map(Item::keys).unwrap_or_default();
+            let specs = MaterialSpec::examples();
+            ("materials", specs.iter().map(|spec| material(spec, &keys(spec.name()))).collect())
+        }
         Family::Elements => ("elements", ELEMENTS.iter().map(element).collect()),
         Family::Meshes => ("meshes", choices("MeshSpec")),
         Family::Channels => ("channels", choices("Channel")),
@@ -91,7 +103,8 @@ fn integrator(about: &Documentation) -> Item {
     Item::new(about.name, about.summary, facts, json!(about))
 }
 
-fn material(material: &MaterialSpec) -> Item {
+/// `parameters` are the keys that the material takes in a scene.
+fn material(material: &MaterialSpec, parameters: &[String]) -> Item {
     let About { summary, formula, source, domain, frame_indifferent, has_rest_shape } = material.about();
     let defined = match domain {
         Domain::Everywhere => "for every deformation, inverted elements included",
@@ -105,11 +118,8 @@ fn material(material: &MaterialSpec) -> Item {
         facts.push(("rest shape", "none: there is stress at F = I".to_owned()));
     }
     facts.push(("source", source.to_owned()));
-    // The parameters of the example are the keys that the material takes in a scene.
+    facts.insert(0, ("parameters", parameters.join(", ")));
     let example = json!(material)[material.name()].clone();
-    if let Some(parameters) = example.as_object() {
-        facts.insert(0, ("parameters", parameters.keys().cloned().collect::<Vec<_>>().join(", ")));
-    }
     let mut value = json!(material.about());
     value["name"] = json!(material.name());
     value["example"] = example;

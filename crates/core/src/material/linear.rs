@@ -1,4 +1,9 @@
-use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    About, Domain, Isotropic, Lame, Material, Model, ParameterError, Parameters, Plane, Psd, Tangent,
+};
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
@@ -15,14 +20,71 @@ use crate::scalar::Scalar;
 /// body that rotates by a large angle swells. Under a plane rotation by `theta`, `P = 2 (mu + lambda) (cos theta - 1) I`
 /// in 2D.
 ///
+/// In plane stress (2D, `plane = "stress"`) the thickness is free to change, `sigma_33 = 0`: in the plane that is the same with
+/// `lambda* = 2 lambda mu / (lambda + 2 mu)` for `lambda`, and `eps_33 = -lambda / (lambda + 2 mu) (eps_11 + eps_22)`.
+///
 /// Sifakis and Barbic, "FEM simulation of 3D deformable solids", SIGGRAPH course, 2012, part one, section 3.2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linear {
     lame: Lame,
+    /// `lambda` in two dimensions.
+    plane_lambda: f64,
+    /// `eps_33 / (eps_11 + eps_22)` in two dimensions.
+    contraction: f64,
+}
+
+impl Linear {
+    #[inline(always)]
+    fn lambda<const D: usize>(&self) -> f64 {
+        if D == 2 { self.plane_lambda } else { self.lame.lambda }
+    }
+}
+
+/// Isotropic elasticity that in two dimensions may be in plane stress.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneIsotropic {
+    /// Young's modulus E [Pa], positive.
+    pub young: f64,
+    /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D.
+    pub poisson: f64,
+    /// What happens across the plane, in 2D only; plane strain without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane: Option<Plane>,
+}
+
+impl From<Isotropic> for PlaneIsotropic {
+    fn from(solid: Isotropic) -> Self {
+        PlaneIsotropic { young: solid.young, poisson: solid.poisson, plane: None }
+    }
+}
+
+impl PlaneIsotropic {
+    fn solid(&self) -> Isotropic {
+        Isotropic { young: self.young, poisson: self.poisson }
+    }
+}
+
+impl Parameters for PlaneIsotropic {
+    fn check(&self) -> Result<(), ParameterError> {
+        self.solid().check()
+    }
+
+    fn lame(&self) -> Option<Lame> {
+        Some(self.solid().lame())
+    }
+
+    fn plane(&self) -> Option<Plane> {
+        self.plane
+    }
+
+    fn example() -> Self {
+        Isotropic::example().into()
+    }
 }
 
 impl Model for Linear {
-    type Parameters = Isotropic;
+    type Parameters = PlaneIsotropic;
     const ABOUT: About = About {
         summary: "Small-strain linear elasticity: exact for vibrations, wrong for large rotations.",
         formula: "mu eps:eps + lambda/2 tr(eps)^2, eps = (F + F^T)/2 - I",
@@ -31,8 +93,17 @@ impl Model for Linear {
         frame_indifferent: false,
         has_rest_shape: true,
     };
-    fn new(parameters: &Isotropic) -> Self {
-        Linear { lame: parameters.lame() }
+    fn new(parameters: &PlaneIsotropic) -> Self {
+        let lame = parameters.solid().lame();
+        let Lame { lambda, mu } = lame;
+        match parameters.plane {
+            None | Some(Plane::Strain) => Linear { lame, plane_lambda: lambda, contraction: 0.0 },
+            Some(Plane::Stress) => {
+                let longitudinal = lambda + 2.0 * mu;
+                let plane_lambda = 2.0 * lambda * mu / longitudinal;
+                Linear { lame, plane_lambda, contraction: -lambda / longitudinal }
+            }
+        }
     }
 }
 
@@ -42,13 +113,13 @@ impl<const D: usize> Material<D> for Linear {
         let strain = f.symmetric() - Mat::identity();
         let trace = strain.trace();
         S::splat(self.lame.mu)
-            .mul_add(strain.norm_squared(), S::splat(0.5 * self.lame.lambda) * trace * trace)
+            .mul_add(strain.norm_squared(), S::splat(0.5 * self.lambda::<D>()) * trace * trace)
     }
 
     #[inline(always)]
     fn pk1<S: Scalar>(&self, f: &Mat<S, D>) -> Mat<S, D> {
         let strain = f.symmetric() - Mat::identity();
-        let pressure = S::splat(self.lame.lambda) * strain.trace();
+        let pressure = S::splat(self.lambda::<D>()) * strain.trace();
         strain.scale_add(S::splat(2.0 * self.lame.mu), &Mat::scalar(pressure))
     }
 
@@ -59,9 +130,12 @@ impl<const D: usize> Material<D> for Linear {
             for j in 0..D {
                 t.0[i][j][i][j] += self.lame.mu;
                 t.0[i][j][j][i] += self.lame.mu;
-                t.0[i][i][j][j] += self.lame.lambda;
+                t.0[i][i][j][j] += self.lambda::<D>();
             }
         }
         t
+    }
+    fn out_of_plane_stretch(&self, f: &Mat<f64, D>) -> f64 {
+        if D == 2 { (f.trace() - 2.0).mul_add(self.contraction, 1.0) } else { 1.0 }
     }
 }

@@ -9,9 +9,10 @@ mod stretches;
 
 pub use arap::WithoutPoisson;
 pub use autodiff::autodiff_stress;
+pub use linear::PlaneIsotropic;
 pub use mooney_rivlin::TwoConstants;
 pub use ogden::OgdenTerms;
-pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Stiffness};
+pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Plane, Stiffness};
 pub use registry::{About, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, InvariantDerivatives, Spectrum};
 pub use stretches::Stretches;
@@ -105,12 +106,17 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
     fn domain(&self) -> Domain {
         Domain::Everywhere
     }
+
+    /// The stretch `F_33` of a model in two dimensions; 1 in plane strain and in 3D.
+    fn out_of_plane_stretch(&self, _: &Mat<f64, D>) -> f64 {
+        1.0
+    }
 }
 
 // One line per model: its name in a scene, its file, its type, the type of its parameters. `rustfmt` does not look for
 // modules behind a macro, so format new files with `rustfmt --edition 2024 FILE`.
 register_materials! {
-    "linear" => linear::Linear(Isotropic);
+    "linear" => linear::Linear(PlaneIsotropic);
     "stvk" => stvk::Stvk(Isotropic);
     "corotated" => corotated::Corotated(Isotropic);
     "fixed-corotated" => fixed_corotated::FixedCorotated(Isotropic);

@@ -3,8 +3,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{As, Pressure};
-
 /// A parameter has a value that no material has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field}{} = {value}: {problem}", index.map_or_else(String::new, |index| format!("[{index}]")))]
@@ -43,10 +41,25 @@ pub trait Parameters {
     /// not meant to reduce to it.
     fn lame(&self) -> Option<Lame>;
 
+    /// What the parameters say of the plane in two dimensions, if they have a say.
+    fn plane(&self) -> Option<Plane> {
+        None
+    }
+
     /// Sensible values, for lists, documentation and tests.
     fn example() -> Self
     where
         Self: Sized;
+}
+
+/// What a body in two dimensions is a section of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Plane {
+    /// Of something long, whose ends are held: no strain out of the plane.
+    Strain,
+    /// Of a thin sheet, whose faces are free: no stress out of the plane.
+    Stress,
 }
 
 /// Lame parameters [Pa] of isotropic linear elasticity, `sigma = 2 mu eps + lambda tr(eps) I`.
@@ -79,7 +92,6 @@ impl Lame {
 #[serde(deny_unknown_fields)]
 pub struct Isotropic {
     /// Young's modulus E [Pa], positive.
-    #[serde(with = "As::<Pressure>")]
     pub young: f64,
     /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain.
     pub poisson: f64,
@@ -112,7 +124,6 @@ impl Parameters for Isotropic {
 #[serde(deny_unknown_fields)]
 pub struct Stiffness {
     /// Stiffness k [Pa], positive.
-    #[serde(with = "As::<Pressure>")]
     pub stiffness: f64,
 }
 

@@ -81,6 +81,11 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => parameters.check(),)+ }
             }
 
+            /// Plane strain or plane stress, where the scene says which.
+            pub fn plane(&self) -> Option<Plane> {
+                match self { $(Self::$model(parameters) => parameters.plane(),)+ }
+            }
+
             /// Calls `visitor` with the model itself, so that what it builds is compiled for that model.
             pub fn visit<const D: usize, V: MaterialVisitor<D>>(&self, visitor: V) -> V::Output {
                 match self { $(Self::$model(parameters) => visitor.visit($model::new(parameters)),)+ }

@@ -21,7 +21,6 @@ mod source;
 mod suggest;
 #[cfg(test)]
 mod tests;
-mod text;
 mod validate;
 
 use std::path::{Path, PathBuf};

@@ -96,9 +96,7 @@ impl Source {
             let span = match (problem.span.clone(), &document) {
                 (Some(span), _) => Some(span),
                 (None, Some(document)) => {
-                    let (path, inside) = (&problem.path, problem.inside.clone());
-                    let span = document::locate(&self.text, document.get_ref(), path, problem.underline);
-                    Some(document::inside(&self.text, span, inside))
+                    Some(document::locate(&self.text, document.get_ref(), &problem.path, problem.underline))
                 }
                 (None, None) => None,
             };

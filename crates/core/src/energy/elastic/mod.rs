@@ -143,10 +143,13 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
             .elements()
             .map(|(element, vertices, inverse_rest, _)| {
                 let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
-                // In plane strain the third axis is neither stretched nor turned, but carries stress.
+                // In plane strain the third axis is neither stretched nor turned, but carries stress; in plane stress it is stretched.
                 let mut in_space = Mat::<f64, 3>::identity();
                 for i in 0..D {
                     in_space[i][..D].copy_from_slice(&f[i]);
+                }
+                if D == 2 {
+                    in_space[2][2] = self.material.out_of_plane_stretch(&f);
                 }
                 let first_piola = Material::<3>::pk1(&self.material, &in_space);
                 (element, ElementState { deformation_gradient: in_space, first_piola })

@@ -3,10 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{MeshSpec, OneOrMany, RepeatSpec, TransformSpec, Wall};
 use crate::material::MaterialSpec;
-use crate::quantity::Quantity;
 
 /// One body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,14 +60,14 @@ pub enum Stress {
 #[serde(deny_unknown_fields)]
 pub struct Springs {
     /// Spring constant `k` [N/m]: one for all or one per edge.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Stiffness>>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<OneOrMany>,
     /// `Y` with `k = Y l0` [N/m^2], as the lecture's program has it.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young: Option<f64>,
     /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Length>>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest_length: Option<OneOrMany>,
 }
 
@@ -79,19 +77,11 @@ pub struct Springs {
 pub enum MassSpec {
     /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; springs without cells: kg/m of edge): each element gives
     /// an equal share to its vertices.
-    Density(
-        #[serde(with = "As::<Density>")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        Quantity,
-    ),
+    Density(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
     /// Mass of each vertex [kg]: one number for all or a list.
-    PerVertex(#[serde(with = "As::<OneOrManyOf<Mass>>")] OneOrMany),
+    PerVertex(OneOrMany),
     /// Total mass [kg], shared equally between the vertices.
-    Total(
-        #[serde(with = "As::<Mass>")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        f64,
-    ),
+    Total(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
 }
 
 /// A set of vertices of a body, by their rest positions.
@@ -113,11 +103,9 @@ pub enum Selection {
 #[serde(deny_unknown_fields)]
 pub struct BoxSelection {
     /// Lower corner [m].
-    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub min: Vec<f64>,
     /// Upper corner [m].
-    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub max: Vec<f64>,
 }
@@ -129,9 +117,9 @@ pub enum PositionSpec {
     /// `x = centre + matrix (X - centre) + translation`, pinned vertices included.
     Affine(AffinePosition),
     /// One point per vertex [m].
-    PerVertex(#[serde(with = "As::<Vec<Vec<Length>>>")] Vec<Vec<f64>>),
+    PerVertex(Vec<Vec<f64>>),
     /// One displacement from the rest position per vertex [m].
-    Displacement(#[serde(with = "As::<Vec<Vec<Length>>>")] Vec<Vec<f64>>),
+    Displacement(Vec<Vec<f64>>),
 }
 
 /// A uniform deformation of the rest shape.
@@ -142,10 +130,10 @@ pub struct AffinePosition {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// The point that `matrix` leaves where it is [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre: Option<Vec<f64>>,
     /// Then moved by this [m].
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub translation: Option<Vec<f64>>,
 }
 
@@ -156,7 +144,7 @@ pub enum VelocitySpec {
     /// `v = linear + angular x (X - centre of mass)`.
     Rigid(RigidVelocity),
     /// One vector per vertex [m/s].
-    PerVertex(#[serde(with = "As::<Vec<Vec<Velocity>>>")] Vec<Vec<f64>>),
+    PerVertex(Vec<Vec<f64>>),
     /// Tangential speed [m/s] about `centre` in the x-y plane, counter-clockwise, the same at every radius.
     Tangential(TangentialVelocity),
 }
@@ -166,15 +154,11 @@ pub enum VelocitySpec {
 #[serde(deny_unknown_fields)]
 pub struct RigidVelocity {
     /// Velocity of the centre of mass [m/s].
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Velocity>>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 2, max = 3))]
     pub linear: Option<Vec<f64>>,
     /// Angular velocity [rad/s]: one number in 2D (counter-clockwise), three in 3D.
-    #[serde(
-        default,
-        skip_serializing_if = "Option::is_none",
-        with = "As::<Option<OneOrManyOf<AngularVelocity>>>"
-    )]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angular: Option<OneOrMany>,
 }
 
@@ -183,10 +167,9 @@ pub struct RigidVelocity {
 #[serde(deny_unknown_fields)]
 pub struct TangentialVelocity {
     /// Speed [m/s].
-    #[serde(with = "As::<Velocity>")]
     pub speed: f64,
     /// Centre [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 2, max = 3))]
     pub centre: Option<Vec<f64>>,
 }

@@ -5,7 +5,6 @@ mod parse;
 mod picture;
 mod semantic;
 mod shapes;
-mod units;
 mod whole;
 
 use super::{Problem, Scene, SceneError, Source};

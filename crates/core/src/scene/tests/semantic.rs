@@ -374,4 +374,14 @@ fn materials() {
         briefly(&error(&changed(&format!("springs = {SPRINGS}"), "elastic = \"corotated\""))),
         ["14:11 body.0.elastic.corotated.young: missing field `young` in `corotated`"]
     );
+    let rubber = "elastic = { ogden = { poisson = 0.45, mu = [1e5, 2e3], alpha = [2.0, 0.0] } }";
+    assert_eq!(
+        briefly(&error(&changed(&format!("springs = {SPRINGS}"), rubber))),
+        ["14:70 body.0.elastic.ogden.alpha.1: `alpha` = 0.0: must be a finite number that is not zero"]
+    );
+    let sheet = "elastic = { linear = { young = 1e5, poisson = 0.3, plane = \"stress\" } }";
+    let sheet = changed(&format!("springs = {SPRINGS}"), sheet);
+    assert!(read(&sheet).is_ok());
+    let mistyped = error(&sheet.replace("\"stress\"", "\"stres\""));
+    assert_eq!(mistyped.problems()[0].help[0], "did you mean `stress`?");
 }

@@ -39,6 +39,15 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         }
         check.report(problem);
     }
+    if let Some(material) = &body.elastic
+        && material.plane().is_some()
+        && dimension == Some(3)
+    {
+        let path = path.key("elastic").key(material.name()).key("plane");
+        let problem =
+            Problem::semantic(path, "`plane` is for scenes of two dimensions, and `dimension` is 3");
+        check.report(problem.with_help("remove `plane`"));
+    }
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =
             Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");
@@ -177,7 +186,7 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
                 (true, Some(2)) => "kg/m^2",
                 (true, _) => "kg/m^3",
             };
-            check.number(&path, density.value, Sign::Positive, unit);
+            check.number(&path, *density, Sign::Positive, unit);
             if !has.edges {
                 let message =
                     format!("`density` fills cells and edges, and this {} has none", body.mesh.name());
