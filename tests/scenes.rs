@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use pliant::assembly::{Assembly, UnstableStep};
 use pliant::run::{Outcome, Plan, Summary, run};
-use pliant::scene::Scene;
+use pliant::scene::{OverTime, Scene};
 use pliant::simulation::StepError;
 
 fn folder() -> PathBuf {
@@ -132,6 +132,35 @@ fn the_bunny_meets_the_wall() {
     let rightmost = assembly.simulation.state().x().chunks(3).map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max);
     assert!((0.499..=0.5 + 1e-12).contains(&rightmost), "{rightmost}");
     assert!(summary.end.elastic > 0.05 * summary.start.kinetic, "it is flattened: {} J", summary.end.elastic);
+}
+
+// All of the weight at once would swing the beam to nearly twice its depth at rest.
+#[test]
+fn weight_that_comes_on_slowly_hardly_swings() {
+    let lowest = |scene: Scene| {
+        let mut simulation = scene.assemble(UnstableStep::Refuse).unwrap().simulation;
+        let tip = simulation.positions().len() - 1;
+        let start = simulation.positions()[tip];
+        let mut sunk = vec![];
+        for _ in 0..30_000 {
+            simulation.step().unwrap();
+            sunk.push(start - simulation.positions()[tip]);
+        }
+        let deepest = sunk.iter().copied().fold(0.0, f64::max);
+        // The last second, in which the weight does not change any more.
+        let rest = &sunk[20_000..];
+        let (low, high) = rest.iter().fold((f64::MAX, f64::MIN), |(l, h), s| (l.min(*s), h.max(*s)));
+        (deepest, 0.5 * (low + high), high - low)
+    };
+    let slow = Scene::from_path(folder().join("settling_beam_2d.toml")).unwrap();
+    let mut sudden = slow.clone();
+    sudden.world.gravity = Some(vec![OverTime::Constant(0.0), OverTime::Constant(-9.81)]);
+    let (deepest, rest, swing) = lowest(slow);
+    // The second derivative of the weight jumps by 6/T^2 of it at both ends of the ramp of T = 2 s. That leaves a swing of up to
+    // 4 * 6 / (omega T)^2 from lowest to highest: 1 % for the slowest motion of this beam, about 25 rad/s.
+    assert!(swing < 0.015 * rest && deepest < 1.015 * rest, "{deepest} {rest} {swing}");
+    let (deepest, ..) = lowest(sudden);
+    assert!(deepest > 1.7 * rest, "{deepest} {rest}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Time integrators against closed forms and high-precision solutions.
 
 mod chain;
+mod gravity_over_time;
 mod kepler;
 mod orders;
 mod oscillator;

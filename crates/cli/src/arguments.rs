@@ -75,8 +75,8 @@ pub(crate) enum Command {
     Recover(RecoverArguments),
     /// Write frames of a recording for ParaView, PyVista or meshio (.vtu), or as surfaces (.obj)
     Export(ExportArguments),
-    /// Print the JSON schema of scenes, for editors
-    Schema,
+    /// Print the format of scenes: the JSON schema for editors, or a page to read
+    Schema(SchemaArguments),
     /// Measure how fast this machine takes steps
     Bench(BenchArguments),
 }
@@ -240,6 +240,23 @@ pub(crate) struct BenchArguments {
     /// The smallest size of each row, briefly: a first look
     #[arg(long)]
     pub(crate) quick: bool,
+}
+
+/// `pliant schema`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct SchemaArguments {
+    /// json: the JSON schema; markdown: the reference page
+    #[arg(long, value_name = "FORMAT", default_value = "json", hide_possible_values = true)]
+    pub(crate) format: SchemaFormat,
+}
+
+/// How the format of scenes is printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SchemaFormat {
+    /// JSON schema
+    Json,
+    /// Reference page
+    Markdown,
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

@@ -46,6 +46,7 @@ pub mod element;
 pub mod energy;
 #[cfg(feature = "mcap")]
 pub mod export;
+pub mod expression;
 pub mod integrator;
 pub mod lanes;
 pub mod material;
@@ -53,6 +54,7 @@ pub mod mesh;
 pub mod numbering;
 pub mod observer;
 mod pass;
+pub mod quantity;
 #[cfg(feature = "mcap")]
 pub mod record;
 pub mod run;

@@ -125,7 +125,7 @@ pub trait Real: Scalar {
     fn split(self) -> (Self, Self);
     /// `2^self` for an integer `self` in `-1022..=1023`; meaningless, but harmless, elsewhere.
     fn power_of_two(self) -> Self;
-    /// `1 / sqrt(self)` to 3.5 % for positive, normal `self`, from its bits alone; see [`INVERSE_SQRT_BITS`].
+    /// `1 / sqrt(self)` to 3.5 % for positive, normal `self`, from its bits alone.
     ///
     /// Zero gives a large finite number, everything else something harmless.
     fn inverse_sqrt_seed(self) -> Self;

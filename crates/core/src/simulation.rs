@@ -127,23 +127,24 @@ impl Simulation {
     /// [`StepError::NotFinite`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
-        self.ensure_force()?;
+        self.ensure_force(self.state.time)?;
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
             return Err(self.not_finite(fault));
         }
-        if let Err(error) = self.ensure_force() {
+        // A product, not a sum: no rounding accumulates.
+        let time = (self.state.step + 1) as f64 * h;
+        if let Err(error) = self.ensure_force(time) {
             self.integrator.undo(&mut self.state);
             return Err(error);
         }
         self.state.step += 1;
-        // A product, not a sum: no rounding accumulates.
-        self.state.time = self.state.step as f64 * h;
+        self.state.time = time;
         Ok(())
     }
 
-    /// Computes the force at the present positions, unless it is known.
-    fn ensure_force(&mut self) -> Result<(), StepError> {
-        if self.state.ensure_force(&mut self.system) {
+    /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
+    fn ensure_force(&mut self, time: f64) -> Result<(), StepError> {
+        if self.state.ensure_force(&mut self.system, time) {
             return Ok(());
         }
         Err(self.not_finite_here())

@@ -46,9 +46,11 @@ impl State {
         &mut self.v
     }
 
-    /// Evaluates the force at the present positions, unless `system` still holds it; false where it is not finite.
-    pub(crate) fn ensure_force(&mut self, system: &mut System) -> bool {
+    /// Evaluates the force at the present positions, whose time is `time` [s], unless `system` still holds it; false where it
+    /// is not finite.
+    pub(crate) fn ensure_force(&mut self, system: &mut System, time: f64) -> bool {
         if !system.holds(self.force) {
+            system.set_time(time);
             self.force = system.evaluate(&self.x).unwrap_or(ForceId::NONE);
         }
         self.force != ForceId::NONE

@@ -1,4 +1,4 @@
-//! The equations of motion `M x'' = -dE/dx`: masses, energy terms, constraints.
+//! The equations of motion `M x'' = -dE/dx`, `E` a function of `x` and maybe of time: masses, energy terms, constraints.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -13,6 +13,8 @@ pub struct System {
     /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: Vec<f64>,
     terms: Vec<Box<dyn EnergyTerm>>,
+    /// Whether any term changes with time.
+    changes_with_time: bool,
     walls: Vec<Wall>,
     ether_drag: f64,
     /// The force that the terms hold.
@@ -42,6 +44,7 @@ impl System {
             dimension,
             mass,
             terms: vec![],
+            changes_with_time: false,
             walls: vec![],
             ether_drag: 0.0,
             force: ForceId::NONE,
@@ -52,6 +55,7 @@ impl System {
     /// Adds a potential.
     pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) {
         self.force = ForceId::NONE;
+        self.changes_with_time |= term.changes_with_time();
         self.terms.push(term);
     }
 
@@ -126,6 +130,21 @@ impl System {
     pub fn kinetic(&self, v: &[f64]) -> f64 {
         let speeds = v.chunks_exact(self.dimension).map(|v| v.iter().map(|c| c * c).sum::<f64>());
         speeds.zip(&self.mass).map(|(v2, m)| 0.5 * m * v2).sum()
+    }
+
+    /// Whether the potentials depend on time: energy is then not conserved.
+    pub fn changes_with_time(&self) -> bool {
+        self.changes_with_time
+    }
+
+    /// Says what time it is [s] to the potentials that depend on it. The force last evaluated stays as it is.
+    pub fn set_time(&mut self, time: f64) {
+        if self.changes_with_time {
+            self.terms
+                .iter_mut()
+                .filter(|term| term.changes_with_time())
+                .for_each(|term| term.set_time(time));
+        }
     }
 
     /// Evaluates the force at `x`; the terms hold it until the next evaluation. `None` where it is not finite, pinned

@@ -32,7 +32,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
-        Command::Schema => schema::execute(terminal),
+        Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))

@@ -1,11 +1,19 @@
-//! `pliant schema`: the JSON schema of scenes.
+//! `pliant schema`: the format of scenes, for editors and for people.
+
+mod reference;
 
 use pliant::scene;
 
+use crate::arguments::{SchemaArguments, SchemaFormat};
 use crate::failure::{Failure, Status};
 use crate::terminal::Terminal;
 
-pub(crate) fn execute(terminal: Terminal) -> Result<Status, Failure> {
-    terminal.print(&format!("{:#}", scene::schema().as_value()))?;
+pub(crate) fn execute(arguments: &SchemaArguments, terminal: Terminal) -> Result<Status, Failure> {
+    let schema = scene::schema();
+    match arguments.format {
+        // One JSON document is what `--json` promises of every command.
+        SchemaFormat::Markdown if !terminal.json => terminal.print(&reference::page(schema.as_value()))?,
+        _ => terminal.print(&format!("{:#}", schema.as_value()))?,
+    }
     Ok(Status::Done)
 }

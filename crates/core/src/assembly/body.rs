@@ -9,6 +9,7 @@ use crate::energy::spring::Springs;
 use crate::material::{Material, MaterialVisitor};
 use crate::mesh::{Mesh, build_body, select};
 use crate::numbering::{Numbering, is_local};
+use crate::quantity::{Kind, Quantity};
 use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
 use crate::system::System;
 use crate::topology::{BodyKind, BodyTopology};
@@ -269,7 +270,8 @@ fn masses(
                     mass[b as usize] += half;
                 }
             }
-            mass.iter_mut().for_each(|m| *m *= density);
+            mass.iter_mut().for_each(|m| *m *= density.value);
+            problems.extend(wrong_density(*density, mesh, &path.key("density")));
             if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
                 let message = format!(
                     "vertex {vertex} belongs to no element and no spring: a density gives it no mass"
@@ -280,6 +282,25 @@ fn masses(
             mass
         }
     }
+}
+
+/// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,
+/// and a mass per volume is as good as one per area.
+fn wrong_density(density: Quantity, mesh: &Mesh, path: &KeyPath) -> Option<Problem> {
+    let (what, kinds): (&str, &[Kind]) = match (mesh.element_dimension(), mesh.dimension) {
+        (3, _) => ("tetrahedra", &[Kind::DENSITY]),
+        (2, 2) => ("triangles in 2D", &[Kind::AREA_DENSITY, Kind::DENSITY]),
+        (2, _) => ("triangles in 3D", &[Kind::AREA_DENSITY]),
+        _ => ("springs", &[Kind::LINEAR_DENSITY]),
+    };
+    let said = density.dimension?;
+    if kinds.iter().any(|kind| kind.dimension == said) {
+        return None;
+    }
+    let right: Vec<String> = kinds.iter().map(Kind::described).collect();
+    let message =
+        format!("`density` is in [{said}], but this body is made of {what}: it takes {}", right.join(" or "));
+    Some(Problem::semantic(path.clone(), message).with_help(format!("for example \"{}\"", kinds[0].example)))
 }
 
 fn pinned(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<u32> {

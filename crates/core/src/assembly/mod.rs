@@ -3,6 +3,7 @@
 //! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
 
 mod body;
+mod gravity;
 mod initial;
 mod memory;
 mod report;
@@ -11,7 +12,6 @@ use std::path::Path;
 
 use crate::constraint::Wall;
 use crate::diagnostics::StabilityLimit;
-use crate::energy::gravity::UniformGravity;
 use crate::energy::nbody::{NBody, TreeGravity};
 use crate::numbering::Numbering;
 use crate::run::Plan;
@@ -85,8 +85,8 @@ fn assemble<const D: usize, const N: usize>(
     let (position, velocity) = (gathered(|b| &b.position, D), gathered(|b| &b.velocity, D));
 
     let mut system = System::new(D, gathered(|b| &b.mass, 1));
-    if let Some(gravity) = gravity(scene) {
-        system.add_term(Box::new(UniformGravity::new(gravity, system.mass())));
+    if let Some(gravity) = gravity::term(scene, system.mass()) {
+        system.add_term(gravity);
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
@@ -142,11 +142,6 @@ fn numbering<const D: usize>(bodies: &[body::Parts]) -> Numbering {
         numbering.renumber::<D>(body.vertices(), count, &body.mesh.points);
     }
     numbering
-}
-
-/// The gravity of the scene, unless it is none or zero.
-fn gravity(scene: &Scene) -> Option<&[f64]> {
-    scene.world.gravity.as_deref().filter(|gravity| gravity.iter().any(|g| *g != 0.0))
 }
 
 fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {

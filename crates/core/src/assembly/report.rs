@@ -153,7 +153,12 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         "automatic differentiation: no body asks for it",
     );
     say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
-    say(super::gravity(scene).is_some(), "uniform gravity".into(), "uniform gravity: none given");
+    let gravity = super::gravity::named(scene);
+    let uniform = match scene.world.gravity_changes() {
+        true => "uniform gravity that changes with time: it does work, and energy is not conserved",
+        false => "uniform gravity",
+    };
+    say(gravity.is_some(), uniform.into(), "uniform gravity: none given");
     say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
     let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");

@@ -36,6 +36,7 @@ impl Diagnostics {
     /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any number of
     /// threads.
     pub fn measure(system: &mut System, time: f64, x: &[f64], v: &[f64]) -> Self {
+        system.set_time(time);
         let kinetic = system.kinetic(v);
         let elastic = system.potential(EnergyKind::Elastic, x);
         let gravitational = system.potential(EnergyKind::Gravitational, x);

@@ -25,6 +25,23 @@ impl UniformGravity {
     }
 }
 
+impl UniformGravity {
+    /// Acceleration [m/s^2], one component per dimension.
+    pub(super) fn acceleration(&self) -> &[f64] {
+        &self.acceleration
+    }
+
+    /// Changes the acceleration [m/s^2].
+    pub(super) fn set_acceleration(&mut self, acceleration: &[f64]) {
+        self.acceleration.copy_from_slice(acceleration);
+    }
+
+    /// Of all vertices together [kg].
+    pub(super) fn total_mass(&self) -> f64 {
+        self.negative_mass.iter().map(|m| -m).sum()
+    }
+}
+
 impl EnergyTerm for UniformGravity {
     fn name(&self) -> String {
         "uniform gravity".into()
@@ -44,8 +61,7 @@ impl EnergyTerm for UniformGravity {
     /// `M |g| L`, `L` the diagonal of the bounding box: the origin of the potential is arbitrary.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let mass: f64 = self.negative_mass.iter().map(|m| -m).sum();
-        mass * g * crate::state::diagonal(x, self.acceleration.len())
+        self.total_mass() * g * crate::state::diagonal(x, self.acceleration.len())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {

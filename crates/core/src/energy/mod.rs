@@ -2,6 +2,7 @@
 
 pub mod elastic;
 pub mod gravity;
+pub mod gravity_over_time;
 pub mod nbody;
 pub mod patch;
 pub mod spring;
@@ -38,6 +39,11 @@ pub enum Fault {
         /// Its length [m].
         length: f64,
     },
+    /// Gravity that changes with time has no finite value.
+    Gravity {
+        /// At this time [s].
+        time: f64,
+    },
     /// Two gravitating bodies at the same place without softening.
     Pair {
         /// Index of the first vertex.
@@ -54,6 +60,7 @@ impl std::fmt::Display for Fault {
             Fault::Spring { body, spring, length } => {
                 write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
             }
+            Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")
             }
@@ -80,7 +87,7 @@ impl DeformationExtremes {
     }
 }
 
-/// One additive potential `E(x)`.
+/// One additive potential `E(x)`, or `E(x, t)`.
 ///
 /// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own business. It
 /// takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated in a step.
@@ -90,6 +97,17 @@ pub trait EnergyTerm: Send + Sync {
 
     /// Which sum of the diagnostics this belongs to.
     fn kind(&self) -> EnergyKind;
+
+    /// Whether the potential depends on time; [`set_time`](Self::set_time) is called only if it does.
+    fn changes_with_time(&self) -> bool {
+        false
+    }
+
+    /// Says what time it is [s]. Whatever is asked from then on is about the potential of that time, but for
+    /// [`add_rows`](Self::add_rows), which goes on with the gradient last evaluated.
+    fn set_time(&mut self, time: f64) {
+        let _ = time;
+    }
 
     /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. The same bits for any number of threads.
     fn energy(&mut self, x: &[f64]) -> f64;

@@ -1,4 +1,4 @@
-//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x))`.
+//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, t))`.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ const PARALLEL_FROM: usize = 8 * BLOCK;
 
 /// An explicit Butcher tableau; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq. II.1.8.
 ///
-/// Forces do not depend on time, so the nodes `c` are not needed.
+/// The nodes are the sums of the rows, `c_i = sum_j a_ij`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tableau {
     /// Row `i` holds `a_ij`, `j < i`.
@@ -81,7 +81,9 @@ impl Integrator for RungeKutta {
         let half_drag = half_drag(system, h);
         for stage in 0..b.len() {
             self.combine(state, half_drag, h, a[stage]);
-            if !(stage == 0 && system.holds(state.force)) && system.evaluate(&self.x).is_none() {
+            let known = stage == 0 && system.holds(state.force);
+            system.set_time(state.time + a[stage].iter().sum::<f64>() * h);
+            if !known && system.evaluate(&self.x).is_none() {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
             system.accelerations(&mut self.acceleration[stage]);

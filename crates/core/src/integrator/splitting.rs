@@ -35,6 +35,8 @@ impl Integrator for Splitting {
         let half_drag = half_drag(system, h);
         let Splitting { stages, x, v } = self;
         let mut force = state.force;
+        // Time belongs to the positions: it goes on while they do.
+        let mut drifted = 0.0;
         let mut next = 0;
         while next < stages.len() {
             // A kick and the drift after it, or either alone: one pass over the vertices. The first goes from the state to
@@ -44,6 +46,7 @@ impl Integrator for Splitting {
             if let Some(Stage::Kick(c)) = stages.get(next) {
                 pass.kick = c * h;
                 if !system.holds(force) {
+                    system.set_time(state.time + drifted * h);
                     let at = if first { state.x() } else { &x[..] };
                     force = system.evaluate(at).ok_or_else(|| StepFault::at(system, at, state.v()))?;
                 }
@@ -51,6 +54,7 @@ impl Integrator for Splitting {
             }
             if let Some(Stage::Drift(c)) = stages.get(next) {
                 pass.drift = c * h;
+                drifted += c;
                 next += 1;
             }
             let last = next == stages.len();

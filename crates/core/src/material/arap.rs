@@ -6,6 +6,7 @@ use super::spectrum::{Derivatives, Spectrum};
 use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters, Psd, Tangent};
 use crate::algebra::{Mat, signed_svd};
 use crate::scalar::Scalar;
+use crate::scene::{As, Pressure};
 
 /// As rigid as possible: the squared distance from the nearest rotation.
 ///
@@ -31,6 +32,7 @@ pub struct Arap {
 #[serde(deny_unknown_fields)]
 pub struct WithoutPoisson {
     /// Young's modulus E [Pa], positive.
+    #[serde(with = "As::<Pressure>")]
     pub young: f64,
     /// Poisson's ratio; 0, which it is without this key too, is all that the model can do.
     #[serde(default)]

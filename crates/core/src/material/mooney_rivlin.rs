@@ -7,6 +7,7 @@ use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters, Psd, Tangent};
 use crate::algebra::{Mat, signed_svd};
 use crate::scalar::Scalar;
+use crate::scene::{As, Pressure};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
 ///
@@ -35,13 +36,15 @@ pub struct MooneyRivlin {
 pub struct TwoConstants {
     /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so that
     /// `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
     pub poisson: f64,
     /// Weight of the first invariant [Pa].
+    #[serde(with = "As::<Pressure>")]
     pub c10: f64,
     /// Weight of the second invariant [Pa]; not both may be zero, and their sum must be positive.
+    #[serde(with = "As::<Pressure>")]
     pub c01: f64,
 }
 

@@ -6,6 +6,7 @@ use super::parameters::{check_poisson, check_positive};
 use super::{About, Domain, Lame, Model, ParameterError, Parameters, Stretches};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
+use crate::scene::{As, Pressure};
 
 /// Ogden's elasticity of rubber, with any number of terms.
 ///
@@ -40,11 +41,12 @@ struct Term {
 pub struct OgdenTerms {
     /// Young's modulus E [Pa], positive. With it only the ratios between the `mu` count: they are scaled so that
     /// `E = (1 + nu) sum mu alpha`. Without it they are taken as they are.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
     pub poisson: f64,
     /// Weight of each term [Pa]; the sum of `mu alpha` must be positive.
+    #[serde(with = "As::<Vec<Pressure>>")]
     #[schemars(length(min = 1))]
     pub mu: Vec<f64>,
     /// Exponent of each term, not zero; as many as there are `mu`.

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::scene::{As, Pressure};
+
 /// A parameter has a value that no material has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{field}{} = {value}: {problem}", index.map_or_else(String::new, |index| format!("[{index}]")))]
@@ -92,6 +94,7 @@ impl Lame {
 #[serde(deny_unknown_fields)]
 pub struct Isotropic {
     /// Young's modulus E [Pa], positive.
+    #[serde(with = "As::<Pressure>")]
     pub young: f64,
     /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain.
     pub poisson: f64,
@@ -124,6 +127,7 @@ impl Parameters for Isotropic {
 #[serde(deny_unknown_fields)]
 pub struct Stiffness {
     /// Stiffness k [Pa], positive.
+    #[serde(with = "As::<Pressure>")]
     pub stiffness: f64,
 }
 

@@ -17,6 +17,7 @@ use self::failure::{Failure, found};
 use self::variant::Choice;
 use super::error::Problem;
 use super::key_path::{KeyPath, KeySegment};
+use super::text::TextForm;
 
 /// Reads `T` from a document.
 ///
@@ -150,10 +151,19 @@ impl<'de> Deserializer<'de> for Reader<'_> {
 
     fn deserialize_newtype_struct<V: Visitor<'de>>(
         self,
-        _name: &'static str,
+        name: &'static str,
         visitor: V,
     ) -> Result<V::Value, Failure> {
-        visitor.visit_newtype_struct(self)
+        let Some(form) = TextForm::named(name) else { return visitor.visit_newtype_struct(self) };
+        match self.value {
+            DeValue::Integer(_) | DeValue::Float(_) => self.deserialize_f64(visitor),
+            DeValue::String(text) => match form.problem(&self.trail.path(), text) {
+                Some(problem) => Err(Failure::located(problem)),
+                None => visitor.visit_str(text).map_err(|failure: Failure| failure.at(self.trail)),
+            },
+            DeValue::Array(array) if form.may_be_list() => self.list(array, visitor),
+            _ => Err(self.wrong_type(form.expected())),
+        }
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {

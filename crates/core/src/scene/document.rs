@@ -74,6 +74,21 @@ fn on_one_line(text: &str, place: &Place<'_>) -> Range<usize> {
     }
 }
 
+/// The bytes `inside` the text that the quotes at `span` hold; all of `span` where that has escapes, which are longer than
+/// what they stand for.
+pub(super) fn inside(text: &str, span: Range<usize>, inside: Option<Range<usize>>) -> Range<usize> {
+    let value = &text[span.clone()];
+    let quotes = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|quotes| value.starts_with(quotes));
+    let (Some(inside), Some(quotes)) = (inside, quotes) else { return span };
+    let start = span.start + quotes.len();
+    let whole = inside.end + 2 * quotes.len() <= value.len() && value.ends_with(quotes);
+    if !whole || quotes.starts_with('"') && value.contains('\\') {
+        return span;
+    }
+    // The end of the text is the closing quote: there is nothing else to underline.
+    start + inside.start..start + inside.end.max(inside.start + 1)
+}
+
 /// Line and column, both from 1, of byte `offset`; columns are counted in characters.
 pub(super) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
     let before = &text[..offset];

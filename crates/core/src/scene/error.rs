@@ -39,6 +39,8 @@ pub enum ProblemKind {
         /// What is wanted.
         expected: String,
     },
+    /// A text that should be a quantity or a formula and cannot be read.
+    Quantity,
     /// A key that the table needs.
     MissingField {
         /// The key.
@@ -83,6 +85,9 @@ pub struct Problem {
     pub span: Option<Range<usize>>,
     #[serde(skip)]
     pub(super) underline: Underline,
+    /// Which bytes of the text at `path` are meant, if that is a text and not all of it.
+    #[serde(skip)]
+    pub(super) inside: Option<Range<usize>>,
 }
 
 impl Problem {
@@ -98,6 +103,7 @@ impl Problem {
             column: None,
             span: None,
             underline: Underline::Value,
+            inside: None,
         }
     }
 
@@ -176,6 +182,14 @@ fn owned(names: &[&str]) -> Vec<String> {
 /// Text of the user in a message: control characters are escaped.
 pub(super) fn quoted(text: &str) -> String {
     format!("`{}`", text.escape_debug())
+}
+
+/// The same of a text that may be long.
+pub(super) fn shortened(text: &str) -> String {
+    match text.char_indices().nth(40) {
+        Some((end, _)) => quoted(&format!("{}...", &text[..end])),
+        None => quoted(text),
+    }
 }
 
 /// A scene cannot be read, or says something that cannot be simulated. Holds at least one problem.

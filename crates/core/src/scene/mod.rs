@@ -21,6 +21,7 @@ mod source;
 mod suggest;
 #[cfg(test)]
 mod tests;
+mod text;
 mod validate;
 
 use std::path::{Path, PathBuf};

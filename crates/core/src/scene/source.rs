@@ -96,7 +96,9 @@ impl Source {
             let span = match (problem.span.clone(), &document) {
                 (Some(span), _) => Some(span),
                 (None, Some(document)) => {
-                    Some(document::locate(&self.text, document.get_ref(), &problem.path, problem.underline))
+                    let (path, inside) = (&problem.path, problem.inside.clone());
+                    let span = document::locate(&self.text, document.get_ref(), path, problem.underline);
+                    Some(document::inside(&self.text, span, inside))
                 }
                 (None, None) => None,
             };

@@ -49,8 +49,9 @@ impl<'a> Closing<'a> {
 
     /// What the user should know even if nobody reads the numbers.
     pub(crate) fn warnings(&self) -> Vec<String> {
+        let world = &self.scene.world;
         let conservative =
-            self.scene.world.walls.is_empty() && self.scene.world.ether_drag.unwrap_or(0.0) == 0.0;
+            world.walls.is_empty() && world.ether_drag.unwrap_or(0.0) == 0.0 && !world.gravity_changes();
         let error = self.summary.relative_energy_error();
         // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.
         let conserved =
@@ -134,11 +135,16 @@ impl<'a> Closing<'a> {
         line(
             "energy",
             format!(
-                "{} J at the end; drift {}, largest error {} of the {} J in play",
+                "{} J at the end; drift {}, largest error {} of the {} J in play{}",
                 number(end.total),
                 share(self.summary.relative_energy_drift()),
                 share(self.summary.relative_energy_error()),
                 number(self.summary.energy_scale),
+                if self.scene.world.gravity_changes() {
+                    ", the work of the gravity that changes with time included"
+                } else {
+                    ""
+                },
             ),
         );
         let change = number(self.summary.momentum_change());
@@ -217,7 +223,7 @@ impl<'a> Closing<'a> {
     fn forces_from_outside(&self) -> String {
         let world = &self.scene.world;
         let causes: Vec<&str> = [
-            (world.gravity.iter().flatten().any(|g| *g != 0.0), "gravity"),
+            (world.gravity.iter().flatten().any(|g| !g.is_zero()), "gravity"),
             (self.report.bodies.iter().any(|body| body.pinned > 0), "pins"),
             (!world.walls.is_empty(), "walls"),
             (world.ether_drag.unwrap_or(0.0) != 0.0, "drag"),

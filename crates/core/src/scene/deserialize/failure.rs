@@ -6,7 +6,7 @@ use serde::de::{self, Expected, Unexpected, Visitor};
 use toml::de::DeValue;
 
 use super::Trail;
-use crate::scene::error::{Problem, ProblemKind, quoted};
+use crate::scene::error::{Problem, ProblemKind, shortened};
 use crate::scene::key_path::KeyPath;
 
 /// Boxed: results of every single number carry it.
@@ -167,12 +167,5 @@ pub(super) fn found(value: &DeValue<'_>) -> String {
         DeValue::Array(array) => format!("a list of {} entries", array.len()),
         DeValue::Table(table) if table.is_empty() => "an empty table".to_owned(),
         DeValue::Table(_) => "a table".to_owned(),
-    }
-}
-
-fn shortened(text: &str) -> String {
-    match text.char_indices().nth(40) {
-        Some((end, _)) => quoted(&format!("{}...", &text[..end])),
-        None => quoted(text),
     }
 }

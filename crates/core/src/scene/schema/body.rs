@@ -3,8 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::measured::*;
 use super::{MeshSpec, OneOrMany, RepeatSpec, TransformSpec, Wall};
 use crate::material::MaterialSpec;
+use crate::quantity::Quantity;
 
 /// One body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -60,14 +62,14 @@ pub enum Stress {
 #[serde(deny_unknown_fields)]
 pub struct Springs {
     /// Spring constant `k` [N/m]: one for all or one per edge.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Stiffness>>>")]
     pub stiffness: Option<OneOrMany>,
     /// `Y` with `k = Y l0` [N/m^2], as the lecture's program has it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young: Option<f64>,
     /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Length>>>")]
     pub rest_length: Option<OneOrMany>,
 }
 
@@ -77,11 +79,19 @@ pub struct Springs {
 pub enum MassSpec {
     /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; springs without cells: kg/m of edge): each element gives
     /// an equal share to its vertices.
-    Density(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
+    Density(
+        #[serde(with = "As::<Density>")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        Quantity,
+    ),
     /// Mass of each vertex [kg]: one number for all or a list.
-    PerVertex(OneOrMany),
+    PerVertex(#[serde(with = "As::<OneOrManyOf<Mass>>")] OneOrMany),
     /// Total mass [kg], shared equally between the vertices.
-    Total(#[schemars(extend("exclusiveMinimum" = 0.0))] f64),
+    Total(
+        #[serde(with = "As::<Mass>")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        f64,
+    ),
 }
 
 /// A set of vertices of a body, by their rest positions.
@@ -103,9 +113,11 @@ pub enum Selection {
 #[serde(deny_unknown_fields)]
 pub struct BoxSelection {
     /// Lower corner [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub min: Vec<f64>,
     /// Upper corner [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub max: Vec<f64>,
 }
@@ -117,9 +129,9 @@ pub enum PositionSpec {
     /// `x = centre + matrix (X - centre) + translation`, pinned vertices included.
     Affine(AffinePosition),
     /// One point per vertex [m].
-    PerVertex(Vec<Vec<f64>>),
+    PerVertex(#[serde(with = "As::<Vec<Vec<Length>>>")] Vec<Vec<f64>>),
     /// One displacement from the rest position per vertex [m].
-    Displacement(Vec<Vec<f64>>),
+    Displacement(#[serde(with = "As::<Vec<Vec<Length>>>")] Vec<Vec<f64>>),
 }
 
 /// A uniform deformation of the rest shape.
@@ -130,10 +142,10 @@ pub struct AffinePosition {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// The point that `matrix` leaves where it is [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     pub centre: Option<Vec<f64>>,
     /// Then moved by this [m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     pub translation: Option<Vec<f64>>,
 }
 
@@ -144,7 +156,7 @@ pub enum VelocitySpec {
     /// `v = linear + angular x (X - centre of mass)`.
     Rigid(RigidVelocity),
     /// One vector per vertex [m/s].
-    PerVertex(Vec<Vec<f64>>),
+    PerVertex(#[serde(with = "As::<Vec<Vec<Velocity>>>")] Vec<Vec<f64>>),
     /// Tangential speed [m/s] about `centre` in the x-y plane, counter-clockwise, the same at every radius.
     Tangential(TangentialVelocity),
 }
@@ -154,11 +166,15 @@ pub enum VelocitySpec {
 #[serde(deny_unknown_fields)]
 pub struct RigidVelocity {
     /// Velocity of the centre of mass [m/s].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Velocity>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub linear: Option<Vec<f64>>,
     /// Angular velocity [rad/s]: one number in 2D (counter-clockwise), three in 3D.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "As::<Option<OneOrManyOf<AngularVelocity>>>"
+    )]
     pub angular: Option<OneOrMany>,
 }
 
@@ -167,9 +183,10 @@ pub struct RigidVelocity {
 #[serde(deny_unknown_fields)]
 pub struct TangentialVelocity {
     /// Speed [m/s].
+    #[serde(with = "As::<Velocity>")]
     pub speed: f64,
     /// Centre [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub centre: Option<Vec<f64>>,
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::measured::*;
 use super::shapes::*;
 
 /// The shape of a body at rest.
@@ -52,15 +53,15 @@ pub struct GridSpec {
     #[schemars(length(min = 2, max = 3), inner(range(min = 1)))]
     pub cells: Vec<usize>,
     /// Edge length of a cell [m], the same along each axis.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub spacing: Option<f64>,
     /// Size of the box [m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub size: Option<Vec<f64>>,
     /// Lower corner [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub origin: Option<Vec<f64>>,
 }
@@ -73,12 +74,15 @@ pub struct ClothSpec {
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 2],
     /// Corner [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub origin: Vec<f64>,
     /// First side [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub u: Vec<f64>,
     /// Second side [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub v: Vec<f64>,
 }
@@ -91,9 +95,11 @@ pub struct StrandSpec {
     #[schemars(range(min = 1))]
     pub segments: usize,
     /// First end [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub start: Vec<f64>,
     /// Last end [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub end: Vec<f64>,
 }
@@ -106,18 +112,19 @@ pub struct DiskSpec {
     #[schemars(range(min = 1))]
     pub count: usize,
     /// Outer radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius: f64,
     /// Inner radius [m].
-    #[serde(default)]
+    #[serde(default, with = "As::<Length>")]
     #[schemars(range(min = 0.0))]
     pub inner_radius: f64,
     /// Centre [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub centre: Option<Vec<f64>>,
     /// Thickness in z [m], 3D only: z is uniform in +-thickness/2.
-    #[serde(default)]
+    #[serde(default, with = "As::<Length>")]
     #[schemars(range(min = 0.0))]
     pub thickness: f64,
     /// Seed of the random numbers; the same seed gives the same points everywhere.
@@ -141,6 +148,7 @@ pub struct FileSpec {
 #[serde(deny_unknown_fields)]
 pub struct InlineSpec {
     /// Rest positions [m].
+    #[serde(with = "As::<Vec<Vec<Length>>>")]
     #[schemars(length(min = 1), inner(length(min = 2, max = 3)))]
     pub points: Vec<Vec<f64>>,
     /// Edges, by vertex index.

@@ -11,14 +11,19 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 
 mod body;
+mod measured;
 mod mesh;
 mod one_or_many;
+mod over_time;
 mod shapes;
 mod transform;
 
 pub use body::*;
+pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
+pub use over_time::OverTime;
+pub(crate) use over_time::OverTimeOf;
 pub use shapes::*;
 pub use transform::*;
 
@@ -56,9 +61,11 @@ pub struct Time {
     /// The scheme, by name; `pliant list integrators` shows all.
     pub integrator: IntegratorSpec,
     /// Time step [s].
+    #[serde(with = "As::<Duration>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub step: f64,
     /// Simulated time to run [s].
+    #[serde(with = "As::<Duration>")]
     #[schemars(range(min = 0.0))]
     pub duration: f64,
     /// Run although the step is above the stability limit; the run then ends by itself once it has blown up.
@@ -70,10 +77,15 @@ pub struct Time {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct World {
-    /// Uniform gravitational acceleration [m/s^2], one number per dimension.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Uniform gravitational acceleration [m/s^2], one number or formula of the time `t` per dimension:
+    /// `["0", "-9.81 * (1 - exp(-t/0.1))"]`.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "As::<Option<Vec<OverTimeOf<Acceleration>>>>"
+    )]
     #[schemars(length(min = 2, max = 3))]
-    pub gravity: Option<Vec<f64>>,
+    pub gravity: Option<Vec<OverTime>>,
     /// Rigid half-spaces that vertices cannot enter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
@@ -81,9 +93,16 @@ pub struct World {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nbody: Option<NBody>,
     /// Ether drag [1/s]: velocities decay as `exp(-ether_drag * t)`, rigid motion included.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Rate>>")]
     #[schemars(range(min = 0.0))]
     pub ether_drag: Option<f64>,
+}
+
+impl World {
+    /// Whether gravity is given by a formula: it then does work, and energy is not conserved.
+    pub fn gravity_changes(&self) -> bool {
+        self.gravity.iter().flatten().any(|component| component.constant().is_none())
+    }
 }
 
 /// A rigid half-space: a vertex with `normal . x < offset` is put back on the plane, its normal velocity zeroed.
@@ -94,6 +113,7 @@ pub struct Wall {
     #[schemars(length(min = 2, max = 3))]
     pub normal: Vec<f64>,
     /// `normal . x` on the plane [m, after the normal is scaled to unit length].
+    #[serde(with = "As::<Length>")]
     pub offset: f64,
 }
 
@@ -102,10 +122,11 @@ pub struct Wall {
 #[serde(deny_unknown_fields)]
 pub struct NBody {
     /// Gravitational constant `G` [m^3 / (kg s^2)].
+    #[serde(with = "As::<GravitationalConstant>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub constant: f64,
     /// Plummer softening length [m].
-    #[serde(default)]
+    #[serde(default, with = "As::<Length>")]
     #[schemars(range(min = 0.0))]
     pub softening: f64,
     /// By a tree, approximately, in a time that grows as `N log N`; by the sum over all pairs without it. `pliant check` shows
@@ -119,6 +140,7 @@ pub struct NBody {
 #[serde(deny_unknown_fields)]
 pub struct Tree {
     /// Boxes that appear smaller than this [rad] act as a whole: 0.5 is usual, smaller is more accurate and slower.
+    #[serde(with = "As::<Angle>")]
     #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
     pub opening_angle: f64,
 }
@@ -128,6 +150,7 @@ pub struct Tree {
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Frames per simulated second.
+    #[serde(with = "As::<Rate>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub rate: f64,
     /// What each frame holds.

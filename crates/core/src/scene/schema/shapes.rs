@@ -3,18 +3,21 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::measured::*;
+
 /// A ball of `20 cells^3` tetrahedra. Group: `surface`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BallSpec {
     /// Radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius: f64,
     /// Number of cells from the centre to the surface.
     #[schemars(range(min = 1))]
     pub cells: usize,
     /// Centre [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 3, max = 3))]
     pub centre: Option<Vec<f64>>,
 }
@@ -24,13 +27,14 @@ pub struct BallSpec {
 #[serde(deny_unknown_fields)]
 pub struct SphereSpec {
     /// Radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius: f64,
     /// Number of cells along each side of the 20 faces of an icosahedron.
     #[schemars(range(min = 1))]
     pub cells: usize,
     /// Centre [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 3, max = 3))]
     pub centre: Option<Vec<f64>>,
 }
@@ -40,16 +44,18 @@ pub struct SphereSpec {
 #[serde(deny_unknown_fields)]
 pub struct CylinderSpec {
     /// Radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub radius: f64,
     /// Height [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height: f64,
     /// Number of cells from the axis outwards, and along it.
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 2],
     /// Centre of the bottom [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 3, max = 3))]
     pub origin: Option<Vec<f64>>,
 }
@@ -59,19 +65,22 @@ pub struct CylinderSpec {
 #[serde(deny_unknown_fields)]
 pub struct TubeSpec {
     /// Inner radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub inner_radius: f64,
     /// Outer radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub outer_radius: f64,
     /// Height [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height: f64,
     /// Number of cells through the wall, around (at least 3), and along the axis.
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 3],
     /// Centre of the bottom [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 3, max = 3))]
     pub origin: Option<Vec<f64>>,
 }
@@ -81,16 +90,18 @@ pub struct TubeSpec {
 #[serde(deny_unknown_fields)]
 pub struct AnnulusSpec {
     /// Inner radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub inner_radius: f64,
     /// Outer radius [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub outer_radius: f64,
     /// Number of cells across the ring, and around it (at least 3).
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 2],
     /// Centre [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 2))]
     pub centre: Option<Vec<f64>>,
 }
@@ -114,11 +125,11 @@ pub struct TaperedBeamSpec {
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 2],
     /// Length [m].
-    #[serde(default = "fv32_length")]
+    #[serde(default = "fv32_length", with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub length: f64,
     /// Height at `x = 0` and at `x = length` [m].
-    #[serde(default = "fv32_heights")]
+    #[serde(default = "fv32_heights", with = "As::<[Length; 2]>")]
     pub heights: [f64; 2],
 }
 
@@ -136,15 +147,19 @@ fn fv32_heights() -> [f64; 2] {
 #[serde(deny_unknown_fields)]
 pub struct NotchedBeamSpec {
     /// Length [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub length: f64,
     /// Height [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub height: f64,
     /// Depth of the notch [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub depth: f64,
     /// Width of its mouth [m].
+    #[serde(with = "As::<Length>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub width: f64,
     /// Number of cells along x on either side of the notch, in either half of it, and across.
@@ -161,10 +176,10 @@ pub struct EllipticMembraneSpec {
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 2],
     /// Semi-axes of the inner ellipse along x and y [m].
-    #[serde(default = "le1_inner")]
+    #[serde(default = "le1_inner", with = "As::<[Length; 2]>")]
     pub inner: [f64; 2],
     /// Semi-axes of the outer ellipse along x and y [m].
-    #[serde(default = "le1_outer")]
+    #[serde(default = "le1_outer", with = "As::<[Length; 2]>")]
     pub outer: [f64; 2],
 }
 

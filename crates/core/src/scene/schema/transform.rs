@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::OneOrMany;
+use super::measured::*;
 
 /// The mesh scaled along the axes, then rotated, both about `centre`, then moved:
 /// `X = centre + R S (X_mesh - centre) + translate`. It is the rest shape that moves.
@@ -11,17 +12,17 @@ use super::OneOrMany;
 #[serde(deny_unknown_fields)]
 pub struct TransformSpec {
     /// Factor, one for all axes or one for each; not 0. Negative factors mirror.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Number>>>")]
     pub scale: Option<OneOrMany>,
     /// Rotation, after `scale`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotate: Option<RotateSpec>,
     /// The point that `scale` and `rotate` leave where it is [m]; the origin without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub centre: Option<Vec<f64>>,
     /// Then moved by this [m].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub translate: Option<Vec<f64>>,
 }
@@ -35,6 +36,7 @@ pub struct RotateSpec {
     #[schemars(length(min = 3, max = 3))]
     pub axis: Option<Vec<f64>>,
     /// Angle [rad].
+    #[serde(with = "As::<Angle>")]
     pub angle: f64,
 }
 
@@ -46,6 +48,7 @@ pub struct RepeatSpec {
     #[schemars(length(min = 2, max = 3), inner(range(min = 1)))]
     pub count: Vec<usize>,
     /// Distance from one copy to the next along each axis [m].
+    #[serde(with = "As::<Vec<Length>>")]
     #[schemars(length(min = 2, max = 3))]
     pub spacing: Vec<f64>,
 }

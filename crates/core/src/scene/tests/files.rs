@@ -76,6 +76,9 @@ fn the_schema_has_ranges_and_documentation() {
     assert_eq!(at("/$defs/Time/properties/step/description"), "Time step [s].");
     assert_eq!(at("/$defs/Time/additionalProperties"), false);
     assert_eq!(at("/$defs/World/properties/gravity/maxItems"), 3);
-    assert_eq!(at("/$defs/OneOrMany/anyOf/0/type"), "number");
+    assert_eq!(at("/$defs/Time/properties/step/type"), serde_json::json!(["number", "string"]));
+    let per_vertex = "/$defs/MassSpec/oneOf/1/properties/per_vertex/anyOf";
+    assert_eq!(at(&format!("{per_vertex}/0/unit")), "kg");
+    assert_eq!(at(&format!("{per_vertex}/1/items/unit")), "kg");
     assert!(schema.as_value().pointer("/properties/directory").is_none());
 }

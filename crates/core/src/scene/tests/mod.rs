@@ -5,6 +5,7 @@ mod parse;
 mod picture;
 mod semantic;
 mod shapes;
+mod units;
 mod whole;
 
 use super::{Problem, Scene, SceneError, Source};

@@ -186,7 +186,7 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
                 (true, Some(2)) => "kg/m^2",
                 (true, _) => "kg/m^3",
             };
-            check.number(&path, *density, Sign::Positive, unit);
+            check.number(&path, density.value, Sign::Positive, unit);
             if !has.edges {
                 let message =
                     format!("`density` fills cells and edges, and this {} has none", body.mesh.name());

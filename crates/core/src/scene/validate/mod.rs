@@ -27,7 +27,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
         check.report(Problem::semantic(root.key("dimension"), message));
     }
     surroundings::time(&mut check, &root.key("time"), &scene.time);
-    surroundings::world(&mut check, &root.key("world"), &scene.world);
+    surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);
     surroundings::output(&mut check, &root.key("output"), scene);
     check.into_problems()

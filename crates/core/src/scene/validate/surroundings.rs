@@ -3,7 +3,7 @@
 use super::check::{Checker, Sign};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
-use crate::scene::schema::{Scene, Time, Wall, World};
+use crate::scene::schema::{OverTime, Scene, Time, Wall, World};
 
 /// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
@@ -25,9 +25,9 @@ pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
     }
 }
 
-pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World) {
+pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World, duration: f64) {
     if let Some(gravity) = &world.gravity {
-        check.vector(&path.key("gravity"), gravity, "m/s^2");
+        self::gravity(check, &path.key("gravity"), gravity, duration);
     }
     for (index, half_space) in world.walls.iter().enumerate() {
         wall(check, &path.key("walls").index(index), half_space);
@@ -42,6 +42,29 @@ pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World) {
     }
     if let Some(drag) = world.ether_drag {
         check.number(&path.key("ether_drag"), drag, Sign::NonNegative, "1/s");
+    }
+}
+
+/// Numbers, and formulas that have a value where the run begins and where it ends.
+fn gravity(check: &mut Checker, path: &KeyPath, gravity: &[OverTime], duration: f64) {
+    check.components(path, gravity.len());
+    for (index, component) in gravity.iter().enumerate() {
+        let path = path.index(index);
+        match component {
+            OverTime::Constant(value) => {
+                if !check.number(&path, *value, Sign::Any, "m/s^2") {
+                    return;
+                }
+            }
+            OverTime::Formula(_) => {
+                let bad = [0.0, duration].into_iter().find(|&t| !component.at(t).is_finite());
+                if let Some(t) = bad {
+                    let message = format!("`gravity` is {} [m/s^2] at t = {t:?} s", component.at(t));
+                    check.report(Problem::semantic(path, message));
+                    return;
+                }
+            }
+        }
     }
 }
 

@@ -1,0 +1,95 @@
+//! Uniform gravity that changes with time.
+
+use super::gravity::UniformGravity;
+use super::{EnergyKind, EnergyTerm, Fault};
+
+/// `E = -sum_i m_i g(t) . x_i`, zero at the origin.
+///
+/// Energy is not conserved: it changes at the rate `dE/dt = -sum_i m_i g'(t) . x_i`.
+pub struct GravityOverTime {
+    acceleration: Box<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
+    /// Largest `|g|` to be expected [m/s^2].
+    largest: f64,
+    time: f64,
+    /// Gravity at `time` [m/s^2], which energies are measured with.
+    now: [f64; 3],
+    /// Has the gravity of the last evaluation of the force.
+    field: UniformGravity,
+}
+
+impl GravityOverTime {
+    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on vertices of these masses [kg]; `largest` [m/s^2] is the
+    /// largest that is to be expected.
+    ///
+    /// # Panics
+    /// If `dimension` is neither 2 nor 3.
+    pub fn new(
+        acceleration: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
+        dimension: usize,
+        largest: f64,
+        mass: &[f64],
+    ) -> Self {
+        let now = acceleration(0.0);
+        let field = UniformGravity::new(&now[..dimension], mass);
+        GravityOverTime { acceleration: Box::new(acceleration), largest, time: 0.0, now, field }
+    }
+
+    fn dimension(&self) -> usize {
+        self.field.acceleration().len()
+    }
+}
+
+impl EnergyTerm for GravityOverTime {
+    fn name(&self) -> String {
+        "uniform gravity that changes with time".into()
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Gravitational
+    }
+
+    fn changes_with_time(&self) -> bool {
+        true
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+        self.now = (self.acceleration)(time);
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let d = self.dimension();
+        let mut held = [0.0; 3];
+        held[..d].copy_from_slice(self.field.acceleration());
+        self.field.set_acceleration(&self.now[..d]);
+        let energy = self.field.energy(x);
+        self.field.set_acceleration(&held[..d]);
+        energy
+    }
+
+    /// By the largest gravity: it may begin at zero.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        self.field.total_mass() * self.largest * crate::state::diagonal(x, self.dimension())
+    }
+
+    fn evaluate(&mut self, _x: &[f64]) -> bool {
+        let d = self.dimension();
+        self.field.set_acceleration(&self.now[..d]);
+        self.now.iter().all(|g| g.is_finite())
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.field.add_rows(first, g);
+    }
+
+    fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
+
+    fn fault(&self, _x: &[f64]) -> Option<Fault> {
+        let finite = self.now.iter().all(|g| g.is_finite());
+        (!finite).then_some(Fault::Gravity { time: self.time })
+    }
+
+    fn bytes(&self) -> usize {
+        self.field.bytes()
+    }
+}

@@ -1,0 +1,68 @@
+//! A text is not a formula.
+
+use std::ops::Range;
+
+/// A text is not a formula. Places are in bytes of the text.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExpressionError {
+    /// Something else should be there.
+    #[error("expected {expected}, found {}", .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
+    Unexpected {
+        /// What should be there.
+        expected: &'static str,
+        /// The character that is there.
+        found: Option<char>,
+        /// Where.
+        place: Range<usize>,
+    },
+    /// A name that means nothing here.
+    #[error("unknown name `{name}`")]
+    UnknownName {
+        /// The name.
+        name: String,
+        /// The variables and constants there are.
+        known: Vec<&'static str>,
+        /// The functions there are.
+        functions: Vec<&'static str>,
+        /// Where.
+        place: Range<usize>,
+    },
+    /// A function with too many or too few arguments.
+    #[error("`{name}` takes {} argument{}, found {found}", signature.matches(',').count() + 1, if signature.contains(',') { "s" } else { "" })]
+    Arguments {
+        /// The function.
+        name: &'static str,
+        /// How it is called.
+        signature: &'static str,
+        /// How many arguments there are.
+        found: usize,
+        /// Where.
+        place: Range<usize>,
+    },
+    /// A number beyond the range of floating point.
+    #[error("the number is too large")]
+    TooLarge {
+        /// Where.
+        place: Range<usize>,
+    },
+    /// More parentheses in parentheses than anybody can read.
+    #[error("the formula nests too deeply")]
+    TooDeep {
+        /// Where.
+        place: Range<usize>,
+    },
+}
+
+impl ExpressionError {
+    /// Where in the text.
+    pub fn place(&self) -> Range<usize> {
+        match self {
+            Self::Unexpected { place, .. }
+            | Self::UnknownName { place, .. }
+            | Self::Arguments { place, .. }
+            | Self::TooLarge { place }
+            | Self::TooDeep { place } => place.clone(),
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! Formulas of place and time that a user writes, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
+//!
+//! The parser is made with `winnow`, which `toml` brings anyway. Of the crates that parse and evaluate formulas by themselves,
+//! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which also differentiates,
+//! comes with a regular expression engine and does not say where in the text a mistake is. None of them lets a formula have
+//! the same bits everywhere: they call the `sin` and `exp` of the platform, whose last bit depends on the C library and on the
+//! processor. Here these come from `libm`, which is plain Rust.
+//!
+//! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands for.
+
+mod error;
+mod function;
+mod parse;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+pub use error::ExpressionError;
+use function::Function;
+pub use function::signatures;
+
+/// A variable of a formula.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variable {
+    /// Time [s].
+    T,
+    /// First coordinate [m].
+    X,
+    /// Second coordinate [m].
+    Y,
+    /// Third coordinate [m].
+    Z,
+}
+
+impl Variable {
+    /// Time alone.
+    pub const TIME: &[Variable] = &[Variable::T];
+    /// Time and place.
+    pub const ALL: &[Variable] = &[Variable::T, Variable::X, Variable::Y, Variable::Z];
+
+    /// The name in a formula.
+    pub fn name(self) -> &'static str {
+        match self {
+            Variable::T => "t",
+            Variable::X => "x",
+            Variable::Y => "y",
+            Variable::Z => "z",
+        }
+    }
+}
+
+/// A formula of `x`, `y`, `z` [m] and `t` [s].
+///
+/// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`, `^` or `**`. Functions:
+/// [`signatures`]. Constant: `pi`.
+///
+/// ```
+/// use pliant::expression::{Expression, Variable};
+/// let ramp = Expression::parse("2 * t^2 + x", Variable::ALL)?;
+/// assert_eq!(ramp.value([1.0, 0.0, 0.0], 3.0), 19.0);
+/// assert_eq!(ramp.rate([1.0, 0.0, 0.0], 3.0), 12.0);
+/// # Ok::<(), pliant::expression::ExpressionError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Expression {
+    text: String,
+    /// In postfix order.
+    program: Vec<Operation>,
+}
+
+/// One step of a formula: takes its arguments from the top of a stack and leaves its result there.
+#[derive(Clone, Copy, Debug)]
+enum Operation {
+    Number(f64),
+    Variable(Variable),
+    Call(&'static Function),
+}
+
+impl Expression {
+    /// Most values that wait on the stack.
+    const STACK: usize = 48;
+
+    /// Reads a formula of `variables`.
+    ///
+    /// # Errors
+    /// The text is not a formula, or has a name in it that is neither a function nor one of `variables`.
+    pub fn parse(text: &str, variables: &[Variable]) -> Result<Expression, ExpressionError> {
+        let program = parse::program(text, variables)?;
+        let mut height = 0_usize;
+        for operation in &program {
+            if let Operation::Call(function) = operation {
+                height -= function.arity;
+            }
+            height += 1;
+            if height > Self::STACK {
+                return Err(ExpressionError::TooDeep { place: 0..text.len() });
+            }
+        }
+        Ok(Expression { text: text.to_owned(), program })
+    }
+
+    /// The formula as it was written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none.
+    pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
+        self.evaluate(|variable| match variable {
+            Variable::T => t,
+            Variable::X => x[0],
+            Variable::Y => x[1],
+            Variable::Z => x[2],
+        })
+    }
+
+    /// The derivative with respect to `t` at a fixed point; where the formula jumps or has a kink, that of one side.
+    pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
+        let result = self.evaluate(|variable| match variable {
+            Variable::T => Rated { value: t, rate: 1.0 },
+            Variable::X => Rated::constant(x[0]),
+            Variable::Y => Rated::constant(x[1]),
+            Variable::Z => Rated::constant(x[2]),
+        });
+        result.rate
+    }
+
+    fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {
+        let mut stack = [N::constant(0.0); Self::STACK];
+        let mut height = 0;
+        for operation in &self.program {
+            let pushed = match operation {
+                Operation::Number(number) => N::constant(*number),
+                Operation::Variable(name) => variable(*name),
+                Operation::Call(function) => {
+                    height -= function.arity;
+                    let mut arguments = [N::constant(0.0); 3];
+                    arguments[..function.arity].copy_from_slice(&stack[height..height + function.arity]);
+                    N::call(function, arguments)
+                }
+            };
+            stack[height] = pushed;
+            height += 1;
+        }
+        stack[0]
+    }
+}
+
+/// By the text: the same text is the same formula.
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
+    }
+}
+
+impl fmt::Display for Expression {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.text)
+    }
+}
+
+/// What a formula is evaluated on: numbers, or numbers with their rates.
+trait Number: Copy {
+    fn constant(value: f64) -> Self;
+    fn call(function: &Function, arguments: [Self; 3]) -> Self;
+}
+
+impl Number for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    fn call(function: &Function, arguments: [Self; 3]) -> Self {
+        (function.value)(arguments)
+    }
+}
+
+/// A number and its derivative with respect to time.
+#[derive(Clone, Copy)]
+struct Rated {
+    value: f64,
+    rate: f64,
+}
+
+impl Number for Rated {
+    fn constant(value: f64) -> Self {
+        Rated { value, rate: 0.0 }
+    }
+
+    fn call(function: &Function, arguments: [Self; 3]) -> Self {
+        let values = arguments.map(|argument| argument.value);
+        let partials = (function.partials)(values);
+        let mut rate = 0.0;
+        for (argument, partial) in arguments.iter().zip(partials) {
+            // What does not change adds nothing, even where its partial derivative is infinite: `t^2` at 0.
+            if argument.rate != 0.0 {
+                rate += partial * argument.rate;
+            }
+        }
+        Rated { value: (function.value)(values), rate }
+    }
+}

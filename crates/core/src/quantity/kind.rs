@@ -1,0 +1,129 @@
+//! The kinds of quantity that scenes have.
+
+use super::{Dimension, Quantity, QuantityError};
+
+/// A kind of quantity: its name, its SI unit, an example.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kind {
+    /// With its article: `a pressure`.
+    pub name: &'static str,
+    /// The SI unit that plain numbers are in: `Pa`.
+    pub unit: &'static str,
+    /// A text that is right: `3 MPa`.
+    pub example: &'static str,
+    /// The dimension of `unit`.
+    pub dimension: Dimension,
+}
+
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $constant:ident = $name:literal $unit:literal $example:literal
+        [$length:literal $mass:literal $time:literal $angle:literal];)+) => {
+        impl Kind {
+            $(
+                $(#[$doc])*
+                pub const $constant: Kind = Kind {
+                    name: $name,
+                    unit: $unit,
+                    example: $example,
+                    dimension: Dimension::new($length, $mass, $time, $angle),
+                };
+            )+
+
+            /// Every kind. Of those of the same dimension, the first names what is found in a text.
+            pub const ALL: &[Kind] = &[$(Kind::$constant,)+];
+        }
+    };
+}
+
+kinds! {
+    /// Length [m].
+    LENGTH = "a length" "m" "3 cm" [1 0 0 0];
+    /// Area [m^2].
+    AREA = "an area" "m^2" "2 cm^2" [2 0 0 0];
+    /// Volume [m^3].
+    VOLUME = "a volume" "m^3" "2 l" [3 0 0 0];
+    /// Mass [kg].
+    MASS = "a mass" "kg" "200 g" [0 1 0 0];
+    /// Time [s].
+    TIME = "a time" "s" "0.1 ms" [0 0 1 0];
+    /// Angle [rad].
+    ANGLE = "an angle" "rad" "90 deg" [0 0 0 1];
+    /// Velocity [m/s].
+    VELOCITY = "a velocity" "m/s" "5 km/h" [1 0 -1 0];
+    /// Angular velocity [rad/s].
+    ANGULAR_VELOCITY = "an angular velocity" "rad/s" "90 deg/s" [0 0 -1 1];
+    /// Acceleration [m/s^2].
+    ACCELERATION = "an acceleration" "m/s^2" "-9.81 m/s^2" [1 0 -2 0];
+    /// Events or decay per time [1/s].
+    RATE = "a rate" "1/s" "60 Hz" [0 0 -1 0];
+    /// Force [N].
+    FORCE = "a force" "N" "2 kN" [1 1 -2 0];
+    /// Pressure, stress, elastic modulus [Pa].
+    PRESSURE = "a pressure" "Pa" "3 MPa" [-1 1 -2 0];
+    /// Spring constant [N/m].
+    STIFFNESS = "a stiffness" "N/m" "2 kN/m" [0 1 -2 0];
+    /// Energy [J].
+    ENERGY = "an energy" "J" "2 kJ" [2 1 -2 0];
+    /// Power [W].
+    POWER = "a power" "W" "2 kW" [2 1 -3 0];
+    /// Mass per volume [kg/m^3].
+    DENSITY = "a density" "kg/m^3" "1.2 g/cm^3" [-3 1 0 0];
+    /// Mass per area [kg/m^2].
+    AREA_DENSITY = "a mass per area" "kg/m^2" "150 g/m^2" [-2 1 0 0];
+    /// Mass per length [kg/m].
+    LINEAR_DENSITY = "a mass per length" "kg/m" "20 g/m" [-1 1 0 0];
+    /// Newton's constant [m^3/(kg s^2)].
+    GRAVITATIONAL_CONSTANT = "a gravitational constant" "m^3/(kg s^2)" "6.6743e-11 m^3/(kg s^2)" [3 -1 -2 0];
+    /// A pure number.
+    NUMBER = "a number without a unit" "1" "0.5" [0 0 0 0];
+}
+
+impl Kind {
+    /// The number in SI units that `text` says: a plain number is in SI units already.
+    ///
+    /// ```
+    /// use pliant::quantity::Kind;
+    /// assert_eq!(Kind::PRESSURE.parse("3 MPa"), Ok(3e6));
+    /// assert_eq!(Kind::PRESSURE.parse("3e6"), Ok(3e6));
+    /// let wrong = Kind::PRESSURE.parse("3 m").unwrap_err();
+    /// assert_eq!(wrong.to_string(), "`3 m` is a length [m], not a pressure [Pa]");
+    /// ```
+    ///
+    /// # Errors
+    /// `text` is no quantity, or one of another dimension.
+    pub fn parse(&self, text: &str) -> Result<f64, QuantityError> {
+        Ok(Kind::parse_any(std::slice::from_ref(self), text)?.value)
+    }
+
+    /// The quantity that `text` says, which is of one of `kinds`, or a plain number.
+    ///
+    /// # Errors
+    /// `text` is no quantity, or one of another dimension.
+    pub fn parse_any(kinds: &[Kind], text: &str) -> Result<Quantity, QuantityError> {
+        let quantity: Quantity = text.parse()?;
+        match quantity.dimension {
+            Some(dimension) if !kinds.iter().any(|kind| kind.dimension == dimension) => {
+                Err(QuantityError::WrongDimension {
+                    text: text.trim().to_owned(),
+                    found: dimension,
+                    expected: kinds.to_vec(),
+                })
+            }
+            _ => Ok(quantity),
+        }
+    }
+
+    /// `a pressure [Pa]`.
+    pub fn described(&self) -> String {
+        format!("{} [{}]", self.name, self.unit)
+    }
+
+    /// `a length [m]`; what has no name, by its unit alone.
+    pub(super) fn of(dimension: Dimension) -> String {
+        match Kind::ALL.iter().find(|kind| kind.dimension == dimension) {
+            Some(kind) if kind.dimension == Dimension::default() => kind.name.to_owned(),
+            Some(kind) => kind.described(),
+            None => format!("in [{dimension}]"),
+        }
+    }
+}
