@@ -6,6 +6,7 @@ use super::{
 };
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
+use crate::scene::{As, Pressure};
 
 /// Small-strain linear elasticity.
 ///
@@ -45,6 +46,7 @@ impl Linear {
 #[serde(deny_unknown_fields)]
 pub struct PlaneIsotropic {
     /// Young's modulus E [Pa], positive.
+    #[serde(with = "As::<Pressure>")]
     pub young: f64,
     /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D.
     pub poisson: f64,
