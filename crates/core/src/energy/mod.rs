@@ -5,6 +5,7 @@ pub mod gravity;
 pub mod gravity_over_time;
 pub mod nbody;
 pub mod patch;
+mod rows;
 pub mod spring;
 
 use crate::diagnostics::ElementState;

@@ -1,4 +1,4 @@
-//! Stencils (elements, springs) grouped into patches: the loop that everything made of stencils runs through.
+//! Stencils (elements, or whatever joins a few vertices) grouped into patches: the loop that elements run through.
 //!
 //! Each patch has its own list of vertices and numbers them locally, so that a kernel works in scratch memory that fits
 //! the first cache; its sums per vertex are written out, and afterwards every vertex adds the few patches that touch it,
@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::lanes::{Kernel, Lanes, Rows, WIDTH, dispatch};
+use super::rows::{Export, Run};
+use crate::lanes::{Rows, WIDTH, dispatch};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
 const PATCH_STENCILS: usize = 1024;
@@ -88,27 +89,6 @@ pub struct Patch {
     pub vertices: Range<usize>,
     /// Its part of `Patches::runs`.
     runs: Range<usize>,
-}
-
-/// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its vertices in ascending
-/// order, so that neighbours in a well-numbered mesh mostly come in runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Run {
-    vertex: u32,
-    row: u32,
-    count: u32,
-}
-
-impl Run {
-    /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of `longest`.
-    fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = Run> {
-        let mut row = row as u32;
-        vertices.chunk_by(move |a, b| b - a == 1 && b % longest != 0).map(move |run| {
-            let count = run.len() as u32;
-            row += count;
-            Run { vertex: run[0], row: row - count, count }
-        })
-    }
 }
 
 /// Vertices that are added up in one go: runs end at multiples.
@@ -381,34 +361,5 @@ impl<const N: usize> Patches<N> {
         self.index.len() * (size_of::<PackIndex<N>>() + size_of::<[Option<u32>; WIDTH]>())
             + 4 * (self.vertices.len() + self.block_start.len())
             + size_of::<Run>() * (self.runs.len() + self.sum_runs.len())
-    }
-}
-
-/// Copies numbers; gives whether all are finite.
-struct Export<'a> {
-    from: &'a [f64],
-    to: &'a mut [f64],
-}
-
-impl Kernel for Export<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> bool {
-        let (from, from_rest) = self.from.as_chunks::<WIDTH>();
-        let (to, to_rest) = self.to.as_chunks_mut::<WIDTH>();
-        // Zero times a finite number is zero, times anything else NaN.
-        let mut sum = L::zero();
-        for (from, to) in from.iter().zip(to) {
-            let numbers = L::load(from);
-            numbers.store(to);
-            sum = L::zero().mul_add(numbers, sum);
-        }
-        let mut sum = sum.horizontal_sum();
-        for (from, to) in from_rest.iter().zip(to_rest) {
-            *to = *from;
-            sum += 0.0 * from;
-        }
-        sum == 0.0
     }
 }

@@ -1,0 +1,56 @@
+//! Rows of vertices in bulk: which go together, and how they leave scratch memory.
+
+use crate::lanes::{Kernel, Lanes, WIDTH};
+
+/// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its vertices in ascending
+/// order, so that neighbours in a well-numbered mesh mostly come in runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Run {
+    /// The first vertex.
+    pub(super) vertex: u32,
+    /// Its row.
+    pub(super) row: u32,
+    /// How many there are.
+    pub(super) count: u32,
+}
+
+impl Run {
+    /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of `longest`.
+    pub(super) fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = Run> {
+        let mut row = row as u32;
+        vertices.chunk_by(move |a, b| b - a == 1 && b % longest != 0).map(move |run| {
+            let count = run.len() as u32;
+            row += count;
+            Run { vertex: run[0], row: row - count, count }
+        })
+    }
+}
+
+/// Copies numbers; gives whether all are finite.
+pub(super) struct Export<'a> {
+    pub(super) from: &'a [f64],
+    pub(super) to: &'a mut [f64],
+}
+
+impl Kernel for Export<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let (from, from_rest) = self.from.as_chunks::<WIDTH>();
+        let (to, to_rest) = self.to.as_chunks_mut::<WIDTH>();
+        // Zero times a finite number is zero, times anything else NaN.
+        let mut sum = L::zero();
+        for (from, to) in from.iter().zip(to) {
+            let numbers = L::load(from);
+            numbers.store(to);
+            sum = L::zero().mul_add(numbers, sum);
+        }
+        let mut sum = sum.horizontal_sum();
+        for (from, to) in from_rest.iter().zip(to_rest) {
+            *to = *from;
+            sum += 0.0 * from;
+        }
+        sum == 0.0
+    }
+}
