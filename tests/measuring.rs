@@ -11,6 +11,7 @@ use pliant::state::State;
 use pliant::system::System;
 
 use crate::support::method;
+use crate::support::solid::{Solid, isotropic, scattered};
 
 /// `E = 1/2 |x|^2`, which counts how often it is asked for.
 struct Counting {
@@ -92,4 +93,27 @@ fn only_frames_whose_energies_are_read_are_measured() {
     assert!((2..=4).contains(&unwatched), "{unwatched}");
     assert_eq!(evaluations(Some(Watching { energies: false, frames: 0 })), unwatched);
     assert_eq!(evaluations(Some(Watching { energies: true, frames: 0 })), unwatched + 21);
+}
+
+// The stability limit may be asked for at any time: products with the Hessian use the memory of the force, and the next step must
+// not take what they leave there for it.
+#[test]
+fn measuring_between_steps_does_not_change_a_step() {
+    let solid = Solid::grid(&[4, 3, 3], &[0.4, 0.3, 0.3], isotropic("stable-neo-hookean", 1e5, 0.3));
+    let outcome = |measured: bool| {
+        let mut simulation = solid.simulation(method("velocity-verlet"), 1e-4);
+        for (k, v) in simulation.state_mut().v_mut().iter_mut().enumerate() {
+            *v = 0.1 * scattered(k);
+        }
+        for _ in 0..5 {
+            simulation.step().unwrap();
+            if measured {
+                assert!(simulation.stability_limit(1.0).step > 1e-4);
+                assert!(simulation.diagnostics().total.is_finite());
+            }
+        }
+        let state = simulation.state();
+        state.x().iter().chain(state.v()).map(|x| x.to_bits()).collect::<Vec<u64>>()
+    };
+    assert!(outcome(true) == outcome(false));
 }

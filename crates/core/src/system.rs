@@ -207,6 +207,8 @@ impl System {
 
     /// As [`hessian_product`](Self::hessian_product), but terms may approximate; whether any did.
     pub(crate) fn stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        // Terms may use the memory of their force.
+        self.force = ForceId::NONE;
         y.fill(0.0);
         let mut approximate = false;
         for term in &mut self.terms {
