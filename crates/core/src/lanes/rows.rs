@@ -157,19 +157,6 @@ impl<const D: usize> RowSlice<D> {
         self.0[..count * Self::STRIDE].fill(0.0);
     }
 
-    /// Overwrites row `i` with the position of vertex `vertices[i]`, taken from a flat array of shape `(n, D)`.
-    ///
-    /// # Panics
-    /// If a vertex lies beyond the end of `positions`, or there are more vertices than rows.
-    #[inline(always)]
-    pub fn load_vertices(&mut self, positions: &[f64], vertices: &[u32]) {
-        let (positions, _) = positions.as_chunks::<D>();
-        let rows = self.0[..vertices.len() * Self::STRIDE].chunks_exact_mut(Self::STRIDE);
-        for (row, &vertex) in rows.zip(vertices) {
-            row[..D].copy_from_slice(&positions[vertex as usize]);
-        }
-    }
-
     /// Overwrites the rows from `first` on with the points of a flat array of shape `(n, D)`.
     ///
     /// # Panics

@@ -344,7 +344,9 @@ mod tests {
             rest.iter().flat_map(|x| turn.mul_vec(x).map(|y| 1.1 * y + 0.1 * y * y)).collect();
         let (material, patch) = (Corotated::new(&Isotropic::example()), &patches.patches[0]);
         let mut scratch = Scratch::new();
-        scratch.position.load_vertices(&position, &patches.vertices);
+        for (row, &v) in patches.vertices.iter().enumerate() {
+            scratch.position.load(row, &position[3 * v as usize..][..3]);
+        }
         let kernel = GradientKernel::<_, 3, 4, AUTODIFF> {
             material: &material,
             patches: &patches,

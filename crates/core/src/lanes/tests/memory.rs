@@ -78,7 +78,8 @@ fn gather_and_scatter_agree_with_rows_in_the_plane() {
 #[test]
 fn rows_hold_vertices() {
     let mut rows = Rows::<3>::new();
-    rows.load_vertices(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], &[1, 0]);
+    rows.load(1, &[0.0, 1.0, 2.0]);
+    rows.load(0, &[3.0, 4.0, 5.0]);
     assert_eq!(rows.get(0), [3.0, 4.0, 5.0]);
     assert_eq!(rows.as_slice()[..8], [3.0, 4.0, 5.0, 0.0, 0.0, 1.0, 2.0, 0.0]);
     rows.clear(1);
