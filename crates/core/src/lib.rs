@@ -61,6 +61,7 @@ pub mod run;
 pub mod scalar;
 pub mod scene;
 pub mod simulation;
+pub mod solver;
 pub mod state;
 pub mod system;
 pub mod topology;

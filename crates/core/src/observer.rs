@@ -1,6 +1,7 @@
 //! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
 
 use crate::diagnostics::Diagnostics;
+use crate::solver::SolverWork;
 
 /// Work done since the start of the run, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -9,6 +10,9 @@ pub struct Work {
     pub steps: u64,
     /// Evaluations of the total force.
     pub force_evaluations: u64,
+    /// What the solvers of an implicit scheme did; `None` for explicit ones.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solver: Option<SolverWork>,
 }
 
 /// One moment of a run. Borrowed: an observer copies what it keeps.

@@ -7,6 +7,7 @@ use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
+use crate::solver::{SolverOptions, Verdict};
 use crate::state::{State, diagonal};
 use crate::system::System;
 
@@ -43,6 +44,28 @@ pub enum StepError {
         /// Largest stable step at the start [s], where it is known.
         stable_step: Option<f64>,
     },
+    /// The equations of an implicit step were not solved.
+    #[error(
+        "step {step} (t = {time:.6} s) was not solved: {verdict}; {iterations} Newton iterations, last correction {correction:.3e} m{}; \
+         try a smaller step, {:.4e} s",
+        place(.fault), 0.5 * *.step_size
+    )]
+    Unsolved {
+        /// The step that was tried, from 1.
+        step: u64,
+        /// Time at its beginning [s].
+        time: f64,
+        /// How the solver ended.
+        verdict: Verdict,
+        /// Newton iterations taken.
+        iterations: u32,
+        /// Largest component of the last correction [m].
+        correction: f64,
+        /// What a term knows of the cause.
+        fault: Option<Fault>,
+        /// The step size that was tried [s].
+        step_size: f64,
+    },
     /// The total energy has grown beyond any physical cause.
     #[error(
         "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
@@ -70,6 +93,10 @@ fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
         (None, Some(vertex)) => format!("vertex {vertex} has no finite position or velocity"),
         (None, None) => "the force is not finite".into(),
     }
+}
+
+fn place(fault: &Option<Fault>) -> String {
+    fault.as_ref().map_or(String::new(), |fault| format!("; {fault}"))
 }
 
 /// What to change.
@@ -106,7 +133,7 @@ impl Simulation {
                 v.fill(0.0);
             }
         }
-        let integrator = method.build(state.x().len());
+        let integrator = method.build(state.x().len(), SolverOptions::default());
         Simulation {
             system,
             state,
@@ -116,6 +143,11 @@ impl Simulation {
             step_size,
             stability: None,
         }
+    }
+
+    /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
+    pub fn set_solver(&mut self, options: SolverOptions) {
+        self.integrator = self.method.build(self.state.x().len(), options);
     }
 
     /// Takes one step.
@@ -155,12 +187,23 @@ impl Simulation {
         self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()))
     }
 
-    fn not_finite(&self, StepFault { fault, vertex }: StepFault) -> StepError {
+    fn not_finite(&self, StepFault { fault, vertex, solve }: StepFault) -> StepError {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
+        if let Some(solve) = solve {
+            return StepError::Unsolved {
+                step: self.state.step + 1,
+                time: self.state.time,
+                verdict: solve.verdict,
+                iterations: solve.iterations,
+                correction: solve.correction,
+                fault,
+                step_size: self.step_size,
+            };
+        }
         StepError::NotFinite {
             step: self.state.step + 1,
             time: self.state.time,
@@ -270,7 +313,8 @@ impl Simulation {
 
     /// Work done so far.
     pub fn work(&self) -> Work {
-        Work { steps: self.state.step, force_evaluations: self.system.force_evaluations() }
+        let solver = (self.method.documentation.solves > 0).then(|| self.integrator.work());
+        Work { steps: self.state.step, force_evaluations: self.system.force_evaluations(), solver }
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only

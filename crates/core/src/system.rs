@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::constraint::Wall;
-use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
+use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{Pass, Passed, Surroundings};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -126,6 +126,21 @@ impl System {
         self.terms.iter_mut().map(|t| t.scale(x)).sum()
     }
 
+    /// Potential energy of all terms [J]; `+inf` outside the domain of a barrier material.
+    pub fn potential_energy(&mut self, x: &[f64]) -> f64 {
+        self.terms.iter_mut().map(|t| t.energy(x)).sum()
+    }
+
+    /// The stencils of every term, in their order.
+    pub(crate) fn stencils(&mut self) -> Vec<Stencils> {
+        self.terms.iter_mut().map(|t| t.stencils()).collect()
+    }
+
+    /// The largest part of the step from `x` to `x + dx` that every term admits, in (0, 1].
+    pub(crate) fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        self.terms.iter().map(|t| t.max_step(x, dx)).fold(1.0, f64::min)
+    }
+
     /// Kinetic energy `sum 1/2 m |v|^2` [J].
     pub fn kinetic(&self, v: &[f64]) -> f64 {
         let speeds = v.chunks_exact(self.dimension).map(|v| v.iter().map(|c| c * c).sum::<f64>());
@@ -164,6 +179,11 @@ impl System {
         let mut a = vec![0.0; self.inverse_mass.len()];
         self.surroundings().accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
+    }
+
+    /// The force that the terms hold.
+    pub(crate) fn force(&self) -> ForceId {
+        self.force
     }
 
     /// Whether the terms still hold this force.

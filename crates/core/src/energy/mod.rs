@@ -8,7 +8,10 @@ pub mod patch;
 mod rows;
 pub mod spring;
 
+use std::ops::Range;
+
 use crate::diagnostics::ElementState;
+use crate::material::Psd;
 
 /// Which sum of the diagnostics an energy belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +91,15 @@ impl DeformationExtremes {
     }
 }
 
+/// Groups of vertices that a term couples.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stencils {
+    /// Vertices of each.
+    pub size: usize,
+    /// Their vertices, flat `(stencils, size)`.
+    pub vertices: Vec<u32>,
+}
+
 /// One additive potential `E(x)`, or `E(x, t)`.
 ///
 /// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own business. It
@@ -141,6 +153,28 @@ pub trait EnergyTerm: Send + Sync {
     fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         self.add_hessian_product(x, p, y);
         false
+    }
+
+    /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of its own. Asked for
+    /// by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians).
+    ///
+    /// A term without stencils has no second derivative, or leaves it out of the matrix: Newton's method then still converges to the
+    /// right solution, but more slowly.
+    fn stencils(&mut self) -> Stencils {
+        Stencils::default()
+    }
+
+    /// Writes the Hessians [N/m] of these stencils at `x` to `out`: for each stencil of vertices `v_0, v_1, ..`, for each pair
+    /// `a <= b` in the order `00, 01, .., 11, ..`, the block `d2E / dx_(v_a) dx_(v_b)`, `dimension x dimension` by rows. Called from several
+    /// threads.
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        let _ = (stencils, x, psd, out);
+    }
+
+    /// The largest part of the step from `x` to `x + dx` that stays where the energy is finite: in (0, 1].
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let _ = (x, dx);
+        1.0
     }
 
     /// No more of these products will be asked for: memory for them can go.

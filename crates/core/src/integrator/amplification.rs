@@ -1,7 +1,11 @@
 //! What a scheme does to the oscillator, measured by running it.
 
 use super::Method;
-use crate::energy::{EnergyKind, EnergyTerm, Fault};
+use std::ops::Range;
+
+use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::material::Psd;
+use crate::solver::SolverOptions;
 use crate::state::State;
 use crate::system::System;
 
@@ -30,7 +34,7 @@ pub fn amplification(method: &Method, z: f64, decay: f64) -> Amplification {
         system.add_term(Box::<Oscillator>::default());
         let mut state = State::new(vec![start[0]], vec![start[1] * half_decay]);
         // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large anyway.
-        *column = match method.build(1).step(&mut system, &mut state, z) {
+        *column = match method.build(1, SolverOptions::default()).step(&mut system, &mut state, z) {
             Ok(()) => [state.x()[0], state.v()[0] * half_decay],
             Err(_) => [f64::INFINITY; 2],
         };
@@ -68,6 +72,12 @@ impl EnergyTerm for Oscillator {
         for (y, p) in y.iter_mut().zip(p) {
             *y += p;
         }
+    }
+    fn stencils(&mut self) -> Stencils {
+        Stencils { size: 1, vertices: vec![0] }
+    }
+    fn stencil_hessians(&self, _: Range<usize>, _x: &[f64], _: Psd, out: &mut [f64]) {
+        out.fill(1.0);
     }
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         None

@@ -12,6 +12,7 @@ pub const METHOD: Method = Method {
         summary: "Forward Euler: fast, gains energy at every step; to compare against",
         order: 1,
         force_evaluations: 1,
+        solves: 0,
         stability_limit: 0.0,
         symplectic: false,
         conserves: "nothing else",

@@ -1,9 +1,12 @@
 //! Time integrators: one scheme, one file, one line in the registry below.
 //!
-//! A scheme is data: coefficients of kicks and drifts ([`splitting`]) or a Butcher tableau ([`runge_kutta`]), with its own
-//! documentation. Two engines turn the data into steps.
+//! A scheme is data: coefficients of kicks and drifts ([`splitting`]), a Butcher tableau ([`runge_kutta`], [`dirk`]) or the
+//! coefficients of another family ([`alpha`]), with its own documentation. One engine for each family turns the data into steps.
 
+pub mod alpha;
 mod amplification;
+pub mod dirk;
+mod implicit;
 pub mod runge_kutta;
 pub mod splitting;
 #[cfg(test)]
@@ -13,6 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::energy::Fault;
+use crate::solver::{SolveError, SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::System;
 
@@ -58,6 +62,18 @@ register! {
     rk2_midpoint => Rk2Midpoint,
     rk4 => Rk4,
     yoshida4 => Yoshida4,
+    implicit_euler => ImplicitEuler,
+    linearised_implicit_euler => LinearisedImplicitEuler,
+    implicit_midpoint => ImplicitMidpoint,
+    trapezoid => Trapezoid,
+    newmark => Newmark(p: NewmarkParameters),
+    generalised_alpha => GeneralisedAlpha(p: GeneralisedAlphaParameters),
+    bdf2 => Bdf2(p: Bdf2Parameters),
+    tr_bdf2 => TrBdf2,
+    sdirk2 => Sdirk2,
+    sdirk3 => Sdirk3,
+    crouzeix3 => Crouzeix3,
+    sdirk4 => Sdirk4,
 }
 
 /// What a scheme says of itself; `pliant list` prints it, and the conformance tests measure every number in it.
@@ -69,9 +85,12 @@ pub struct Documentation {
     pub summary: &'static str,
     /// Order of convergence of positions and velocities.
     pub order: u32,
-    /// Force evaluations per step.
+    /// Force evaluations per step; 0 for implicit schemes, where that depends on the iterations.
     pub force_evaluations: u32,
-    /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at any step.
+    /// Systems of equations solved per step; 0 for explicit schemes.
+    pub solves: u32,
+    /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at any step;
+    /// infinite: any step.
     pub stability_limit: f64,
     /// Whether it is symplectic: the energy error is bounded and does not drift.
     pub symplectic: bool,
@@ -88,6 +107,14 @@ pub enum Scheme {
     Splitting(&'static [splitting::Stage]),
     /// An explicit Runge-Kutta tableau on `(x, v)`.
     RungeKutta(runge_kutta::Tableau),
+    /// A diagonally implicit one.
+    Dirk(dirk::DirkTableau),
+    /// The same with one Newton step in place of each solution.
+    Linearised(dirk::DirkTableau),
+    /// Newmark and generalised alpha.
+    Alpha(alpha::AlphaCoefficients),
+    /// Backward differentiation over two steps, started so.
+    Bdf2(bdf2::Bdf2Start),
 }
 
 /// A scheme with its documentation: what one file of this folder exports.
@@ -100,11 +127,16 @@ pub struct Method {
 }
 
 impl Method {
-    /// An integrator for systems with `unknowns = n * dimension` coordinates; allocates all it will ever need.
-    pub fn build(&self, unknowns: usize) -> Box<dyn Integrator> {
+    /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as `options` say. An explicit
+    /// one allocates all it will ever need.
+    pub fn build(&self, unknowns: usize, options: SolverOptions) -> Box<dyn Integrator> {
         match self.scheme {
             Scheme::Splitting(stages) => Box::new(splitting::Splitting::new(stages, unknowns)),
             Scheme::RungeKutta(tableau) => Box::new(runge_kutta::RungeKutta::new(tableau, unknowns)),
+            Scheme::Dirk(tableau) => Box::new(dirk::Dirk::new(tableau, false, unknowns, options)),
+            Scheme::Linearised(tableau) => Box::new(dirk::Dirk::new(tableau, true, unknowns, options)),
+            Scheme::Alpha(coefficients) => Box::new(alpha::Alpha::new(coefficients, unknowns, options)),
+            Scheme::Bdf2(start) => Box::new(bdf2::Bdf2::new(start, unknowns, options)),
         }
     }
 }
@@ -120,6 +152,11 @@ pub trait Integrator: Send + Sync {
     /// Takes back the positions and velocities of the last [`step`](Self::step), to the last bit; once.
     fn undo(&mut self, state: &mut State);
 
+    /// Work done in solvers so far; nothing for explicit schemes.
+    fn work(&self) -> SolverWork {
+        SolverWork::default()
+    }
+
     /// Bytes of scratch memory held.
     fn bytes(&self) -> usize;
 }
@@ -131,13 +168,15 @@ pub struct StepFault {
     pub fault: Option<Fault>,
     /// First vertex whose new position or velocity is not finite.
     pub vertex: Option<usize>,
+    /// How the solver of an implicit step ended, where that is the reason.
+    pub solve: Option<SolveError>,
 }
 
 impl StepFault {
     /// Finds out what went wrong with these stage values.
     pub(crate) fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
         let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
-        StepFault { fault: system.fault(x), vertex: vertex.map(|i| i / system.dimension()) }
+        StepFault { fault: system.fault(x), vertex: vertex.map(|i| i / system.dimension()), solve: None }
     }
 }
 

@@ -11,6 +11,7 @@ pub const METHOD: Method = Method {
         summary: "Explicit midpoint rule: second order, gains energy slowly at every step",
         order: 2,
         force_evaluations: 2,
+        solves: 0,
         stability_limit: 0.0,
         symplectic: false,
         conserves: "nothing else",

@@ -11,6 +11,7 @@ pub const METHOD: Method = Method {
         summary: "Classical Runge-Kutta: fourth order, loses energy slowly",
         order: 4,
         force_evaluations: 4,
+        solves: 0,
         stability_limit: 2.828_427_124_746_19,
         symplectic: false,
         conserves: "nothing else",

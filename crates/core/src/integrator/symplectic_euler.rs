@@ -11,6 +11,7 @@ pub const METHOD: Method = Method {
         summary: "Symplectic Euler, kick then drift: one force a step, no energy drift; the default explicit method",
         order: 1,
         force_evaluations: 1,
+        solves: 0,
         stability_limit: 2.0,
         symplectic: true,
         conserves: "angular momentum; energy up to a bounded oscillation of order h",

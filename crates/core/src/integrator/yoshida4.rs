@@ -26,6 +26,7 @@ pub const METHOD: Method = Method {
         summary: "Yoshida's triple jump: fourth order, no energy drift, three forces a step",
         order: 4,
         force_evaluations: 3,
+        solves: 0,
         stability_limit: 1.573_401_947_435_6,
         symplectic: true,
         conserves: "angular momentum; energy up to a bounded oscillation of order h^4",

@@ -1,16 +1,19 @@
 //! Hyperelastic elements: the energy `sum_e w_e Psi(F_e)`.
 
+mod hessian;
 mod kernels;
+
+use std::ops::Range;
 
 use kernels::{DeformationKernel, EnergyKernel, GradientKernel, HessianKernel};
 
 use super::patch::{Patches, Workspace};
-use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
+use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
 use crate::diagnostics::ElementState;
 use crate::element::{SimplexPack, edge_matrix, simplex_rest};
 use crate::lanes::{dispatch, dispatch_compact};
-use crate::material::{Domain, Material};
+use crate::material::{Domain, Material, Psd};
 use crate::mesh::order::along_curve;
 use crate::scene::Stress;
 
@@ -115,6 +118,21 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
             dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
         });
         patches.add_rows(workspace, 0, y);
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        hessian::stencils(&self.patches)
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        hessian::fill(&self.material, &self.patches, &self.packs, stencils, x, psd, out);
+    }
+
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        match Material::<D>::domain(&self.material) {
+            Domain::Everywhere => 1.0,
+            Domain::PositiveJ => hessian::step_to_collapse(self.elements(), x, dx),
+        }
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

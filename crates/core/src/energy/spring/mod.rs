@@ -5,6 +5,7 @@ mod gathered;
 mod half_springs;
 mod kernels;
 mod neighbours;
+mod pair;
 mod runs;
 mod slots;
 #[cfg(test)]
@@ -15,8 +16,10 @@ use std::ops::Range;
 use self::arrangement::Arrangement;
 use self::gathered::Gathered;
 use self::half_springs::HalfSprings;
+use self::pair::Pair;
 use self::runs::Runs;
-use super::{EnergyKind, EnergyTerm, Fault};
+use super::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::material::Psd;
 
 /// `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l - l0) (x_1 - x_2) / l` (lecture 9).
 ///
@@ -30,6 +33,8 @@ pub struct Springs<const D: usize> {
     /// Coordinates of the vertices from the first to the last with springs, in a flat array.
     coordinates: Range<usize>,
     layout: Layout<D>,
+    /// The springs one by one, once an implicit scheme has asked for them.
+    pairs: Vec<Pair>,
 }
 
 enum Layout<const D: usize> {
@@ -67,7 +72,7 @@ impl<const D: usize> Springs<D> {
             Some(runs) => Layout::Runs(Arrangement::new(runs)),
             None => Layout::Gathered(Arrangement::new(Gathered::new(&half, stiffness, rest_length))),
         };
-        Springs { body: body.into(), coordinates: half.first_vertex * D..end * D, layout }
+        Springs { body: body.into(), coordinates: half.first_vertex * D..end * D, layout, pairs: vec![] }
     }
 }
 
@@ -108,6 +113,21 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         on!(&mut self.layout, springs => springs.add_hessian_product(x, p, y));
     }
 
+    fn stencils(&mut self) -> Stencils {
+        let first = self.coordinates.start / D;
+        let springs = on!(&self.layout, springs => springs
+            .springs()
+            .map(|(_, ends, stiffness, rest_length)| Pair { ends: ends.map(|v| (first + v) as u32), stiffness, rest_length })
+            .collect::<Vec<_>>());
+        let vertices = springs.iter().flat_map(|s| s.ends).collect();
+        self.pairs = springs;
+        Stencils { size: 2, vertices }
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        pair::hessians::<D>(&self.pairs[stencils], x, psd, out);
+    }
+
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let x: &[[f64; D]] = x[self.coordinates.clone()].as_chunks().0;
         let length = |[a, b]: [usize; 2]| (0..D).map(|c| (x[a][c] - x[b][c]).powi(2)).sum::<f64>().sqrt();
@@ -124,6 +144,6 @@ impl<const D: usize> EnergyTerm for Springs<D> {
     }
 
     fn bytes(&self) -> usize {
-        on!(&self.layout, springs => springs.bytes())
+        on!(&self.layout, springs => springs.bytes()) + size_of_val(&self.pairs[..])
     }
 }

@@ -77,7 +77,7 @@ impl Moment {
             x: &self.x,
             v: &self.v,
             diagnostics: Some(&self.diagnostics),
-            work: Work { steps: 10 * self.index, force_evaluations: 20 * self.index },
+            work: Work { steps: 10 * self.index, force_evaluations: 20 * self.index, solver: None },
         }
     }
 }

@@ -1,0 +1,127 @@
+//! The generalised-alpha family, Newmark's methods included.
+
+use super::implicit::{Next, StageSolver};
+use super::{Integrator, StepFault};
+use crate::solver::{SolverOptions, SolverWork};
+use crate::state::State;
+use crate::system::{ForceId, System};
+
+/// Coefficients of `M a_(n+1-alpha_m) = f(x_(n+1-alpha_f)) - c M v_(n+1-alpha_f)` with Newmark's formulas
+/// `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and `v_(n+1) = v_n + h ((1 - gamma) a_n + gamma a_(n+1))`,
+/// where `y_(n+1-alpha) = (1 - alpha) y_(n+1) + alpha y_n`; Chung, Hulbert 1993, "A time integration algorithm for structural
+/// dynamics with improved numerical dissipation", eqs. 1 to 6.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlphaCoefficients {
+    /// Weight of the old acceleration in the equation of motion.
+    pub alpha_m: f64,
+    /// Weight of the old force in it.
+    pub alpha_f: f64,
+    /// Newmark's `beta`.
+    pub beta: f64,
+    /// Newmark's `gamma`.
+    pub gamma: f64,
+}
+
+/// Runs any of them.
+pub struct Alpha {
+    coefficients: AlphaCoefficients,
+    solver: StageSolver,
+    /// The state at the end of the last step, and the acceleration that belongs to it: history is good where both fit.
+    after: Next,
+    acceleration: Vec<f64>,
+    /// What `acceleration` was before the last step.
+    before: Vec<f64>,
+    known: bool,
+    next: Next,
+}
+
+impl Alpha {
+    /// A runner on `unknowns` coordinates.
+    pub fn new(coefficients: AlphaCoefficients, unknowns: usize, options: SolverOptions) -> Self {
+        Alpha {
+            coefficients,
+            solver: StageSolver::new(options),
+            after: Next::new(unknowns),
+            acceleration: vec![0.0; unknowns],
+            before: vec![0.0; unknowns],
+            known: false,
+            next: Next::new(unknowns),
+        }
+    }
+
+    /// Makes sure of the acceleration at the state: the one remembered, or that of the force there.
+    fn start(&mut self, system: &mut System, state: &mut State) -> Result<(), StepFault> {
+        if self.known && self.after.x == state.x() && self.after.v == state.v() {
+            return Ok(());
+        }
+        if !state.ensure_force(system, state.time) {
+            return Err(StepFault::at(system, state.x(), state.v()));
+        }
+        system.accelerations(&mut self.acceleration);
+        let drag = system.ether_drag();
+        self.acceleration.iter_mut().zip(state.v()).for_each(|(a, v)| *a -= drag * v);
+        Ok(())
+    }
+}
+
+impl Integrator for Alpha {
+    fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        self.start(system, state)?;
+        self.known = false;
+        let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;
+        let (x, v, a) = (state.x(), state.v(), &self.acceleration);
+        let drag = system.ether_drag();
+        // With X = x_(n+1-alpha_f), x_(n+1) = (X - alpha_f x_n)/(1 - alpha_f), a_(n+1) = (x_(n+1) - p)/(beta h^2) and
+        // v_(n+1) = q + gamma h a_(n+1), the equation of motion is `inertia (X - target) = s a(X)`.
+        let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
+        let inertia = 1.0 + new_f * gamma * h * drag / new_m;
+        let s = beta * h * h * new_f / new_m;
+        let target = self.solver.target(x.len());
+        for i in 0..x.len() {
+            let p = x[i] + h * v[i] + h * h * (0.5 - beta) * a[i];
+            let q = v[i] + h * (1.0 - gamma) * a[i];
+            // What does not depend on X: old acceleration, and the drag of old velocities.
+            let old = alpha_m * a[i] + drag * (new_f * q + alpha_f * v[i]);
+            target[i] = new_f * p + alpha_f * x[i] - s / inertia * old;
+        }
+        let time = state.time + new_f * h;
+        self.next.x.copy_from_slice(x);
+        self.solver.minimize(system, inertia, s, time, Some(a), &mut self.next.x, false)?;
+        let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
+        std::mem::swap(&mut self.acceleration, &mut self.before);
+        let (a, weight) = (&self.before, system.inverse_mass());
+        for i in 0..x.len() {
+            if weight[i] == 0.0 {
+                (self.next.v[i], self.acceleration[i]) = (0.0, 0.0);
+                continue;
+            }
+            let p = x[i] + h * v[i] + h * h * (0.5 - beta) * a[i];
+            // x_(n+1) - p without the cancellation of adding alpha_f x_n and taking it off again.
+            let to = (self.next.x[i] - alpha_f * x[i]) / new_f;
+            let acceleration = (to - p) / (beta * h * h);
+            self.next.x[i] = to;
+            self.next.v[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * acceleration);
+            self.acceleration[i] = acceleration;
+        }
+        self.next.commit(system, state, force)?;
+        self.after.x.copy_from_slice(state.x());
+        self.after.v.copy_from_slice(state.v());
+        self.known = true;
+        Ok(())
+    }
+
+    fn undo(&mut self, state: &mut State) {
+        state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+        std::mem::swap(&mut self.acceleration, &mut self.before);
+        self.after.x.copy_from_slice(state.x());
+        self.after.v.copy_from_slice(state.v());
+    }
+
+    fn work(&self) -> SolverWork {
+        self.solver.work()
+    }
+
+    fn bytes(&self) -> usize {
+        16 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
+    }
+}

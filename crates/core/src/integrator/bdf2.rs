@@ -1,0 +1,154 @@
+//! The second backward differentiation formula, `y_(n+1) = (4 y_n - y_(n-1))/3 + (2/3) h y'_(n+1)`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::dirk::Dirk;
+use super::implicit::{Next, Stage, StageSolver};
+use super::{Documentation, Integrator, Method, Scheme, StepFault, implicit_euler, tr_bdf2};
+use crate::solver::{SolverOptions, SolverWork};
+use crate::state::State;
+use crate::system::{ForceId, System};
+
+/// How BDF2 starts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Bdf2Parameters {
+    /// What takes the first step, for which there is no state before.
+    pub start: Bdf2Start,
+}
+
+/// A scheme of one step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bdf2Start {
+    /// Accurate to the order of the method, and as stable.
+    TrBdf2,
+    /// The textbook's choice.
+    ImplicitEuler,
+}
+
+impl Default for Bdf2Parameters {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl Bdf2Parameters {
+    /// Started by TR-BDF2.
+    pub const DEFAULT: Self = Bdf2Parameters { start: Bdf2Start::TrBdf2 };
+
+    /// The scheme.
+    pub fn method(self) -> Method {
+        Method {
+            documentation: Documentation {
+                name: "bdf2",
+                summary: "Backward differentiation of order 2: one solve a step, damps fast motion out; keeps the last state",
+                order: 2,
+                force_evaluations: 0,
+                solves: 1,
+                stability_limit: f64::INFINITY,
+                symplectic: false,
+                conserves: "nothing else",
+                source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, section V.1",
+            },
+            scheme: Scheme::Bdf2(self.start),
+        }
+    }
+}
+
+/// Runs BDF2.
+pub struct Bdf2 {
+    solver: StageSolver,
+    start: Dirk,
+    /// The state before the last step, and the one it led to: history is good where that is the state, and the step the same.
+    before: Next,
+    after: Next,
+    step: Option<f64>,
+    z: Vec<f64>,
+    w: Vec<f64>,
+    acceleration: Vec<f64>,
+    next: Next,
+    /// What `before` was before the last step.
+    older: Next,
+    started: bool,
+}
+
+impl Bdf2 {
+    /// A runner on `unknowns` coordinates.
+    pub fn new(start: Bdf2Start, unknowns: usize, options: SolverOptions) -> Self {
+        let tableau = match start {
+            Bdf2Start::TrBdf2 => tr_bdf2::TABLEAU,
+            Bdf2Start::ImplicitEuler => implicit_euler::TABLEAU,
+        };
+        Bdf2 {
+            solver: StageSolver::new(options),
+            start: Dirk::new(tableau, false, unknowns, options),
+            before: Next::new(unknowns),
+            after: Next::new(unknowns),
+            step: None,
+            z: vec![0.0; unknowns],
+            w: vec![0.0; unknowns],
+            acceleration: vec![0.0; unknowns],
+            next: Next::new(unknowns),
+            older: Next::new(unknowns),
+            started: false,
+        }
+    }
+
+    fn remember(&mut self, state: &State, h: f64) {
+        self.after.x.copy_from_slice(state.x());
+        self.after.v.copy_from_slice(state.v());
+        self.step = Some(h);
+    }
+}
+
+impl Integrator for Bdf2 {
+    fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        let known = self.step == Some(h) && self.after.x == state.x() && self.after.v == state.v();
+        self.step = None;
+        std::mem::swap(&mut self.before, &mut self.older);
+        self.started = !known;
+        self.before.x.copy_from_slice(state.x());
+        self.before.v.copy_from_slice(state.v());
+        if !known {
+            self.start.step(system, state, h)?;
+            self.remember(state, h);
+            return Ok(());
+        }
+        for i in 0..self.z.len() {
+            self.z[i] = (4.0 * state.x()[i] - self.older.x[i]) / 3.0;
+            self.w[i] = (4.0 * state.v()[i] - self.older.v[i]) / 3.0;
+        }
+        let stage = Stage { z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
+        let Next { x, v } = &mut self.next;
+        x.copy_from_slice(state.x());
+        self.solver.solve(system, &stage, x, v, &mut self.acceleration, false)?;
+        let force = system.force();
+        self.next.commit(system, state, force)?;
+        self.remember(state, h);
+        Ok(())
+    }
+
+    fn undo(&mut self, state: &mut State) {
+        if self.started {
+            self.start.undo(state);
+        } else {
+            state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+        }
+        std::mem::swap(&mut self.before, &mut self.older);
+        let step = self.step;
+        self.after.x.copy_from_slice(state.x());
+        self.after.v.copy_from_slice(state.v());
+        self.step = if self.started { None } else { step };
+    }
+
+    fn work(&self) -> SolverWork {
+        self.solver.work().plus(self.start.work())
+    }
+
+    fn bytes(&self) -> usize {
+        let next = [&self.before, &self.after, &self.next, &self.older];
+        24 * self.z.len() + next.iter().map(|n| n.bytes()).sum::<usize>() + self.solver.bytes() + self.start.bytes()
+    }
+}

@@ -1,0 +1,24 @@
+//! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3, `gamma = (3 + sqrt 3)/6`.
+//!
+//! Fast motion is damped by the factor `sqrt 3 - 1` a step at most.
+use super::dirk::DirkTableau;
+use super::{Documentation, Method, Scheme};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "crouzeix3",
+        summary: "Third order, two solves, damps fast motion only mildly: for comparison",
+        order: 3,
+        force_evaluations: 0,
+        solves: 2,
+        stability_limit: f64::INFINITY,
+        symplectic: false,
+        conserves: "nothing else",
+        source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, table IV.6.3 for s = 2",
+    },
+    scheme: Scheme::Dirk(DirkTableau {
+    a: &[&[0.788_675_134_594_812_882_3], &[-0.577_350_269_189_625_764_5, 0.788_675_134_594_812_882_3]],
+    b: &[0.5, 0.5],
+}),
+};

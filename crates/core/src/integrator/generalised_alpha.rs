@@ -1,0 +1,61 @@
+//! The generalised-alpha method, tuned by how much of the fastest motion is left after a step.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::alpha::AlphaCoefficients;
+use super::{Documentation, Method, Scheme};
+
+/// The parameter of the method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct GeneralisedAlphaParameters {
+    /// Spectral radius at infinite frequency, 0 to 1: the factor by which a step damps the fastest motion. 1 damps nothing, 0 all.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub rho: f64,
+}
+
+impl Default for GeneralisedAlphaParameters {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl GeneralisedAlphaParameters {
+    /// A fifth of the fastest motion is lost in a step.
+    pub const DEFAULT: Self = GeneralisedAlphaParameters { rho: 0.8 };
+
+    /// The scheme; Chung, Hulbert 1993, eqs. 17 and 25.
+    pub fn method(self) -> Method {
+        let alpha_m = (2.0 * self.rho - 1.0) / (self.rho + 1.0);
+        let alpha_f = self.rho / (self.rho + 1.0);
+        let new = 1.0 - alpha_m + alpha_f;
+        Method {
+            documentation: Documentation {
+                name: "generalised-alpha",
+                summary: "Second order, one solve a step, damps fast motion as much as `rho` says and slow motion little",
+                order: 2,
+                force_evaluations: 0,
+                solves: 1,
+                stability_limit: f64::INFINITY,
+                symplectic: false,
+                conserves: "nothing else",
+                source: "Chung, Hulbert 1993, A time integration algorithm for structural dynamics, eqs. 17 and 25",
+            },
+            scheme: Scheme::Alpha(AlphaCoefficients {
+                alpha_m,
+                alpha_f,
+                beta: 0.25 * new * new,
+                gamma: 0.5 - alpha_m + alpha_f,
+            }),
+        }
+    }
+
+    /// What is wrong with the parameter: the name, the value, what would be right.
+    pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
+        if !(0.0..=1.0).contains(&self.rho) {
+            return Err(("rho", self.rho, "between 0 (damps fast motion out at once) and 1 (damps nothing)"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,154 @@
+//! What implicit schemes have in common: stages that are solved, and the memory of a step.
+
+use super::{StepFault, all_finite};
+use crate::solver::{Minimizer, Objective, SolverOptions, SolverWork, minimizer};
+use crate::state::State;
+use crate::system::{ForceId, System};
+
+/// The equations `X = z + g V`, `V = w + g (a(X) - c V)` of one stage, `c` the ether drag.
+///
+/// Eliminated: `(1 + g c) (X - y) = g^2 a(X)` with `y = z + g w / (1 + g c)`, the minimum of an [`Objective`].
+pub(super) struct Stage<'a> {
+    /// Where the vertices are without the stage's velocity, flat [m].
+    pub(super) z: &'a [f64],
+    /// Their velocity without the stage's acceleration, flat [m/s].
+    pub(super) w: &'a [f64],
+    /// Step size times the diagonal coefficient [s].
+    pub(super) g: f64,
+    /// Time of the stage [s].
+    pub(super) time: f64,
+}
+
+/// Solves stages; keeps what was learnt for the next.
+pub(super) struct StageSolver {
+    options: SolverOptions,
+    minimizer: Option<Box<dyn Minimizer>>,
+    target: Vec<f64>,
+    guess: Vec<f64>,
+}
+
+impl StageSolver {
+    pub(super) fn new(options: SolverOptions) -> Self {
+        StageSolver { options, minimizer: None, target: vec![], guess: vec![] }
+    }
+
+    /// Solves `stage` into `x` and `v`, and writes `(V - w)/g`, the whole acceleration. `x` is the start on entry: a
+    /// configuration that is allowed, usually that of the last step.
+    pub(super) fn solve(
+        &mut self,
+        system: &mut System,
+        stage: &Stage<'_>,
+        x: &mut Vec<f64>,
+        v: &mut [f64],
+        acceleration: &mut [f64],
+        single_iteration: bool,
+    ) -> Result<(), StepFault> {
+        let Stage { z, w, g, time } = *stage;
+        let inertia = 1.0 + g * system.ether_drag();
+        self.target.resize(x.len(), 0.0);
+        for i in 0..x.len() {
+            self.target[i] = z[i] + g * w[i] / inertia;
+        }
+        self.minimize(system, inertia, g * g, time, Some(acceleration), x, single_iteration)?;
+        let held = system.inverse_mass();
+        for i in 0..x.len() {
+            if held[i] == 0.0 {
+                v[i] = 0.0;
+                acceleration[i] = 0.0;
+            } else {
+                v[i] = (x[i] - z[i]) / g;
+                acceleration[i] = (v[i] - w[i]) / g;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the vertices would go without force, to be filled before [`minimize`](Self::minimize).
+    pub(super) fn target(&mut self, unknowns: usize) -> &mut Vec<f64> {
+        self.target.resize(unknowns, 0.0);
+        &mut self.target
+    }
+
+    /// Minimises `inertia/2 |x - target|_M^2 + stiffness E(x)` from the best of three starts: `x`, the target, and the target
+    /// moved on by the `acceleration` of the last step, where there is one.
+    #[allow(clippy::too_many_arguments, reason = "an objective and a start, in parts")]
+    pub(super) fn minimize(
+        &mut self,
+        system: &mut System,
+        inertia: f64,
+        stiffness: f64,
+        time: f64,
+        acceleration: Option<&[f64]>,
+        x: &mut Vec<f64>,
+        single_iteration: bool,
+    ) -> Result<(), StepFault> {
+        system.set_time(time);
+        let objective = Objective { inertia, target: &self.target, stiffness, single_iteration };
+        let minimizer = self.minimizer.get_or_insert_with(|| minimizer(system.dimension(), self.options));
+        if !single_iteration {
+            let mut best = minimizer.objective(system, &objective, x);
+            for acceleration in [None, acceleration] {
+                self.guess.clear();
+                self.guess.extend_from_slice(&self.target);
+                if let Some(a) = acceleration {
+                    self.guess.iter_mut().zip(a).for_each(|(x, a)| *x += stiffness / inertia * a);
+                }
+                let held = system.inverse_mass().iter().zip(&*x);
+                self.guess
+                    .iter_mut()
+                    .zip(held)
+                    .filter(|(_, (w, _))| **w == 0.0)
+                    .for_each(|(g, (_, x))| *g = *x);
+                let there = minimizer.objective(system, &objective, &self.guess);
+                if there < best {
+                    best = there;
+                    std::mem::swap(x, &mut self.guess);
+                }
+            }
+        }
+        minimizer.minimize(system, &objective, x)
+    }
+
+    pub(super) fn work(&self) -> SolverWork {
+        self.minimizer.as_ref().map_or(SolverWork::default(), |m| m.work())
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        8 * (self.target.len() + self.guess.len()) + self.minimizer.as_ref().map_or(0, |m| m.bytes())
+    }
+}
+
+/// The new state of a step, swapped with the old one at its end.
+#[derive(Default)]
+pub(super) struct Next {
+    pub(super) x: Vec<f64>,
+    pub(super) v: Vec<f64>,
+}
+
+impl Next {
+    pub(super) fn new(unknowns: usize) -> Self {
+        Next { x: vec![0.0; unknowns], v: vec![0.0; unknowns] }
+    }
+
+    /// Lets walls act, and makes this the state.
+    pub(super) fn commit(
+        &mut self,
+        system: &System,
+        state: &mut State,
+        force: ForceId,
+    ) -> Result<(), StepFault> {
+        if !(all_finite(&self.x) && all_finite(&self.v)) {
+            return Err(StepFault::at(system, &self.x, &self.v));
+        }
+        let mut put_back = false;
+        for wall in system.walls() {
+            put_back |= wall.apply(system.inverse_mass(), &mut self.x, &mut self.v);
+        }
+        state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
+        Ok(())
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        8 * (self.x.len() + self.v.len())
+    }
+}

@@ -1,0 +1,28 @@
+//! Alexander's L-stable singly diagonally implicit Runge-Kutta method of three stages and order 3.
+//!
+//! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
+use super::dirk::DirkTableau;
+use super::{Documentation, Method, Scheme};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "sdirk3",
+        summary: "Third order, three solves, damps fast motion out; loses order on stiff problems: for comparison",
+        order: 3,
+        force_evaluations: 0,
+        solves: 3,
+        stability_limit: f64::INFINITY,
+        symplectic: false,
+        conserves: "nothing else",
+        source: "Alexander 1977, Diagonally implicit Runge-Kutta methods for stiff ODEs, theorem 5",
+    },
+    scheme: Scheme::Dirk(DirkTableau {
+    a: &[
+        &[0.435_866_521_508_458_999_4],
+        &[0.282_066_739_245_770_500_3, 0.435_866_521_508_458_999_4],
+        &[1.208_496_649_176_010_070_3, -0.644_363_170_684_469_069_8, 0.435_866_521_508_458_999_4],
+    ],
+    b: &[1.208_496_649_176_010_070_3, -0.644_363_170_684_469_069_8, 0.435_866_521_508_458_999_4],
+}),
+};

@@ -1,0 +1,30 @@
+//! The L-stable singly diagonally implicit Runge-Kutta method of five stages and order 4, `gamma = 1/4`.
+//!
+//! Of stage order 1: on a stiff pendulum it gains energy (verification.md A6), L-stable though it is.
+use super::dirk::DirkTableau;
+use super::{Documentation, Method, Scheme};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "sdirk4",
+        summary: "Fourth order, five solves; accurate where motion is resolved, can gain energy on stiff nonlinear problems",
+        order: 4,
+        force_evaluations: 0,
+        solves: 5,
+        stability_limit: f64::INFINITY,
+        symplectic: false,
+        conserves: "nothing else",
+        source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, table IV.6.5",
+    },
+    scheme: Scheme::Dirk(DirkTableau {
+    a: &[
+        &[0.25],
+        &[0.5, 0.25],
+        &[17.0 / 50.0, -1.0 / 25.0, 0.25],
+        &[371.0 / 1360.0, -137.0 / 2720.0, 15.0 / 544.0, 0.25],
+        &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0, 0.25],
+    ],
+    b: &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0, 0.25],
+}),
+};

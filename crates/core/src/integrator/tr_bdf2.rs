@@ -1,0 +1,30 @@
+//! TR-BDF2: a trapezoidal stage, then BDF2 to the end, as one method with two solves of the same matrix.
+//!
+//! The same amplification as SDIRK2 on linear problems, but of stage order 2: on stiff nonlinear ones it keeps its order.
+use super::dirk::DirkTableau;
+use super::{Documentation, Method, Scheme};
+
+pub(super) const TABLEAU: DirkTableau = DirkTableau {
+    a: &[
+        &[0.0],
+        &[0.292_893_218_813_452_475_6, 0.292_893_218_813_452_475_6],
+        &[0.353_553_390_593_273_762_2, 0.353_553_390_593_273_762_2, 0.292_893_218_813_452_475_6],
+    ],
+    b: &[0.353_553_390_593_273_762_2, 0.353_553_390_593_273_762_2, 0.292_893_218_813_452_475_6],
+};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "tr-bdf2",
+        summary: "Second order, damps fast motion out, keeps its order on stiff problems: the robust choice",
+        order: 2,
+        force_evaluations: 0,
+        solves: 2,
+        stability_limit: f64::INFINITY,
+        symplectic: false,
+        conserves: "nothing else",
+        source: "Hosea, Shampine 1996, Analysis and implementation of TR-BDF2",
+    },
+    scheme: Scheme::Dirk(TABLEAU),
+};

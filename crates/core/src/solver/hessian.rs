@@ -1,0 +1,337 @@
+//! The Hessian of all terms together, assembled from the small dense Hessians of their stencils.
+//!
+//! Stencils go through in groups that fit the cache: the term writes their Hessians, which are added up block by block within the
+//! group; afterwards every row of the matrix adds the few groups that touch it, in a fixed order. Groups depend on the mesh
+//! alone, so the matrix has the same bits on any number of threads.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::block_matrix::{Block, BlockMatrix};
+use crate::energy::Stencils;
+use crate::material::Psd;
+use crate::system::System;
+
+/// Stencils in a group.
+const GROUP: usize = 512;
+/// Groups are dealt out to this many tasks at most.
+const MAX_TASKS: usize = 32;
+/// Rows of the matrix that a thread takes at once.
+const TASK_ROWS: usize = 512;
+/// A block that belongs to a held vertex.
+const NOWHERE: u32 = u32::MAX;
+
+/// What the terms add to `A = inertia M + stiffness d2E/dx2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// Factor of the mass.
+    pub inertia: f64,
+    /// Factor of the Hessian of the energy.
+    pub stiffness: f64,
+}
+
+/// Assembles the matrix of one system. Held coordinates have a row and a column of zeros, but for the diagonal.
+pub struct Assembler<const D: usize> {
+    matrix: BlockMatrix<D>,
+    terms: Vec<TermPlan<D>>,
+    /// Sums of every group, one block after another.
+    sums: Vec<Block<D>>,
+    /// For every stored block the block of the upper triangle that it is, or is the transpose of.
+    upper: Vec<u32>,
+    /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`.
+    source_start: Vec<u32>,
+    source: Vec<u32>,
+    /// Whether each coordinate is held, as it was when the structure was made.
+    held: Vec<bool>,
+}
+
+/// The stencils of one term.
+struct TermPlan<const D: usize> {
+    /// Its index in the system.
+    term: usize,
+    /// Pairs of vertices `a <= b` of a stencil.
+    pairs: usize,
+    groups: Vec<Group>,
+    /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where transposed.
+    slot: Vec<u32>,
+    /// Memory for the Hessians of a group, one for each task.
+    scratch: Vec<Vec<Block<D>>>,
+}
+
+/// A few hundred stencils.
+struct Group {
+    stencils: Range<usize>,
+    sums: Range<usize>,
+}
+
+impl<const D: usize> Assembler<D> {
+    /// The structure for `system`, with the coordinates that it holds now.
+    pub fn new(system: &mut System) -> Self {
+        let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
+        let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
+        let vertices = system.mass().len();
+        let (mut terms, mut keys) = (vec![], vec![]);
+        for (index, Stencils { size, vertices }) in system.stencils().into_iter().enumerate() {
+            if size > 0 && !vertices.is_empty() {
+                terms.push(TermPlan::new(index, size, &vertices, is_held, &mut keys));
+            }
+        }
+        // The upper triangle: every pair of any group once, and the diagonal.
+        let mut upper: Vec<u64> = keys.clone();
+        upper.extend((0..vertices as u32).map(|v| key(v, v)));
+        upper.sort_unstable();
+        upper.dedup();
+        let index_of = |key: u64| upper.binary_search(&key).expect("every key was added");
+        let mut source_start = vec![0u32; upper.len() + 1];
+        let position: Vec<u32> = keys.iter().map(|key| index_of(*key) as u32).collect();
+        position.iter().for_each(|p| source_start[*p as usize + 1] += 1);
+        accumulate(&mut source_start);
+        let mut next = source_start.clone();
+        let mut source = vec![0; keys.len()];
+        for (slot, p) in position.iter().enumerate() {
+            source[next[*p as usize] as usize] = slot as u32;
+            next[*p as usize] += 1;
+        }
+        // Both triangles by rows: the lower blocks of a row come from the columns above it.
+        let mut row_start = vec![0u32; vertices + 1];
+        for key in &upper {
+            let (r, c) = vertices_of(*key);
+            row_start[r as usize + 1] += 1;
+            if r != c {
+                row_start[c as usize + 1] += 1;
+            }
+        }
+        accumulate(&mut row_start);
+        let mut next = row_start.clone();
+        let count = row_start[vertices] as usize;
+        let (mut column, mut upper_of) = (vec![0; count], vec![0; count]);
+        let mut put = |row: u32, col: u32, index: usize| {
+            let at = next[row as usize] as usize;
+            (column[at], upper_of[at]) = (col, index as u32);
+            next[row as usize] += 1;
+        };
+        // Sorted by row, then column: row `c` gets its lower blocks, columns ascending, before its own upper ones.
+        for (index, key) in upper.iter().enumerate() {
+            let (r, c) = vertices_of(*key);
+            if r != c {
+                put(c, r, index);
+            }
+        }
+        for (index, key) in upper.iter().enumerate() {
+            let (r, c) = vertices_of(*key);
+            put(r, c, index);
+        }
+        Assembler {
+            matrix: BlockMatrix::zero(row_start, column),
+            terms,
+            sums: vec![[[0.0; D]; D]; keys.len()],
+            upper: upper_of,
+            source_start,
+            source,
+            held,
+        }
+    }
+
+    /// Whether the structure is that of `system` still: the same coordinates are held.
+    pub fn fits(&self, system: &System) -> bool {
+        self.held.iter().zip(system.inverse_mass()).all(|(held, w)| *held == (*w == 0.0))
+    }
+
+    /// The matrix last assembled.
+    pub fn matrix(&self) -> &BlockMatrix<D> {
+        &self.matrix
+    }
+
+    /// Assembles `A = inertia M + stiffness d2E/dx2` at `x`, its element Hessians exact or projected.
+    pub fn assemble(&mut self, system: &System, x: &[f64], weights: Weights, psd: Psd) {
+        for plan in &mut self.terms {
+            plan.sum(system, x, psd, &mut self.sums);
+        }
+        let Assembler { matrix, sums, upper, source_start, source, held, .. } = self;
+        let BlockMatrix { row_start, column, value, .. } = matrix;
+        let mass = system.mass();
+        let one = |row: usize, blocks: &mut [Block<D>]| {
+            let start = row_start[row] as usize;
+            for (i, block) in blocks.iter_mut().enumerate() {
+                let (col, upper) = (column[start + i] as usize, upper[start + i] as usize);
+                let mut sum = [[0.0; D]; D];
+                for &s in &source[source_start[upper] as usize..source_start[upper + 1] as usize] {
+                    add(&mut sum, &sums[s as usize], false);
+                }
+                for k in 0..D {
+                    for l in 0..D {
+                        let entry = if col < row { sum[l][k] } else { sum[k][l] };
+                        let held = held[row * D + k] || held[col * D + l];
+                        block[k][l] = if held { 0.0 } else { weights.stiffness * entry };
+                    }
+                    if row == col {
+                        // Any positive number would do for a held coordinate.
+                        let diagonal = if held[row * D + k] { 1.0 } else { weights.inertia * mass[row] };
+                        block[k][k] += diagonal;
+                    }
+                }
+            }
+        };
+        // A task takes so many rows, and all their blocks.
+        let starts: Vec<u32> = row_start.iter().copied().step_by(TASK_ROWS).collect();
+        let end = row_start[row_start.len() - 1];
+        let task = |(task, mut blocks): (usize, &mut [Block<D>])| {
+            for row in (task * TASK_ROWS..row_start.len() - 1).take(TASK_ROWS) {
+                let own;
+                (own, blocks) = blocks.split_at_mut((row_start[row + 1] - row_start[row]) as usize);
+                one(row, own);
+            }
+        };
+        let tasks = split(&starts, end, value);
+        if tasks.len() == 1 || rayon::current_num_threads() == 1 {
+            tasks.into_iter().enumerate().for_each(task);
+        } else {
+            tasks.into_par_iter().enumerate().for_each(task);
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let plans = self
+            .terms
+            .iter()
+            .map(|t| 4 * t.slot.len() + t.scratch.iter().map(|s| size_of_val(&s[..])).sum::<usize>());
+        let lists = self.upper.len() + self.source_start.len() + self.source.len();
+        self.matrix.bytes() + size_of_val(&self.sums[..]) + 4 * lists + self.held.len() + plans.sum::<usize>()
+    }
+}
+
+/// Splits at the given starts; the first is 0.
+fn split<'a, B>(starts: &[u32], end: u32, mut value: &'a mut [B]) -> Vec<&'a mut [B]> {
+    let mut parts = Vec::with_capacity(starts.len());
+    for (i, start) in starts.iter().enumerate() {
+        let next = starts.get(i + 1).copied().unwrap_or(end);
+        let (part, rest) = value.split_at_mut((next - start) as usize);
+        parts.push(part);
+        value = rest;
+    }
+    parts
+}
+
+/// Counts, shifted by one, become starts.
+fn accumulate(start: &mut [u32]) {
+    for i in 1..start.len() {
+        start[i] += start[i - 1];
+    }
+}
+
+/// The pair `a <= b`, sorted by `a`, then `b`.
+fn key(a: u32, b: u32) -> u64 {
+    u64::from(a.min(b)) << 32 | u64::from(a.max(b))
+}
+
+fn vertices_of(key: u64) -> (u32, u32) {
+    ((key >> 32) as u32, key as u32)
+}
+
+impl<const D: usize> TermPlan<D> {
+    /// Groups the stencils of a term; `keys` gains the pairs of each group.
+    fn new(
+        term: usize,
+        size: usize,
+        vertices: &[u32],
+        is_held: impl Fn(u32) -> bool,
+        keys: &mut Vec<u64>,
+    ) -> Self {
+        let pairs = size * (size + 1) / 2;
+        let count = vertices.len() / size;
+        let mut groups = vec![];
+        let mut slot = Vec::with_capacity(count * pairs);
+        for first in (0..count).step_by(GROUP) {
+            let stencils = first..(first + GROUP).min(count);
+            let of_stencil = |s: usize| &vertices[s * size..(s + 1) * size];
+            let start = keys.len();
+            let mut own = vec![];
+            for s in stencils.clone() {
+                for_pairs(of_stencil(s), |a, b| {
+                    if !is_held(a) && !is_held(b) {
+                        own.push(key(a, b));
+                    }
+                });
+            }
+            own.sort_unstable();
+            own.dedup();
+            for s in stencils.clone() {
+                for_pairs(of_stencil(s), |a, b| {
+                    let at = own.binary_search(&key(a, b));
+                    slot.push(at.map_or(NOWHERE, |at| 2 * at as u32 + u32::from(a > b)));
+                });
+            }
+            keys.extend(own);
+            groups.push(Group { stencils, sums: start..keys.len() });
+        }
+        let tasks = groups.len().min(MAX_TASKS);
+        TermPlan {
+            term,
+            pairs,
+            groups,
+            slot,
+            scratch: vec![vec![[[0.0; D]; D]; GROUP.min(count) * pairs]; tasks],
+        }
+    }
+
+    /// Fills the sums of every group.
+    fn sum(&mut self, system: &System, x: &[f64], psd: Psd, sums: &mut [Block<D>]) {
+        let TermPlan { term, pairs, groups, slot, scratch } = self;
+        let (pairs, term) = (*pairs, &system.terms()[*term]);
+        let (first, last) = match &groups[..] {
+            [first, .., last] => (first.sums.start, last.sums.end),
+            [only] => (only.sums.start, only.sums.end),
+            [] => return,
+        };
+        let run = |groups: &[Group], scratch: &mut Vec<Block<D>>, sums: &mut [Block<D>]| {
+            let base = groups[0].sums.start;
+            for group in groups {
+                let hessians = &mut scratch[..group.stencils.len() * pairs];
+                term.stencil_hessians(
+                    group.stencils.clone(),
+                    x,
+                    psd,
+                    hessians.as_flattened_mut().as_flattened_mut(),
+                );
+                let sums = &mut sums[group.sums.start - base..group.sums.end - base];
+                sums.fill([[0.0; D]; D]);
+                let slots = &slot[group.stencils.start * pairs..group.stencils.end * pairs];
+                for (slot, block) in slots.iter().zip(hessians.iter()) {
+                    if *slot != NOWHERE {
+                        add(&mut sums[(slot / 2) as usize], block, slot % 2 == 1);
+                    }
+                }
+            }
+        };
+        let sums = &mut sums[first..last];
+        let per_task = groups.len().div_ceil(scratch.len());
+        if groups.len() == 1 || rayon::current_num_threads() == 1 {
+            return run(groups, &mut scratch[0], sums);
+        }
+        let starts: Vec<u32> =
+            groups.chunks(per_task).map(|task| (task[0].sums.start - first) as u32).collect();
+        let sums = split(&starts, (last - first) as u32, sums);
+        let tasks = groups.par_chunks(per_task).zip(sums).zip(scratch);
+        tasks.for_each(|((groups, sums), scratch)| run(groups, scratch, sums));
+    }
+}
+
+/// The pairs `a <= b` of the vertices of a stencil, in the order of the blocks of its Hessian.
+fn for_pairs(vertices: &[u32], mut visit: impl FnMut(u32, u32)) {
+    for (i, a) in vertices.iter().enumerate() {
+        for b in &vertices[i..] {
+            visit(*a, *b);
+        }
+    }
+}
+
+#[inline(always)]
+fn add<const D: usize>(sum: &mut Block<D>, block: &Block<D>, transposed: bool) {
+    for k in 0..D {
+        for l in 0..D {
+            sum[k][l] += if transposed { block[l][k] } else { block[k][l] };
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Solvers of implicit steps: Newton's method as a minimisation, and the linear solvers inside.
+
+pub mod block_matrix;
+pub mod cholesky;
+pub mod conjugate_gradients;
+pub mod hessian;
+mod newton;
+mod options;
+pub mod ordering;
+#[cfg(test)]
+mod tests;
+
+pub use options::{LinearSolver, SolverOptions};
+
+use crate::integrator::StepFault;
+use crate::system::System;
+use newton::Newton;
+
+/// The incremental potential of an implicit step or stage,
+/// `Phi(x) = inertia/2 (x - target)^T M (x - target) + stiffness E(x)`, in the coordinates that are free to move.
+///
+/// Its minimum solves `inertia M (x - target) + stiffness dE/dx = 0`; Martin, Thomaszewski, Grinspun, Gross 2011,
+/// "Example-based elastic materials", eq. 4.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Objective<'a> {
+    /// Factor of the inertia: 1 without drag, 0 in statics.
+    pub(crate) inertia: f64,
+    /// Where the vertices would go without force, flat [m].
+    pub(crate) target: &'a [f64],
+    /// Factor of the energy [s^2].
+    pub(crate) stiffness: f64,
+    /// Take one full Newton step and look no further.
+    pub(crate) single_iteration: bool,
+}
+
+/// Minimises [`Objective`]s. What was learnt about one system is kept for the next.
+pub(crate) trait Minimizer: Send + Sync {
+    /// Moves the free coordinates of `x` to a minimum. The system holds the force there, unless the objective asks for a single
+    /// iteration.
+    fn minimize(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        x: &mut Vec<f64>,
+    ) -> Result<(), StepFault>;
+
+    /// The objective at `x`; `+inf` outside the domain of a material.
+    fn objective(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64;
+
+    /// Work done so far.
+    fn work(&self) -> SolverWork;
+
+    /// Bytes held.
+    fn bytes(&self) -> usize;
+}
+
+/// A minimiser for systems of `dimension` coordinates per vertex.
+pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Minimizer> {
+    match dimension {
+        1 => Box::new(Newton::<1>::new(options)),
+        2 => Box::new(Newton::<2>::new(options)),
+        _ => Box::new(Newton::<3>::new(options)),
+    }
+}
+
+/// Work done in solvers, in counts that do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct SolverWork {
+    /// Newton iterations.
+    pub newton_iterations: u64,
+    /// Energies evaluated in line searches.
+    pub energies: u64,
+    /// Steps that a line search halved.
+    pub halvings: u64,
+    /// Matrices assembled.
+    pub hessians: u64,
+    /// Matrices factorised.
+    pub factorizations: u64,
+    /// Iterations of conjugate gradients.
+    pub cg_iterations: u64,
+}
+
+impl SolverWork {
+    /// The work of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        SolverWork {
+            newton_iterations: self.newton_iterations + other.newton_iterations,
+            energies: self.energies + other.energies,
+            halvings: self.halvings + other.halvings,
+            hessians: self.hessians + other.hessians,
+            factorizations: self.factorizations + other.factorizations,
+            cg_iterations: self.cg_iterations + other.cg_iterations,
+        }
+    }
+}
+
+/// Why a solve did not end at a minimum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The start has no finite energy or force.
+    Infeasible,
+    /// No step along the direction lowers the objective any more.
+    Stalled,
+    /// The matrix is not positive definite, even with all negative eigenvalues of elements removed.
+    Indefinite,
+    /// The linear solver did not get there.
+    LinearSolver,
+    /// The iterations are used up.
+    IterationCap,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Verdict::Infeasible => "infeasible: no finite energy or force",
+            Verdict::Stalled => "stalled: the line search finds no decrease",
+            Verdict::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
+            Verdict::LinearSolver => "the linear solver did not converge",
+            Verdict::IterationCap => "not converged within the iterations allowed",
+        })
+    }
+}
+
+/// A solve that did not end at a minimum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveError {
+    /// Why.
+    pub verdict: Verdict,
+    /// Iterations taken.
+    pub iterations: u32,
+    /// Largest component of the last correction [m].
+    pub correction: f64,
+}

@@ -1,0 +1,321 @@
+//! Newton's method for the equations of an implicit step, as a minimisation.
+
+use super::cholesky::Cholesky;
+use super::conjugate_gradients::{BlockJacobi, CgEnd, ConjugateGradients, Preconditioner, dot};
+use super::hessian::{Assembler, Weights};
+use super::options::{LinearSolver, SolverOptions};
+use super::{Objective, SolveError, SolverWork, Verdict};
+use crate::integrator::StepFault;
+use crate::material::Psd;
+use crate::state::diagonal;
+use crate::system::System;
+
+/// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006, *Numerical
+/// optimization*, eq. 3.4.
+const ARMIJO: f64 = 1e-4;
+/// Halvings of a step before the line search gives up: the direction is then useless to rounding.
+const MAX_HALVINGS: u32 = 50;
+/// Up to so many unknowns `auto` takes Cholesky.
+const AUTO_CHOLESKY_UP_TO: usize = 60_000;
+/// The smallest relative residual that is asked of conjugate gradients.
+const CG_TOLERANCE: f64 = 1e-6;
+
+/// Minimises objectives of one system, keeping structure and factorisations between them.
+pub(crate) struct Newton<const D: usize> {
+    options: SolverOptions,
+    assembler: Option<Assembler<D>>,
+    cholesky: Option<Cholesky>,
+    jacobi: BlockJacobi<D>,
+    cg: ConjugateGradients,
+    /// Size of the scene when the first objective was met [m].
+    size: f64,
+    residual: Vec<f64>,
+    direction: Vec<f64>,
+    trial: Vec<f64>,
+    work: SolverWork,
+}
+
+/// What came of one linear solve.
+enum Direction {
+    /// A direction of descent.
+    Descent,
+    /// The matrix is not positive definite.
+    Indefinite,
+    /// The solver failed otherwise.
+    Failed,
+}
+
+impl<const D: usize> Newton<D> {
+    pub(crate) fn new(options: SolverOptions) -> Self {
+        Newton {
+            options,
+            assembler: None,
+            cholesky: None,
+            jacobi: BlockJacobi::default(),
+            cg: ConjugateGradients::default(),
+            size: 0.0,
+            residual: vec![],
+            direction: vec![],
+            trial: vec![],
+            work: SolverWork::default(),
+        }
+    }
+
+    /// Makes the structure of the matrix, unless the one there is fits.
+    fn prepare(&mut self, system: &mut System, x: &[f64]) {
+        if self.size == 0.0 {
+            let size = diagonal(x, system.dimension());
+            let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            self.size = if size > 0.0 {
+                size
+            } else if reach > 0.0 {
+                reach
+            } else {
+                1.0
+            };
+        }
+        for v in [&mut self.residual, &mut self.direction, &mut self.trial] {
+            v.resize(x.len(), 0.0);
+        }
+        let matrix_free = self.options.linear == LinearSolver::MatrixFree;
+        if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
+            self.assembler = Some(Assembler::new(system));
+            self.cholesky = None;
+        }
+    }
+
+    fn linear(&self, unknowns: usize) -> LinearSolver {
+        match self.options.linear {
+            LinearSolver::Auto if unknowns <= AUTO_CHOLESKY_UP_TO => LinearSolver::Cholesky,
+            LinearSolver::Auto => LinearSolver::Cg,
+            other => other,
+        }
+    }
+
+    /// Solves `A d = -residual` for the direction.
+    fn solve_linear(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        x: &[f64],
+        psd: Psd,
+    ) -> Direction {
+        let weights = Weights { inertia: objective.inertia, stiffness: objective.stiffness };
+        let linear = self.linear(x.len());
+        self.direction.iter_mut().zip(&self.residual).for_each(|(d, r)| *d = -r);
+        if linear == LinearSolver::MatrixFree {
+            return self.matrix_free(system, weights, x);
+        }
+        let assembler = self.assembler.as_mut().expect("prepared");
+        assembler.assemble(system, x, weights, psd);
+        self.work.hessians += 1;
+        let matrix = assembler.matrix();
+        if linear == LinearSolver::Cholesky {
+            if self.cholesky.is_none() {
+                self.cholesky = Cholesky::new(matrix, x);
+            }
+            let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
+            self.work.factorizations += 1;
+            if cholesky.factorize(matrix).is_err() {
+                return Direction::Indefinite;
+            }
+            cholesky.solve(&mut self.direction);
+            return Direction::Descent;
+        }
+        self.jacobi.update(matrix);
+        let right = std::mem::take(&mut self.direction);
+        let mut solution = std::mem::take(&mut self.trial);
+        let iterations = 10 * right.len() as u64 + 1000;
+        let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
+        let report =
+            self.cg.solve(product, &mut self.jacobi, &right, &mut solution, CG_TOLERANCE, iterations);
+        (self.direction, self.trial) = (solution, right);
+        self.work.cg_iterations += report.iterations;
+        match report.end {
+            CgEnd::Converged => Direction::Descent,
+            CgEnd::Indefinite => Direction::Indefinite,
+            CgEnd::Stalled => Direction::Failed,
+        }
+    }
+
+    /// Conjugate gradients by products of the exact Hessian, preconditioned by the masses.
+    fn matrix_free(&mut self, system: &mut System, weights: Weights, x: &[f64]) -> Direction {
+        let right = std::mem::take(&mut self.direction);
+        let mut solution = std::mem::take(&mut self.trial);
+        let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
+        let product = |p: &[f64], q: &mut [f64]| {
+            system.hessian_product(x, p, q);
+            let d = system.dimension();
+            for i in 0..q.len() {
+                q[i] = if held[i] {
+                    p[i]
+                } else {
+                    weights.stiffness * q[i] + weights.inertia * system.mass()[i / d] * p[i]
+                };
+            }
+        };
+        let iterations = 10 * right.len() as u64 + 1000;
+        let report =
+            self.cg.solve::<D>(product, &mut Nothing, &right, &mut solution, CG_TOLERANCE, iterations);
+        (self.direction, self.trial) = (solution, right);
+        self.work.cg_iterations += report.iterations;
+        match report.end {
+            CgEnd::Converged => Direction::Descent,
+            CgEnd::Indefinite => Direction::Indefinite,
+            CgEnd::Stalled => Direction::Failed,
+        }
+    }
+
+    /// Writes the gradient of the objective at `x`, zero at held coordinates; false where it is not finite. The system holds the
+    /// force at `x` afterwards.
+    fn residual(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> bool {
+        let finite = system.evaluate(x).is_some();
+        system.accelerations(&mut self.residual);
+        let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
+        for (i, r) in self.residual.iter_mut().enumerate() {
+            let inertia = objective.inertia * (x[i] - objective.target[i]);
+            *r = if weight[i] == 0.0 { 0.0 } else { mass[i / d] * (inertia - objective.stiffness * *r) };
+        }
+        finite
+    }
+
+    /// The objective at `x`.
+    fn value(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64 {
+        let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
+        let square = |i: usize| {
+            let away = x[i] - objective.target[i];
+            if weight[i] == 0.0 { 0.0 } else { mass[i / d] * away * away }
+        };
+        let inertia: f64 = if objective.inertia == 0.0 { 0.0 } else { (0..x.len()).map(square).sum() };
+        self.work.energies += 1;
+        0.5 * objective.inertia * inertia + objective.stiffness * system.potential_energy(x)
+    }
+}
+
+/// No preconditioner.
+struct Nothing;
+
+impl<const D: usize> Preconditioner<D> for Nothing {
+    fn update(&mut self, _: &super::block_matrix::BlockMatrix<D>) {}
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+impl<const D: usize> super::Minimizer for Newton<D> {
+    fn minimize(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        x: &mut Vec<f64>,
+    ) -> Result<(), StepFault> {
+        self.prepare(system, x);
+        let tolerance = self.options.tolerance.unwrap_or(1e-8 * self.size);
+        let fail = |system: &System, x: &[f64], verdict, iterations, correction| {
+            let solve = Some(SolveError { verdict, iterations, correction });
+            Err(StepFault { solve, ..StepFault::at(system, x, x) })
+        };
+        if !self.residual(system, objective, x) {
+            return fail(system, x, Verdict::Infeasible, 0, f64::INFINITY);
+        }
+        let mut value = None;
+        let mut psd = Psd::Exact;
+        let mut correction = f64::INFINITY;
+        for iteration in 0..self.options.max_iterations {
+            if self.residual.iter().all(|r| *r == 0.0) {
+                return Ok(());
+            }
+            let slope = loop {
+                let slope = match self.solve_linear(system, objective, x, psd) {
+                    Direction::Descent => dot(&self.direction, &self.residual),
+                    Direction::Indefinite => f64::NAN,
+                    Direction::Failed => {
+                        return fail(system, x, Verdict::LinearSolver, iteration, correction);
+                    }
+                };
+                if slope < 0.0 {
+                    break slope;
+                }
+                if psd == Psd::Projected || self.options.linear == LinearSolver::MatrixFree {
+                    return fail(system, x, Verdict::Indefinite, iteration, correction);
+                }
+                // From here on to the end of this solve: a Hessian that was indefinite once will be again.
+                psd = Psd::Projected;
+            };
+            self.work.newton_iterations += 1;
+            correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+            if objective.single_iteration {
+                x.iter_mut().zip(&self.direction).for_each(|(x, d)| *x += d);
+                return Ok(());
+            }
+            let start = match value {
+                Some(value) => value,
+                None => self.value(system, objective, x),
+            };
+            let mut step = system.max_step(x, &self.direction);
+            let mut halvings = 0;
+            let accepted = loop {
+                self.trial.iter_mut().zip(&*x).zip(&self.direction).for_each(|((t, x), d)| *t = x + step * d);
+                let trial = std::mem::take(&mut self.trial);
+                let there = self.value(system, objective, &trial);
+                self.trial = trial;
+                // Below the rounding of the objective its decrease cannot be seen; the step is then as good as any.
+                let noise = 1e-14 * (start.abs() + there.abs());
+                if there <= start + ARMIJO * step * slope
+                    || (step * slope).abs() <= noise && there <= start + noise
+                {
+                    break Some(there);
+                }
+                if halvings == MAX_HALVINGS {
+                    break None;
+                }
+                halvings += 1;
+                step *= 0.5;
+            };
+            let Some(there) = accepted else {
+                if correction <= tolerance {
+                    return Ok(());
+                }
+                if psd == Psd::Exact {
+                    psd = Psd::Projected;
+                    continue;
+                }
+                return fail(system, x, Verdict::Stalled, iteration, correction);
+            };
+            self.work.halvings += u64::from(halvings);
+            value = Some(there);
+            std::mem::swap(x, &mut self.trial);
+            let trial = std::mem::take(&mut self.trial);
+            let finite = self.residual(system, objective, x);
+            self.trial = trial;
+            if !finite {
+                return fail(system, x, Verdict::Infeasible, iteration, correction);
+            }
+            if step * correction <= tolerance && halvings == 0 {
+                return Ok(());
+            }
+        }
+        fail(system, x, Verdict::IterationCap, self.options.max_iterations, correction)
+    }
+
+    fn objective(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64 {
+        self.value(system, objective, x)
+    }
+
+    fn work(&self) -> SolverWork {
+        self.work
+    }
+
+    fn bytes(&self) -> usize {
+        8 * (self.residual.len() + self.direction.len() + self.trial.len())
+            + self.assembler.as_ref().map_or(0, Assembler::bytes)
+            + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
+            + self.jacobi.bytes()
+            + self.cg.bytes()
+    }
+}
