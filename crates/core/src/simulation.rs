@@ -94,17 +94,23 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
 impl Simulation {
     /// A simulation of `system` from `state` by `method` with steps of `step_size` [s].
     ///
-    /// Pinned vertices lose their velocity.
+    /// Held coordinates lose their velocity, or begin their prescribed motion.
     ///
     /// # Panics
     /// If `state` has not `n * dimension` coordinates.
     pub fn new(system: System, mut state: State, method: &'static Method, step_size: f64) -> Self {
         let d = system.dimension();
         assert_eq!(state.x().len(), system.mass().len() * d, "one row of coordinates per vertex");
-        for (i, v) in state.v_mut().chunks_exact_mut(d).enumerate() {
-            if system.is_pinned(i) {
-                v.fill(0.0);
+        for (v, w) in state.v_mut().iter_mut().zip(system.inverse_mass()) {
+            if *w == 0.0 {
+                *v = 0.0;
             }
+        }
+        if system.has_prescribed_motion() {
+            let time = state.time;
+            let (x, v) = state.rows_mut();
+            // The first step looks at the force here, and says what is wrong.
+            system.prescribe(time, x, v);
         }
         let integrator = method.build(state.x().len());
         Simulation {
@@ -123,10 +129,13 @@ impl Simulation {
     /// A state counts as good where its force is finite, so the force at the new positions belongs to the step. Nothing is
     /// computed twice: the next step begins with it.
     ///
+    /// Holds that end let go at the beginning of the step nearest to their end.
+    ///
     /// # Errors
     /// [`StepError::NotFinite`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
+        self.system.release(self.state.time + 0.5 * h);
         self.ensure_force(self.state.time)?;
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
             return Err(self.not_finite(fault));
@@ -276,7 +285,9 @@ impl Simulation {
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
     /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
-        let frequency = largest_frequency(&mut self.system, self.state.x()).frequency;
+        // What is let go later is free to oscillate then, and the highest frequency is higher for it.
+        let x = self.state.x();
+        let frequency = self.system.once_released(|system| largest_frequency(system, x).frequency);
         let limit = stability_limit(self.method, frequency, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);

@@ -45,6 +45,11 @@ pub enum Fault {
         /// At this time [s].
         time: f64,
     },
+    /// A prescribed motion has no finite value.
+    Motion {
+        /// Name of what holds the vertices.
+        hold: String,
+    },
     /// Two gravitating bodies at the same place without softening.
     Pair {
         /// Index of the first vertex.
@@ -62,6 +67,7 @@ impl std::fmt::Display for Fault {
                 write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
             }
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
+            Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")
             }
