@@ -267,6 +267,11 @@ fn a_wrung_bar_twists_evenly_and_springs_back() {
     // The twist runs back as a wave of sqrt(mu / rho) = 6.2 m/s: the head is straight within a second.
     let after: Vec<f64> = (0..250).map(|_| head(&steps(&mut assembly, 1))).collect();
     assert!(after[5] < std::f64::consts::PI && after.iter().any(|a| *a < 0.3), "{after:?}");
+    let (_, summary) = simulated("wrung_bar.toml", 6.0);
+    let work = summary.end.balance.unwrap().motion.unwrap();
+    let there = summary.end.kinetic + summary.end.elastic;
+    assert!(work > 1e3 && (there / work - 1.0).abs() < 2e-3, "{there} J of {work} J");
+    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
+use crate::diagnostics::{
+    Diagnostics, ElementState, Ledger, StabilityLimit, largest_frequency, stability_limit,
+};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::numbering::Numbering;
@@ -19,6 +21,8 @@ pub struct Simulation {
     method: &'static Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
+    /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
+    ledger: Option<Ledger>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -120,6 +124,7 @@ impl Simulation {
             method,
             integrator,
             step_size,
+            ledger: None,
             stability: None,
         }
     }
@@ -135,8 +140,9 @@ impl Simulation {
     /// [`StepError::NotFinite`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
-        self.system.release(self.state.time + 0.5 * h);
+        let released = self.system.release(self.state.time + 0.5 * h);
         self.ensure_force(self.state.time)?;
+        self.open_ledger(released);
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
             return Err(self.not_finite(fault));
         }
@@ -148,7 +154,21 @@ impl Simulation {
         }
         self.state.step += 1;
         self.state.time = time;
+        if let Some(ledger) = &mut self.ledger {
+            self.system.set_time(time);
+            ledger.advance(&mut self.system, h, self.state.x(), self.state.v());
+        }
         Ok(())
+    }
+
+    /// Opens the ledger before the first step, and notes what was let go.
+    fn open_ledger(&mut self, released: bool) {
+        let (system, state) = (&mut self.system, &self.state);
+        match &mut self.ledger {
+            None if state.step == 0 => self.ledger = Ledger::new(system, state.x(), state.v()),
+            Some(ledger) if released => ledger.release(system, state.x(), state.v()),
+            _ => {}
+        }
     }
 
     /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
@@ -259,7 +279,9 @@ impl Simulation {
 
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        Diagnostics::measure(&mut self.system, self.state.time, self.state.x(), self.state.v())
+        let Simulation { system, state, .. } = self;
+        let balance = self.ledger.as_ref().map(Ledger::balance);
+        Diagnostics { balance, ..Diagnostics::measure(system, state.time, state.x(), state.v()) }
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.

@@ -266,6 +266,16 @@ impl System {
         self.surroundings().accelerations(a);
     }
 
+    /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which ascend.
+    pub(crate) fn visit_gradient(&self, vertices: &[u32], visit: impl FnMut(usize, &[f64])) {
+        self.surroundings().visit_gradient(vertices, self.mass.len(), visit);
+    }
+
+    /// The power [W] that comes in through those terms that are `asked`, at the time last said.
+    pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
+        self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.power(x, v)).sum()
+    }
+
     fn surroundings(&self) -> Surroundings<'_> {
         Surroundings {
             dimension: self.dimension,

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::channel::ENERGY;
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Balance, Diagnostics};
 use crate::observer::Work;
 
 /// One row. The time of the diagnostics is the exact one.
@@ -58,7 +58,14 @@ fn row(step: u64, diagnostics: &Diagnostics, work: Work) -> Value {
 
 /// JSON schema of a row, taken from a row that has every field, so that it cannot fall behind [`Diagnostics`].
 fn schema() -> Value {
-    let full = Diagnostics { min_j: Some(1.0), inverted: Some(0), ..Diagnostics::default() };
+    let balance = Balance { motion: Some(0.5), loads: Some(0.5) };
+    let full = Diagnostics {
+        loads: Some(0.5),
+        balance: Some(balance),
+        min_j: Some(1.0),
+        inverted: Some(0),
+        ..Diagnostics::default()
+    };
     let mut schema = schema_of(&row(0, &full, Work::default()));
     schema["title"] = json!("pliant.Energy");
     schema
