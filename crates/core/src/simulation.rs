@@ -18,7 +18,7 @@ pub struct Simulation {
     system: System,
     state: State,
     numbering: Numbering,
-    method: &'static Method,
+    method: Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
     /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
@@ -102,7 +102,7 @@ impl Simulation {
     ///
     /// # Panics
     /// If `state` has not `n * dimension` coordinates.
-    pub fn new(system: System, mut state: State, method: &'static Method, step_size: f64) -> Self {
+    pub fn new(system: System, mut state: State, method: Method, step_size: f64) -> Self {
         let d = system.dimension();
         assert_eq!(state.x().len(), system.mass().len() * d, "one row of coordinates per vertex");
         for (v, w) in state.v_mut().iter_mut().zip(system.inverse_mass()) {
@@ -268,7 +268,7 @@ impl Simulation {
     }
 
     /// The scheme.
-    pub fn method(&self) -> &'static Method {
+    pub fn method(&self) -> Method {
         self.method
     }
 
@@ -310,7 +310,7 @@ impl Simulation {
         // What is let go later is free to oscillate then, and the highest frequency is higher for it.
         let x = self.state.x();
         let frequency = self.system.once_released(|system| largest_frequency(system, x).frequency);
-        let limit = stability_limit(self.method, frequency, self.system.ether_drag(), duration);
+        let limit = stability_limit(&self.method, frequency, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }

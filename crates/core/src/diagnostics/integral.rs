@@ -49,7 +49,7 @@ impl Integral {
 mod tests {
     use super::*;
 
-    /// A polynomial of degree 3 exactly from the third step on, of degree 2 from the second, of degree 1 from the first.
+    /// A polynomial of degree 1 exactly from the first step on, of degrees 2 and 3 from the second.
     #[test]
     fn cubics_are_integrated_exactly() {
         let h = 0.25;
@@ -61,7 +61,7 @@ mod tests {
             for step in 1..20 {
                 integral.advance(h, rate(step));
                 let error = (integral.value() - exact(step as f64 * h)).abs();
-                if step as i32 >= degree {
+                if step >= 2 || degree <= 1 {
                     assert!(error < 1e-13, "degree {degree}, step {step}: {error:e}");
                 } else {
                     assert!(error > 1e-4, "degree {degree}, step {step}");
