@@ -166,11 +166,13 @@ impl Run<'_, '_> {
             if interrupt.load(Ordering::Relaxed) {
                 return self.end_with(Outcome::Interrupted, shown, step - 1);
             }
+            let frame_due = step == next_frame.min(steps);
+            let guard_due = step % GUARD_INTERVAL == 0;
+            self.simulation.set_to_be_measured(guard_due || frame_due && self.measures_frames);
             if let Err(error) = self.simulation.step() {
                 return self.end_with(Outcome::Failed(error), shown, step - 1);
             }
             debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
-            let frame_due = step == next_frame.min(steps);
             if frame_due {
                 if let Err(outcome) = self.show() {
                     return outcome;
@@ -181,7 +183,7 @@ impl Run<'_, '_> {
                 }
             }
             // A frame that is measured has been looked at.
-            if step % GUARD_INTERVAL == 0 && !(frame_due && self.measures_frames) {
+            if guard_due && !(frame_due && self.measures_frames) {
                 let diagnostics = self.simulation.diagnostics();
                 if let Err(error) = self.guard(&diagnostics) {
                     return self.end_with(Outcome::Failed(error), shown, step);

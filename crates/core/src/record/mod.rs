@@ -19,6 +19,7 @@
 //! [`recover`](read::recover) puts the two together.
 
 mod attachments;
+mod behind;
 mod channel;
 mod clock;
 mod container;

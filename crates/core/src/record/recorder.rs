@@ -54,7 +54,7 @@ pub struct McapRecorder {
     container: Container<Box<dyn Sink>>,
     /// `x` and `v` must have this length.
     length: usize,
-    records_state: bool,
+    states: Option<state::Encoder>,
     records_energy: bool,
     drawing: Option<Drawing>,
     buffers: [Vec<u8>; 3],
@@ -124,7 +124,7 @@ impl McapRecorder {
             overwrite: options.overwrite,
             container,
             length: topology.vertex_count * topology.dimension,
-            records_state: asked(Channel::State),
+            states: asked(Channel::State).then(state::Encoder::new),
             records_energy: asked(Channel::Energy),
             drawing,
             buffers: Default::default(),
@@ -176,8 +176,8 @@ impl McapRecorder {
             group.push(Message::new(ENERGY.0, sequence, log_time, energies));
         }
         // Last, because recovery takes a frame for complete when it has seen this one.
-        if self.records_state {
-            state::encode_frame(frame, log_time, states);
+        if let Some(encoder) = &self.states {
+            encoder.encode_frame(frame, log_time, states);
             group.push(Message::new(STATE.0, sequence, log_time, states));
         }
         let written = self.container.write(&group);

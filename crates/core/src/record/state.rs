@@ -30,36 +30,74 @@ pub(super) fn channel(vertex_count: usize) -> Channel<'static> {
     typed::<PointCloud>(STATE, metadata)
 }
 
-/// Encodes a frame, replacing what is in the buffer.
-pub(super) fn encode_frame(frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
-    let fields = FIELDS.iter().zip(0_u32..).map(|(name, i)| PackedElementField {
-        name: (*name).to_owned(),
-        offset: 8 * i,
-        r#type: NumericType::Float64 as i32,
-    });
-    let cloud = PointCloud {
-        timestamp: Some(timestamp(log_time)),
-        frame_id: FRAME_ID.to_owned(),
-        pose: Some(identity()),
-        point_stride: STRIDE as u32,
-        fields: fields.collect(),
-        data: points(frame).into(),
-    };
-    encode(&cloud, buffer);
+/// Writes the messages.
+#[derive(Debug)]
+pub(super) struct Encoder {
+    /// What all messages have between their time and their points.
+    common: Vec<u8>,
 }
 
-fn points(frame: &Frame<'_>) -> Vec<u8> {
-    let dimension = frame.dimension;
-    let mut data = Vec::with_capacity(frame.x.len() / dimension * STRIDE);
-    for (x, v) in frame.x.chunks_exact(dimension).zip(frame.v.chunks_exact(dimension)) {
-        let mut point = [0.0_f64; FIELDS.len()];
-        point[..dimension].copy_from_slice(x);
-        point[3..3 + dimension].copy_from_slice(v);
-        for number in point {
-            data.extend_from_slice(&number.to_le_bytes());
+impl Encoder {
+    pub(super) fn new() -> Self {
+        let fields = FIELDS.iter().zip(0_u32..).map(|(name, i)| PackedElementField {
+            name: (*name).to_owned(),
+            offset: 8 * i,
+            r#type: NumericType::Float64 as i32,
+        });
+        let cloud = PointCloud {
+            frame_id: FRAME_ID.to_owned(),
+            pose: Some(identity()),
+            point_stride: STRIDE as u32,
+            fields: fields.collect(),
+            ..PointCloud::default()
+        };
+        let mut common = Vec::new();
+        encode(&cloud, &mut common);
+        Encoder { common }
+    }
+
+    /// Encodes a frame, replacing what is in the buffer. Only what changes is encoded anew: messages of protobuf are joined by
+    /// writing one behind the other.
+    pub(super) fn encode_frame(&self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
+        encode(&PointCloud { timestamp: Some(timestamp(log_time)), ..PointCloud::default() }, buffer);
+        buffer.extend_from_slice(&self.common);
+        let length = frame.x.len() / frame.dimension * STRIDE;
+        // As a field without content would be.
+        if length > 0 {
+            buffer.push(DATA_TAG);
+            push_varint(length, buffer);
+            match frame.dimension {
+                2 => push_points::<2>(frame, buffer),
+                _ => push_points::<3>(frame, buffer),
+            }
         }
     }
-    data
+}
+
+/// The field `data`, number 6, of which the length follows.
+const DATA_TAG: u8 = 6 << 3 | 2;
+
+/// Seven bits a byte, the lowest first.
+fn push_varint(mut number: usize, buffer: &mut Vec<u8>) {
+    while number >= 0x80 {
+        buffer.push(number as u8 | 0x80);
+        number >>= 7;
+    }
+    buffer.push(number as u8);
+}
+
+fn push_points<const D: usize>(frame: &Frame<'_>, buffer: &mut Vec<u8>) {
+    let (x, v) = (frame.x.as_chunks::<D>().0, frame.v.as_chunks::<D>().0);
+    let start = buffer.len();
+    buffer.resize(start + x.len() * STRIDE, 0);
+    let points = buffer[start..].as_chunks_mut::<STRIDE>().0;
+    for ((point, x), v) in points.iter_mut().zip(x).zip(v) {
+        let (position, velocity) = point.as_chunks_mut::<8>().0.split_at_mut(3);
+        for c in 0..D {
+            position[c] = x[c].to_le_bytes();
+            velocity[c] = v[c].to_le_bytes();
+        }
+    }
 }
 
 /// No displacement, no rotation. A pose left out reads as a rotation by the quaternion 0, which viewers reject.
