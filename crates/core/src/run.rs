@@ -114,6 +114,7 @@ pub fn run(
     let mut run = Run {
         simulation,
         measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
+        measures_elements: observers.iter().any(|o| o.wants_elements()),
         observers,
         start,
         last_good,
@@ -144,6 +145,8 @@ struct Run<'a, 'b> {
     observers: &'a mut [&'b mut dyn Observer],
     /// Whether any observer reads the measurements of a frame.
     measures_frames: bool,
+    /// Whether any observer reads the states of elements.
+    measures_elements: bool,
     start: Diagnostics,
     last_good: Diagnostics,
     last_frame_time: f64,
@@ -213,6 +216,7 @@ impl Run<'_, '_> {
             return Err(Outcome::Failed(self.simulation.not_finite_here()));
         }
         let state = self.simulation.state();
+        let elements = self.measures_elements.then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
             index: self.frames,
@@ -222,6 +226,7 @@ impl Run<'_, '_> {
             x: &x,
             v: &v,
             diagnostics: diagnostics.as_ref(),
+            elements: elements.as_deref(),
             work: self.simulation.work(),
         };
         for observer in self.observers.iter_mut() {

@@ -26,9 +26,11 @@ pub struct Diagnostics {
 }
 
 mod elements;
+mod measures;
 mod stability;
 
 pub use elements::ElementState;
+pub use measures::{MEASURES, Measure};
 pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
 
 use crate::energy::EnergyKind;
