@@ -174,10 +174,7 @@ fn cells_that_are_elements_carry_what_was_recorded_of_them() {
     let mut trajectory = crate::record::read::Trajectory::open(&file).unwrap();
     for measure in crate::diagnostics::MEASURES.iter().filter(|m| text.contains(m.name)) {
         let rows = trajectory.elements(measure, 7).unwrap();
-        assert!(
-            rows.values.iter().any(|value| value.abs() > 1.0),
-            "a spinning ball is under stress [Pa]"
-        );
+        assert!(rows.values.iter().any(|value| value.abs() > 1.0), "a spinning ball is under stress [Pa]");
         let (found, elements) = (array(measure.name), rows.values.len());
         // The ball is the first body.
         assert_eq!(found[..elements], rows.values, "{}", measure.name);

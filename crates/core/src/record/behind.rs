@@ -51,12 +51,12 @@ struct Helper<W: Write + Seek> {
     batches: SyncSender<Batch>,
     /// To be filled again.
     emptied: Receiver<Batch>,
-    thread: JoinHandle<(Writer<W>, McapResult<()>)>,
+    thread: JoinHandle<(Box<Writer<W>>, McapResult<()>)>,
 }
 
 /// Where the writer is.
 enum Place<W: Write + Seek> {
-    Here(Writer<W>),
+    Here(Box<Writer<W>>),
     There(Helper<W>),
     /// Only while it is on its way.
     Nowhere,
@@ -71,7 +71,7 @@ pub(super) struct Behind<W: Write + Seek + Send + 'static> {
 
 impl<W: Write + Seek + Send + 'static> Behind<W> {
     pub(super) fn new(writer: Writer<W>) -> Self {
-        Behind { place: Place::Here(writer), batch: Batch::default() }
+        Behind { place: Place::Here(Box::new(writer)), batch: Batch::default() }
     }
 
     /// Takes messages over, to be written some time before [`writer`](Self::writer) returns.
@@ -130,7 +130,7 @@ impl<W: Write + Seek + Send + 'static> Behind<W> {
         let (batches, incoming) = sync_channel::<Batch>(WAITING);
         let (give_back, emptied) = sync_channel(WAITING + 1);
         // Sent once the thread exists, or it would be lost where there is none.
-        let (hand_in, handed_in) = sync_channel::<Writer<W>>(1);
+        let (hand_in, handed_in) = sync_channel::<Box<Writer<W>>>(1);
         let work = move || {
             let mut writer = handed_in.recv().expect("the writer is sent as soon as the thread has started");
             for mut batch in incoming {

@@ -248,7 +248,8 @@ mod tests {
                 let r2: f64 = (0..3).map(|c| (x[3 * i + c] - x[3 * j + c]).powi(2)).sum();
                 mass[i] * mass[j] / (r2 + 0.05 * 0.05).sqrt()
             };
-            let sum: f64 = (0..count).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| pair(i, j)).sum();
+            let sum: f64 =
+                (0..count).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| pair(i, j)).sum();
             let relative = |value: f64| (value / (-0.7 * sum) - 1.0).abs();
             // Half a million terms of one sign, added in blocks: far from the bound of n units in the last place.
             assert!(relative(energy.unwrap()) < 1e-13 && relative(term.energy(&x)) < 1e-13);
