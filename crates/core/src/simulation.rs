@@ -279,9 +279,14 @@ impl Simulation {
 
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        let Simulation { system, state, .. } = self;
         let balance = self.ledger.as_ref().map(Ledger::balance);
-        Diagnostics { balance, ..Diagnostics::measure(system, state.time, state.x(), state.v()) }
+        Diagnostics { balance, ..Diagnostics::measure_state(&mut self.system, &self.state) }
+    }
+
+    /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
+    /// there is then computed once.
+    pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
+        self.system.set_to_be_measured(to_be_measured);
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
