@@ -74,17 +74,17 @@ pub struct Summary {
     pub end: Diagnostics,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
-    /// Largest `|E - E_0|` seen at any frame or guard [J].
+    /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
     pub largest_energy_change: f64,
     /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
-    /// what gravity can give over the size of the scene.
+    /// what gravity can give over the size of the scene, and the most that came in from outside.
     pub energy_scale: f64,
 }
 
 impl Summary {
-    /// `|E_end - E_0|` over the energy scale.
+    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no drift.
     pub fn relative_energy_drift(&self) -> f64 {
-        (self.end.total - self.start.total).abs() / self.energy_scale
+        (self.end.conserved() - self.start.conserved()).abs() / self.energy_scale
     }
 
     /// Largest `|E - E_0|` seen, over the energy scale.
@@ -114,10 +114,12 @@ pub fn run(
     let mut run = Run {
         simulation,
         measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
+        measures_elements: observers.iter().any(|o| o.wants_elements()),
         observers,
         start,
         last_good,
         last_frame_time: 0.0,
+        scale_at_start: energy_scale,
         energy_scale,
         largest_energy_change: 0.0,
         frames: 0,
@@ -131,11 +133,11 @@ pub fn run(
         outcome,
         frames: run.frames,
         work: run.simulation.work(),
-        largest_energy_change: run.largest_energy_change.max((end.total - run.start.total).abs()),
+        largest_energy_change: run.largest_energy_change.max((end.conserved() - run.start.conserved()).abs()),
         start: run.start,
         end,
         last_frame_time: run.last_frame_time,
-        energy_scale,
+        energy_scale: run.energy_scale,
     }
 }
 
@@ -144,9 +146,12 @@ struct Run<'a, 'b> {
     observers: &'a mut [&'b mut dyn Observer],
     /// Whether any observer reads the measurements of a frame.
     measures_frames: bool,
+    /// Whether any observer reads the states of elements.
+    measures_elements: bool,
     start: Diagnostics,
     last_good: Diagnostics,
     last_frame_time: f64,
+    scale_at_start: f64,
     energy_scale: f64,
     largest_energy_change: f64,
     frames: u64,
@@ -166,11 +171,13 @@ impl Run<'_, '_> {
             if interrupt.load(Ordering::Relaxed) {
                 return self.end_with(Outcome::Interrupted, shown, step - 1);
             }
+            let frame_due = step == next_frame.min(steps);
+            let guard_due = step % GUARD_INTERVAL == 0;
+            self.simulation.set_to_be_measured(guard_due || frame_due && self.measures_frames);
             if let Err(error) = self.simulation.step() {
                 return self.end_with(Outcome::Failed(error), shown, step - 1);
             }
             debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
-            let frame_due = step == next_frame.min(steps);
             if frame_due {
                 if let Err(outcome) = self.show() {
                     return outcome;
@@ -181,7 +188,7 @@ impl Run<'_, '_> {
                 }
             }
             // A frame that is measured has been looked at.
-            if step % GUARD_INTERVAL == 0 && !(frame_due && self.measures_frames) {
+            if guard_due && !(frame_due && self.measures_frames) {
                 let diagnostics = self.simulation.diagnostics();
                 if let Err(error) = self.guard(&diagnostics) {
                     return self.end_with(Outcome::Failed(error), shown, step);
@@ -211,6 +218,7 @@ impl Run<'_, '_> {
             return Err(Outcome::Failed(self.simulation.not_finite_here()));
         }
         let state = self.simulation.state();
+        let elements = self.measures_elements.then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
             index: self.frames,
@@ -220,6 +228,7 @@ impl Run<'_, '_> {
             x: &x,
             v: &v,
             diagnostics: diagnostics.as_ref(),
+            elements: elements.as_deref(),
             work: self.simulation.work(),
         };
         for observer in self.observers.iter_mut() {
@@ -236,7 +245,9 @@ impl Run<'_, '_> {
             return Err(self.simulation.not_finite_here());
         }
         self.last_good.clone_from(diagnostics);
-        let change = energy - self.start.total;
+        let change = diagnostics.conserved() - self.start.conserved();
+        let supplied = diagnostics.balance.map_or(0.0, |balance| balance.net().abs());
+        self.energy_scale = self.energy_scale.max(self.scale_at_start + supplied);
         self.largest_energy_change = self.largest_energy_change.max(change.abs());
         if change <= ENERGY_GROWTH_BOUND * self.energy_scale {
             return Ok(());

@@ -11,43 +11,74 @@ pub struct Diagnostics {
     pub elastic: f64,
     /// `-sum m g.x` plus the mutual energy of gravitating bodies [J].
     pub gravitational: f64,
+    /// Potential energy of loads [J]; `None` without loads.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loads: Option<f64>,
     /// Sum of the above [J].
     pub total: f64,
+    /// Energy brought in from outside and taken out since the start; `None` where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balance: Option<Balance>,
     /// `sum m v` [kg m/s]; third component 0 in 2D.
     pub linear_momentum: [f64; 3],
     /// `sum m x cross v` about the origin [kg m^2/s]; in 2D only the third component.
     pub angular_momentum: [f64; 3],
     /// Smallest `det F` of any element; `None` without elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub min_j: Option<f64>,
     /// Number of elements with `det F <= 0`; `None` without elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub inverted: Option<u64>,
 }
 
 mod elements;
+mod integral;
+mod ledger;
+mod measures;
 mod stability;
 
 pub use elements::ElementState;
+pub use ledger::Balance;
+pub(crate) use ledger::Ledger;
+pub use measures::{MEASURES, Measure};
 pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
 
 use crate::energy::EnergyKind;
-use crate::system::System;
+use crate::state::State;
+use crate::system::{ForceId, System};
 
 impl Diagnostics {
     /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any number of
     /// threads.
     pub fn measure(system: &mut System, time: f64, x: &[f64], v: &[f64]) -> Self {
+        Self::measure_with_force(system, time, x, v, ForceId::NONE)
+    }
+
+    /// The same of `state`, without computing again what came with its force.
+    pub(crate) fn measure_state(system: &mut System, state: &State) -> Self {
+        Self::measure_with_force(system, state.time, state.x(), state.v(), state.force)
+    }
+
+    fn measure_with_force(system: &mut System, time: f64, x: &[f64], v: &[f64], force: ForceId) -> Self {
         system.set_time(time);
         let kinetic = system.kinetic(v);
-        let elastic = system.potential(EnergyKind::Elastic, x);
-        let gravitational = system.potential(EnergyKind::Gravitational, x);
-        let (linear_momentum, angular_momentum) = momenta(system.dimension(), system.mass(), x, v);
+        let elastic = system.potential_with_force(EnergyKind::Elastic, x, force);
+        let gravitational = system.potential_with_force(EnergyKind::Gravitational, x, force);
+        let has_loads = system.terms().iter().any(|term| term.kind() == EnergyKind::Load);
+        let loads = has_loads.then(|| system.potential_with_force(EnergyKind::Load, x, force));
+        let (linear_momentum, angular_momentum) = match system.dimension() {
+            2 => momenta::<2>(system.mass(), x, v),
+            _ => momenta::<3>(system.mass(), x, v),
+        };
         let deformation = system.deformation(x);
         Diagnostics {
             time,
             kinetic,
             elastic,
             gravitational,
-            total: kinetic + elastic + gravitational,
+            loads,
+            total: kinetic + elastic + gravitational + loads.unwrap_or(0.0),
+            balance: None,
             linear_momentum,
             angular_momentum,
             min_j: deformation.map(|d| d.min_j),
@@ -56,14 +87,21 @@ impl Diagnostics {
     }
 }
 
+impl Diagnostics {
+    /// Total energy less what came in from outside and went out [J]: what stays.
+    pub fn conserved(&self) -> f64 {
+        self.total - self.balance.map_or(0.0, |balance| balance.net())
+    }
+}
+
 /// `sum m v` and `sum m x cross v`.
-fn momenta(dimension: usize, mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
+fn momenta<const D: usize>(mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
     let (mut p, mut l) = ([0.0; 3], [0.0; 3]);
-    let rows = x.chunks_exact(dimension).zip(v.chunks_exact(dimension));
+    let rows = x.as_chunks::<D>().0.iter().zip(v.as_chunks::<D>().0);
     for ((xi, vi), m) in rows.zip(mass) {
         let (mut x, mut v) = ([0.0; 3], [0.0; 3]);
-        x[..dimension].copy_from_slice(xi);
-        v[..dimension].copy_from_slice(vi);
+        x[..D].copy_from_slice(xi);
+        v[..D].copy_from_slice(vi);
         for c in 0..3 {
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);
             p[c] += m * v[c];

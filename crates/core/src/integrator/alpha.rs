@@ -31,7 +31,8 @@ pub struct Alpha {
     acceleration: Vec<f64>,
     /// What `acceleration` was before the last step.
     before: Vec<f64>,
-    known: bool,
+    /// The set of held coordinates that it belongs to; `None` where there is no history.
+    known: Option<u64>,
     next: Next,
 }
 
@@ -44,14 +45,17 @@ impl Alpha {
             after: Next::new(unknowns),
             acceleration: vec![0.0; unknowns],
             before: vec![0.0; unknowns],
-            known: false,
+            known: None,
             next: Next::new(unknowns),
         }
     }
 
     /// Makes sure of the acceleration at the state: the one remembered, or that of the force there.
     fn start(&mut self, system: &mut System, state: &mut State) -> Result<(), StepFault> {
-        if self.known && self.after.x == state.x() && self.after.v == state.v() {
+        if self.known == Some(system.constraint_set())
+            && self.after.x == state.x()
+            && self.after.v == state.v()
+        {
             return Ok(());
         }
         if !state.ensure_force(system, state.time) {
@@ -67,7 +71,7 @@ impl Alpha {
 impl Integrator for Alpha {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         self.start(system, state)?;
-        self.known = false;
+        self.known = None;
         let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;
         let (x, v, a) = (state.x(), state.v(), &self.acceleration);
         let drag = system.ether_drag();
@@ -86,6 +90,9 @@ impl Integrator for Alpha {
         }
         let time = state.time + new_f * h;
         self.next.x.copy_from_slice(x);
+        if !system.prescribe(time, &mut self.next.x, &mut self.next.v) {
+            return Err(StepFault::at(system, &self.next.x, &self.next.v));
+        }
         self.solver.minimize(system, inertia, s, time, Some(a), &mut self.next.x, false)?;
         let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
         std::mem::swap(&mut self.acceleration, &mut self.before);
@@ -103,10 +110,10 @@ impl Integrator for Alpha {
             self.next.v[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * acceleration);
             self.acceleration[i] = acceleration;
         }
-        self.next.commit(system, state, force)?;
+        self.next.commit(system, state, h, force)?;
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
-        self.known = true;
+        self.known = Some(system.constraint_set());
         Ok(())
     }
 

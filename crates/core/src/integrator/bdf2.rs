@@ -64,7 +64,8 @@ pub struct Bdf2 {
     /// The state before the last step, and the one it led to: history is good where that is the state, and the step the same.
     before: Next,
     after: Next,
-    step: Option<f64>,
+    /// The step, and the set of held coordinates.
+    step: Option<(f64, u64)>,
     z: Vec<f64>,
     w: Vec<f64>,
     acceleration: Vec<f64>,
@@ -96,16 +97,16 @@ impl Bdf2 {
         }
     }
 
-    fn remember(&mut self, state: &State, h: f64) {
+    fn remember(&mut self, system: &System, state: &State, h: f64) {
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
-        self.step = Some(h);
+        self.step = Some((h, system.constraint_set()));
     }
 }
 
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let known = self.step == Some(h) && self.after.x == state.x() && self.after.v == state.v();
+        let known = self.step == Some((h, system.constraint_set())) && self.after.x == state.x() && self.after.v == state.v();
         self.step = None;
         std::mem::swap(&mut self.before, &mut self.older);
         self.started = !known;
@@ -113,7 +114,7 @@ impl Integrator for Bdf2 {
         self.before.v.copy_from_slice(state.v());
         if !known {
             self.start.step(system, state, h)?;
-            self.remember(state, h);
+            self.remember(system, state, h);
             return Ok(());
         }
         for i in 0..self.z.len() {
@@ -125,8 +126,8 @@ impl Integrator for Bdf2 {
         x.copy_from_slice(state.x());
         self.solver.solve(system, &stage, x, v, &mut self.acceleration, false)?;
         let force = system.force();
-        self.next.commit(system, state, force)?;
-        self.remember(state, h);
+        self.next.commit(system, state, h, force)?;
+        self.remember(system, state, h);
         Ok(())
     }
 

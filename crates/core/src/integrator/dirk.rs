@@ -77,6 +77,7 @@ impl Integrator for Dirk {
                 // Explicit stages come first, where the force may be known.
                 self.combine(state, h, &row[..i]);
                 system.set_time(time);
+                system.prescribe(time, &mut self.z, &mut self.w);
                 let known = i == 0 && system.holds(state.force);
                 if !known && system.evaluate(&self.z).is_none() {
                     return Err(StepFault::at(system, &self.z, &self.w));
@@ -114,7 +115,7 @@ impl Integrator for Dirk {
             std::mem::swap(&mut self.next.v, &mut self.w);
             force = ForceId::NONE;
         }
-        self.next.commit(system, state, force)
+        self.next.commit(system, state, h, force)
     }
 
     fn undo(&mut self, state: &mut State) {

@@ -49,11 +49,15 @@ impl StageSolver {
         for i in 0..x.len() {
             self.target[i] = z[i] + g * w[i] / inertia;
         }
+        // Held coordinates are where they are held, and what follows goes by these.
+        v.fill(0.0);
+        if !system.prescribe(time, x, v) {
+            return Err(StepFault::at(system, x, v));
+        }
         self.minimize(system, inertia, g * g, time, Some(acceleration), x, single_iteration)?;
-        let held = system.inverse_mass();
+        let weight = system.inverse_mass();
         for i in 0..x.len() {
-            if held[i] == 0.0 {
-                v[i] = 0.0;
+            if weight[i] == 0.0 {
                 acceleration[i] = 0.0;
             } else {
                 v[i] = (x[i] - z[i]) / g;
@@ -130,13 +134,15 @@ impl Next {
         Next { x: vec![0.0; unknowns], v: vec![0.0; unknowns] }
     }
 
-    /// Lets walls act, and makes this the state.
+    /// Moves what is prescribed to its place at the end of a step of `h`, lets walls act, and makes this the state.
     pub(super) fn commit(
         &mut self,
         system: &System,
         state: &mut State,
+        h: f64,
         force: ForceId,
     ) -> Result<(), StepFault> {
+        system.prescribe(state.time + h, &mut self.x, &mut self.v);
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }

@@ -1,9 +1,11 @@
 //! Time, world and output: everything but the bodies.
 
 use super::check::{Checker, Sign};
+use super::pins::formulas;
+use crate::diagnostics::Measure;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
-use crate::scene::schema::{OverTime, Scene, Time, Wall, World};
+use crate::scene::schema::{Channel, OverTime, Scene, Time, Wall, World};
 
 /// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
@@ -48,24 +50,7 @@ pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World, duration
 /// Numbers, and formulas that have a value where the run begins and where it ends.
 fn gravity(check: &mut Checker, path: &KeyPath, gravity: &[OverTime], duration: f64) {
     check.components(path, gravity.len());
-    for (index, component) in gravity.iter().enumerate() {
-        let path = path.index(index);
-        match component {
-            OverTime::Constant(value) => {
-                if !check.number(&path, *value, Sign::Any, "m/s^2") {
-                    return;
-                }
-            }
-            OverTime::Formula(_) => {
-                let bad = [0.0, duration].into_iter().find(|&t| !component.at(t).is_finite());
-                if let Some(t) = bad {
-                    let message = format!("`gravity` is {} [m/s^2] at t = {t:?} s", component.at(t));
-                    check.report(Problem::semantic(path, message));
-                    return;
-                }
-            }
-        }
-    }
+    formulas(check, path, gravity, "m/s^2", duration);
 }
 
 fn opening_angle(check: &mut Checker, path: &KeyPath, angle: f64) {
@@ -97,8 +82,20 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     }
     for (index, channel) in output.channels.iter().enumerate() {
         if output.channels[..index].contains(channel) {
-            let message = format!("channel `{}` is listed twice", format!("{channel:?}").to_lowercase());
+            let message = format!("channel `{}` is listed twice", name(*channel));
             check.report(Problem::semantic(path.key("channels").index(index), message));
         }
+        if Measure::of(*channel).is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
+            let message =
+                format!("channel `{}` is about finite elements, and no body is `elastic`", name(*channel));
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out, or give a body `elastic`"));
+        }
     }
+}
+
+/// As scenes have it.
+fn name(channel: Channel) -> String {
+    Measure::of(channel)
+        .map_or_else(|| format!("{channel:?}").to_lowercase(), |measure| measure.name.to_owned())
 }
