@@ -21,6 +21,7 @@ pub struct Simulation {
     numbering: Numbering,
     method: Method,
     integrator: Box<dyn Integrator>,
+    solver: SolverOptions,
     step_size: f64,
     /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
     ledger: Option<Ledger>,
@@ -150,6 +151,7 @@ impl Simulation {
             numbering: Numbering::identity(),
             method,
             integrator,
+            solver: SolverOptions::default(),
             step_size,
             ledger: None,
             stability: None,
@@ -158,7 +160,13 @@ impl Simulation {
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
     pub fn set_solver(&mut self, options: SolverOptions) {
+        self.solver = options;
         self.integrator = self.method.build(self.state.x().len(), options);
+    }
+
+    /// Which linear solver the steps of an implicit scheme take, and why.
+    pub fn linear_solver(&self) -> String {
+        self.solver.linear.choose(self.state.x().len()).1
     }
 
     /// Takes one step.

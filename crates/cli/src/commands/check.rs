@@ -14,7 +14,8 @@ pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<
     let input = Input::read(&arguments.scene, &arguments.set, None)?;
     // Also a scene that will not run is worth looking at: the numbers show why.
     let report = input.assemble(UnstableStep::Accept)?.report;
-    let problem = input.scene.unstable_step(&report.stability).map(|p| Failure::from(input.locate(vec![p])));
+    let unstable = report.stability.as_ref().and_then(|stability| input.scene.unstable_step(stability));
+    let problem = unstable.map(|p| Failure::from(input.locate(vec![p])));
     terminal.report(&describe(&report, terminal.width()))?;
     let status = if problem.is_some() { Status::Invalid } else { Status::Done };
     if let Some(failure) = &problem {
@@ -80,7 +81,16 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
 }
 
 fn stability(report: &Report) -> String {
-    let limit = &report.stability;
+    let Some(limit) = &report.stability else {
+        return "the scheme is stable at any step on a linear system".into();
+    };
+    if limit.frequency > 0.0 && !limit.step.is_finite() {
+        return format!(
+            "any step is stable on a linear system; the fastest motion has {} rad/s, {} rad a step",
+            number(limit.frequency),
+            number(limit.frequency * report.step)
+        );
+    }
     if !limit.step.is_finite() {
         return "nothing oscillates at the start: no limit on the step".into();
     }

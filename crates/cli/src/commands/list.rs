@@ -88,14 +88,21 @@ fn items(family: Family) -> (&'static str, Vec<Item>) {
 fn integrator(about: &Documentation) -> Item {
     let stability = if about.stability_limit == 0.0 {
         "none: gains energy at any step".to_owned()
+    } else if about.stability_limit == f64::INFINITY {
+        "any step on a linear system".to_owned()
     } else {
         format!("step x frequency up to {}", number(about.stability_limit))
     };
-    let cost = about.force_evaluations;
+    let cost = match (about.solves, about.force_evaluations) {
+        (0, 1) => "1 force evaluation a step".to_owned(),
+        (0, forces) => format!("{forces} force evaluations a step"),
+        (1, _) => "1 nonlinear solve a step".to_owned(),
+        (solves, _) => format!("{solves} nonlinear solves a step"),
+    };
     let facts = vec![
         ("order", about.order.to_string()),
         ("stability", stability),
-        ("cost", format!("{cost} force evaluation{} a step", if cost == 1 { "" } else { "s" })),
+        ("cost", cost),
         ("symplectic", if about.symplectic { "yes" } else { "no" }.to_owned()),
         ("conserves", format!("linear momentum; {}", about.conserves)),
         ("source", about.source.to_owned()),

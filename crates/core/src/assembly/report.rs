@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::body::Parts;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
+use crate::integrator::Documentation;
 use crate::lanes;
 use crate::mesh::Quality;
 use crate::scene::{Channel, Scene, Stress};
@@ -38,8 +39,8 @@ pub struct Report {
     pub steps: u64,
     /// Frames to be written.
     pub frames: u64,
-    /// The largest stable step and the frequency it comes from.
-    pub stability: StabilityLimit,
+    /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and nobody asked.
+    pub stability: Option<StabilityLimit>,
     /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
     pub tree_force_error: Option<ForceError>,
     /// Instruction set of the kernels.
@@ -75,7 +76,7 @@ impl Report {
         scene: &Scene,
         simulation: &Simulation,
         bodies: &[Parts],
-        stability: StabilityLimit,
+        stability: Option<StabilityLimit>,
         tree_force_error: Option<ForceError>,
     ) -> Self {
         let system = simulation.system();
@@ -140,11 +141,7 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         }
     };
     let method = simulation.method().documentation;
-    say(
-        true,
-        format!("{}: {} a step", method.name, plural(method.force_evaluations as usize, "force evaluation")),
-        "",
-    );
+    say(true, format!("{}: {} a step", method.name, cost(&method)), "");
     say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
@@ -184,8 +181,21 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("output /elements: {}", measures.join(", ")),
         "output /elements: no deformation, strain or stress of elements is computed",
     );
-    say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
+    let solver = (method.solves > 0).then(|| simulation.linear_solver());
+    say(
+        solver.is_some(),
+        solver.unwrap_or_default(),
+        "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
+    );
     (uses, left_out)
+}
+
+/// What a step costs.
+fn cost(method: &Documentation) -> String {
+    match method.solves {
+        0 => plural(method.force_evaluations as usize, "force evaluation"),
+        solves => plural(solves as usize, "nonlinear solve"),
+    }
 }
 
 fn mutual_gravity(scene: &Scene) -> String {

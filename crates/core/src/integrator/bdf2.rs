@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::dirk::Dirk;
 use super::implicit::{Next, Stage, StageSolver};
-use super::{Documentation, Integrator, Method, Scheme, StepFault, implicit_euler, tr_bdf2};
+use super::{BadParameter, Documentation, Integrator, Method, Scheme, StepFault, implicit_euler, tr_bdf2};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -37,6 +37,14 @@ impl Default for Bdf2Parameters {
 impl Bdf2Parameters {
     /// Started by TR-BDF2.
     pub const DEFAULT: Self = Bdf2Parameters { start: Bdf2Start::TrBdf2 };
+
+    /// There is nothing to be wrong.
+    ///
+    /// # Errors
+    /// None.
+    pub fn check(&self) -> Result<(), BadParameter> {
+        Ok(())
+    }
 
     /// The scheme.
     pub fn method(self) -> Method {

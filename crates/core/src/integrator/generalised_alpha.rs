@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::alpha::AlphaCoefficients;
-use super::{Documentation, Method, Scheme};
+use super::{BadParameter, Documentation, Method, Scheme};
 
 /// The parameter of the method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -51,10 +51,14 @@ impl GeneralisedAlphaParameters {
         }
     }
 
-    /// What is wrong with the parameter: the name, the value, what would be right.
-    pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
+    /// Whether the parameters make sense.
+    ///
+    /// # Errors
+    /// [`BadParameter`].
+    pub fn check(&self) -> Result<(), BadParameter> {
         if !(0.0..=1.0).contains(&self.rho) {
-            return Err(("rho", self.rho, "between 0 (damps fast motion out at once) and 1 (damps nothing)"));
+            let right = "between 0 (damps fast motion out at once) and 1 (damps nothing)";
+            return Err(BadParameter { name: "rho", value: self.rho, right });
         }
         Ok(())
     }

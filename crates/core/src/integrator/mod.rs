@@ -24,8 +24,10 @@ pub use amplification::{Amplification, amplification};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
 /// and the list that `pliant list` and the conformance tests go through. `module => Variant` for a scheme without
-/// parameters, which exports `METHOD`; `module => Variant(p: Parameters)` for one whose parameters have a `DEFAULT` and a `method`.
+/// parameters, which exports `METHOD`; `module => Variant(p: Parameters)` for one whose parameters have a `DEFAULT`, a `check` and a `method`.
 macro_rules! register {
+    (@check) => { Ok(()) };
+    (@check $parameters:ident) => { $parameters.check() };
     (@method $module:ident) => { $module::METHOD };
     (@method $module:ident $parameters:ident) => { $parameters.method() };
     ($($module:ident => $variant:ident $(($p:ident : $parameters:ident))?),+ $(,)?) => {
@@ -44,6 +46,16 @@ macro_rules! register {
         impl IntegratorSpec {
             /// Every scheme, those with parameters with their default ones.
             pub const ALL: &[IntegratorSpec] = &[$(IntegratorSpec::$variant $(($module::$parameters::DEFAULT))?),+];
+
+            /// Whether the parameters make sense.
+            ///
+            /// # Errors
+            /// [`BadParameter`] for the first that does not.
+            pub fn check(self) -> Result<(), BadParameter> {
+                match self {
+                    $(IntegratorSpec::$variant $(($p))? => register!(@check $($p)?),)+
+                }
+            }
 
             /// The scheme of this name.
             pub fn method(self) -> Method {
@@ -74,6 +86,17 @@ register! {
     sdirk3 => Sdirk3,
     crouzeix3 => Crouzeix3,
     sdirk4 => Sdirk4,
+}
+
+/// A parameter of a scheme that makes no sense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BadParameter {
+    /// Its key.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What would be right.
+    pub right: &'static str,
 }
 
 /// What a scheme says of itself; `pliant list` prints it, and the conformance tests measure every number in it.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::alpha::AlphaCoefficients;
-use super::{Documentation, Method, Scheme};
+use super::{BadParameter, Documentation, Method, Scheme};
 
 /// Coefficients of `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and
 /// `v_(n+1) = v_n + h ((1 - gamma) a_n + gamma a_(n+1))`.
@@ -58,13 +58,16 @@ impl NewmarkParameters {
         }
     }
 
-    /// What is wrong with the parameters: the name, the value, what would be right.
-    pub fn check(&self) -> Result<(), (&'static str, f64, &'static str)> {
+    /// Whether the parameters make sense.
+    ///
+    /// # Errors
+    /// [`BadParameter`].
+    pub fn check(&self) -> Result<(), BadParameter> {
         if !(self.beta > 0.0 && self.beta.is_finite()) {
-            return Err(("beta", self.beta, "a positive number: 0.25 is the average acceleration"));
+            return Err(BadParameter { name: "beta", value: self.beta, right: "positive: 0.25 is the average acceleration" });
         }
         if !(self.gamma >= 0.5 && self.gamma.is_finite()) {
-            return Err(("gamma", self.gamma, "at least 0.5: below it every step gains energy"));
+            return Err(BadParameter { name: "gamma", value: self.gamma, right: "at least 0.5: below it every step gains energy" });
         }
         Ok(())
     }

@@ -15,8 +15,6 @@ use crate::system::System;
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
-/// Up to so many unknowns `auto` takes Cholesky.
-const AUTO_CHOLESKY_UP_TO: usize = 60_000;
 /// The smallest relative residual that is asked of conjugate gradients.
 const CG_TOLERANCE: f64 = 1e-6;
 
@@ -84,14 +82,6 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    fn linear(&self, unknowns: usize) -> LinearSolver {
-        match self.options.linear {
-            LinearSolver::Auto if unknowns <= AUTO_CHOLESKY_UP_TO => LinearSolver::Cholesky,
-            LinearSolver::Auto => LinearSolver::Cg,
-            other => other,
-        }
-    }
-
     /// Solves `A d = -residual` for the direction.
     fn solve_linear(
         &mut self,
@@ -101,7 +91,7 @@ impl<const D: usize> Newton<D> {
         psd: Psd,
     ) -> Direction {
         let weights = Weights { inertia: objective.inertia, stiffness: objective.stiffness };
-        let linear = self.linear(x.len());
+        let linear = self.options.linear.choose(x.len()).0;
         self.direction.iter_mut().zip(&self.residual).for_each(|(d, r)| *d = -r);
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);

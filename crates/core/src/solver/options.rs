@@ -35,3 +35,25 @@ pub enum LinearSolver {
     /// Conjugate gradients without a matrix: products with the exact Hessian, element by element.
     MatrixFree,
 }
+
+/// Up to so many unknowns `auto` takes Cholesky.
+const AUTO_CHOLESKY_UP_TO: usize = 60_000;
+
+impl LinearSolver {
+    /// The solver for so many unknowns, itself never [`Auto`](Self::Auto), and why.
+    pub fn choose(self, unknowns: usize) -> (LinearSolver, String) {
+        match self {
+            LinearSolver::Auto if unknowns <= AUTO_CHOLESKY_UP_TO => (
+                LinearSolver::Cholesky,
+                format!("sparse Cholesky, chosen for {unknowns} unknowns (up to {AUTO_CHOLESKY_UP_TO})"),
+            ),
+            LinearSolver::Auto => (
+                LinearSolver::Cg,
+                format!("conjugate gradients, chosen for {unknowns} unknowns (above {AUTO_CHOLESKY_UP_TO})"),
+            ),
+            LinearSolver::Cholesky => (self, "sparse Cholesky".into()),
+            LinearSolver::Cg => (self, "conjugate gradients with block-Jacobi preconditioner".into()),
+            LinearSolver::MatrixFree => (self, "matrix-free conjugate gradients".into()),
+        }
+    }
+}

@@ -17,6 +17,7 @@ mod one_or_many;
 mod over_time;
 mod pin;
 mod shapes;
+mod solver;
 mod transform;
 
 pub use body::*;
@@ -27,6 +28,7 @@ pub use over_time::OverTime;
 pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
 pub use pin::*;
 pub use shapes::*;
+pub use solver::Solver;
 pub use transform::*;
 
 /// A scene: bodies, the world around them, how time advances, what is written.
@@ -62,6 +64,9 @@ pub struct Scene {
 pub struct Time {
     /// The scheme, by name; `pliant list integrators` shows all.
     pub integrator: IntegratorSpec,
+    /// How the equations of implicit schemes are solved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<Solver>,
     /// Time step [s].
     #[serde(with = "As::<Duration>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]

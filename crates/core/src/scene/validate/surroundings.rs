@@ -3,6 +3,7 @@
 use super::check::{Checker, Sign};
 use super::pins::formulas;
 use crate::diagnostics::Measure;
+use crate::integrator::BadParameter;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Channel, OverTime, Scene, Time, Wall, World};
@@ -24,6 +25,24 @@ pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
         );
         let problem = Problem::semantic(path.key("step"), message);
         check.report(problem.with_help("increase `step` or reduce `duration`"));
+    }
+    let method = time.integrator.method().documentation;
+    if let Err(BadParameter { name, value, right }) = time.integrator.check() {
+        let path = path.key("integrator").key(method.name).key(name);
+        check.report(Problem::semantic(path, format!("`{name}` must be {right}, got {value:?}")));
+    }
+    if let Some(solver) = &time.solver {
+        let path = path.key("solver");
+        if method.solves == 0 {
+            let message = format!("{} is explicit and solves no equations", method.name);
+            check.report(Problem::semantic(path.clone(), message).with_help("remove `solver`"));
+        }
+        if let Some(tolerance) = solver.tolerance {
+            check.number(&path.key("tolerance"), tolerance, Sign::Positive, "m");
+        }
+        if let Some(iterations) = solver.iterations {
+            check.count(&path.key("iterations"), iterations as usize);
+        }
     }
 }
 

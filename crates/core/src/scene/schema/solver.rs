@@ -1,0 +1,34 @@
+//! How implicit steps are solved.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Time;
+use super::measured::*;
+use crate::solver::{LinearSolver, SolverOptions};
+
+/// How the equations of an implicit step are solved: by Newton's method, with a linear solver inside.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// Newton's method ends where its next correction would move no coordinate by more than this [m]; 1e-8 of the size of the scene
+    /// without it.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub tolerance: Option<f64>,
+    /// Newton iterations that a solve may take before the run ends with a message; 500 without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
+    pub iterations: Option<u32>,
+    /// The linear solver in every iteration.
+    pub linear: LinearSolver,
+}
+
+impl Time {
+    /// What the scene says of solvers, the rest by default.
+    pub fn solver_options(&self) -> SolverOptions {
+        let Solver { tolerance, iterations, linear } = self.solver.clone().unwrap_or_default();
+        let default = SolverOptions::default();
+        SolverOptions { tolerance, max_iterations: iterations.unwrap_or(default.max_iterations), linear }
+    }
+}
