@@ -230,7 +230,8 @@ impl Simulation {
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
-        if let Some(solve) = solve {
+        // Where there is no finite force to begin with, the solver is not to blame.
+        if let Some(solve) = solve.filter(|solve| solve.verdict != Verdict::Infeasible) {
             return StepError::Unsolved {
                 step: self.state.step + 1,
                 time: self.state.time,

@@ -1,15 +1,17 @@
 //! Newtonian attraction between all pairs of particles.
 
+mod hessian;
 mod kernels;
 mod pair;
 mod tree;
 
-use std::ops::BitAnd;
+use std::ops::{BitAnd, Range};
 
 use rayon::prelude::*;
 
-use super::{EnergyKind, EnergyTerm, Fault};
+use super::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::{WIDTH, dispatch, dispatch_compact};
+use crate::material::Psd;
 use kernels::{EnergyKernel, PairKernel, Particles};
 use pair::{Block, FAR};
 
@@ -44,6 +46,8 @@ pub struct NBody<const D: usize> {
     stiffness_by_tree: usize,
     /// What they are made with, while they are wanted.
     stiffness: Option<Box<TreeGravity<D>>>,
+    /// Every pair, once an implicit scheme has asked for them.
+    pairs: Vec<[u32; 2]>,
 }
 
 impl<const D: usize> NBody<D> {
@@ -71,6 +75,7 @@ impl<const D: usize> NBody<D> {
             parts: vec![0.0; groups],
             stiffness_by_tree: STIFFNESS_BY_TREE,
             stiffness: None,
+            pairs: vec![],
         }
     }
 
@@ -140,6 +145,29 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         self.sum_pairs::<false, false>()
     }
 
+    fn stencils(&mut self) -> Stencils {
+        if self.vertices.len() > hessian::MAX_PARTICLES {
+            // The matrix goes without: Newton's method converges linearly, and fast, for gravity is soft.
+            return Stencils::default();
+        }
+        self.pairs = hessian::pairs(self.vertices.len());
+        let vertices = self.pairs.iter().flat_map(|p| p.map(|i| self.vertices[i as usize])).collect();
+        Stencils { size: 2, vertices }
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        let x = x.as_chunks::<D>().0;
+        for (pair, out) in self.pairs[stencils].iter().zip(out.chunks_exact_mut(3 * D * D)) {
+            let [a, b] = pair.map(|i| &x[self.vertices[i as usize] as usize]);
+            let mut d = *a;
+            for c in 0..D {
+                d[c] -= b[c];
+            }
+            let [m, n] = pair.map(|i| hessian::mass_of(&self.mass, i));
+            hessian::pair_hessian(d, self.constant * m * n, self.softening2, psd, out);
+        }
+    }
+
     fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
         load(&mut self.position, &self.vertices, x);
         let finite = self.sum_pairs::<false, true>();
@@ -196,7 +224,8 @@ impl<const D: usize> EnergyTerm for NBody<D> {
     fn bytes(&self) -> usize {
         let block = size_of::<Block<D>>();
         let blocks = self.position.len() * (1 + self.partial.len()) + self.direction.len();
-        4 * self.vertices.len() + size_of_val(&self.mass[..]) + block * blocks
+        let lists = 4 * self.vertices.len() + size_of_val(&self.pairs[..]);
+        lists + size_of_val(&self.mass[..]) + block * blocks
     }
 }
 

@@ -1,0 +1,39 @@
+//! Second derivatives of the attraction of pairs, for implicit schemes with few particles.
+
+use crate::lanes::WIDTH;
+use crate::material::Psd;
+
+/// Up to so many particles every pair has its block in the matrix: for more it would be as dense as large.
+pub(super) const MAX_PARTICLES: usize = 256;
+
+/// Every pair `i < j` of so many particles.
+pub(super) fn pairs(particles: usize) -> Vec<[u32; 2]> {
+    let count = particles as u32;
+    (0..count).flat_map(|i| (i + 1..count).map(move |j| [i, j])).collect()
+}
+
+/// Writes the blocks `00, 01, 11` of the Hessian of `E = -k/s`, `s^2 = |d|^2 + softening^2`, for a pair at `d` from one another:
+/// `k (I/s^3 - 3 d d^T / s^5)` at either end, minus that between them. Along the line it is negative but very near: the projection
+/// leaves that out.
+pub(super) fn pair_hessian<const D: usize>(d: [f64; D], k: f64, softening2: f64, psd: Psd, out: &mut [f64]) {
+    let square: f64 = d.iter().map(|d| d * d).sum();
+    let s2 = square + softening2;
+    let across = k / (s2 * s2.sqrt());
+    let mut along = -3.0 * across / s2;
+    if psd == Psd::Projected && across + along * square < 0.0 {
+        along = if square > 0.0 { -across / square } else { 0.0 };
+    }
+    for i in 0..D {
+        for j in 0..D {
+            let entry = along * d[i] * d[j] + if i == j { across } else { 0.0 };
+            out[i * D + j] = entry;
+            out[D * D + i * D + j] = -entry;
+            out[2 * D * D + i * D + j] = entry;
+        }
+    }
+}
+
+/// The mass of particle `i`.
+pub(super) fn mass_of(mass: &[[f64; WIDTH]], i: u32) -> f64 {
+    mass[i as usize / WIDTH][i as usize % WIDTH]
+}
