@@ -46,7 +46,7 @@ fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
     for i in 0..D {
         for j in 0..=i {
             let sum = a[i][j] - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
-            if i == j && !(sum > 1e-14 * a[i][i]) {
+            if i == j && (sum.is_nan() || sum <= 1e-14 * a[i][i]) {
                 return diagonal_inverse(a);
             }
             l[i][j] = if i == j { sum.sqrt() } else { sum / l[j][j] };
@@ -141,7 +141,7 @@ impl ConjugateGradients {
         for iteration in 1..=max_iterations {
             product(p, q);
             let curvature = dot(p, q);
-            if !(curvature > 0.0) {
+            if curvature.is_nan() || curvature <= 0.0 {
                 let residual = dot(r, r).sqrt();
                 let end = if curvature.is_nan() { CgEnd::Stalled } else { CgEnd::Indefinite };
                 return report(end, iteration, residual);
@@ -157,7 +157,7 @@ impl ConjugateGradients {
             }
             preconditioner.apply(r, z);
             let next = dot(r, z);
-            if !(next > 0.0) {
+            if next.is_nan() || next <= 0.0 {
                 return report(CgEnd::Stalled, iteration, residual);
             }
             let beta = next / rz;
