@@ -180,6 +180,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("output /elements: {}", measures.join(", ")),
         "output /elements: no deformation, strain or stress of elements is computed",
     );
+    let probes = scene.probe.len();
+    say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
 }

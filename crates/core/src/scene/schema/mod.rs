@@ -15,6 +15,7 @@ mod measured;
 mod mesh;
 mod one_or_many;
 mod over_time;
+mod probe;
 mod shapes;
 mod transform;
 
@@ -24,6 +25,7 @@ pub use mesh::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
 pub(crate) use over_time::OverTimeOf;
+pub use probe::*;
 pub use shapes::*;
 pub use transform::*;
 
@@ -46,6 +48,9 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub body: Vec<Body>,
+    /// Points that are followed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<ProbeSpec>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

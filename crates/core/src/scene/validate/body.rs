@@ -9,11 +9,10 @@ use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
 /// Names become topics and file names in a recording.
 const LONGEST_NAME: usize = 64;
 
-pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
-    let Some(name) = &body.name else { return };
+pub(super) fn name(check: &mut Checker, path: &KeyPath, name: &str, what: &str) {
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(allowed) {
-        let problem = Problem::semantic(path.key("name"), format!("{name:?} cannot be the name of a body"));
+        let problem = Problem::semantic(path.key("name"), format!("{name:?} cannot be the name of a {what}"));
         check.report(problem.with_help(format!(
             "use letters a to z, digits, `_` and `-`: at least 1, at most {LONGEST_NAME} characters"
         )));

@@ -7,6 +7,7 @@ mod body;
 mod check;
 mod mesh;
 mod motion;
+mod probe;
 mod shapes;
 mod surroundings;
 mod transform;
@@ -29,6 +30,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     surroundings::time(&mut check, &root.key("time"), &scene.time);
     surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);
+    probe::probes(&mut check, &root.key("probe"), scene);
     surroundings::output(&mut check, &root.key("output"), scene);
     check.into_problems()
 }
@@ -41,7 +43,9 @@ fn bodies(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let mut names = BTreeMap::new();
     for (index, body) in scene.body.iter().enumerate() {
         let path = path.index(index);
-        body::name(check, &path, body);
+        if let Some(name) = &body.name {
+            body::name(check, &path, name, "body");
+        }
         if let Some(first) = names.insert(body.name_or_default(index), index) {
             let problem = Problem::semantic(
                 path.key("name"),
