@@ -133,6 +133,8 @@ pub(crate) enum Family {
     Integrators,
     /// Hyperelastic materials
     Materials,
+    /// Well-known materials: constants, densities and their sources
+    Presets,
     /// Finite elements and springs
     Elements,
     /// Meshes: generators and files

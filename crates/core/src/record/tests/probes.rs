@@ -143,7 +143,7 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
     };
     for (i, probe) in watched.probes.iter().enumerate() {
         let columns = trajectory.probe(&probe.name).unwrap();
-        let mut compare = |field: &str, head: &str, read: &dyn Fn(&Reading) -> f64| {
+        let compare = |field: &str, head: &str, read: &dyn Fn(&Reading) -> f64| {
             let expected: Vec<f64> = witness.1.iter().map(|readings| read(&readings[i])).collect();
             let column = columns.iter().find(|column| column.name == field);
             assert_eq!(column.unwrap_or_else(|| panic!("{field}")).values, expected, "{field}");
