@@ -2,7 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
+use crate::diagnostics::{
+    Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit, strongest_damping,
+};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::numbering::Numbering;
@@ -277,7 +279,8 @@ impl Simulation {
     /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
         let frequency = largest_frequency(&mut self.system, self.state.x()).frequency;
-        let limit = stability_limit(self.method, frequency, self.system.ether_drag(), duration);
+        let damping = strongest_damping(&mut self.system, self.state.x(), self.state.v());
+        let limit = stability_limit(self.method, frequency, damping, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }

@@ -27,7 +27,9 @@ mod elements;
 mod stability;
 
 pub use elements::ElementState;
-pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
+pub use stability::{
+    Spectrum, StabilityLimit, StrongestDamping, largest_frequency, stability_limit, strongest_damping,
+};
 
 use crate::energy::EnergyKind;
 use crate::system::System;

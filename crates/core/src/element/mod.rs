@@ -1,9 +1,11 @@
 //! Elements: how positions of vertices become a deformation gradient, and a stress becomes forces.
 
 mod simplex;
+mod tangents;
 
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
+pub(crate) use tangents::{scatter_stress, tangents, times, transpose_times};
 
 /// What an element says of itself, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

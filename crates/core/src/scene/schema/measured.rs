@@ -145,6 +145,8 @@ measured! {
     Rate: RATE;
     Pressure: PRESSURE;
     Stiffness: STIFFNESS;
+    ViscosityUnit: VISCOSITY;
+    Dashpot: DASHPOT;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
     Number: NUMBER;
     /// Which of them is right shows when the body is built.

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 
 mod body;
+mod damping;
 mod measured;
 mod mesh;
 mod one_or_many;
@@ -19,6 +20,7 @@ mod shapes;
 mod transform;
 
 pub use body::*;
+pub use damping::*;
 pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;

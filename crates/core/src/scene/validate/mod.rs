@@ -5,6 +5,7 @@
 
 mod body;
 mod check;
+mod damping;
 mod mesh;
 mod motion;
 mod shapes;
