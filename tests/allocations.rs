@@ -47,6 +47,16 @@ const BODIES: [(&str, &str); 5] = [
         pin = [{ vertices = [0, 70] }]",
     ),
     (
+        "damped triangles",
+        "dimension = 2
+        [[body]]
+        mesh = { grid = { cells = [12, 12], spacing = 0.01 } }
+        elastic = { corotated = { young = 1e5, poisson = 0.3 } }
+        springs = { stiffness = 10.0 }
+        damping = { stiffness_proportional = 1e-5, mass_proportional = 0.1 }
+        mass = { density = 1000.0 }",
+    ),
+    (
         "gravitating bodies",
         "dimension = 3
         world = { nbody = { constant = 1.0, softening = 0.02 }, ether_drag = 0.5, walls = [{ normal = [0.0, 0.0, 1.0], offset = 0.0 }] }
@@ -95,7 +105,7 @@ fn a_step_allocates_nothing() {
     let mut failures = vec![];
     for (name, text) in BODIES {
         // What the schemes differ in does not depend on the energies.
-        let integrators = if name == "triangles" { &INTEGRATORS[..] } else { &INTEGRATORS[..1] };
+        let integrators = if name.ends_with("triangles") { &INTEGRATORS[..] } else { &INTEGRATORS[..1] };
         for integrator in integrators {
             let time = format!("time = {{ integrator = '{integrator}', step = 1e-5, duration = 1.0 }}\n");
             let scene = Scene::from_toml(&(time + text)).unwrap();

@@ -19,7 +19,7 @@ fn particle(method: &str, gravity: &str, step: f64) -> Result<Simulation, Vec<Pr
 }
 
 /// Errors of position and velocity at t = 1 under `g = (cos 3t, -9.81 (1 - exp(-t/0.4)))`.
-fn errors(method: &Method, steps: usize) -> [f64; 2] {
+fn errors(method: Method, steps: usize) -> [f64; 2] {
     let name = method.documentation.name;
     let mut simulation =
         particle(name, "['cos(3*t)', '-9.81 * (1 - exp(-t/0.4))']", 1.0 / steps as f64).unwrap();

@@ -17,7 +17,7 @@ const STIFFNESS: f64 = 8.0;
 
 /// A ring of springs of rest length zero, whose forces are linear in the positions, displaced by the standing wave
 /// `cos(2 pi wave j / n)` along x and by its neighbour, `wave + 1`, along y.
-fn ring(method: &'static Method, wave: usize, h: f64) -> Simulation {
+fn ring(method: Method, wave: usize, h: f64) -> Simulation {
     let edges: Vec<[u32; 2]> = (0..MASSES).map(|j| [j as u32, ((j + 1) % MASSES) as u32]).collect();
     let mut system = System::new(2, vec![MASS; MASSES]);
     let springs = Springs::<2>::new("ring", &edges, &[STIFFNESS; MASSES], &[0.0; MASSES], MASSES);

@@ -7,7 +7,7 @@ use pliant::simulation::Simulation;
 use serde_json::json;
 
 /// The unit square of 3 x 3 cells about the origin, spinning at 10 rad/s.
-fn spinning_square(method: &'static Method, h: f64) -> Simulation {
+fn spinning_square(method: Method, h: f64) -> Simulation {
     let mut solid = Solid::grid(&[3, 3], &[1.0, 1.0], isotropic("stable-neo-hookean", 1e7, 0.3));
     solid.mesh = json!({ "grid": { "cells": [3, 3], "size": [1.0, 1.0], "origin": [-0.5, -0.5] } });
     let mut simulation = solid.simulation(method, h);

@@ -14,12 +14,12 @@ use pliant::run::{Plan, Summary, run};
 use pliant::simulation::Simulation;
 
 /// Every scheme of the registry.
-pub(crate) fn methods() -> impl Iterator<Item = &'static Method> {
+pub(crate) fn methods() -> impl Iterator<Item = Method> {
     IntegratorSpec::ALL.iter().map(|spec| spec.method())
 }
 
 /// The scheme of this name.
-pub(crate) fn method(name: &str) -> &'static Method {
+pub(crate) fn method(name: &str) -> Method {
     methods().find(|m| m.documentation.name == name).unwrap_or_else(|| panic!("no scheme is called {name}"))
 }
 

@@ -52,7 +52,7 @@ pub(crate) fn power_applied(mut matrix: Matrix, mut n: usize, [mut x, mut v]: [f
 
 /// A mass on a spring of rest length zero, whose other end is held at the origin: an exact oscillator. Starts at
 /// `(1, 0)`, at rest. Vertex 0 is the held one.
-pub(crate) fn oscillator(method: &'static Method, mass: f64, stiffness: f64, h: f64) -> Simulation {
+pub(crate) fn oscillator(method: Method, mass: f64, stiffness: f64, h: f64) -> Simulation {
     let mut system = System::new(2, vec![1.0, mass]);
     system.add_term(Box::new(Springs::<2>::new("oscillator", &[[0, 1]], &[stiffness], &[0.0], 2)));
     system.pin(&[0]);

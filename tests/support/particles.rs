@@ -9,7 +9,7 @@ use pliant::state::State;
 use pliant::system::System;
 
 /// A body around a sun of mass 1 held at the origin, `G = 1`, semi-major axis 1, from perihelion. Vertex 0 is the sun.
-pub(crate) fn kepler(method: &'static Method, eccentricity: f64, h: f64) -> Simulation {
+pub(crate) fn kepler(method: Method, eccentricity: f64, h: f64) -> Simulation {
     let speed = ((1.0 + eccentricity) / (1.0 - eccentricity)).sqrt();
     let mut system = System::new(2, vec![1.0, 1.0]);
     system.add_term(Box::new(NBody::<2>::new(vec![0, 1], vec![1.0, 1.0], 1.0, 0.0)));
@@ -19,13 +19,7 @@ pub(crate) fn kepler(method: &'static Method, eccentricity: f64, h: f64) -> Simu
 }
 
 /// Three gravitating bodies in the plane, `G = 1`.
-pub(crate) fn three_bodies(
-    method: &'static Method,
-    mass: [f64; 3],
-    x: [f64; 6],
-    v: [f64; 6],
-    h: f64,
-) -> Simulation {
+pub(crate) fn three_bodies(method: Method, mass: [f64; 3], x: [f64; 6], v: [f64; 6], h: f64) -> Simulation {
     let mut system = System::new(2, mass.to_vec());
     system.add_term(Box::new(NBody::<2>::new(vec![0, 1, 2], mass.to_vec(), 1.0, 0.0)));
     Simulation::new(system, State::new(x.to_vec(), v.to_vec()), method, h)
@@ -35,14 +29,14 @@ pub(crate) fn three_bodies(
 pub(crate) const FIGURE_EIGHT_PERIOD: f64 = 6.325_913_982_926_211_7;
 
 /// The figure-eight of three equal masses.
-pub(crate) fn figure_eight(method: &'static Method, h: f64) -> Simulation {
+pub(crate) fn figure_eight(method: Method, h: f64) -> Simulation {
     let (p, q) = (0.347_116_888_118_926_94, 0.532_724_945_388_030_23);
     let v = [p, q, p, q, -2.0 * p, -2.0 * q];
     three_bodies(method, [1.0; 3], [-1.0, 0.0, 1.0, 0.0, 0.0, 0.0], v, h)
 }
 
 /// The Pythagorean problem: masses 3, 4, 5 at rest at the corners of a right triangle of sides 3, 4, 5.
-pub(crate) fn pythagorean(method: &'static Method, h: f64) -> Simulation {
+pub(crate) fn pythagorean(method: Method, h: f64) -> Simulation {
     three_bodies(method, [3.0, 4.0, 5.0], [1.0, 3.0, -2.0, -1.0, 1.0, -1.0], [0.0; 6], h)
 }
 
@@ -50,7 +44,7 @@ pub(crate) fn pythagorean(method: &'static Method, h: f64) -> Simulation {
 /// the first to a wall at the origin (vertex 0), and, if there is one stiffness more than masses, the last to a wall
 /// behind it. Displaced by `u`, at rest.
 pub(crate) fn chain(
-    method: &'static Method,
+    method: Method,
     mass: &[f64],
     stiffness: &[f64],
     spacing: f64,
@@ -83,7 +77,7 @@ pub(crate) fn chain_displacements(simulation: &Simulation, spacing: f64) -> Vec<
 
 /// A mass 1 on a spring of rest length 1 hung from the origin (vertex 0), at 60 degrees from the vertical, at rest;
 /// `g = 9.81`.
-pub(crate) fn spring_pendulum(method: &'static Method, stiffness: f64, h: f64) -> Simulation {
+pub(crate) fn spring_pendulum(method: Method, stiffness: f64, h: f64) -> Simulation {
     let mass = vec![1.0, 1.0];
     let mut system = System::new(2, mass.clone());
     system.add_term(Box::new(Springs::<2>::new("pendulum", &[[0, 1]], &[stiffness], &[1.0], 2)));
@@ -95,7 +89,7 @@ pub(crate) fn spring_pendulum(method: &'static Method, stiffness: f64, h: f64) -
 
 /// Two masses on soft springs below a pin, all terms nonlinear, no motion stiff: where orders show at once. The time
 /// is 1 at the end.
-pub(crate) fn soft_double_pendulum(method: &'static Method, h: f64) -> Simulation {
+pub(crate) fn soft_double_pendulum(method: Method, h: f64) -> Simulation {
     let mass = vec![1.0, 1.0, 2.0];
     let mut system = System::new(2, mass.clone());
     let springs = Springs::<2>::new("pendulum", &[[0, 1], [1, 2]], &[10.0, 10.0], &[1.0, 0.8], 3);

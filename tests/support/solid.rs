@@ -70,7 +70,7 @@ impl Solid {
     }
 
     /// At rest, to be advanced by `method` with steps of `h`.
-    pub(crate) fn simulation(&self, method: &Method, h: f64) -> Simulation {
+    pub(crate) fn simulation(&self, method: Method, h: f64) -> Simulation {
         let scene: Scene = serde_json::from_value(json!({
             "dimension": self.dimension,
             "time": { "integrator": method.documentation.name, "step": h, "duration": 1.0 },

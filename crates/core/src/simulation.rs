@@ -18,7 +18,7 @@ pub struct Simulation {
     system: System,
     state: State,
     numbering: Numbering,
-    method: &'static Method,
+    method: Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
     /// The stability limit at the start, once somebody has asked for it.
@@ -100,7 +100,7 @@ impl Simulation {
     ///
     /// # Panics
     /// If `state` has not `n * dimension` coordinates.
-    pub fn new(system: System, mut state: State, method: &'static Method, step_size: f64) -> Self {
+    pub fn new(system: System, mut state: State, method: Method, step_size: f64) -> Self {
         let d = system.dimension();
         assert_eq!(state.x().len(), system.mass().len() * d, "one row of coordinates per vertex");
         for (i, v) in state.v_mut().chunks_exact_mut(d).enumerate() {
@@ -241,7 +241,7 @@ impl Simulation {
     }
 
     /// The scheme.
-    pub fn method(&self) -> &'static Method {
+    pub fn method(&self) -> Method {
         self.method
     }
 
@@ -280,7 +280,7 @@ impl Simulation {
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
         let frequency = largest_frequency(&mut self.system, self.state.x()).frequency;
         let damping = strongest_damping(&mut self.system, self.state.x(), self.state.v());
-        let limit = stability_limit(self.method, frequency, damping, self.system.ether_drag(), duration);
+        let limit = stability_limit(&self.method, frequency, damping, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }

@@ -2,7 +2,7 @@
 
 use super::DissipativeTerm;
 use crate::energy::Fault;
-use crate::energy::measure::{Constants, Measure, Stencils, RateKernel};
+use crate::energy::measure::{Constants, Measure, RateKernel, Stencils};
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 

@@ -82,7 +82,8 @@ fn check_derivatives<const D: usize, const N: usize>() {
         };
         let (cp, cq) = (product(&mut **term, &p), product(&mut **term, &q));
         assert!((dot(&cp, &q) - dot(&cq, &p)).abs() < 1e-13 * power, "{name} is symmetric");
-        let difference: Vec<f64> = force(&mut **term, &x, &moved(1.0)).iter().zip(&g).map(|(a, b)| a - b).collect();
+        let difference: Vec<f64> =
+            force(&mut **term, &x, &moved(1.0)).iter().zip(&g).map(|(a, b)| a - b).collect();
         let error = difference.iter().zip(&cp).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(error < 1e-12, "{name}: the product is the difference of forces, but for {error:e}");
     }

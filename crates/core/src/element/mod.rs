@@ -1,7 +1,20 @@
 //! Elements: how positions of vertices become a deformation gradient, and a stress becomes forces.
+//!
+//! The number of nodes `N` and the dimension `D` say which simplex it is: 3 and 6 nodes in 2D, 4 and 10 in 3D, of first and
+//! second order. [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
+//! [`MassMatrix`] its mass, [`least_jacobian`] whether a curved element is valid.
 
+mod mass;
+mod quadrature;
+mod shape;
 mod simplex;
 mod tangents;
+mod validity;
+
+pub use mass::{MassMatrix, mass_rule};
+pub use quadrature::{QuadraturePoint, quadrature_count, quadrature_points, quadrature_position};
+pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
+pub use validity::least_jacobian;
 
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};

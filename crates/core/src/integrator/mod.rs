@@ -19,29 +19,32 @@ use crate::system::System;
 pub use amplification::{Amplification, amplification};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
-/// and the list that `pliant list` and the conformance tests go through.
+/// and the list that `pliant list` and the conformance tests go through. `module => Variant` for a scheme without
+/// parameters, which exports `METHOD`; `module => Variant(p: Parameters)` for one whose parameters have a `DEFAULT` and a `method`.
 macro_rules! register {
-    ($($module:ident => $variant:ident),+ $(,)?) => {
+    (@method $module:ident) => { $module::METHOD };
+    (@method $module:ident $parameters:ident) => { $parameters.method() };
+    ($($module:ident => $variant:ident $(($p:ident : $parameters:ident))?),+ $(,)?) => {
         $(pub mod $module;)+
 
-        /// A scheme by name.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+        /// A scheme by name, with its parameters if it has any.
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(rename_all = "kebab-case")]
         pub enum IntegratorSpec {
             $(
                 #[allow(missing_docs, reason = "the method documents itself")]
-                $variant,
+                $variant $(($module::$parameters))?,
             )+
         }
 
         impl IntegratorSpec {
-            /// Every scheme.
-            pub const ALL: &[IntegratorSpec] = &[$(IntegratorSpec::$variant),+];
+            /// Every scheme, those with parameters with their default ones.
+            pub const ALL: &[IntegratorSpec] = &[$(IntegratorSpec::$variant $(($module::$parameters::DEFAULT))?),+];
 
             /// The scheme of this name.
-            pub fn method(self) -> &'static Method {
+            pub fn method(self) -> Method {
                 match self {
-                    $(IntegratorSpec::$variant => &$module::METHOD,)+
+                    $(IntegratorSpec::$variant $(($p))? => register!(@method $module $($p)?),)+
                 }
             }
         }

@@ -56,7 +56,10 @@ impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
 }
 
 /// Sums of the vertices of each element: their centroids, but for a factor.
-pub(crate) fn centroids<const D: usize, const N: usize>(elements: &[[u32; N]], rest: &[f64]) -> Vec<[f64; D]> {
+pub(crate) fn centroids<const D: usize, const N: usize>(
+    elements: &[[u32; N]],
+    rest: &[f64],
+) -> Vec<[f64; D]> {
     let sum = |element: &[u32; N]| {
         points_of::<D, N>(rest, element).iter().fold([0.0; D], |mut sum, point| {
             for c in 0..D {

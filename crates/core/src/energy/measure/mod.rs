@@ -9,8 +9,8 @@ mod tests;
 pub use length::Length;
 pub use stencils::{Constants, Stencils};
 
-use self::kernels::{EnergyKernel, GradientKernel, HessianKernel};
 pub(crate) use self::kernels::RateKernel;
+use self::kernels::{EnergyKernel, GradientKernel, HessianKernel};
 use super::patch::Workspace;
 use super::{EnergyKind, EnergyTerm, Fault};
 use crate::lanes::{dispatch, dispatch_compact};
@@ -56,9 +56,9 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
 
     fn energy(&mut self, x: &[f64]) -> f64 {
         let Measured { stencils, workspace, .. } = self;
-        stencils.patches.sum(workspace, x, |patch, scratch| {
-            dispatch_compact(EnergyKernel { stencils, patch, scratch })
-        })
+        stencils
+            .patches
+            .sum(workspace, x, |patch, scratch| dispatch_compact(EnergyKernel { stencils, patch, scratch }))
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
@@ -81,10 +81,14 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
-        self.stencils.fault(&self.body, |points, rest| {
-            let (s, gradient) = Q::deviation(points, rest);
-            gradient.as_flattened().iter().fold(s, |sum, g| sum + g)
-        }, x)
+        self.stencils.fault(
+            &self.body,
+            |points, rest| {
+                let (s, gradient) = Q::deviation(points, rest);
+                gradient.as_flattened().iter().fold(s, |sum, g| sum + g)
+            },
+            x,
+        )
     }
 
     fn bytes(&self) -> usize {

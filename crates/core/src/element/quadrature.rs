@@ -1,0 +1,127 @@
+//! Where the energy of an element is evaluated.
+
+use super::shape::{Barycentric, jacobian, order, reference_gradients};
+use crate::algebra::Mat;
+
+/// Quadrature points of the energy of the simplex with `N` nodes in `D` dimensions: one for first order, whose `F` is
+/// constant, `D + 1` for second order.
+pub const fn quadrature_count<const D: usize, const N: usize>() -> usize {
+    if order::<D, N>() == 1 { 1 } else { D + 1 }
+}
+
+/// The coordinate `lambda_q` of quadrature point `q` of second order; all others are [`far`].
+///
+/// With `D + 1` points, each with the same weight, these are exact for polynomials of second degree: all that the linear
+/// stiffness of a straight element needs. 2/3 and 1/6 in 2D (Strang, Fix 1973, *An Analysis of the Finite Element Method*, table
+/// 4.1), `(5 + 3 sqrt 5)/20` and `(5 - sqrt 5)/20` in 3D (Keast 1986, *Moderate-degree tetrahedral quadrature formulas*).
+pub(super) const fn near<const D: usize>() -> f64 {
+    if D == 2 { 2.0 / 3.0 } else { 0.585_410_196_624_968_5 }
+}
+
+/// See [`near`].
+pub(super) const fn far<const D: usize>() -> f64 {
+    if D == 2 { 1.0 / 6.0 } else { 0.138_196_601_125_010_5 }
+}
+
+/// Barycentric coordinates of quadrature point `q`.
+pub fn quadrature_position<const D: usize, const N: usize>(q: usize) -> Barycentric {
+    let mut lambda = [0.0; 4];
+    for (i, l) in lambda[..=D].iter_mut().enumerate() {
+        *l = match order::<D, N>() {
+            1 => 1.0 / (D + 1) as f64,
+            _ if i == q => near::<D>(),
+            _ => far::<D>(),
+        };
+    }
+    lambda
+}
+
+/// What one quadrature point of an element contributes: with the shape gradients `b_a = dN_a/dX` there,
+/// `F = sum_a x_a b_a^T`, `E = sum_q w_q psi(F_q)`, the gradient at node `a` is `sum_q w_q P_q b_a`, and the block `(a, b)` of
+/// the stiffness `sum_q w_q b_a . (dP/dF)_q . b_b`, that is `K_ik = w dP_ij/dF_kl b_aj b_bl`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuadraturePoint<const D: usize, const N: usize> {
+    /// Rest area [m^2] or volume [m^3] that it stands for, `det J` times the weight of the rule; positive in a valid element.
+    pub weight: f64,
+    /// Shape gradients `dN_a / dX`, `(N, D)` [1/m].
+    pub gradients: [[f64; D]; N],
+}
+
+impl<const D: usize, const N: usize> QuadraturePoint<D, N> {
+    /// The point `lambda` of the element at rest at `rest`, which stands for the fraction `fraction` of the reference element.
+    pub fn new(rest: &[[f64; D]; N], lambda: &Barycentric, fraction: f64) -> Self {
+        let j = jacobian(rest, lambda);
+        let inverse = j.inverse();
+        let mut gradients = [[0.0; D]; N];
+        for (gradient, reference) in gradients.iter_mut().zip(reference_gradients::<D, N>(lambda)) {
+            for r in 0..D {
+                // dN/dX = J^-T dN/dxi.
+                gradient[r] = (0..D).map(|c| inverse[c][r] * reference[c]).sum();
+            }
+        }
+        QuadraturePoint { weight: fraction * j.determinant() / factorial::<D>(), gradients }
+    }
+
+    /// `F = sum_a x_a b_a^T` for nodes at `x`; exact also far from the origin.
+    pub fn deformation_gradient(&self, x: &[[f64; D]; N]) -> Mat<f64, D> {
+        let mut f = Mat::zero();
+        for (point, gradient) in x.iter().zip(&self.gradients) {
+            for i in 0..D {
+                for j in 0..D {
+                    f[i][j] += (point[i] - x[0][i]) * gradient[j];
+                }
+            }
+        }
+        f
+    }
+}
+
+/// `D!`: the reference element has the volume `1 / D!`.
+pub(super) const fn factorial<const D: usize>() -> f64 {
+    if D == 2 { 2.0 } else { 6.0 }
+}
+
+/// The quadrature points of the element with these nodes at rest, in their order: what forces, energies and stiffness are
+/// summed over, for first and second order alike.
+pub fn quadrature_points<const D: usize, const N: usize>(
+    rest: &[[f64; D]; N],
+) -> impl Iterator<Item = QuadraturePoint<D, N>> {
+    let count = quadrature_count::<D, N>();
+    (0..count).map(move |q| QuadraturePoint::new(rest, &quadrature_position::<D, N>(q), 1.0 / count as f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `integral of lambda^alpha over the element / volume = D! prod(alpha!) / (D + sum alpha)!`.
+    fn exact<const D: usize>(powers: &[i32]) -> f64 {
+        let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+        let sum = powers.iter().sum::<i32>() + D as i32;
+        factorial(D as i32) * powers.iter().map(|&p| factorial(p)).product::<f64>() / factorial(sum)
+    }
+
+    fn degree<const D: usize, const N: usize>() -> i32 {
+        let integral = |powers: &[i32]| {
+            let count = quadrature_count::<D, N>();
+            let value = |q: usize| {
+                let lambda = quadrature_position::<D, N>(q);
+                powers.iter().zip(lambda).map(|(&p, l)| l.powi(p)).product::<f64>()
+            };
+            (0..count).map(value).sum::<f64>() / count as f64
+        };
+        (1..9)
+            .find(|&degree| {
+                // Every monomial in two of the coordinates: the rules are symmetric.
+                (0..=degree)
+                    .any(|p| (integral(&[p, degree - p]) - exact::<D>(&[p, degree - p])).abs() > 1e-14)
+            })
+            .map_or(9, |first_wrong| first_wrong - 1)
+    }
+
+    #[test]
+    fn the_rules_have_the_degree_that_the_stiffness_of_a_straight_element_needs() {
+        assert_eq!([degree::<2, 3>(), degree::<3, 4>()], [1, 1]);
+        assert_eq!([degree::<2, 6>(), degree::<3, 10>()], [2, 2]);
+    }
+}

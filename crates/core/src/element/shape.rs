@@ -1,0 +1,147 @@
+//! Shape functions of simplices of first and second order.
+//!
+//! With barycentric coordinates `lambda_0 .. lambda_D` and `xi_k = lambda_k`, `k = 1 .. D`:
+//! - first order, `D + 1` nodes: `N_i = lambda_i`;
+//! - second order, 6 nodes in 2D and 10 in 3D: `N_i = lambda_i (2 lambda_i - 1)` at the corners, `N_ij = 4 lambda_i lambda_j`
+//!   in the middle of the edges, corners first, then edges in the [order of VTK](crate::mesh::MidNodes).
+//!
+//! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, section 6.3.2 and 6.3.4.
+
+use crate::algebra::Mat;
+use crate::mesh::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
+
+/// `lambda_0 .. lambda_D`, their sum 1; in 2D the last number is 0.
+pub type Barycentric = [f64; 4];
+
+/// The order, 1 or 2, of the simplex with `N` nodes in `D` dimensions.
+///
+/// # Panics
+/// When compiled for numbers that are none.
+pub const fn order<const D: usize, const N: usize>() -> usize {
+    match (D, N) {
+        (2, 3) | (3, 4) => 1,
+        (2, 6) | (3, 10) => 2,
+        _ => panic!("a simplex has 3 or 6 nodes in 2D, 4 or 10 in 3D"),
+    }
+}
+
+/// Corners of the edge that each node in the middle lies on, in their order; none for first order.
+pub(crate) const fn middle_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
+    match (order::<D, N>(), D) {
+        (1, _) => &[],
+        (_, 2) => &TRIANGLE_EDGES,
+        _ => &TETRAHEDRON_EDGES,
+    }
+}
+
+/// The values `N_a` of the shape functions.
+pub fn shape_functions<const D: usize, const N: usize>(lambda: &Barycentric) -> [f64; N] {
+    let mut values = [0.0; N];
+    for i in 0..=D {
+        values[i] = if order::<D, N>() == 1 { lambda[i] } else { lambda[i] * (2.0 * lambda[i] - 1.0) };
+    }
+    for (value, [i, j]) in values[D + 1..].iter_mut().zip(middle_edges::<D, N>()) {
+        *value = 4.0 * lambda[*i] * lambda[*j];
+    }
+    values
+}
+
+/// The derivatives `dN_a / dxi_k`, `(N, D)`, with `d/dxi_k = d/dlambda_k - d/dlambda_0`.
+pub fn reference_gradients<const D: usize, const N: usize>(lambda: &Barycentric) -> [[f64; D]; N] {
+    // Adds `slope` times the derivative of `lambda_i`.
+    let add = |gradient: &mut [f64; D], i: usize, slope: f64| {
+        if i == 0 {
+            gradient.iter_mut().for_each(|g| *g -= slope);
+        } else {
+            gradient[i - 1] += slope;
+        }
+    };
+    let mut gradients = [[0.0; D]; N];
+    for i in 0..=D {
+        let slope = if order::<D, N>() == 1 { 1.0 } else { 4.0 * lambda[i] - 1.0 };
+        add(&mut gradients[i], i, slope);
+    }
+    for (gradient, &[i, j]) in gradients[D + 1..].iter_mut().zip(middle_edges::<D, N>()) {
+        add(gradient, i, 4.0 * lambda[j]);
+        add(gradient, j, 4.0 * lambda[i]);
+    }
+    gradients
+}
+
+/// `J = sum_a X_a (dN_a / dxi)^T`, column `k` the derivative of the position by `xi_k` [m].
+pub fn jacobian<const D: usize, const N: usize>(points: &[[f64; D]; N], lambda: &Barycentric) -> Mat<f64, D> {
+    let mut j = Mat::zero();
+    for (point, gradient) in points.iter().zip(reference_gradients::<D, N>(lambda)) {
+        for r in 0..D {
+            for c in 0..D {
+                // Measured from the first corner: what is far from the origin loses no digits.
+                j[r][c] += (point[r] - points[0][r]) * gradient[c];
+            }
+        }
+    }
+    j
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::algebra::tests::sample::Random;
+
+    /// A point inside of the element.
+    pub(crate) fn inside<const D: usize>(random: &mut Random) -> Barycentric {
+        let mut lambda = [0.0; 4];
+        for l in &mut lambda[..=D] {
+            *l = random.uniform(0.0, 1.0);
+        }
+        let sum: f64 = lambda.iter().sum();
+        lambda.map(|l| l / sum)
+    }
+
+    /// The nodes of the reference element, in barycentric coordinates.
+    fn nodes<const D: usize, const N: usize>() -> Vec<Barycentric> {
+        let corner = |i: usize| std::array::from_fn(|k| f64::from(u8::from(k == i)));
+        let mut nodes: Vec<Barycentric> = (0..=D).map(corner).collect();
+        for [i, j] in middle_edges::<D, N>() {
+            nodes.push(std::array::from_fn(|k| 0.5 * (nodes[*i][k] + nodes[*j][k])));
+        }
+        nodes
+    }
+
+    fn is_a_lagrange_basis<const D: usize, const N: usize>() {
+        for (a, node) in nodes::<D, N>().iter().enumerate() {
+            let values = shape_functions::<D, N>(node);
+            for (b, value) in values.iter().enumerate() {
+                assert_eq!(*value, f64::from(u8::from(a == b)), "{D}D, {N} nodes: N_{b} at node {a}");
+            }
+        }
+        let mut random = Random(3);
+        for _ in 0..20 {
+            let lambda = inside::<D>(&mut random);
+            let sum: f64 = shape_functions::<D, N>(&lambda).iter().sum();
+            assert!((sum - 1.0).abs() < 1e-15, "{sum}");
+            let gradients = reference_gradients::<D, N>(&lambda);
+            for k in 0..D {
+                assert!(gradients.iter().map(|g| g[k]).sum::<f64>().abs() < 2e-15);
+                // Of quadratic functions central differences are exact.
+                let moved = |step: f64| {
+                    let mut at = lambda;
+                    at[k + 1] += step;
+                    at[0] -= step;
+                    shape_functions::<D, N>(&at)
+                };
+                let (ahead, behind) = (moved(0.125), moved(-0.125));
+                for a in 0..N {
+                    assert!((gradients[a][k] - 4.0 * (ahead[a] - behind[a])).abs() < 1e-14);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shape_functions_are_one_at_their_node_and_zero_at_the_others_and_have_these_derivatives() {
+        is_a_lagrange_basis::<2, 3>();
+        is_a_lagrange_basis::<3, 4>();
+        is_a_lagrange_basis::<2, 6>();
+        is_a_lagrange_basis::<3, 10>();
+    }
+}
