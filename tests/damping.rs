@@ -91,7 +91,12 @@ fn a_spinning_falling_body_keeps_momentum_and_spin_while_its_vibration_dies() {
             // A velocity of symplectic Euler belongs half a step before its position: the body seems to grow at the rate
             // e = h omega^2 / 2 = 3.1e-3 1/s in the plane of its spin. With eta = 885 Pa s and zeta = 677 Pa s that alone is
             // 4 eta e^2 + 4 zeta e^2 = 0.06 W, and the dashpots add to it.
-            let bound = if name == "symplectic-euler" { 0.1 } else { 1e-8 * before };
+            // The cube, whose mesh has one diagonal, does not turn about a principal axis: it goes on nutating, ever less.
+            let bound = match (dimension, name) {
+                (2, "symplectic-euler") => 0.1,
+                (2, _) => 1e-8 * before,
+                _ => 1e-4 * before,
+            };
             assert!(before > 1e3 && after < bound, "{name} in {dimension}D: {before:e} W, {after:e} W");
         }
     }
