@@ -54,9 +54,9 @@ fn momenta(simulation: &mut Simulation) -> ([f64; 3], [f64; 3]) {
         }
     }
     let (p, mut l) = (diagnostics.linear_momentum, diagnostics.angular_momentum);
-    for c in 0..3 {
+    for (c, l) in l.iter_mut().enumerate() {
         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
-        l[c] -= centre[a] * p[b] - centre[b] * p[a];
+        *l -= centre[a] * p[b] - centre[b] * p[a];
     }
     (p, l)
 }
