@@ -106,7 +106,8 @@ impl Integrator for Splitting {
                 let from = first.then(|| (state.x(), state.v()));
                 system.pass(&pass, from, &mut self.x, &mut self.v)
             };
-            if !passed.finite {
+            let prescribed = system.prescribe(state.time + drifted * h, &mut self.x, &mut self.v);
+            if !(passed.finite && prescribed) {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
             if pass.drift != 0.0 || passed.put_back {
