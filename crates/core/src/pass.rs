@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use crate::constraint::Wall;
+use crate::dissipation::DissipativeTerm;
 use crate::energy::EnergyTerm;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::Scalar;
@@ -34,6 +35,12 @@ pub(crate) struct Pass {
     pub(crate) walls: bool,
 }
 
+impl Pass {
+    /// A pass that leaves everything as it is.
+    pub(crate) const NOTHING: Pass =
+        Pass { drag_before: 1.0, kick: 0.0, drift: 0.0, drag_after: 1.0, walls: false };
+}
+
 /// What a pass came upon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Passed {
@@ -56,6 +63,7 @@ impl Passed {
 pub(crate) struct Surroundings<'a> {
     pub(crate) dimension: usize,
     pub(crate) terms: &'a [Box<dyn EnergyTerm>],
+    pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
     /// Of every coordinate, zero where it is held [1/kg].
     pub(crate) inverse_mass: &'a [f64],
     pub(crate) walls: &'a [Wall],
@@ -111,7 +119,7 @@ impl Surroundings<'_> {
         Passed { finite, put_back }
     }
 
-    /// Writes the acceleration `-M^-1 dE/dx` [m/s^2] that belongs to the force the terms hold over `a`.
+    /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         let per_block = BLOCK * self.dimension;
         let block = |(i, a): (usize, &mut [f64])| {
@@ -130,8 +138,31 @@ impl Surroundings<'_> {
         }
     }
 
+    /// Shows the row of the gradient [N] that the terms hold of each of these `vertices`, ascending, of `count` there are.
+    pub(crate) fn visit_gradient(
+        &self,
+        vertices: &[u32],
+        count: usize,
+        mut visit: impl FnMut(usize, &[f64]),
+    ) {
+        let d = self.dimension;
+        for vertices in vertices.chunk_by(|a, b| a / BLOCK as u32 == b / BLOCK as u32) {
+            let first = vertices[0] as usize / BLOCK * BLOCK;
+            let mut gradient = [0.0; BLOCK_NUMBERS];
+            let gradient = &mut gradient[..BLOCK.min(count - first) * d];
+            self.add_rows(first * d, gradient);
+            for &vertex in vertices {
+                let row = (vertex as usize - first) * d;
+                visit(vertex as usize, &gradient[row..row + d]);
+            }
+        }
+    }
+
     fn add_rows(&self, start: usize, gradient: &mut [f64]) {
         for term in self.terms {
+            term.add_rows(start / self.dimension, gradient);
+        }
+        for term in self.dissipation {
             term.add_rows(start / self.dimension, gradient);
         }
     }

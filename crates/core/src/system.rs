@@ -1,8 +1,10 @@
-//! The equations of motion `M x'' = -dE/dx`, `E` a function of `x` and maybe of time: masses, energy terms, constraints.
+//! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and `v`: masses, energy
+//! terms, dissipative terms, constraints.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::constraint::Wall;
+use crate::constraint::{Hold, Wall};
+use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::pass::{Pass, Passed, Surroundings};
 
@@ -12,7 +14,15 @@ pub struct System {
     mass: Vec<f64>,
     /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: Vec<f64>,
+    /// Those that have not let go.
+    holds: Vec<Hold>,
+    /// How often the set of held coordinates has changed.
+    constraint_set: u64,
+    /// Whether any held coordinate moves.
+    moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
+    /// What takes energy away.
+    dissipation: Vec<Box<dyn DissipativeTerm>>,
     /// Whether any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
@@ -47,7 +57,11 @@ impl System {
             inverse_mass: mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, dimension)).collect(),
             dimension,
             mass,
+            holds: vec![],
+            constraint_set: 0,
+            moves: false,
             terms: vec![],
+            dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
             ether_drag: 0.0,
@@ -67,6 +81,11 @@ impl System {
         self.terms.push(term);
     }
 
+    /// Adds a dissipative term.
+    pub fn add_dissipation(&mut self, term: Box<dyn DissipativeTerm>) {
+        self.dissipation.push(term);
+    }
+
     /// Adds a wall.
     pub fn add_wall(&mut self, wall: Wall) {
         self.walls.push(wall);
@@ -74,9 +93,79 @@ impl System {
 
     /// Holds these vertices where they are.
     pub fn pin(&mut self, vertices: &[u32]) {
-        for &v in vertices {
-            self.inverse_mass[v as usize * self.dimension..][..self.dimension].fill(0.0);
+        self.hold(Hold::new("", vertices.to_vec()));
+    }
+
+    /// Holds coordinates. A coordinate that moves is in no other hold.
+    pub fn hold(&mut self, hold: Hold) {
+        for i in hold.coordinates(self.dimension) {
+            self.inverse_mass[i] = 0.0;
         }
+        self.moves |= hold.motion().is_some();
+        self.constraint_set += 1;
+        self.holds.push(hold);
+    }
+
+    /// Lets go of the holds that end at or before `time` [s]; whether there were any.
+    pub(crate) fn release(&mut self, time: f64) -> bool {
+        if self.holds.iter().all(|hold| hold.end() > time) {
+            return false;
+        }
+        self.holds.retain(|hold| hold.end() > time);
+        self.moves = self.holds.iter().any(|hold| hold.motion().is_some());
+        self.inverse_mass = self.inverse_mass_of(|_| true);
+        self.constraint_set += 1;
+        // A force may be good although it is not finite where it was held.
+        self.force = ForceId::NONE;
+        true
+    }
+
+    /// `1 / m` of every coordinate, zero where one of these holds is.
+    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> Vec<f64> {
+        let free = self.mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, self.dimension));
+        let mut inverse_mass: Vec<f64> = free.collect();
+        for i in
+            self.holds.iter().filter(|hold| holds(hold)).flat_map(|hold| hold.coordinates(self.dimension))
+        {
+            inverse_mass[i] = 0.0;
+        }
+        inverse_mass
+    }
+
+    /// What `measure` finds once everything has been let go that is ever let go.
+    pub(crate) fn once_released<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
+        if self.holds.iter().all(|hold| hold.end() == f64::INFINITY) {
+            return measure(self);
+        }
+        let released = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
+        let now = std::mem::replace(&mut self.inverse_mass, released);
+        let found = measure(self);
+        self.inverse_mass = now;
+        found
+    }
+
+    /// The holds that have not let go.
+    pub fn constraints(&self) -> &[Hold] {
+        &self.holds
+    }
+
+    /// Changes whenever coordinates are held or let go: what was built for another set is out of date.
+    pub fn constraint_set(&self) -> u64 {
+        self.constraint_set
+    }
+
+    /// Whether any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
+    pub fn has_prescribed_motion(&self) -> bool {
+        self.moves
+    }
+
+    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays `x` and `v`; false
+    /// where one of them is not finite. Does nothing where nothing moves.
+    pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        if !self.moves {
+            return true;
+        }
+        self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
@@ -107,6 +196,16 @@ impl System {
     /// The potentials.
     pub fn terms(&self) -> &[Box<dyn EnergyTerm>] {
         &self.terms
+    }
+
+    /// The dissipative terms.
+    pub fn dissipation(&self) -> &[Box<dyn DissipativeTerm>] {
+        &self.dissipation
+    }
+
+    /// Whether any force depends on velocities, ether drag excepted.
+    pub fn is_damped(&self) -> bool {
+        !self.dissipation.is_empty()
     }
 
     /// The walls.
@@ -189,8 +288,16 @@ impl System {
     /// Whether the force that the terms hold is finite at every coordinate that is free to move.
     fn is_finite_where_free(&self) -> bool {
         let mut a = vec![0.0; self.inverse_mass.len()];
-        self.surroundings().accelerations(&mut a);
+        Surroundings { dissipation: &[], ..self.surroundings() }.accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
+    }
+
+    /// Evaluates the dissipative forces at `(x, v)`; their terms hold them until the next evaluation. A force that is not finite
+    /// shows in the velocities that it leads to.
+    pub(crate) fn evaluate_dissipation(&mut self, x: &[f64], v: &[f64]) {
+        for term in &mut self.dissipation {
+            term.evaluate(x, v);
+        }
     }
 
     /// Whether the terms still hold this force.
@@ -209,15 +316,26 @@ impl System {
         self.surroundings().run(pass, from, x, v)
     }
 
-    /// Writes `-M^-1 dE/dx` [m/s^2] of the force that the terms hold over `a`; zero at held coordinates.
+    /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held coordinates.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         self.surroundings().accelerations(a);
+    }
+
+    /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which ascend.
+    pub(crate) fn visit_gradient(&self, vertices: &[u32], visit: impl FnMut(usize, &[f64])) {
+        self.surroundings().visit_gradient(vertices, self.mass.len(), visit);
+    }
+
+    /// The power [W] that comes in through those terms that are `asked`, at the time last said.
+    pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
+        self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.power(x, v)).sum()
     }
 
     fn surroundings(&self) -> Surroundings<'_> {
         Surroundings {
             dimension: self.dimension,
             terms: &self.terms,
+            dissipation: &self.dissipation,
             inverse_mass: &self.inverse_mass,
             walls: &self.walls,
         }
@@ -259,6 +377,29 @@ impl System {
         }
     }
 
+    /// `dR/dv` [N] at `(x, v)`, written over `g`; pinned vertices included.
+    pub fn dissipative_force(&mut self, x: &[f64], v: &[f64], g: &mut [f64]) {
+        g.fill(0.0);
+        for term in &mut self.dissipation {
+            term.evaluate(x, v);
+            term.add_rows(0, g);
+        }
+    }
+
+    /// `y = d2R/dv2 p` [N] at `(x, v)`, written over `y`; pinned vertices included.
+    pub fn damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for term in &mut self.dissipation {
+            term.add_damping_product(x, v, p, y);
+        }
+    }
+
+    /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and walls are not among
+    /// them.
+    pub fn dissipated_power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.dissipation.iter_mut().map(|term| term.power(x, v)).sum()
+    }
+
     /// Extremes of `det F` over all elements; `None` without elements.
     pub fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         self.terms.iter_mut().filter_map(|t| t.deformation(x)).reduce(DeformationExtremes::merge)
@@ -266,11 +407,25 @@ impl System {
 
     /// Why `x` has no finite energy or force.
     pub fn fault(&self, x: &[f64]) -> Option<Fault> {
+        let lost = |hold: &&Hold| {
+            hold.motion().is_some() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite())
+        };
+        if let Some(hold) = self.holds.iter().find(lost) {
+            return Some(Fault::Motion { hold: hold.name().to_owned() });
+        }
         self.terms.iter().find_map(|t| t.fault(x))
+    }
+
+    /// Why `(x, v)` has no finite dissipative force.
+    pub fn dissipative_fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        self.dissipation.iter().find_map(|t| t.fault(x, v))
     }
 
     /// Bytes held by masses and terms.
     pub fn bytes(&self) -> usize {
-        8 * (self.mass.len() + self.inverse_mass.len()) + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
+        8 * (self.mass.len() + self.inverse_mass.len())
+            + self.holds.iter().map(Hold::bytes).sum::<usize>()
+            + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
+            + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
     }
 }

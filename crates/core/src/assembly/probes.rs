@@ -21,7 +21,7 @@ pub(super) fn probes<const D: usize, const N: usize>(
     for probe in found {
         match probe {
             Ok(probe) => probes.push(probe),
-            Err(problem) => problems.push(problem),
+            Err(problem) => problems.push(*problem),
         }
     }
     if problems.is_empty() { Ok(probes) } else { Err(problems) }
@@ -31,13 +31,13 @@ fn one<const D: usize, const N: usize>(
     spec: &ProbeSpec,
     path: &KeyPath,
     bodies: &[Parts],
-) -> Result<Probe, Problem> {
+) -> Result<Probe, Box<Problem>> {
     let eligible = || bodies.iter().filter(|b| spec.body.as_ref().is_none_or(|name| *name == b.name));
     let place = match (&spec.at, spec.vertex) {
         (Some(at), _) => {
             let inside = eligible().find_map(|body| Some((body, containing::<D, N>(&body.mesh, at)?)));
             let Some((body, (cell, vertices, weights))) = inside else {
-                return Err(outside(spec, at, path, eligible()));
+                return Err(Box::new(outside(spec, at, path, eligible())));
             };
             // Elements of the bodies before this one come first.
             let earlier = bodies.iter().take_while(|b| b.first_vertex < body.first_vertex);
@@ -51,7 +51,8 @@ fn one<const D: usize, const N: usize>(
                 let most = eligible().next().map_or(0, |body| body.mesh.vertex_count());
                 let message = format!("`vertex` is {vertex}, but the body has {most} vertices");
                 let problem = Problem::semantic(path.key("vertex"), message);
-                return Err(problem.with_help(format!("0 to {} can be named", most.saturating_sub(1))));
+                let help = format!("0 to {} can be named", most.saturating_sub(1));
+                return Err(Box::new(problem.with_help(help)));
             };
             (body, vec![vertex], vec![1.0], None)
         }

@@ -63,7 +63,7 @@ pub struct BodyReport {
     pub elements: usize,
     /// Springs.
     pub springs: usize,
-    /// Pinned vertices.
+    /// Pinned vertices, those with a single pinned coordinate included.
     pub pinned: usize,
     /// Mass [kg].
     pub mass: f64,
@@ -116,7 +116,7 @@ impl BodyReport {
             vertices: body.mass.len(),
             elements: if body.elastic { elements } else { 0 },
             springs: body.springs.len(),
-            pinned: body.pinned.len(),
+            pinned: body.pinned().len(),
             mass: body.mass.iter().sum(),
             quality: mesh.quality(),
         }
@@ -177,12 +177,22 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     };
     say(gravity.is_some(), uniform.into(), "uniform gravity: none given");
     say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
-    let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
+    let pins = bodies.iter().map(|b| b.pinned().len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
+    let moving: Vec<String> = super::pins::described(bodies, |held| held.motion());
+    say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
+    let released: Vec<String> = super::pins::described(bodies, |held| held.release(simulation.step_size()));
+    say(!released.is_empty(), released.join("; "), "release: no pin lets go");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
+    let damping: Vec<String> = simulation.system().dissipation().iter().map(|term| term.name()).collect();
+    say(
+        !damping.is_empty(),
+        damping.join(", "),
+        "damping: no body has any, and no force depends on velocities",
+    );
     let channel = |c: Channel| scene.output.channels.contains(&c);
     say(channel(Channel::State), "output /state".into(), "output /state: not written");
     say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");

@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_wrong_preset_is_an_error_with_its_place_and_what_was_meant() {
-        let says = |elastic: &str, mass: &str| match Source::new("scene.toml", &text(elastic, mass)).scene() {
+        let says = |elastic: &str, mass: &str| match Source::new("scene.toml", text(elastic, mass)).scene() {
             Err(error) => error.to_string(),
             Ok(scene) => {
                 scene.assemble(crate::assembly::UnstableStep::Accept).err().unwrap()[0].message.clone()

@@ -7,7 +7,7 @@ use mcap::Channel;
 use serde::Serialize;
 
 use super::channel::{ENERGY, json_channel};
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Balance, Diagnostics};
 use crate::observer::Work;
 
 /// One row. The time of the diagnostics is the exact one.
@@ -22,7 +22,14 @@ struct Row<'a> {
 /// Declares the channel, its schema taken from a row that has every field, so that it cannot fall behind [`Diagnostics`].
 pub(super) fn channel() -> Channel<'static> {
     let (id, topic) = ENERGY;
-    let full = Diagnostics { min_j: Some(1.0), inverted: Some(0), ..Diagnostics::default() };
+    let balance = Balance { motion: Some(0.5), loads: Some(0.5) };
+    let full = Diagnostics {
+        loads: Some(0.5),
+        balance: Some(balance),
+        min_j: Some(1.0),
+        inverted: Some(0),
+        ..Diagnostics::default()
+    };
     let row = Row { step: 0, diagnostics: &full, work: Work::default() };
     json_channel(id, topic, "pliant.Energy", &serde_json::to_value(row).unwrap_or_default())
 }

@@ -173,7 +173,7 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
 #[test]
 fn a_probe_outside_of_all_bodies_is_refused_where_it_stands() {
     let refused = |old: &str, new: &str| {
-        let source = crate::scene::Source::new("scene.toml", &BODIES.replacen(old, new, 1));
+        let source = crate::scene::Source::new("scene.toml", BODIES.replacen(old, new, 1));
         let error = match source.scene() {
             Err(error) => error,
             Ok(scene) => source.error(scene.assemble(UnstableStep::Refuse).err().unwrap()),

@@ -5,8 +5,10 @@
 
 mod body;
 mod check;
+mod damping;
 mod mesh;
 mod motion;
+mod pins;
 mod probe;
 mod shapes;
 mod surroundings;
@@ -43,9 +45,7 @@ fn bodies(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let mut names = BTreeMap::new();
     for (index, body) in scene.body.iter().enumerate() {
         let path = path.index(index);
-        if let Some(name) = &body.name {
-            body::name(check, &path, name, "body");
-        }
+        body::name(check, &path, body);
         if let Some(first) = names.insert(body.name_or_default(index), index) {
             let problem = Problem::semantic(
                 path.key("name"),
@@ -54,7 +54,7 @@ fn bodies(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             check
                 .report(problem.with_help("names must differ; without a name, body 0 is `body0`, and so on"));
         }
-        body::body(check, &path, body, scene.world.nbody.is_some());
+        body::body(check, &path, body, scene.world.nbody.is_some(), scene.time.duration);
     }
     if scene.world.nbody.is_some() && !scene.body.is_empty() && !scene.body.iter().any(|b| b.is_particles()) {
         let problem = Problem::semantic(KeyPath::root().key("world").key("nbody"), "`nbody` acts on nothing");

@@ -22,7 +22,7 @@ pub(super) fn probes(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let mut names = BTreeMap::new();
     for (index, probe) in scene.probe.iter().enumerate() {
         let path = path.index(index);
-        body::name(check, &path, &probe.name, "probe");
+        body::identifier(check, &path.key("name"), &probe.name, "a probe");
         if let Some(first) = names.insert(probe.name.as_str(), index) {
             let message = format!("probes {first} and {index} are both named {:?}", probe.name);
             check.report(Problem::semantic(path.key("name"), message));
