@@ -89,7 +89,7 @@ fn wrong_types() {
         (
             "{ per_vertex = 1.0 }",
             "{ per_vertex = 1.0, total = 2.0 }",
-            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, found `per_vertex` and `total`",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found `per_vertex` and `total`",
         ),
         (
             "{ per_vertex = 1.0 }",
