@@ -32,7 +32,8 @@ pub(super) struct Parts {
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
     pub(super) velocity: Vec<f64>,
-    stiffness: Vec<f64>,
+    /// Spring constants [N/m].
+    pub(super) stiffness: Vec<f64>,
     rest_length: Vec<f64>,
 }
 
@@ -147,6 +148,16 @@ impl Parts {
         }
     }
 
+    /// Its triangles in 2D, its tetrahedra in 3D, by their vertices in the simulation.
+    pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
+        let Parts { first_vertex, mesh, .. } = self;
+        if mesh.dimension == 2 {
+            mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
+        } else {
+            mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
+        }
+    }
+
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
@@ -155,13 +166,9 @@ impl Parts {
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let Parts { name, first_vertex, mesh, springs, .. } = self;
+        let Parts { name, first_vertex, springs, .. } = self;
         if let Some(material) = &spec.elastic {
-            let elements: Vec<[u32; N]> = if D == 2 {
-                mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-            } else {
-                mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-            };
+            let elements: Vec<[u32; N]> = self.elements(numbering);
             let maker = ElasticMaker::<N> {
                 body: name,
                 elements: &elements,
@@ -194,7 +201,7 @@ fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u
 }
 
 /// The vertices of a cell in the simulation.
-fn renumbered<const N: usize, const M: usize>(
+pub(super) fn renumbered<const N: usize, const M: usize>(
     cell: &[u32; M],
     first: u32,
     numbering: &Numbering,
@@ -275,29 +282,43 @@ fn masses(
     match spec {
         MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
         MassSpec::Total(total) => vec![total / n as f64; n],
-        MassSpec::Density(density) => {
-            let mut mass = mesh.lumped_measure();
-            if mesh.element_dimension() < 2 {
-                // Mass per length of the springs themselves.
-                mass = vec![0.0; n];
-                for &[a, b] in springs {
-                    let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
-                    mass[a as usize] += half;
-                    mass[b as usize] += half;
-                }
-            }
-            mass.iter_mut().for_each(|m| *m *= density.value);
-            problems.extend(wrong_density(*density, mesh, &path.key("density")));
-            if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
-                let message = format!(
-                    "vertex {vertex} belongs to no element and no spring: a density gives it no mass"
-                );
-                let help = "give `per_vertex` or `total` instead";
-                problems.push(Problem::semantic(path.key("density"), message).with_help(help));
-            }
-            mass
+        MassSpec::Density(density) => filled(*density, mesh, springs, &path.key("density"), problems),
+        MassSpec::Preset(preset) => {
+            let dimension = Some(Kind::DENSITY.dimension);
+            let density = Quantity { value: preset.about().density, dimension };
+            filled(density, mesh, springs, &path.key("preset"), problems)
         }
     }
+}
+
+/// Lumped mass of every vertex of a body of this density, which the scene has at `path`.
+fn filled(
+    density: Quantity,
+    mesh: &Mesh,
+    springs: &[[u32; 2]],
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<f64> {
+    let n = mesh.vertex_count();
+    let mut mass = mesh.lumped_measure();
+    if mesh.element_dimension() < 2 {
+        // Mass per length of the springs themselves.
+        mass = vec![0.0; n];
+        for &[a, b] in springs {
+            let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
+            mass[a as usize] += half;
+            mass[b as usize] += half;
+        }
+    }
+    mass.iter_mut().for_each(|m| *m *= density.value);
+    problems.extend(wrong_density(density, mesh, path));
+    if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
+        let message =
+            format!("vertex {vertex} belongs to no element and no spring: a density gives it no mass");
+        let help = "give `per_vertex` or `total` instead";
+        problems.push(Problem::semantic(path.clone(), message).with_help(help));
+    }
+    mass
 }
 
 /// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,

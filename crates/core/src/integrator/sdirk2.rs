@@ -1,6 +1,8 @@
 //! The L-stable singly diagonally implicit Runge-Kutta method of two stages and order 2, `gamma = 1 - 1/sqrt 2`.
 //!
 //! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::dirk::DirkTableau;
 use super::{Documentation, Method, Scheme};
 
@@ -18,7 +20,7 @@ pub const METHOD: Method = Method {
         source: "Alexander 1977, Diagonally implicit Runge-Kutta methods for stiff ODEs, theorem 3",
     },
     scheme: Scheme::Dirk(DirkTableau {
-    a: &[&[0.292_893_218_813_452_5], &[0.707_106_781_186_547_6, 0.292_893_218_813_452_5]],
-    b: &[0.707_106_781_186_547_6, 0.292_893_218_813_452_5],
+    a: &[&[0.292_893_218_813_452_5], &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5]],
+    b: &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5],
 }),
 };

@@ -29,7 +29,7 @@ fn names_in_scenes_are_the_documented_names() {
 fn the_stability_limit_is_where_the_spectral_radius_leaves_one() {
     for method in methods() {
         let limit = method.documentation.stability_limit;
-        let radius = |z: f64| amplification(&method, z, 0.0).spectral_radius();
+        let radius = |z: f64| amplification(&method, z, 0.0, 0.0).spectral_radius();
         if limit == 0.0 {
             assert!(radius(1e-2) > 1.0 + 1e-12, "{} should grow at any step", method.documentation.name);
             continue;
