@@ -250,9 +250,10 @@ impl System {
         self.terms.iter_mut().map(|t| t.energy(x)).sum()
     }
 
-    /// The stencils of every term, in their order.
-    pub(crate) fn stencils(&mut self) -> Vec<Stencils> {
-        self.terms.iter_mut().map(|t| t.stencils()).collect()
+    /// The stencils of every energy and of every dissipative term, in their order.
+    pub(crate) fn stencils(&mut self) -> (Vec<Stencils>, Vec<Stencils>) {
+        let energy = self.terms.iter_mut().map(|t| t.stencils()).collect();
+        (energy, self.dissipation.iter_mut().map(|t| t.stencils()).collect())
     }
 
     /// The largest part of the step from `x` to `x + dx` that every term admits, in (0, 1].

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::DissipativeTerm;
+use crate::energy::Stencils;
 
 /// `R = 1/2 alpha sum_i m_i |v_i|^2` over the vertices of a body: the force `-alpha m_i v_i` slows every motion alike, rigid
 /// motion included. A mode of angular frequency `omega` has the damping ratio `alpha / (2 omega)`.
@@ -79,6 +80,18 @@ impl DissipativeTerm for MassProportional {
             for (y, p) in y.iter_mut().zip(p) {
                 *y += c * p;
             }
+        }
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        Stencils { size: 1, vertices: (self.vertices.start as u32..self.vertices.end as u32).collect() }
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, _x: &[f64], _v: &[f64], out: &mut [f64]) {
+        let d = self.dimension;
+        out.fill(0.0);
+        for (block, c) in out.chunks_exact_mut(d * d).zip(&self.coefficients[stencils]) {
+            (0..d).for_each(|i| block[i * d + i] = *c);
         }
     }
 

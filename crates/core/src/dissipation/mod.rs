@@ -13,7 +13,9 @@ pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub use strain_rate::{StrainRate, Viscosity};
 
-use crate::energy::Fault;
+use std::ops::Range;
+
+use crate::energy::{Fault, Stencils};
 
 /// One additive dissipation function `R(x, v)` [W].
 ///
@@ -33,6 +35,17 @@ pub trait DissipativeTerm: Send + Sync {
     /// Adds the product `d2R/dv2 p` [N] at `(x, v)` to `y`, `p` [m/s]. The matrix is symmetric and positive semi-definite; where
     /// `R` is quadratic in `v` it is the damping matrix `C(x)`, whatever `v`. The derivative last evaluated is lost.
     fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]);
+
+    /// The stencils of the damping matrix, as [`EnergyTerm::stencils`](crate::energy::EnergyTerm::stencils) has them of the Hessian.
+    fn stencils(&mut self) -> Stencils {
+        Stencils::default()
+    }
+
+    /// Writes the blocks of `d2R/dv2` [N s/m] of these stencils at `(x, v)` to `out`, laid out as
+    /// [`EnergyTerm::stencil_hessians`](crate::energy::EnergyTerm::stencil_hessians) has them. Called from several threads.
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], v: &[f64], out: &mut [f64]) {
+        let _ = (stencils, x, v, out);
+    }
 
     /// The energy taken away per time, `v . dR/dv` [W]: `2 R` where `R` is quadratic in `v`. The derivative last evaluated is
     /// lost.

@@ -1,8 +1,11 @@
 //! Viscosity of elements: damping by the rate of strain.
 
+use std::ops::Range;
+
 use super::DissipativeTerm;
 use crate::algebra::Mat;
 use crate::element::{SimplexPack, scatter_stress, simplex_rest, tangents, times, transpose_times};
+use crate::energy::Stencils;
 use crate::energy::elastic::centroids;
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::lanes::{Kernel, Lanes, dispatch};
@@ -92,6 +95,61 @@ impl<const D: usize, const R: usize, const N: usize> DissipativeTerm for StrainR
         self.add_rows(0, y);
     }
 
+    fn stencils(&mut self) -> Stencils {
+        self.patches.lanes()
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
+        let x = x.as_chunks::<D>().0;
+        let Viscosity { shear, second } = self.viscosity;
+        let pairs = N * (N + 1) / 2;
+        let lanes = self.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
+        for ((vertices, pack, lane), out) in lanes {
+            let (inverse_rest, weight) = self.packs[pack].lane(lane);
+            // grad N_a in coordinates of the rest shape, and the tangents F = sum_a x_a grad N_a^T.
+            let mut gradient = [[0.0; R]; N];
+            for a in 0..R {
+                for j in 0..R {
+                    gradient[a + 1][j] = inverse_rest[a][j];
+                    gradient[0][j] -= inverse_rest[a][j];
+                }
+            }
+            let mut f = [[0.0; R]; D];
+            for a in 0..N {
+                let point = &x[vertices[a] as usize];
+                for i in 0..D {
+                    for j in 0..R {
+                        f[i][j] += point[i] * gradient[a][j];
+                    }
+                }
+            }
+            // F grad N_a, and F F^T.
+            let pushed = gradient.map(|g| f.map(|row| dot(&row, &g)));
+            let mut stretch = [[0.0; D]; D];
+            for i in 0..D {
+                for k in 0..D {
+                    stretch[i][k] = dot(&f[i], &f[k]);
+                }
+            }
+            // With dEdot = sym(F^T dFdot) and dFdot = e_k grad N_b^T the stress F (2 eta dEdot + zeta tr dEdot) meets grad N_a in
+            // eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k + zeta (F grad N_a)_i (F grad N_b)_k.
+            let mut blocks = out.chunks_exact_mut(D * D);
+            for a in 0..N {
+                for b in a..N {
+                    let block = blocks.next().expect("a block for each pair");
+                    let both = dot(&gradient[a], &gradient[b]);
+                    for i in 0..D {
+                        for k in 0..D {
+                            block[i * D + k] = weight
+                                * (shear * (stretch[i][k] * both + pushed[b][i] * pushed[a][k])
+                                    + second * pushed[a][i] * pushed[b][k]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         let StrainRate { patches, packs, viscosity, workspace, .. } = self;
         patches.sum_along(workspace, x, v, |patch, scratch| {
@@ -102,6 +160,10 @@ impl<const D: usize, const R: usize, const N: usize> DissipativeTerm for StrainR
     fn bytes(&self) -> usize {
         self.patches.bytes() + size_of_val(&self.packs[..]) + self.workspace.bytes()
     }
+}
+
+fn dot<const R: usize>(a: &[f64; R], b: &[f64; R]) -> f64 {
+    (0..R).map(|j| a[j] * b[j]).sum()
 }
 
 /// Adds the viscous forces of a patch to its rows; gives their power.

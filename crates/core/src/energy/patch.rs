@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::Stencils;
 use super::rows::{Export, Run};
 use crate::lanes::{Rows, WIDTH, dispatch};
 
@@ -370,6 +371,30 @@ impl<const N: usize> Patches<N> {
                     self.stencil[pack][lane].map(|stencil| (stencil as usize, global, pack, lane))
                 })
             })
+        })
+    }
+
+    /// Every lane of every pack as a stencil of its own: lane `i % WIDTH` of pack `i / WIDTH` is number `i`. Lanes that fill up
+    /// repeat another.
+    pub(crate) fn lanes(&self) -> Stencils {
+        let count = self.index.len() * WIDTH;
+        Stencils { size: N, vertices: self.lanes_in(0..count).flat_map(|(vertices, ..)| vertices).collect() }
+    }
+
+    /// The global vertices, the pack and the lane of each of these.
+    pub(crate) fn lanes_in(&self, stencils: Range<usize>) -> impl Iterator<Item = ([u32; N], usize, usize)> {
+        let mut patch = self.patches.partition_point(|p| p.packs.end * WIDTH <= stencils.start);
+        stencils.map(move |stencil| {
+            let (pack, lane) = (stencil / WIDTH, stencil % WIDTH);
+            while self.patches[patch].packs.end <= pack {
+                patch += 1;
+            }
+            let local = &self.vertices[self.patches[patch].vertices.clone()];
+            let mut global = [0; N];
+            for node in 0..N {
+                global[node] = local[self.index[pack][node][lane] as usize];
+            }
+            (global, pack, lane)
         })
     }
 

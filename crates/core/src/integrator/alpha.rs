@@ -1,8 +1,8 @@
 //! The generalised-alpha family, Newmark's methods included.
 
-use super::implicit::{Next, StageSolver};
+use super::implicit::{Next, Solve, StageSolver};
 use super::{Integrator, StepFault};
-use crate::solver::{SolverOptions, SolverWork};
+use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -33,6 +33,8 @@ pub struct Alpha {
     before: Vec<f64>,
     /// The set of held coordinates that it belongs to; `None` where there is no history.
     known: Option<u64>,
+    /// Where the vertices would be without the velocity of the stage.
+    origin: Vec<f64>,
     next: Next,
 }
 
@@ -46,6 +48,7 @@ impl Alpha {
             acceleration: vec![0.0; unknowns],
             before: vec![0.0; unknowns],
             known: None,
+            origin: vec![0.0; unknowns],
             next: Next::new(unknowns),
         }
     }
@@ -61,6 +64,7 @@ impl Alpha {
         if !state.ensure_force(system, state.time) {
             return Err(StepFault::at(system, state.x(), state.v()));
         }
+        system.evaluate_dissipation(state.x(), state.v());
         system.accelerations(&mut self.acceleration);
         let drag = system.ether_drag();
         self.acceleration.iter_mut().zip(state.v()).for_each(|(a, v)| *a -= drag * v);
@@ -80,6 +84,8 @@ impl Integrator for Alpha {
         let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
         let inertia = 1.0 + new_f * gamma * h * drag / new_m;
         let s = beta * h * h * new_f / new_m;
+        // The velocity at X is that of `origin` at X = origin, and grows with `rate`.
+        let rate = gamma / (beta * h);
         let target = self.solver.target(x.len());
         for i in 0..x.len() {
             let p = x[i] + h * v[i] + h * h * (0.5 - beta) * a[i];
@@ -87,13 +93,23 @@ impl Integrator for Alpha {
             // What does not depend on X: old acceleration, and the drag of old velocities.
             let old = alpha_m * a[i] + drag * (new_f * q + alpha_f * v[i]);
             target[i] = new_f * p + alpha_f * x[i] - s / inertia * old;
+            self.origin[i] = alpha_f * x[i] + new_f * p - (new_f * q + alpha_f * v[i]) / rate;
         }
         let time = state.time + new_f * h;
         self.next.x.copy_from_slice(x);
+        self.next.v.fill(0.0);
         if !system.prescribe(time, &mut self.next.x, &mut self.next.v) {
             return Err(StepFault::at(system, &self.next.x, &self.next.v));
         }
-        self.solver.minimize(system, inertia, s, time, Some(a), &mut self.next.x, false)?;
+        let solve = Solve {
+            inertia,
+            stiffness: s,
+            time,
+            velocity: Velocity { origin: &self.origin, rate },
+            acceleration: Some(a),
+            single_iteration: false,
+        };
+        self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
         let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
         std::mem::swap(&mut self.acceleration, &mut self.before);
         let (a, weight) = (&self.before, system.inverse_mass());
@@ -129,6 +145,6 @@ impl Integrator for Alpha {
     }
 
     fn bytes(&self) -> usize {
-        16 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
+        24 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
     }
 }

@@ -82,6 +82,7 @@ impl Integrator for Dirk {
                 if !known && system.evaluate(&self.z).is_none() {
                     return Err(StepFault::at(system, &self.z, &self.w));
                 }
+                system.evaluate_dissipation(&self.z, &self.w);
                 system.accelerations(&mut self.acceleration[i]);
                 let drag = system.ether_drag();
                 self.velocity[i].copy_from_slice(&self.w);

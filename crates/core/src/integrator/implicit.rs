@@ -1,7 +1,7 @@
 //! What implicit schemes have in common: stages that are solved, and the memory of a step.
 
 use super::{StepFault, all_finite};
-use crate::solver::{Minimizer, Objective, SolverOptions, SolverWork, minimizer};
+use crate::solver::{Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -17,6 +17,18 @@ pub(super) struct Stage<'a> {
     pub(super) g: f64,
     /// Time of the stage [s].
     pub(super) time: f64,
+}
+
+/// One minimisation, but for its target.
+pub(super) struct Solve<'a> {
+    pub(super) inertia: f64,
+    pub(super) stiffness: f64,
+    /// Time at which forces are evaluated [s].
+    pub(super) time: f64,
+    pub(super) velocity: Velocity<'a>,
+    /// Of the last step, for a start.
+    pub(super) acceleration: Option<&'a [f64]>,
+    pub(super) single_iteration: bool,
 }
 
 /// Solves stages; keeps what was learnt for the next.
@@ -54,7 +66,15 @@ impl StageSolver {
         if !system.prescribe(time, x, v) {
             return Err(StepFault::at(system, x, v));
         }
-        self.minimize(system, inertia, g * g, time, Some(acceleration), x, single_iteration)?;
+        let solve = Solve {
+            inertia,
+            stiffness: g * g,
+            time,
+            velocity: Velocity { origin: z, rate: 1.0 / g },
+            acceleration: Some(acceleration),
+            single_iteration,
+        };
+        self.minimize(system, &solve, x, v)?;
         let weight = system.inverse_mass();
         for i in 0..x.len() {
             if weight[i] == 0.0 {
@@ -73,21 +93,25 @@ impl StageSolver {
         &mut self.target
     }
 
-    /// Minimises `inertia/2 |x - target|_M^2 + stiffness E(x)` from the best of three starts: `x`, the target, and the target
-    /// moved on by the `acceleration` of the last step, where there is one.
-    #[allow(clippy::too_many_arguments, reason = "an objective and a start, in parts")]
+    /// Minimises an objective from the best of three starts: `x`, the target, and the target moved on by the acceleration of the last
+    /// step, where there is one. `v` has the velocities of held coordinates.
     pub(super) fn minimize(
         &mut self,
         system: &mut System,
-        inertia: f64,
-        stiffness: f64,
-        time: f64,
-        acceleration: Option<&[f64]>,
+        solve: &Solve<'_>,
         x: &mut Vec<f64>,
-        single_iteration: bool,
+        v: &[f64],
     ) -> Result<(), StepFault> {
+        let Solve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;
         system.set_time(time);
-        let objective = Objective { inertia, target: &self.target, stiffness, single_iteration };
+        let objective = Objective {
+            inertia,
+            target: &self.target,
+            stiffness,
+            velocity,
+            held_velocity: v,
+            single_iteration,
+        };
         let minimizer = self.minimizer.get_or_insert_with(|| minimizer(system.dimension(), self.options));
         if !single_iteration {
             let mut best = minimizer.objective(system, &objective, x);

@@ -22,13 +22,26 @@ const TASK_ROWS: usize = 512;
 /// A block that belongs to a held vertex.
 const NOWHERE: u32 = u32::MAX;
 
-/// What the terms add to `A = inertia M + stiffness d2E/dx2`.
+/// The factors in `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     /// Factor of the mass.
     pub inertia: f64,
     /// Factor of the Hessian of the energy.
     pub stiffness: f64,
+    /// Factor of the damping matrix.
+    pub damping: f64,
+}
+
+/// Where the matrix is assembled.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a> {
+    /// Positions, flat [m].
+    pub x: &'a [f64],
+    /// Velocities, flat [m/s]; looked at only where something dissipates.
+    pub v: &'a [f64],
+    /// Whether element Hessians are exact or projected.
+    pub psd: Psd,
 }
 
 /// Assembles the matrix of one system. Held coordinates have a row and a column of zeros, but for the diagonal.
@@ -50,6 +63,8 @@ pub struct Assembler<const D: usize> {
 struct TermPlan<const D: usize> {
     /// Its index in the system.
     term: usize,
+    /// Whether it is one of the dissipative terms.
+    dissipative: bool,
     /// Pairs of vertices `a <= b` of a stencil.
     pairs: usize,
     groups: Vec<Group>,
@@ -72,9 +87,10 @@ impl<const D: usize> Assembler<D> {
         let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
         let vertices = system.mass().len();
         let (mut terms, mut keys) = (vec![], vec![]);
-        for (index, Stencils { size, vertices }) in system.stencils().into_iter().enumerate() {
-            if size > 0 && !vertices.is_empty() {
-                terms.push(TermPlan::new(index, size, &vertices, is_held, &mut keys));
+        let (energy, dissipation) = system.stencils();
+        for (dissipative, stencils) in [(false, energy), (true, dissipation)] {
+            for (term, stencils) in stencils.into_iter().enumerate().filter(|(_, s)| !s.vertices.is_empty()) {
+                terms.push(TermPlan::new((term, dissipative), &stencils, is_held, &mut keys));
             }
         }
         // The upper triangle: every pair of any group once, and the diagonal.
@@ -143,10 +159,10 @@ impl<const D: usize> Assembler<D> {
         &self.matrix
     }
 
-    /// Assembles `A = inertia M + stiffness d2E/dx2` at `x`, its element Hessians exact or projected.
-    pub fn assemble(&mut self, system: &System, x: &[f64], weights: Weights, psd: Psd) {
+    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`.
+    pub fn assemble(&mut self, system: &System, at: At<'_>, weights: Weights) {
         for plan in &mut self.terms {
-            plan.sum(system, x, psd, &mut self.sums);
+            plan.sum(system, at, weights, &mut self.sums);
         }
         let Assembler { matrix, sums, upper, source_start, source, held, .. } = self;
         let BlockMatrix { row_start, column, value, .. } = matrix;
@@ -163,7 +179,7 @@ impl<const D: usize> Assembler<D> {
                     for l in 0..D {
                         let entry = if col < row { sum[l][k] } else { sum[k][l] };
                         let held = held[row * D + k] || held[col * D + l];
-                        block[k][l] = if held { 0.0 } else { weights.stiffness * entry };
+                        block[k][l] = if held { 0.0 } else { entry };
                     }
                     if row == col {
                         // Any positive number would do for a held coordinate.
@@ -233,12 +249,12 @@ fn vertices_of(key: u64) -> (u32, u32) {
 impl<const D: usize> TermPlan<D> {
     /// Groups the stencils of a term; `keys` gains the pairs of each group.
     fn new(
-        term: usize,
-        size: usize,
-        vertices: &[u32],
+        (term, dissipative): (usize, bool),
+        Stencils { size, vertices }: &Stencils,
         is_held: impl Fn(u32) -> bool,
         keys: &mut Vec<u64>,
     ) -> Self {
+        let size = *size;
         let pairs = size * (size + 1) / 2;
         let count = vertices.len() / size;
         let mut groups = vec![];
@@ -269,6 +285,7 @@ impl<const D: usize> TermPlan<D> {
         let tasks = groups.len().min(MAX_TASKS);
         TermPlan {
             term,
+            dissipative,
             pairs,
             groups,
             slot,
@@ -276,10 +293,11 @@ impl<const D: usize> TermPlan<D> {
         }
     }
 
-    /// Fills the sums of every group.
-    fn sum(&mut self, system: &System, x: &[f64], psd: Psd, sums: &mut [Block<D>]) {
-        let TermPlan { term, pairs, groups, slot, scratch } = self;
-        let (pairs, term) = (*pairs, &system.terms()[*term]);
+    /// Fills the sums of every group, each entry times its factor.
+    fn sum(&mut self, system: &System, at: At<'_>, weights: Weights, sums: &mut [Block<D>]) {
+        let TermPlan { term, dissipative, pairs, groups, slot, scratch } = self;
+        let (pairs, term, dissipative) = (*pairs, *term, *dissipative);
+        let factor = if dissipative { weights.damping } else { weights.stiffness };
         let (first, last) = match &groups[..] {
             [first, .., last] => (first.sums.start, last.sums.end),
             [only] => (only.sums.start, only.sums.end),
@@ -289,12 +307,13 @@ impl<const D: usize> TermPlan<D> {
             let base = groups[0].sums.start;
             for group in groups {
                 let hessians = &mut scratch[..group.stencils.len() * pairs];
-                term.stencil_hessians(
-                    group.stencils.clone(),
-                    x,
-                    psd,
-                    hessians.as_flattened_mut().as_flattened_mut(),
-                );
+                let (stencils, out) =
+                    (group.stencils.clone(), hessians.as_flattened_mut().as_flattened_mut());
+                if dissipative {
+                    system.dissipation()[term].stencil_dampings(stencils, at.x, at.v, out);
+                } else {
+                    system.terms()[term].stencil_hessians(stencils, at.x, at.psd, out);
+                }
                 let sums = &mut sums[group.sums.start - base..group.sums.end - base];
                 sums.fill([[0.0; D]; D]);
                 let slots = &slot[group.stencils.start * pairs..group.stencils.end * pairs];
@@ -303,6 +322,7 @@ impl<const D: usize> TermPlan<D> {
                         add(&mut sums[(slot / 2) as usize], block, slot % 2 == 1);
                     }
                 }
+                sums.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|entry| *entry *= factor);
             }
         };
         let sums = &mut sums[first..last];

@@ -16,10 +16,21 @@ use crate::integrator::StepFault;
 use crate::system::System;
 use newton::Newton;
 
+/// The velocities `v(x) = rate (x - origin)` that a scheme gives a configuration at the end of a stage.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Velocity<'a> {
+    /// Flat [m].
+    pub(crate) origin: &'a [f64],
+    /// [1/s].
+    pub(crate) rate: f64,
+}
+
 /// The incremental potential of an implicit step or stage,
 /// `Phi(x) = inertia/2 (x - target)^T M (x - target) + stiffness E(x)`, in the coordinates that are free to move.
 ///
-/// Its minimum solves `inertia M (x - target) + stiffness dE/dx = 0`; Martin, Thomaszewski, Grinspun, Gross 2011,
+/// With dissipation, `stiffness / rate R(x_k, v(x))` is added, `x_k` the last iterate.
+///
+/// Its minimum solves `inertia M (x - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski, Grinspun, Gross 2011,
 /// "Example-based elastic materials", eq. 4.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Objective<'a> {
@@ -29,6 +40,10 @@ pub(crate) struct Objective<'a> {
     pub(crate) target: &'a [f64],
     /// Factor of the energy [s^2].
     pub(crate) stiffness: f64,
+    /// What the velocities of a configuration are, where something dissipates.
+    pub(crate) velocity: Velocity<'a>,
+    /// The velocities of held coordinates, flat [m/s]; the others are not looked at.
+    pub(crate) held_velocity: &'a [f64],
     /// Take one full Newton step and look no further.
     pub(crate) single_iteration: bool,
 }

@@ -2,7 +2,7 @@
 
 use super::cholesky::Cholesky;
 use super::conjugate_gradients::{BlockJacobi, CgEnd, ConjugateGradients, Preconditioner, dot};
-use super::hessian::{Assembler, Weights};
+use super::hessian::{Assembler, At, Weights};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Objective, SolveError, SolverWork, Verdict};
 use crate::integrator::StepFault;
@@ -30,6 +30,8 @@ pub(crate) struct Newton<const D: usize> {
     residual: Vec<f64>,
     direction: Vec<f64>,
     trial: Vec<f64>,
+    /// Velocities, where something dissipates.
+    velocity: Vec<f64>,
     work: SolverWork,
 }
 
@@ -55,6 +57,7 @@ impl<const D: usize> Newton<D> {
             residual: vec![],
             direction: vec![],
             trial: vec![],
+            velocity: vec![],
             work: SolverWork::default(),
         }
     }
@@ -90,14 +93,21 @@ impl<const D: usize> Newton<D> {
         x: &[f64],
         psd: Psd,
     ) -> Direction {
-        let weights = Weights { inertia: objective.inertia, stiffness: objective.stiffness };
+        let weights = Weights {
+            inertia: objective.inertia,
+            stiffness: objective.stiffness,
+            damping: objective.stiffness * objective.velocity.rate,
+        };
         let linear = self.options.linear.choose(x.len()).0;
+        if system.is_damped() {
+            self.velocity_at(system, objective, x);
+        }
         self.direction.iter_mut().zip(&self.residual).for_each(|(d, r)| *d = -r);
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);
         }
         let assembler = self.assembler.as_mut().expect("prepared");
-        assembler.assemble(system, x, weights, psd);
+        assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
         self.work.hessians += 1;
         let matrix = assembler.matrix();
         if linear == LinearSolver::Cholesky {
@@ -133,8 +143,14 @@ impl<const D: usize> Newton<D> {
         let right = std::mem::take(&mut self.direction);
         let mut solution = std::mem::take(&mut self.trial);
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
+        let (velocity, mut damped) = (&self.velocity, vec![0.0; x.len()]);
         let product = |p: &[f64], q: &mut [f64]| {
             system.hessian_product(x, p, q);
+            if system.is_damped() {
+                system.damping_product(x, velocity, p, &mut damped);
+                let factor = weights.damping / weights.stiffness;
+                q.iter_mut().zip(&damped).for_each(|(q, c)| *q += factor * c);
+            }
             let d = system.dimension();
             for i in 0..q.len() {
                 q[i] = if held[i] {
@@ -160,6 +176,10 @@ impl<const D: usize> Newton<D> {
     /// force at `x` afterwards.
     fn residual(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> bool {
         let finite = system.evaluate(x).is_some();
+        if system.is_damped() {
+            self.velocity_at(system, objective, x);
+            system.evaluate_dissipation(x, &self.velocity);
+        }
         system.accelerations(&mut self.residual);
         let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
         for (i, r) in self.residual.iter_mut().enumerate() {
@@ -169,8 +189,19 @@ impl<const D: usize> Newton<D> {
         finite
     }
 
-    /// The objective at `x`.
-    fn value(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64 {
+    /// Computes the velocities that belong to `x`; those of held coordinates are prescribed, and stay.
+    fn velocity_at(&mut self, system: &System, objective: &Objective<'_>, x: &[f64]) {
+        let super::Velocity { origin, rate } = objective.velocity;
+        self.velocity.resize(x.len(), 0.0);
+        let held = system.inverse_mass();
+        for i in 0..x.len() {
+            self.velocity[i] =
+                if held[i] == 0.0 { objective.held_velocity[i] } else { rate * (x[i] - origin[i]) };
+        }
+    }
+
+    /// The objective at `x`; what dissipates does so at the configuration `last`.
+    fn value(&mut self, system: &mut System, objective: &Objective<'_>, last: &[f64], x: &[f64]) -> f64 {
         let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
         let square = |i: usize| {
             let away = x[i] - objective.target[i];
@@ -178,7 +209,13 @@ impl<const D: usize> Newton<D> {
         };
         let inertia: f64 = if objective.inertia == 0.0 { 0.0 } else { (0..x.len()).map(square).sum() };
         self.work.energies += 1;
-        0.5 * objective.inertia * inertia + objective.stiffness * system.potential_energy(x)
+        let mut potential = system.potential_energy(x);
+        if system.is_damped() {
+            self.velocity_at(system, objective, x);
+            // Dissipation functions are quadratic in the velocities: R is half the power.
+            potential += 0.5 / objective.velocity.rate * system.dissipated_power(last, &self.velocity);
+        }
+        0.5 * objective.inertia * inertia + objective.stiffness * potential
     }
 }
 
@@ -243,16 +280,17 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 x.iter_mut().zip(&self.direction).for_each(|(x, d)| *x += d);
                 return Ok(());
             }
+            // With dissipation the objective is another one in every iteration.
             let start = match value {
-                Some(value) => value,
-                None => self.value(system, objective, x),
+                Some(value) if !system.is_damped() => value,
+                _ => self.value(system, objective, x, x),
             };
             let mut step = system.max_step(x, &self.direction);
             let mut halvings = 0;
             let accepted = loop {
                 self.trial.iter_mut().zip(&*x).zip(&self.direction).for_each(|((t, x), d)| *t = x + step * d);
                 let trial = std::mem::take(&mut self.trial);
-                let there = self.value(system, objective, &trial);
+                let there = self.value(system, objective, x, &trial);
                 self.trial = trial;
                 // Below the rounding of the objective its decrease cannot be seen; the step is then as good as any.
                 let noise = 1e-14 * (start.abs() + there.abs());
@@ -294,7 +332,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     }
 
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64 {
-        self.value(system, objective, x)
+        self.value(system, objective, x, x)
     }
 
     fn work(&self) -> SolverWork {

@@ -4,24 +4,8 @@ use std::ops::Range;
 
 use crate::algebra::Mat;
 use crate::element::{SimplexPack, edge_matrix};
-use crate::energy::Stencils;
 use crate::energy::patch::Patches;
-use crate::lanes::WIDTH;
 use crate::material::{Material, Psd};
-
-/// Stencil `i` is lane `i % WIDTH` of pack `i / WIDTH`; lanes that fill up repeat an element, with weight zero.
-pub(super) fn stencils<const N: usize>(patches: &Patches<N>) -> Stencils {
-    let mut vertices = Vec::with_capacity(patches.index.len() * WIDTH * N);
-    for patch in &patches.patches {
-        let local = &patches.vertices[patch.vertices.clone()];
-        for pack in patch.packs.clone() {
-            for lane in 0..WIDTH {
-                vertices.extend(patches.index[pack].iter().map(|node| local[node[lane] as usize]));
-            }
-        }
-    }
-    Stencils { size: N, vertices }
-}
 
 /// Writes the Hessians of `stencils`.
 pub(super) fn fill<M: Material<D>, const D: usize, const N: usize>(
@@ -36,21 +20,16 @@ pub(super) fn fill<M: Material<D>, const D: usize, const N: usize>(
     let x = x.as_chunks::<D>().0;
     let block = D * D;
     let pairs = N * (N + 1) / 2;
-    let mut patch = patches.patches.partition_point(|p| p.packs.end * WIDTH <= stencils.start);
-    for (stencil, out) in stencils.zip(out.chunks_exact_mut(pairs * block)) {
-        let (pack, lane) = (stencil / WIDTH, stencil % WIDTH);
-        while patches.patches[patch].packs.end <= pack {
-            patch += 1;
-        }
+    let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * block));
+    for ((vertices, pack, lane), out) in lanes {
         let (inverse_rest, weight) = packs[pack].lane(lane);
         if weight == 0.0 {
             out.fill(0.0);
             continue;
         }
-        let local = &patches.vertices[patches.patches[patch].vertices.clone()];
         let mut points = [[0.0; D]; N];
-        for (point, node) in points.iter_mut().zip(&patches.index[pack]) {
-            *point = x[local[node[lane] as usize] as usize];
+        for (point, v) in points.iter_mut().zip(vertices) {
+            *point = x[v as usize];
         }
         let tangent = material.hessian(&edge_matrix(&points).mul(&inverse_rest), psd);
         // Gradients of the shape functions: the rows of D_m^-1, and minus their sum.

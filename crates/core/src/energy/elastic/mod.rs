@@ -124,7 +124,7 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
     }
 
     fn stencils(&mut self) -> Stencils {
-        hessian::stencils(&self.patches)
+        self.patches.lanes()
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
