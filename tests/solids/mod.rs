@@ -4,6 +4,7 @@ mod bar;
 mod beam;
 mod column;
 mod invariance;
+mod loads;
 mod modes;
 mod patch;
 mod plane_stress;

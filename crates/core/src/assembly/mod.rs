@@ -5,6 +5,7 @@
 mod body;
 mod gravity;
 mod initial;
+mod loads;
 mod memory;
 mod pins;
 mod report;
@@ -92,6 +93,7 @@ fn assemble<const D: usize, const N: usize>(
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_holds(&position, &rest, &numbering, &mut system);
+        body.add_loads(&rest, &numbering, &mut system);
     }
     let mut force_error = None;
     if let Some(nbody) = &scene.world.nbody {

@@ -151,6 +151,7 @@ measured! {
     Pressure: PRESSURE;
     Stiffness: STIFFNESS;
     Force: FORCE;
+    ForceDensity: FORCE_DENSITY;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
     Number: NUMBER;
     /// Which of them is right shows when the body is built.

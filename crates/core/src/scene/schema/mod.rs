@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 
 mod body;
+mod load;
 mod measured;
 mod mesh;
 mod one_or_many;
@@ -20,6 +21,7 @@ mod shapes;
 mod transform;
 
 pub use body::*;
+pub use load::*;
 pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
