@@ -126,6 +126,17 @@ fn cloth_and_strand_hang_on_and_never_gain_energy() {
 }
 
 #[test]
+fn the_jelly_stops_wobbling_and_goes_on_spinning_and_falling() {
+    let (assembly, summary) = simulated("damped_jelly.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (start, end) = (&summary.start, &summary.end);
+    assert!(end.elastic < 0.02 * start.elastic, "{} J of {} J", end.elastic, start.elastic);
+    let mass: f64 = assembly.topology.masses.iter().sum();
+    let fallen = end.linear_momentum[2] + mass * 9.81 * end.time;
+    assert!((fallen / start.linear_momentum[2] - 1.0).abs() < 1e-12, "{fallen}");
+}
+
+#[test]
 fn the_bunny_meets_the_wall() {
     let (assembly, summary) = simulated("bunny.toml", 0.14);
     assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
@@ -292,8 +303,8 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     assert!(slid > 1e-4, "{slid}");
 }
 
-// C6: the deflection of a slender beam by F at its end is F L^3 / (3 E' I), E' = E / (1 - nu^2): 0.36 m here, and less as that is
-// large. A ramp of T leaves a swing of up to 24 / (omega T)^2 of it, 13 % for the 13.5 rad/s of this beam.
+// C10: with F L^2 / (E' I) = 1.09, E' = E / (1 - nu^2), the elastica rises by 0.32 of its length. Linear triangles are stiffer, two
+// of them over the height by half (C11). A ramp of T leaves a swing of up to 24 / (omega T)^2, 13 % for 13.5 rad/s.
 #[test]
 fn a_beam_under_end_traction_settles_and_snaps_back() {
     let (_, mut assembly) = assembled("loaded_beam_2d.toml");
@@ -306,7 +317,7 @@ fn a_beam_under_end_traction_settles_and_snaps_back() {
         .collect();
     let (low, high) =
         heights[10_000..15_000].iter().fold((f64::MAX, f64::MIN), |(l, h), y| (l.min(*y), h.max(*y)));
-    assert!(low > 0.25 && high < 0.38 && high - low < 0.15 * high, "{low} {high}");
+    assert!(low > 0.16 && high < 0.32 && high - low < 0.13 * high, "{low} {high}");
     let after = &heights[15_200..];
     assert!(after.iter().any(|y| *y < -0.1) && after.iter().all(|y| *y < high), "{high}");
 }

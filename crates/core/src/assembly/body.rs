@@ -36,7 +36,8 @@ pub(super) struct Parts {
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
     pub(super) velocity: Vec<f64>,
-    stiffness: Vec<f64>,
+    /// Spring constants [N/m].
+    pub(super) stiffness: Vec<f64>,
     rest_length: Vec<f64>,
 }
 
@@ -177,6 +178,16 @@ impl Parts {
         }
     }
 
+    /// Its triangles in 2D, its tetrahedra in 3D, by their vertices in the simulation.
+    pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
+        let Parts { first_vertex, mesh, .. } = self;
+        if mesh.dimension == 2 {
+            mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
+        } else {
+            mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
+        }
+    }
+
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
@@ -185,13 +196,9 @@ impl Parts {
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let Parts { name, first_vertex, mesh, springs, .. } = self;
+        let Parts { name, first_vertex, springs, .. } = self;
         if let Some(material) = &spec.elastic {
-            let elements: Vec<[u32; N]> = if D == 2 {
-                mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-            } else {
-                mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-            };
+            let elements: Vec<[u32; N]> = self.elements(numbering);
             let maker = ElasticMaker::<N> {
                 body: name,
                 elements: &elements,
@@ -224,7 +231,7 @@ fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u
 }
 
 /// The vertices of a cell in the simulation.
-fn renumbered<const N: usize, const M: usize>(
+pub(super) fn renumbered<const N: usize, const M: usize>(
     cell: &[u32; M],
     first: u32,
     numbering: &Numbering,

@@ -3,6 +3,7 @@
 //! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
 
 mod body;
+mod damping;
 mod gravity;
 mod initial;
 mod loads;
@@ -92,6 +93,7 @@ fn assemble<const D: usize, const N: usize>(
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
+        body.add_damping::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_holds(&position, &rest, &numbering, &mut system);
         body.add_loads(&rest, &numbering, &mut system);
     }
@@ -160,6 +162,15 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Prob
     if problems.is_empty() { Ok(bodies) } else { Err(problems) }
 }
 
+/// What damping has to do with the limit.
+fn strongest_damping(stability: &StabilityLimit) -> String {
+    if stability.damping > 0.0 {
+        format!(", damped at up to {:.4e} 1/s", stability.damping)
+    } else {
+        String::new()
+    }
+}
+
 fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
     let name = scene.time.integrator.method().documentation.name;
     let (step, limit) = (scene.time.step, stability.step);
@@ -172,9 +183,10 @@ fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
         )
     } else {
         format!(
-            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s, allows at \
+            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s{}, allows at \
              most {limit:.6e} s",
-            stability.frequency
+            stability.frequency,
+            strongest_damping(stability),
         )
     };
     // Two digits, rounded down, of a step a little below the limit.

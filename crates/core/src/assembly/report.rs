@@ -173,6 +173,12 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
+    let damping: Vec<String> = simulation.system().dissipation().iter().map(|term| term.name()).collect();
+    say(
+        !damping.is_empty(),
+        damping.join(", "),
+        "damping: no body has any, and no force depends on velocities",
+    );
     let channel = |c: Channel| scene.output.channels.contains(&c);
     say(channel(Channel::State), "output /state".into(), "output /state: not written");
     say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");

@@ -9,6 +9,7 @@ mod mass;
 mod quadrature;
 mod shape;
 mod simplex;
+mod tangents;
 mod validity;
 
 pub(crate) use face::cross;
@@ -20,6 +21,7 @@ pub use validity::least_jacobian;
 
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
+pub(crate) use tangents::{scatter_stress, tangents, times, transpose_times};
 
 /// What an element says of itself, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
+use super::{DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
 use crate::material::MaterialSpec;
 use crate::quantity::Quantity;
 
@@ -33,6 +33,9 @@ pub struct Body {
     /// Springs along the mesh's edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
+    /// What takes energy out of its deformation; nothing without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<DampingSpec>,
     /// Its mass.
     pub mass: MassSpec,
     /// Vertices that are held: where they are, or on a prescribed motion.

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 
 mod body;
+mod damping;
 mod load;
 mod measured;
 mod mesh;
@@ -21,6 +22,7 @@ mod shapes;
 mod transform;
 
 pub use body::*;
+pub use damping::*;
 pub use load::*;
 pub(crate) use measured::*;
 pub use mesh::*;

@@ -5,6 +5,7 @@
 
 mod body;
 mod check;
+mod damping;
 mod loads;
 mod mesh;
 mod motion;
