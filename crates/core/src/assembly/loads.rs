@@ -16,6 +16,9 @@ pub(super) struct Placed {
     on: On,
 }
 
+/// A point of the rest shape [m], and the shares of global vertices in what a field is there.
+type Shared = ([f64; 3], Vec<(u32, f64)>);
+
 enum On {
     Vertices(Vec<u32>),
     Edges(Vec<[u32; 2]>),
@@ -157,12 +160,7 @@ impl Placed {
     }
 
     /// A dead load with these points and their shares by global vertex. What is the same everywhere needs one point.
-    fn dead(
-        &self,
-        mut samples: Vec<([f64; 3], Vec<(u32, f64)>)>,
-        rest: &[f64],
-        dimension: usize,
-    ) -> Box<dyn EnergyTerm> {
+    fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> Box<dyn EnergyTerm> {
         let components: Vec<OverTime> =
             self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec());
         let mut vertices: Vec<u32> =
