@@ -3,6 +3,7 @@
 mod bar;
 mod beam;
 mod column;
+mod impossible;
 mod invariance;
 mod loads;
 mod modes;
