@@ -9,4 +9,5 @@ mod loads;
 mod modes;
 mod patch;
 mod plane_stress;
+mod reactions;
 mod spin;
