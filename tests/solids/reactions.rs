@@ -49,7 +49,7 @@ fn reactions_are_what_is_left_of_the_rate_of_momentum() {
              rotation = {{ point = [0, 0.5], angle = '0.2 * sin(4*t)' }} }} }}, {{ vertices = [14], axes = ['y'] }}]\n"
         ));
         let steps = (0.4 / h).round() as usize;
-        let mut step = |simulation: &mut Simulation| {
+        let step = |simulation: &mut Simulation| {
             simulation.step().unwrap();
             simulation.diagnostics().linear_momentum
         };
