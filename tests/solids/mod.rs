@@ -3,8 +3,11 @@
 mod bar;
 mod beam;
 mod column;
+mod impossible;
 mod invariance;
+mod loads;
 mod modes;
 mod patch;
 mod plane_stress;
+mod reactions;
 mod spin;

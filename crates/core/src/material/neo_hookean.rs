@@ -62,7 +62,8 @@ impl<const D: usize> Material<D> for NeoHookean {
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let Lame { lambda, mu } = self.lame;
         let j: f64 = sigma.iter().product();
-        let g = lambda * j.ln() - mu;
+        // Not the platform's logarithm, which has other bits on other machines.
+        let g = lambda * Scalar::ln(j) - mu;
         let a = Derivatives { first: 0.5 * mu, second: 0.0 };
         let b = Derivatives { first: g / j, second: (lambda - g) / (j * j) };
         Some(Spectrum::from_invariants(sigma, a, b))
