@@ -104,7 +104,7 @@ fn forces<M: Material<D> + Material<3>, const D: usize, const N: usize>(
     amplitude: f64,
 ) {
     let (elements, rest) = block::<D, N>(if D == 3 { [10, 4, 4] } else { [32, 16, 0] });
-    let mut body = Elastic::<M, D, N>::new("block", material, stress, &elements, &rest);
+    let mut body = Elastic::<D, N>::linear("block", material, stress, &elements, &rest);
     let x = deformed::<D>(&rest, amplitude);
     rate(name, elements.len(), || {
         body.evaluate(black_box(&x));

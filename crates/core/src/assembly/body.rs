@@ -198,7 +198,7 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for ElasticMaker<'_, N> 
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        Box::new(Elastic::<M, D, N>::new(self.body, material, self.stress, self.elements, self.rest))
+        Box::new(Elastic::<D, N>::linear(self.body, material, self.stress, self.elements, self.rest))
     }
 }
 

@@ -5,6 +5,7 @@
 //! [`MassMatrix`] its mass, [`least_jacobian`] whether a curved element is valid.
 
 mod mass;
+mod quadratic;
 mod quadrature;
 mod shape;
 mod simplex;
@@ -15,6 +16,7 @@ pub use quadrature::{QuadraturePoint, quadrature_count, quadrature_points, quadr
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
 pub use validity::least_jacobian;
 
+pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
 
