@@ -1,4 +1,4 @@
-//! Linear finite elements against exact identities and independent codes.
+//! Finite elements against exact identities and independent codes.
 
 mod bar;
 mod beam;

@@ -146,6 +146,13 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         "",
     );
     say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
+    let quadratic = bodies.iter().any(|b| b.elastic && b.mesh.order() == 2);
+    let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
+    say(
+        quadratic,
+        format!("quadratic elements: the material is evaluated at {points} points in each"),
+        "quadratic elements: no body has `order = 2`",
+    );
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,

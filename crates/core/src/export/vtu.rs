@@ -8,7 +8,9 @@ use std::io::{self, Write};
 use super::Frame;
 use super::bodies::Bodies;
 use crate::base64;
-use crate::mesh::vtk_cells::{LINE, TETRAHEDRON, TRIANGLE, VERTEX};
+use crate::mesh::vtk_cells::{
+    LINE, QUADRATIC_TETRAHEDRON, QUADRATIC_TRIANGLE, TETRAHEDRON, TRIANGLE, VERTEX,
+};
 
 /// Cells of all bodies as the format has them.
 #[derive(Default)]
@@ -28,6 +30,8 @@ impl Grid {
             let number = number as i32;
             body.tetrahedra.iter().for_each(|cell| grid.push(TETRAHEDRON, cell, number));
             body.triangles.iter().for_each(|cell| grid.push(TRIANGLE, cell, number));
+            body.quadratic_tetrahedra.iter().for_each(|cell| grid.push(QUADRATIC_TETRAHEDRON, cell, number));
+            body.quadratic_triangles.iter().for_each(|cell| grid.push(QUADRATIC_TRIANGLE, cell, number));
             body.lines().iter().for_each(|cell| grid.push(LINE, cell, number));
             if body.is_particles() {
                 body.vertices.clone().for_each(|vertex| grid.push(VERTEX, &[vertex], number));
