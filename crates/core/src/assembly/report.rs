@@ -150,7 +150,7 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
     say(
         quadratic,
-        format!("quadratic elements: the material is evaluated at {points} points in each"),
+        format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
         "quadratic elements: no body has `order = 2`",
     );
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
@@ -183,6 +183,20 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     );
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
+}
+
+/// The most curved element of all bodies, if any side is.
+fn curved(bodies: &[Parts]) -> String {
+    let of_body = |b: &Parts| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
+    let worst =
+        bodies.iter().filter_map(of_body).min_by(|a, b| a.0.least_jacobian.total_cmp(&b.0.least_jacobian));
+    match worst {
+        Some((curved, body)) if curved.least_jacobian < 1.0 => format!(
+            "; sides are curved: det J falls to {:.3} of its mean in element {} of `{body}`",
+            curved.least_jacobian, curved.worst
+        ),
+        _ => String::new(),
+    }
 }
 
 fn mutual_gravity(scene: &Scene) -> String {
