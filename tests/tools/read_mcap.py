@@ -18,12 +18,24 @@ SCHEMAS = {
     "/tf": "foxglove.FrameTransform",
     "/log": "foxglove.Log",
 }
+ELEMENTS = "/elements/"
 COLUMNS = {"edge": 2, "tri": 3, "surface": 3, "tet": 4}
 
 
 def check(condition, what):
     if not condition:
         raise SystemExit(f"{sys.argv[1]}: {what}")
+
+
+def rows_of_elements(channel, data):
+    """The rows of a message as (n, fields) doubles, the first three being where the element is."""
+    fields = channel.metadata["fields"].split(",")
+    n, stride = int(channel.metadata["point_count"]), int(channel.metadata["point_stride"])
+    check(stride == 8 * len(fields) and fields[:3] == ["x", "y", "z"], f"unknown layout of {channel.topic}")
+    check(channel.metadata["row"] == "element", f"rows of {channel.topic} are of {channel.metadata['row']}")
+    bodies = json.loads(channel.metadata["bodies"])
+    check(sum(body["count"] for body in bodies) == n, f"rows of {channel.topic} do not add up")
+    return np.frombuffer(memoryview(data)[len(data) - n * stride :], "<f8").reshape(n, -1)
 
 
 def state_without_protobuf(channel, data):
@@ -58,7 +70,8 @@ def main():
         counts, bounds, last_time, encoded = {}, [], {}, set()
         for schema, channel, message in reader.iter_messages():
             topic = channel.topic
-            check(schema.name == SCHEMAS.get(topic), f"{topic} is {schema.name}")
+            expected = SCHEMAS["/state"] if topic.startswith(ELEMENTS) else SCHEMAS.get(topic)
+            check(schema.name == expected, f"{topic} is {schema.name}")
             check(message.log_time >= last_time.get(topic, 0), f"{topic} goes back in time")
             last_time[topic] = message.log_time
             counts[topic] = counts.get(topic, 0) + 1
@@ -68,6 +81,8 @@ def main():
                 check(np.isfinite(points).all(), "/state is not finite")
                 check(dimension == 3 or not points[:, [2, 5]].any(), "2D is not in the plane z = 0")
                 bounds.append([points[:, :3].min(axis=0), points[:, :3].max(axis=0)])
+            elif topic.startswith(ELEMENTS):
+                check(np.isfinite(rows_of_elements(channel, message.data)).all(), f"{topic} is not finite")
             elif topic == "/energy":
                 row = json.loads(message.data)
                 known = json.loads(schema.data)["properties"]
@@ -83,6 +98,11 @@ def main():
                 check((points == state_without_protobuf(channel, message.data)).all(), "/state reads two ways")
                 check([field.offset for field in content.fields] == list(range(0, 48, 8)), "offsets of /state")
                 check(content.fields[0].type == 8, "/state is not FLOAT64")
+            elif channel.topic.startswith(ELEMENTS):
+                rows = rows_of_elements(channel, message.data)
+                points = np.frombuffer(content.data, "<f8").reshape(rows.shape)
+                check((points == rows).all(), f"{channel.topic} reads two ways")
+                check(len(content.fields) == rows.shape[1], f"fields of {channel.topic}")
             elif channel.topic == "/mesh":
                 for entity in content.entities:
                     for part in [*entity.triangles, *entity.lines]:

@@ -29,6 +29,10 @@ def compare(path, time):
         check(values.shape == mesh.points.shape and np.isfinite(values).all(), f"{path}: {name} is not finite")
         check((np.asarray(grid.point_data[name]) == values).all(), f"{path}: {name} reads two ways")
     check("body" in mesh.cell_data, f"{path}: cells have no body")
+    for name, blocks in mesh.cell_data.items():
+        values = np.concatenate([np.asarray(block, dtype=float) for block in blocks])
+        # meshio makes blocks of the cells, in their order.
+        check(np.array_equal(np.asarray(grid.cell_data[name], dtype=float), values, equal_nan=True), f"{path}: {name} reads two ways")
     check(float(grid.field_data["TimeValue"][0]) == time, f"{path}: the time is not that of the collection")
     rest = mesh.points - mesh.point_data["displacement"]
     return rest, {block.type: block.data for block in mesh.cells}

@@ -97,7 +97,7 @@ fn deformed<const D: usize>(rest: &[f64], amplitude: f64) -> Vec<f64> {
     x
 }
 
-fn forces<M: Material<D> + Material<3>, const D: usize, const N: usize>(
+fn forces<M: Material<D> + Material<3> + Clone, const D: usize, const N: usize>(
     name: &str,
     material: M,
     stress: Stress,

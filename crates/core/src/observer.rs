@@ -1,6 +1,6 @@
 //! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
 
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Diagnostics, ElementState};
 
 /// Work done since the start of the run, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -28,6 +28,9 @@ pub struct Frame<'a> {
     pub v: &'a [f64],
     /// Energies and momenta of this moment; `None` where no observer asked for them.
     pub diagnostics: Option<&'a Diagnostics>,
+    /// Deformation and stress of every finite element, body after body, each in the order of its mesh; `None` where no observer
+    /// asked for them.
+    pub elements: Option<&'a [ElementState]>,
     /// Work counters.
     pub work: Work,
 }
@@ -36,6 +39,11 @@ pub struct Frame<'a> {
 pub trait Observer {
     /// Whether this observer reads [`Frame::diagnostics`]; they are computed only if one does.
     fn wants_diagnostics(&self) -> bool {
+        false
+    }
+
+    /// Whether this observer reads [`Frame::elements`]; they are computed only if one does.
+    fn wants_elements(&self) -> bool {
         false
     }
 

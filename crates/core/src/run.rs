@@ -114,6 +114,7 @@ pub fn run(
     let mut run = Run {
         simulation,
         measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
+        measures_elements: observers.iter().any(|o| o.wants_elements()),
         observers,
         start,
         last_good,
@@ -144,6 +145,8 @@ struct Run<'a, 'b> {
     observers: &'a mut [&'b mut dyn Observer],
     /// Whether any observer reads the measurements of a frame.
     measures_frames: bool,
+    /// Whether any observer reads the states of elements.
+    measures_elements: bool,
     start: Diagnostics,
     last_good: Diagnostics,
     last_frame_time: f64,
@@ -166,11 +169,13 @@ impl Run<'_, '_> {
             if interrupt.load(Ordering::Relaxed) {
                 return self.end_with(Outcome::Interrupted, shown, step - 1);
             }
+            let frame_due = step == next_frame.min(steps);
+            let guard_due = step % GUARD_INTERVAL == 0;
+            self.simulation.set_to_be_measured(guard_due || frame_due && self.measures_frames);
             if let Err(error) = self.simulation.step() {
                 return self.end_with(Outcome::Failed(error), shown, step - 1);
             }
             debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
-            let frame_due = step == next_frame.min(steps);
             if frame_due {
                 if let Err(outcome) = self.show() {
                     return outcome;
@@ -181,7 +186,7 @@ impl Run<'_, '_> {
                 }
             }
             // A frame that is measured has been looked at.
-            if step % GUARD_INTERVAL == 0 && !(frame_due && self.measures_frames) {
+            if guard_due && !(frame_due && self.measures_frames) {
                 let diagnostics = self.simulation.diagnostics();
                 if let Err(error) = self.guard(&diagnostics) {
                     return self.end_with(Outcome::Failed(error), shown, step);
@@ -211,6 +216,7 @@ impl Run<'_, '_> {
             return Err(Outcome::Failed(self.simulation.not_finite_here()));
         }
         let state = self.simulation.state();
+        let elements = self.measures_elements.then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
             index: self.frames,
@@ -220,6 +226,7 @@ impl Run<'_, '_> {
             x: &x,
             v: &v,
             diagnostics: diagnostics.as_ref(),
+            elements: elements.as_deref(),
             work: self.simulation.work(),
         };
         for observer in self.observers.iter_mut() {

@@ -250,7 +250,13 @@ impl Simulation {
 
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        Diagnostics::measure(&mut self.system, self.state.time, self.state.x(), self.state.v())
+        Diagnostics::measure_state(&mut self.system, &self.state)
+    }
+
+    /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
+    /// there is then computed once.
+    pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
+        self.system.set_to_be_measured(to_be_measured);
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.

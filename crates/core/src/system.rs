@@ -20,6 +20,10 @@ pub struct System {
     /// The force that the terms hold.
     force: ForceId,
     force_evaluations: u64,
+    /// Whether the next force is that of a state to be measured.
+    to_be_measured: bool,
+    /// Energy of each term that came with that force [J]; empty if none was asked for.
+    energies: Vec<Option<f64>>,
 }
 
 /// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
@@ -49,6 +53,8 @@ impl System {
             ether_drag: 0.0,
             force: ForceId::NONE,
             force_evaluations: 0,
+            to_be_measured: false,
+            energies: vec![],
         }
     }
 
@@ -56,6 +62,8 @@ impl System {
     pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) {
         self.force = ForceId::NONE;
         self.changes_with_time |= term.changes_with_time();
+        // Nothing is allocated in a step.
+        self.energies.reserve_exact(self.terms.len() + 1);
         self.terms.push(term);
     }
 
@@ -118,7 +126,19 @@ impl System {
 
     /// Potential energy of one kind [J].
     pub fn potential(&mut self, kind: EnergyKind, x: &[f64]) -> f64 {
-        self.terms.iter_mut().filter(|t| t.kind() == kind).map(|t| t.energy(x)).sum()
+        self.potential_with_force(kind, x, ForceId::NONE)
+    }
+
+    /// Potential energy of one kind [J] at `x`, where the force is `force`: nothing that came with it is computed again.
+    pub(crate) fn potential_with_force(&mut self, kind: EnergyKind, x: &[f64], force: ForceId) -> f64 {
+        let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
+        let terms = self.terms.iter_mut().enumerate().filter(|(_, t)| t.kind() == kind);
+        terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
+    }
+
+    /// Says whether the states that come next will be measured.
+    pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
+        self.to_be_measured = to_be_measured;
     }
 
     /// Sum of what each term can be expected to turn over from `x` on [J].
@@ -151,8 +171,15 @@ impl System {
     /// coordinates excepted: these do not feel it.
     pub(crate) fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
         let mut finite = true;
+        self.energies.clear();
         for term in &mut self.terms {
-            finite &= term.evaluate(x);
+            if self.to_be_measured {
+                let (is_finite, energy) = term.evaluate_with_energy(x);
+                self.energies.push(energy);
+                finite &= is_finite;
+            } else {
+                finite &= term.evaluate(x);
+            }
         }
         self.force_evaluations += 1;
         self.force = ForceId::fresh();

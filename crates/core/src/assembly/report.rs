@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::body::Parts;
-use crate::diagnostics::StabilityLimit;
+use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
 use crate::lanes;
 use crate::mesh::Quality;
@@ -180,6 +180,12 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         channel(Channel::Energy),
         "output /energy: energies and momenta at every frame".into(),
         "output /energy: energies are looked at every 128 steps only, to catch a blow-up",
+    );
+    let measures: Vec<&str> = MEASURES.iter().filter(|m| channel(m.channel)).map(|m| m.name).collect();
+    say(
+        !measures.is_empty(),
+        format!("output /elements: {}", measures.join(", ")),
+        "output /elements: no deformation, strain or stress of elements is computed",
     );
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)

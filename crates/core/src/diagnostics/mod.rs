@@ -18,29 +18,46 @@ pub struct Diagnostics {
     /// `sum m x cross v` about the origin [kg m^2/s]; in 2D only the third component.
     pub angular_momentum: [f64; 3],
     /// Smallest `det F` of any element; `None` without elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub min_j: Option<f64>,
     /// Number of elements with `det F <= 0`; `None` without elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub inverted: Option<u64>,
 }
 
 mod elements;
+mod measures;
 mod stability;
 
 pub use elements::ElementState;
+pub use measures::{MEASURES, Measure};
 pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
 
 use crate::energy::EnergyKind;
-use crate::system::System;
+use crate::state::State;
+use crate::system::{ForceId, System};
 
 impl Diagnostics {
     /// Measures a state. Sums run in index order on one thread, or over fixed groups: the same bits for any number of
     /// threads.
     pub fn measure(system: &mut System, time: f64, x: &[f64], v: &[f64]) -> Self {
+        Self::measure_with_force(system, time, x, v, ForceId::NONE)
+    }
+
+    /// The same of `state`, without computing again what came with its force.
+    pub(crate) fn measure_state(system: &mut System, state: &State) -> Self {
+        Self::measure_with_force(system, state.time, state.x(), state.v(), state.force)
+    }
+
+    fn measure_with_force(system: &mut System, time: f64, x: &[f64], v: &[f64], force: ForceId) -> Self {
         system.set_time(time);
         let kinetic = system.kinetic(v);
-        let elastic = system.potential(EnergyKind::Elastic, x);
-        let gravitational = system.potential(EnergyKind::Gravitational, x);
-        let (linear_momentum, angular_momentum) = momenta(system.dimension(), system.mass(), x, v);
+        let elastic = system.potential_with_force(EnergyKind::Elastic, x, force);
+        let gravitational = system.potential_with_force(EnergyKind::Gravitational, x, force);
+        let (linear_momentum, angular_momentum) = match system.dimension() {
+            2 => momenta::<2>(system.mass(), x, v),
+            _ => momenta::<3>(system.mass(), x, v),
+        };
         let deformation = system.deformation(x);
         Diagnostics {
             time,
@@ -57,13 +74,13 @@ impl Diagnostics {
 }
 
 /// `sum m v` and `sum m x cross v`.
-fn momenta(dimension: usize, mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
+fn momenta<const D: usize>(mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f64; 3]) {
     let (mut p, mut l) = ([0.0; 3], [0.0; 3]);
-    let rows = x.chunks_exact(dimension).zip(v.chunks_exact(dimension));
+    let rows = x.as_chunks::<D>().0.iter().zip(v.as_chunks::<D>().0);
     for ((xi, vi), m) in rows.zip(mass) {
         let (mut x, mut v) = ([0.0; 3], [0.0; 3]);
-        x[..dimension].copy_from_slice(xi);
-        v[..dimension].copy_from_slice(vi);
+        x[..D].copy_from_slice(xi);
+        v[..D].copy_from_slice(vi);
         for c in 0..3 {
             let (a, b) = ((c + 1) % 3, (c + 2) % 3);
             p[c] += m * v[c];

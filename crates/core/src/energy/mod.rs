@@ -122,6 +122,12 @@ pub trait EnergyTerm: Send + Sync {
     /// bits for any number of threads. [`energy`](Self::energy) and the other measurements leave it alone.
     fn evaluate(&mut self, x: &[f64]) -> bool;
 
+    /// As [`evaluate`](Self::evaluate), before a measurement: with the energy `E(x)` [J] where it comes almost for free with the
+    /// gradient. The gradient has the same bits as without.
+    fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
+        (self.evaluate(x), None)
+    }
+
     /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as it has, from vertex `first`
     /// on. A step calls this block by block, from several threads, and every vertex once: whatever is left to do per vertex is
     /// done here, while the rows are in the cache.

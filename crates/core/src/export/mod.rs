@@ -17,8 +17,9 @@ use std::path::Path;
 pub use pvd::write_pvd;
 
 use self::bodies::Bodies;
+use crate::diagnostics::{MEASURES, Measure};
 use crate::record::RecordError;
-use crate::record::read::{Trajectory, info};
+use crate::record::read::{ElementRows, Trajectory, info};
 
 /// A recording from which frames are written.
 #[derive(Debug)]
@@ -61,7 +62,7 @@ impl Export {
         let mut trajectory = Trajectory::open(path)?;
         let info = info(path)?;
         if !info.topics.iter().any(|topic| topic.topic == "/state") {
-            return Err(RecordError::NoChannel { path: path.to_owned(), topic: "/state" });
+            return Err(RecordError::NoChannel { path: path.to_owned(), topic: "/state".to_owned() });
         }
         let bodies = Bodies::read(&mut trajectory, &info)?;
         let rest = match trajectory.attachment("rest.f64")? {
@@ -86,13 +87,15 @@ impl Export {
 
     /// Writes a frame as VTK unstructured grid, arrays in base 64: points in space (2D: `z = 0`), tetrahedra, triangles,
     /// lines and vertices as the bodies have them, `displacement` [m] (where the recording holds rest positions) and
-    /// `velocity` [m/s] of the points, and for each cell the number of its `body`.
+    /// `velocity` [m/s] of the points, and for each cell the number of its `body` and what the recording has of the
+    /// elements (channels `/elements/..`), NaN for cells that are none.
     ///
     /// # Errors
     /// The frame cannot be read, or the stream not be written.
     pub fn write_vtu(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
+        let elements = self.elements(frame)?;
         let frame = self.frame(frame)?;
-        Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, out)?)
+        Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, &elements, out)?)
     }
 
     /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces that are counter-clockwise seen from
@@ -104,6 +107,19 @@ impl Export {
     pub fn write_obj(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
         let frame = self.frame(frame)?;
         Ok(obj::write(&self.bodies, &frame, out)?)
+    }
+
+    /// What was recorded of the elements.
+    fn elements(&mut self, frame: usize) -> Result<Vec<(&'static Measure, ElementRows)>, RecordError> {
+        let mut found = Vec::new();
+        for measure in &MEASURES {
+            match self.trajectory.elements(measure, frame) {
+                Ok(rows) => found.push((measure, rows)),
+                Err(RecordError::NoChannel { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(found)
     }
 
     fn frame(&mut self, frame: usize) -> Result<Frame, RecordError> {

@@ -43,7 +43,10 @@ mass = { total = 1.0 }
 fn recorded(text: &str, path: &Path) -> Vec<f64> {
     let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
     let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:?}"));
-    let options = Options { channels: vec![Channel::State], ..Options::default() };
+    let options = Options {
+        channels: vec![Channel::State, Channel::VonMises, Channel::CauchyStress],
+        ..Options::default()
+    };
     let mut recorder = McapRecorder::create(path, &options, &assembly.topology).unwrap();
     let plan = Plan { duration: 0.1, rate: 100.0 };
     let observers: &mut [&mut dyn Observer] = &mut [&mut recorder];
@@ -147,4 +150,38 @@ fn collections_escape_their_names() {
     let text = String::from_utf8(bytes).unwrap();
     assert!(text.contains("timestep=\"0.25\" part=\"0\" file=\"a&amp;b&quot;.vtu\""), "{text}");
     assert!(roxmltree::Document::parse(&text).is_ok());
+}
+
+#[test]
+fn cells_that_are_elements_carry_what_was_recorded_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let density = "mass = { density = 1000.0 }";
+    let spinning = format!("{density}\nvelocity = {{ rigid = {{ angular = [0.0, 0.0, 5.0] }} }}");
+    recorded(&BODIES.replacen(density, &spinning, 1), &file);
+    let mut export = Export::open(&file).unwrap();
+    let mut bytes = Vec::new();
+    export.write_vtu(7, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let array = |name: &str| {
+        let start = text.find(&format!("Name=\"{name}\"")).unwrap();
+        let line = text[start..].lines().nth(1).unwrap();
+        let (bytes, _) = crate::base64::decode(line.as_bytes());
+        let numbers: Vec<f64> =
+            bytes[8..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        numbers
+    };
+    let mut trajectory = crate::record::read::Trajectory::open(&file).unwrap();
+    for measure in crate::diagnostics::MEASURES.iter().filter(|m| text.contains(m.name)) {
+        let rows = trajectory.elements(measure, 7).unwrap();
+        assert!(rows.values.iter().any(|value| value.abs() > 1.0), "a spinning ball is under stress [Pa]");
+        let (found, elements) = (array(measure.name), rows.values.len());
+        // The ball is the first body.
+        assert_eq!(found[..elements], rows.values, "{}", measure.name);
+        assert!(found.len() > elements && found[elements..].iter().all(|value| value.is_nan()));
+    }
+    assert_eq!(
+        text.matches("Name=\"von-mises\"").count() + text.matches("Name=\"cauchy-stress\"").count(),
+        2
+    );
 }

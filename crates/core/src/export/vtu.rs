@@ -8,9 +8,11 @@ use std::io::{self, Write};
 use super::Frame;
 use super::bodies::Bodies;
 use crate::base64;
+use crate::diagnostics::Measure;
 use crate::mesh::vtk_cells::{
     LINE, QUADRATIC_TETRAHEDRON, QUADRATIC_TRIANGLE, TETRAHEDRON, TRIANGLE, VERTEX,
 };
+use crate::record::read::ElementRows;
 
 /// Cells of all bodies as the format has them.
 #[derive(Default)]
@@ -21,6 +23,8 @@ struct Grid {
     body: Vec<u8>,
     vertices: u64,
     cells: u64,
+    /// Cells of each body that may be elements: their first, and their number.
+    solids: Vec<(String, usize, usize)>,
 }
 
 impl Grid {
@@ -28,6 +32,11 @@ impl Grid {
         let mut grid = Grid::default();
         for (number, body) in bodies.bodies.iter().enumerate() {
             let number = number as i32;
+            // Triangles of a solid in space are its surface, and not among its cells.
+            let solids = body.tetrahedra.len() + body.quadratic_tetrahedra.len();
+            let flat = body.triangles.len() + body.quadratic_triangles.len();
+            let count = if solids > 0 { solids } else { flat };
+            grid.solids.push((body.name.clone(), grid.cells as usize, count));
             body.tetrahedra.iter().for_each(|cell| grid.push(TETRAHEDRON, cell, number));
             body.triangles.iter().for_each(|cell| grid.push(TRIANGLE, cell, number));
             body.quadratic_tetrahedra.iter().for_each(|cell| grid.push(QUADRATIC_TETRAHEDRON, cell, number));
@@ -72,11 +81,26 @@ fn bytes(numbers: impl Iterator<Item = f64>) -> Vec<u8> {
     numbers.flat_map(f64::to_le_bytes).collect()
 }
 
+/// One row for each cell: that of the element that it is, NaN where it is none.
+fn of_cells(grid: &Grid, rows: &ElementRows) -> Vec<u8> {
+    let width = rows.fields.len();
+    let mut values = vec![f64::NAN; grid.cells as usize * width];
+    for (name, first, count) in &grid.solids {
+        let body = rows.bodies.iter().find(|body| body.name == *name && body.count == *count);
+        let of_body = body.and_then(|body| rows.values.get(body.first * width..(body.first + count) * width));
+        if let Some(of_body) = of_body {
+            values[first * width..(first + count) * width].copy_from_slice(of_body);
+        }
+    }
+    bytes(values.into_iter())
+}
+
 /// Writes one frame.
 pub(super) fn write(
     bodies: &Bodies,
     rest: Option<&[f64]>,
     frame: &Frame,
+    elements: &[(&'static Measure, ElementRows)],
     out: &mut dyn Write,
 ) -> io::Result<()> {
     let grid = Grid::new(bodies);
@@ -103,5 +127,8 @@ pub(super) fn write(
     array(out, ("Float64", "velocity", 3), &bytes(frame.v.iter().copied()))?;
     writeln!(out, "</PointData>\n<CellData>")?;
     array(out, ("Int32", "body", 1), &grid.body)?;
+    for (measure, rows) in elements {
+        array(out, ("Float64", measure.name, rows.fields.len()), &of_cells(&grid, rows))?;
+    }
     writeln!(out, "</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>")
 }

@@ -7,6 +7,8 @@ use std::sync::Arc;
 use foxglove::Encode;
 use mcap::{Channel, Schema};
 
+use crate::diagnostics::MEASURES;
+
 /// Positions and velocities.
 pub(super) const STATE: (u16, &str) = (1, "/state");
 /// What a viewer draws.
@@ -17,6 +19,30 @@ pub(super) const ENERGY: (u16, &str) = (3, "/energy");
 pub(super) const TRANSFORM: (u16, &str) = (4, "/tf");
 /// Warnings.
 pub(super) const LOG: (u16, &str) = (5, "/log");
+
+/// Number of the first channel about elements; one for each [measure](crate::diagnostics::MEASURES), recorded or not.
+pub(super) const ELEMENTS: u16 = 10;
+/// Number of the first channel that is not about elements again.
+const AFTER_ELEMENTS: u16 = ELEMENTS + MEASURES.len() as u16;
+
+/// Where the message of a channel stands in its frame, counted from the end; `None` for a channel that is not about frames.
+///
+/// Recovery takes a frame for complete when it has seen the last of its messages.
+pub(super) fn place_from_end(id: u16) -> Option<u16> {
+    match id {
+        _ if id == STATE.0 => Some(0),
+        _ if id == ENERGY.0 => Some(1),
+        ELEMENTS..AFTER_ELEMENTS => Some(1 + AFTER_ELEMENTS - id),
+        // Not in every frame, and therefore the first.
+        _ if id == MESH.0 => Some(u16::MAX),
+        _ => None,
+    }
+}
+
+/// The channel whose message ends a frame, of those that there are.
+pub(super) fn last_of_frame(ids: impl Iterator<Item = u16>) -> Option<u16> {
+    ids.filter(|id| place_from_end(*id).is_some()).min_by_key(|id| place_from_end(*id))
+}
 
 /// Coordinate frame of all positions.
 pub(super) const FRAME_ID: &str = "pliant";

@@ -10,6 +10,7 @@ use std::io::{Seek, Write};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Channel, Compression, McapResult, WriteOptions, Writer};
 
+use super::behind::Behind;
 use super::journal::Journal;
 
 /// Message bytes after which a chunk is closed. Large, so that compression finds the mesh of the previous frame.
@@ -33,15 +34,15 @@ impl<'a> Message<'a> {
 }
 
 /// The file under construction.
-pub(super) struct Container<W: Write + Seek> {
-    writer: Writer<W>,
+pub(super) struct Container<W: Write + Seek + Send + 'static> {
+    writer: Behind<W>,
     journal: Option<Journal>,
     channels: Vec<Channel<'static>>,
     /// Message bytes in the open chunk.
     open_bytes: u64,
 }
 
-impl<W: Write + Seek> Container<W> {
+impl<W: Write + Seek + Send + 'static> Container<W> {
     /// Begins a file; without a journal, an open chunk is lost when the process is killed.
     pub(super) fn create(stream: W, journal: Option<Journal>) -> McapResult<Self> {
         let options = WriteOptions::new()
@@ -53,25 +54,26 @@ impl<W: Write + Seek> Container<W> {
             // Chunks are closed here, between groups, never by the writer in the middle of one.
             .chunk_size(None);
         let writer = create_writer(options, stream, &[])?;
+        let writer = Behind::new(writer);
         Ok(Container { writer, journal, channels: Vec::new(), open_bytes: 0 })
     }
 
     /// Writes named key-value pairs.
     pub(super) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> McapResult<()> {
-        self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
+        self.writer.writer()?.write_metadata(&Metadata { name: name.to_owned(), metadata })
     }
 
     /// Attaches a file. No wall clock: both times are 0.
     pub(super) fn attach(&mut self, name: &str, media_type: &str, data: Cow<'_, [u8]>) -> McapResult<()> {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
-        self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
+        self.writer.writer()?.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
     }
 
     /// Adds channels. Closes the open chunk, so that the journal, then empty, can begin anew with them.
     pub(super) fn add_channels(&mut self, channels: &[Channel<'static>]) -> McapResult<()> {
         self.flush()?;
         for channel in channels {
-            add_channel(&mut self.writer, channel)?;
+            add_channel(self.writer.writer()?, channel)?;
         }
         self.channels.extend_from_slice(channels);
         if let Some(journal) = &mut self.journal {
@@ -87,13 +89,15 @@ impl<W: Write + Seek> Container<W> {
 
     /// Writes messages that belong together. When this returns, a kill no longer loses them.
     pub(super) fn write(&mut self, group: &[Message<'_>]) -> McapResult<()> {
-        for Message { header, data } in group {
-            self.writer.write_to_known_channel(header, data)?;
-            self.open_bytes += data.len() as u64;
-        }
+        self.open_bytes += group.iter().map(|message| message.data.len() as u64).sum::<u64>();
         if self.open_bytes >= CHUNK_BYTES {
+            let writer = self.writer.writer()?;
+            for Message { header, data } in group {
+                writer.write_to_known_channel(header, data)?;
+            }
             return self.flush();
         }
+        self.writer.push(group)?;
         if let Some(journal) = &mut self.journal {
             journal.append(group)?;
         }
@@ -102,7 +106,7 @@ impl<W: Write + Seek> Container<W> {
 
     /// Closes the open chunk and hands everything to the operating system.
     pub(super) fn flush(&mut self) -> McapResult<()> {
-        self.writer.flush()?;
+        self.writer.writer()?.flush()?;
         self.open_bytes = 0;
         // Only now: between the two lines the messages are in both files, which recovery sorts out.
         if let Some(journal) = &mut self.journal {
@@ -112,9 +116,8 @@ impl<W: Write + Seek> Container<W> {
     }
 
     /// Writes indexes and the end; the caller gets the stream back to sync it, and the journal to remove it.
-    pub(super) fn finish(mut self) -> McapResult<(W, Option<Journal>)> {
-        self.writer.finish()?;
-        Ok((self.writer.into_inner(), self.journal))
+    pub(super) fn finish(self) -> McapResult<(W, Option<Journal>)> {
+        Ok((self.writer.finish()?, self.journal))
     }
 }
 

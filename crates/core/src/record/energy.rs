@@ -45,21 +45,16 @@ pub(super) fn channel() -> Channel<'static> {
 /// Encodes a frame, replacing what is in the buffer.
 pub(super) fn encode_frame(step: u64, diagnostics: &Diagnostics, work: Work, buffer: &mut Vec<u8>) {
     buffer.clear();
-    buffer.extend_from_slice(row(step, diagnostics, work).to_string().as_bytes());
-}
-
-fn row(step: u64, diagnostics: &Diagnostics, work: Work) -> Value {
-    let mut row = serde_json::to_value(Row { step, diagnostics, work }).unwrap_or_default();
-    if let Some(fields) = row.as_object_mut() {
-        fields.retain(|_, value| !value.is_null());
-    }
-    row
+    // Numbers always have a JSON form, and a vector grows.
+    let written = serde_json::to_writer(buffer, &Row { step, diagnostics, work });
+    debug_assert!(written.is_ok(), "a vector grows as a row is written into it");
 }
 
 /// JSON schema of a row, taken from a row that has every field, so that it cannot fall behind [`Diagnostics`].
 fn schema() -> Value {
     let full = Diagnostics { min_j: Some(1.0), inverted: Some(0), ..Diagnostics::default() };
-    let mut schema = schema_of(&row(0, &full, Work::default()));
+    let row = Row { step: 0, diagnostics: &full, work: Work::default() };
+    let mut schema = schema_of(&serde_json::to_value(row).unwrap_or_default());
     schema["title"] = json!("pliant.Energy");
     schema
 }

@@ -67,6 +67,16 @@ pub enum RecordError {
         /// The frame.
         frame: u64,
     },
+    /// A channel about elements was asked for and a frame came without their states, or with those of other elements.
+    #[error("frame {frame} has the states of {found} elements, of {expected} that channels record")]
+    MissingElements {
+        /// The frame.
+        frame: u64,
+        /// Elements of the topology.
+        expected: usize,
+        /// Elements in the frame.
+        found: usize,
+    },
     /// A cell names a vertex that does not exist.
     #[error("body `{body}` refers to vertex {index}, but there are {vertex_count}")]
     VertexIndex {
@@ -119,7 +129,7 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
         /// The channel.
-        topic: &'static str,
+        topic: String,
     },
     /// There is no such frame.
     #[error("{} has {count} frames, so there is no frame {frame}", path.display())]

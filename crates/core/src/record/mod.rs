@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `/state` | `foxglove.PointCloud` | positions [m] and velocities [m/s] of every vertex, doubles, every frame |
 //! | `/mesh` | `foxglove.SceneUpdate` | surfaces and springs to look at, at most 30 per simulated second |
+//! | `/elements/<measure>` | `foxglove.PointCloud` | one row for each finite element: where it is, and a [measure](crate::diagnostics::MEASURES) of its deformation or stress, doubles, every frame |
 //! | `/energy` | JSON | [`Diagnostics`](crate::diagnostics::Diagnostics) and work counters, every frame |
 //! | `/tf` | `foxglove.FrameTransform` | once, with `/state` or `/mesh` |
 //! | `/log` | `foxglove.Log` | warnings, if there are any |
@@ -20,9 +21,12 @@
 //! [`recover`](read::recover) puts the two together.
 
 mod attachments;
+mod behind;
 mod channel;
 mod clock;
+mod cloud;
 mod container;
+mod elements;
 mod energy;
 mod error;
 mod journal;
@@ -39,6 +43,7 @@ mod transform;
 mod warning;
 
 pub use attachments::BodySummary;
+pub use elements::BodyRows;
 pub use error::RecordError;
 pub use outcome::{Outcome, Status};
 pub use recorder::{McapRecorder, Options, Recorded};

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use super::channel::{ENERGY, LOG, MESH, STATE, TRANSFORM};
 use super::clock::nanoseconds;
+use super::cloud::Cloud;
 use super::container::{Container, Message};
+use super::elements::Elements;
 use super::error::write_error;
 use super::journal::Journal;
 use super::outcome::{OUTCOME, Outcome, Status};
@@ -54,7 +56,8 @@ pub struct McapRecorder {
     container: Container<Box<dyn Sink>>,
     /// `x` and `v` must have this length.
     length: usize,
-    records_state: bool,
+    states: Option<Cloud>,
+    elements: Option<Elements>,
     records_energy: bool,
     drawing: Option<Drawing>,
     buffers: [Vec<u8>; 3],
@@ -100,13 +103,15 @@ impl McapRecorder {
 
         let asked = |channel| options.channels.contains(&channel);
         let drawing = if asked(Channel::Mesh) { Drawing::new(topology) } else { None };
+        let elements = Elements::new(&options.channels, topology);
         let mut channels = Vec::new();
-        if asked(Channel::State) || drawing.is_some() {
+        if asked(Channel::State) || drawing.is_some() || elements.is_some() {
             channels.push(transform::channel());
         }
         if drawing.is_some() {
             channels.push(Drawing::channel());
         }
+        channels.extend(elements.iter().flat_map(Elements::channels));
         if asked(Channel::Energy) {
             channels.push(energy::channel());
         }
@@ -124,8 +129,9 @@ impl McapRecorder {
             overwrite: options.overwrite,
             container,
             length: topology.vertex_count * topology.dimension,
-            records_state: asked(Channel::State),
+            states: asked(Channel::State).then(state::cloud),
             records_energy: asked(Channel::Energy),
+            elements,
             drawing,
             buffers: Default::default(),
             frames: 0,
@@ -169,6 +175,20 @@ impl McapRecorder {
             drawing.encode_frame(frame, log_time, mesh);
             group.push(Message::new(MESH.0, sequence, log_time, mesh));
         }
+        if let Some(elements) = &mut self.elements {
+            let (frame_number, expected) = (self.frames, elements.count());
+            let states = frame.elements.ok_or(RecordError::MissingElements {
+                frame: frame_number,
+                expected,
+                found: 0,
+            })?;
+            if states.len() != expected {
+                let found = states.len();
+                return Err(RecordError::MissingElements { frame: frame_number, expected, found });
+            }
+            elements.encode_frame(frame, states, log_time);
+            group.extend(elements.messages(sequence, log_time));
+        }
         if self.records_energy {
             let diagnostics =
                 frame.diagnostics.ok_or(RecordError::MissingDiagnostics { frame: self.frames })?;
@@ -176,8 +196,8 @@ impl McapRecorder {
             group.push(Message::new(ENERGY.0, sequence, log_time, energies));
         }
         // Last, because recovery takes a frame for complete when it has seen this one.
-        if self.records_state {
-            state::encode_frame(frame, log_time, states);
+        if let Some(cloud) = &self.states {
+            state::encode_frame(cloud, frame, log_time, states);
             group.push(Message::new(STATE.0, sequence, log_time, states));
         }
         let written = self.container.write(&group);
@@ -256,6 +276,10 @@ impl McapRecorder {
 impl Observer for McapRecorder {
     fn wants_diagnostics(&self) -> bool {
         self.records_energy
+    }
+
+    fn wants_elements(&self) -> bool {
+        self.elements.is_some()
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

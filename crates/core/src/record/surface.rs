@@ -13,7 +13,7 @@ use mcap::Channel;
 
 use super::channel::{FRAME_ID, MESH, encode, typed};
 use super::clock::timestamp;
-use super::state::identity;
+use super::cloud::identity;
 use crate::observer::Frame;
 use crate::topology::{BodyTopology, Topology};
 

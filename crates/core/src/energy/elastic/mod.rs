@@ -275,8 +275,11 @@ fn centroid_deformation<const D: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64,
     }
     let (mut dx, mut j) = (Mat::zero(), Mat::zero());
     for [at_point, inverse] in points {
-        dx = dx + *at_point;
-        j = j + inverse.inverse();
+        dx += *at_point;
+        j += inverse.inverse();
     }
     dx.mul(&j.inverse())
 }
+
+#[cfg(test)]
+mod tests;

@@ -18,8 +18,9 @@ pub(super) struct Particles<'a, const D: usize> {
 }
 
 /// Sums over pairs into `out`, a block for each block of particles, without the constant and the mass of the particle itself:
-/// `sum_j m_j d / r^3` with `d = x_i - x_j`, or its derivative along `direction`, see [`interaction`].
-pub(super) struct PairKernel<'a, const D: usize, const DERIVATIVE: bool> {
+/// `sum_j m_j d / r^3` with `d = x_i - x_j`, or its derivative along `direction`, see [`interaction`]. With `ENERGY`, which is not
+/// for derivatives, also `sum_{i<j} m_i m_j / r`: the sums keep their bits.
+pub(super) struct PairKernel<'a, const D: usize, const DERIVATIVE: bool, const ENERGY: bool> {
     pub(super) particles: Particles<'a, D>,
     /// For the derivative; otherwise anything of the same length, which is not read.
     pub(super) direction: &'a [Block<D>],
@@ -28,7 +29,7 @@ pub(super) struct PairKernel<'a, const D: usize, const DERIVATIVE: bool> {
     pub(super) out: &'a mut [Block<D>],
 }
 
-impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
+impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> PairKernel<'_, D, DERIVATIVE, ENERGY> {
     /// Position and, for the derivative, direction of one particle, in every lane.
     #[inline(always)]
     fn target<L: Lanes>(&self, i: usize, lane: usize) -> [[L; D]; 2] {
@@ -38,7 +39,7 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
 
     /// All pairs within block `i`, each from both sides.
     #[inline(always)]
-    fn diagonal<L: Lanes>(&mut self, i: usize, softening2: L) {
+    fn diagonal<L: Lanes>(&mut self, i: usize, softening2: L, energy: &mut L) {
         let position = load(&self.particles.position[i]);
         let source = [position, if DERIVATIVE { load(&self.direction[i]) } else { position }];
         let mass = L::load(&self.particles.mass[i]);
@@ -48,6 +49,10 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
             let others = L::mask_from_bits(!(1 << lane));
             for c in 0..D {
                 self.out[i][c][lane] += L::select(others, mass * s * v[c], L::zero()).horizontal_sum();
+            }
+            if ENERGY {
+                let potential = L::select(others, mass * s * dot(&v, &v, softening2), L::zero());
+                *energy = potential.mul_add(L::splat(0.5 * self.particles.mass[i][lane]), *energy);
             }
         }
     }
@@ -60,6 +65,7 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
         first: usize,
         sources: std::ops::Range<usize>,
         softening2: L,
+        energy: &mut L,
     ) {
         let mut targets = [[[L::zero(); D]; 2]; TARGETS];
         let mut reaction = [L::zero(); TARGETS];
@@ -68,6 +74,7 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
             reaction[t] = L::splat(-self.particles.mass[i][first + t]);
         }
         let mut sums = [[L::zero(); D]; TARGETS];
+        let mut potential = [L::zero(); TARGETS];
         let positions = &self.particles.position[sources.clone()];
         let masses = &self.particles.mass[sources.clone()];
         let directions = &self.direction[sources.clone()];
@@ -80,6 +87,9 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
             for t in 0..TARGETS {
                 let (s, v) = interaction::<L, D, DERIVATIVE>(&targets[t], &source, softening2, by_newton(t));
                 let (on, back) = (mass * s, reaction[t] * s);
+                if ENERGY {
+                    potential[t] = on.mul_add(dot(&v, &v, softening2), potential[t]);
+                }
                 for c in 0..D {
                     sums[t][c] = on.mul_add(v[c], sums[t][c]);
                     on_source[c] = back.mul_add(v[c], on_source[c]);
@@ -93,29 +103,36 @@ impl<const D: usize, const DERIVATIVE: bool> PairKernel<'_, D, DERIVATIVE> {
             for c in 0..D {
                 self.out[i][c][first + t] += sums[t][c].horizontal_sum();
             }
+            if ENERGY {
+                *energy -= reaction[t] * potential[t];
+            }
         }
     }
 }
 
-impl<const D: usize, const DERIVATIVE: bool> Kernel for PairKernel<'_, D, DERIVATIVE> {
-    /// Whether all sums are finite.
-    type Output = bool;
+impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> Kernel
+    for PairKernel<'_, D, DERIVATIVE, ENERGY>
+{
+    /// Whether all sums are finite; the energy, or zero.
+    type Output = (bool, f64);
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self) -> bool {
+    fn run<L: Lanes>(mut self) -> (bool, f64) {
+        let mut energy = L::zero();
         let softening2 = L::splat(self.particles.softening2);
         let blocks = self.particles.position.len();
         for block in self.out.iter_mut() {
             *block = [[0.0; WIDTH]; D];
         }
         for i in (self.group..blocks).step_by(self.groups) {
-            self.diagonal(i, softening2);
+            self.diagonal(i, softening2, &mut energy);
         }
         for tile in (0..blocks).step_by(TILE) {
             let end = (tile + TILE).min(blocks);
             for i in (self.group..end).step_by(self.groups) {
                 for first in (0..WIDTH).step_by(TARGETS) {
-                    self.off_diagonal(i, first, tile.max(i + 1).min(end)..end, softening2);
+                    let sources = tile.max(i + 1).min(end)..end;
+                    self.off_diagonal(i, first, sources, softening2, &mut energy);
                 }
             }
         }
@@ -124,7 +141,7 @@ impl<const D: usize, const DERIVATIVE: bool> Kernel for PairKernel<'_, D, DERIVA
         for block in self.out.iter().flatten() {
             zero = L::load(block).mul_add(L::zero(), zero);
         }
-        zero.horizontal_sum() == 0.0
+        (zero.horizontal_sum() == 0.0, energy.horizontal_sum())
     }
 }
 

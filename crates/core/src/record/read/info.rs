@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::source::Source;
 use super::walk::walk;
 use crate::record::attachments::{BodySummary, METADATA};
-use crate::record::channel::{ENERGY, MESH, STATE};
+use crate::record::channel::last_of_frame;
 use crate::record::clock::seconds;
 use crate::record::outcome::{OUTCOME, Outcome};
 use crate::record::{RecordError, paths};
@@ -195,7 +195,7 @@ impl Gathered {
         let number = |key: &str| metadata.get(key).and_then(|value| value.parse().ok());
         let bodies = metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
         // Each frame is on every one of these that exists, but for those left out of /mesh.
-        let frames = [STATE, ENERGY, MESH].iter().find_map(|(id, _)| self.topics.get(id));
+        let frames = last_of_frame(self.topics.keys().copied()).and_then(|id| self.topics.get(&id));
         let (start, end) = self.times.unwrap_or((0, 0));
         let mut topics: Vec<TopicSummary> = self.topics.values().cloned().collect();
         topics.sort_by(|a, b| a.topic.cmp(&b.topic));

@@ -2,10 +2,11 @@
 
 mod info;
 mod rescue;
+mod series;
 mod source;
 mod trajectory;
 mod walk;
 
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
 pub use rescue::{Recovered, discard, recover};
-pub use trajectory::{Column, Trajectory};
+pub use trajectory::{Column, ElementRows, Trajectory};

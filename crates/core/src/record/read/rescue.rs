@@ -11,7 +11,7 @@ use mcap::records::Record;
 use mcap::{Channel, Schema};
 
 use super::walk::{ensure_mcap, walk};
-use crate::record::channel::{ENERGY, MESH, STATE};
+use crate::record::channel::{ENERGY, last_of_frame, place_from_end};
 use crate::record::clock::seconds;
 use crate::record::container::{Container, Message};
 use crate::record::error::write_error;
@@ -159,8 +159,7 @@ impl<'a> Rescue<'a> {
         let (id, topic) = (channel.id, channel.topic);
         let (message_encoding, metadata) = (channel.message_encoding, channel.metadata);
         self.announced.push(Channel { id, topic, schema, message_encoding, metadata });
-        // A frame has them in the opposite order: the first of these that exists ends it.
-        self.last_of_frame = [STATE.0, ENERGY.0, MESH.0].into_iter().find(|id| self.knows(*id));
+        self.last_of_frame = last_of_frame(self.announced.iter().map(|c| c.id).chain(self.last_of_frame));
     }
 
     fn knows(&self, id: u16) -> bool {
@@ -176,7 +175,7 @@ impl<'a> Rescue<'a> {
             return Ok(());
         }
         self.last_sequence.insert(id, message.header.sequence);
-        if ![STATE.0, ENERGY.0, MESH.0].contains(&id) {
+        if place_from_end(id).is_none() {
             return self.container.write(&[message]);
         }
         if id == ENERGY.0 {

@@ -1,14 +1,18 @@
 //! The frames of a complete file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use mcap::records::{MessageIndexEntry, Record};
+use mcap::records::Record;
 use serde_json::Value;
 
+use super::series::Series;
 use super::source::Source;
+use crate::diagnostics::Measure;
 use crate::record::attachments::METADATA;
-use crate::record::channel::{ENERGY, STATE};
+use crate::record::channel::{ENERGY, MESH, STATE, last_of_frame};
 use crate::record::clock::seconds;
+use crate::record::elements::{BodyRows, PLACE, topic};
 use crate::record::error::read_error;
 use crate::record::state::STRIDE;
 use crate::record::{FORMAT_VERSION, RecordError};
@@ -20,18 +24,24 @@ pub struct Trajectory {
     dimension: usize,
     vertex_count: usize,
     times: Vec<f64>,
-    /// Chunk and entry of each message of `/state`.
-    states: Vec<(usize, MessageIndexEntry)>,
-    /// The chunk read last and its states: frames are mostly asked for in order.
-    cached: Option<CachedChunk>,
+    states: Option<Series>,
+    /// By the number of the channel, those that somebody has asked for.
+    elements: BTreeMap<u16, Series>,
 }
 
-/// The states of one chunk.
-#[derive(Debug)]
-struct CachedChunk {
-    number: usize,
-    /// Time and message.
-    states: Vec<(u64, Vec<u8>)>,
+/// A measure of every element in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ElementRows {
+    /// Names of the columns of `values`.
+    pub fields: Vec<String>,
+    /// Unit of the values, `1` where there is none.
+    pub unit: String,
+    /// Which rows are of which body; within a body, rows are in the order of its cells.
+    pub bodies: Vec<BodyRows>,
+    /// Centroids in this frame, flat `(rows, 3)` [m].
+    pub places: Vec<f64>,
+    /// Numbers of the measure, flat `(rows, fields)`.
+    pub values: Vec<f64>,
 }
 
 /// One field of `/energy` over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
@@ -68,11 +78,12 @@ impl Trajectory {
         let vertex_count =
             number("vertex_count").ok_or_else(|| unexpected("the number of vertices is missing"))?;
 
-        let channel = [STATE.1, ENERGY.1].iter().find_map(|topic| source.channel(topic));
+        // Any channel that every frame is on tells when frames were.
+        let channel = last_of_frame(source.summary.channels.keys().copied()).filter(|id| *id != MESH.0);
         let frames = channel.map_or(Ok(Vec::new()), |channel| source.messages(channel))?;
         let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
-        let states = if source.channel(STATE.1).is_some() { frames } else { Vec::new() };
-        Ok(Trajectory { source, dimension, vertex_count, times, states, cached: None })
+        let states = source.channel(STATE.1).map(|id| Series::new(id, STRIDE, vertex_count, frames));
+        Ok(Trajectory { source, dimension, vertex_count, times, states, elements: BTreeMap::new() })
     }
 
     /// 2 or 3.
@@ -112,7 +123,8 @@ impl Trajectory {
     /// # Errors
     /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn energy(&mut self) -> Result<Vec<Column>, RecordError> {
-        let no_channel = || RecordError::NoChannel { path: self.source.path.clone(), topic: ENERGY.1 };
+        let no_channel =
+            || RecordError::NoChannel { path: self.source.path.clone(), topic: ENERGY.1.to_owned() };
         let channel = self.source.channel(ENERGY.1).ok_or_else(no_channel)?;
         let mut rows = Vec::new();
         for number in 0..self.source.summary.chunk_indexes.len() {
@@ -144,35 +156,51 @@ impl Trajectory {
         }
     }
 
-    fn state(&mut self, frame: usize, first_field: usize) -> Result<Vec<f64>, RecordError> {
-        let path = || self.source.path.clone();
-        let Some(channel) = self.source.channel(STATE.1) else {
-            return Err(RecordError::NoChannel { path: path(), topic: STATE.1 });
+    /// What a frame says of every finite element.
+    ///
+    /// # Errors
+    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this version does it.
+    pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
+        let path = self.source.path.clone();
+        let topic = topic(measure);
+        let Some(id) = self.source.channel(&topic) else {
+            return Err(RecordError::NoChannel { path, topic });
         };
-        let count = self.states.len();
-        let Some((chunk, entry)) = self.states.get(frame) else {
-            return Err(RecordError::NoFrame { path: path(), frame, count });
+        let metadata = self.source.summary.channels[&id].metadata.clone();
+        let what = "a channel about elements is not laid out as it should be";
+        let unexpected = || RecordError::Unexpected { path: path.clone(), what };
+        let number = |key: &str| metadata.get(key).and_then(|value| value.parse::<usize>().ok());
+        let (Some(rows), Some(stride), Some(fields)) =
+            (number("point_count"), number("point_stride"), metadata.get("fields"))
+        else {
+            return Err(unexpected());
         };
-        let first = self.states.partition_point(|(other, _)| other < chunk);
-        let (chunk, time) = (*chunk, entry.log_time);
-        if self.cached.as_ref().is_none_or(|cached| cached.number != chunk) {
-            let records = self.source.chunk(chunk)?.into_iter();
-            let states = records.filter_map(|record| match record {
-                Record::Message { header, data } if header.channel_id == channel => {
-                    Some((header.log_time, data.into_owned()))
-                }
-                _ => None,
-            });
-            self.cached = Some(CachedChunk { number: chunk, states: states.collect() });
+        let columns: Vec<String> = fields.split(',').map(str::to_owned).collect();
+        let bodies: Option<Vec<BodyRows>> =
+            metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
+        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > PLACE.len());
+        let bodies = bodies.filter(|_| rows.checked_mul(stride).is_some()).ok_or_else(unexpected)?;
+        if !self.elements.contains_key(&id) {
+            let messages = self.source.messages(id)?;
+            self.elements.insert(id, Series::new(id, stride, rows, messages));
         }
-        let cached = self.cached.as_ref().and_then(|cached| cached.states.get(frame - first));
-        let data = cached.filter(|(other, _)| *other == time).map(|(_, data)| data);
-        // `data` is the last field of the message, so its bytes are the last ones.
-        let points =
-            data.and_then(|data| data.len().checked_sub(STRIDE * self.vertex_count).map(|at| &data[at..]));
-        let points = points.ok_or_else(|| read_error(&self.source.path, mcap::McapError::BadIndex))?;
+        let Some(series) = self.elements.get_mut(&id) else { return Err(unexpected()) };
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        for row in series.rows(&mut self.source, frame)?.chunks_exact(stride) {
+            let mut numbers = row.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+            places.extend(numbers.by_ref().take(PLACE.len()));
+            values.extend(numbers);
+        }
+        let unit = metadata.get("unit").cloned().unwrap_or_default();
+        Ok(ElementRows { fields: columns[PLACE.len()..].to_vec(), unit, bodies, places, values })
+    }
+
+    fn state(&mut self, frame: usize, first_field: usize) -> Result<Vec<f64>, RecordError> {
+        let Some(states) = &mut self.states else {
+            return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: STATE.1.to_owned() });
+        };
         let mut values = Vec::with_capacity(self.vertex_count * self.dimension);
-        for point in points.as_chunks::<STRIDE>().0 {
+        for point in states.rows(&mut self.source, frame)?.as_chunks::<STRIDE>().0 {
             let (numbers, _) = point[8 * first_field..].as_chunks::<8>();
             values.extend(numbers[..self.dimension].iter().map(|bytes| f64::from_le_bytes(*bytes)));
         }

@@ -5,7 +5,7 @@ use std::io::{BufReader, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use mcap::read::{ChunkReader, parse_record};
+use mcap::parse_record;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
@@ -75,10 +75,48 @@ pub(super) fn ensure_mcap(file: &mut File, path: &Path) -> Result<(), RecordErro
     }
 }
 
-/// All records of a chunk, its checksum verified.
+/// All records of a chunk, none of them looked at before its checksum: what a damaged chunk unpacks to has lengths that ask for more
+/// memory than there is.
 pub(super) fn chunk_records(
     header: mcap::records::ChunkHeader,
     data: &[u8],
 ) -> mcap::McapResult<Vec<Record<'static>>> {
-    ChunkReader::new(header, data)?.map(|record| record.map(Record::into_owned)).collect()
+    let mut chunk = Vec::with_capacity(data.len() + 64);
+    chunk.push(op::CHUNK);
+    // The length follows once it is known.
+    chunk.extend_from_slice(&[0; 8]);
+    chunk.extend_from_slice(&header.message_start_time.to_le_bytes());
+    chunk.extend_from_slice(&header.message_end_time.to_le_bytes());
+    chunk.extend_from_slice(&header.uncompressed_size.to_le_bytes());
+    chunk.extend_from_slice(&header.uncompressed_crc.to_le_bytes());
+    chunk.extend_from_slice(&(header.compression.len() as u32).to_le_bytes());
+    chunk.extend_from_slice(header.compression.as_bytes());
+    chunk.extend_from_slice(&header.compressed_size.to_le_bytes());
+    chunk.extend_from_slice(data);
+    let length = chunk.len() as u64 - 9;
+    chunk[1..9].copy_from_slice(&length.to_le_bytes());
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(MOST_COMPRESSED.saturating_mul(chunk.len()));
+    let mut reader = LinearReader::new_with_options(options);
+    let (mut rest, mut records) = (chunk.as_slice(), Vec::new());
+    while let Some(event) = reader.next_event() {
+        match event? {
+            LinearReadEvent::ReadRequest(need) => {
+                let (now, later) = rest.split_at(need.min(rest.len()));
+                reader.insert(now.len()).copy_from_slice(now);
+                reader.notify_read(now.len());
+                rest = later;
+            }
+            LinearReadEvent::Record { opcode, data } => {
+                records.push(parse_record(opcode, data)?.into_owned());
+            }
+        }
+    }
+    Ok(records)
 }
+
+/// Bytes that zstd can make of one: a block of four stands for 128 KiB at most.
+const MOST_COMPRESSED: usize = 1 << 15;

@@ -107,6 +107,7 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
         x: &x,
         v: &x,
         diagnostics: None,
+        elements: None,
         work: Work::default(),
     };
     recorder.record(&frame).unwrap();

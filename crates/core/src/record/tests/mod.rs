@@ -3,6 +3,7 @@
 mod bytes;
 mod content;
 mod disk_full;
+mod elements;
 mod killed;
 mod refusal;
 
@@ -79,6 +80,7 @@ impl Moment {
             x: &self.x,
             v: &self.v,
             diagnostics: Some(&self.diagnostics),
+            elements: None,
             work: Work { steps: 10 * self.index, force_evaluations: 20 * self.index },
         }
     }

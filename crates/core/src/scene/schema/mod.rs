@@ -174,4 +174,20 @@ pub enum Channel {
     Mesh,
     /// Energies and momenta, on `/energy`.
     Energy,
+    /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
+    /// third axis is out of the plane, here and in the channels below.
+    DeformationGradient,
+    /// `J = det F` of every finite element, on `/elements/jacobian`.
+    Jacobian,
+    /// Principal stretches of every finite element, on `/elements/principal-stretches`, descending in magnitude; the last is negative
+    /// where the element is inverted.
+    PrincipalStretches,
+    /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
+    GreenStrain,
+    /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
+    FirstPiola,
+    /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy, yz, xz.
+    CauchyStress,
+    /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
+    VonMises,
 }

@@ -100,6 +100,15 @@ fn surroundings() {
             "['state', 'mesh', 'state']",
             &["20:30 output.channels.2: channel `state` is listed twice"],
         ),
+        (
+            r#"["state"]"#,
+            "['von-mises', 'state', 'von-mises']",
+            &[
+                "20:13 output.channels.0: channel `von-mises` is about finite elements, and no body is `elastic`",
+                "20:35 output.channels.2: channel `von-mises` is listed twice",
+                "20:35 output.channels.2: channel `von-mises` is about finite elements, and no body is `elastic`",
+            ],
+        ),
     ]);
 }
 

@@ -1,9 +1,10 @@
 //! Time, world and output: everything but the bodies.
 
 use super::check::{Checker, Sign};
+use crate::diagnostics::Measure;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
-use crate::scene::schema::{OverTime, Scene, Time, Wall, World};
+use crate::scene::schema::{Channel, OverTime, Scene, Time, Wall, World};
 
 /// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
@@ -97,8 +98,20 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     }
     for (index, channel) in output.channels.iter().enumerate() {
         if output.channels[..index].contains(channel) {
-            let message = format!("channel `{}` is listed twice", format!("{channel:?}").to_lowercase());
+            let message = format!("channel `{}` is listed twice", name(*channel));
             check.report(Problem::semantic(path.key("channels").index(index), message));
         }
+        if Measure::of(*channel).is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
+            let message =
+                format!("channel `{}` is about finite elements, and no body is `elastic`", name(*channel));
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out, or give a body `elastic`"));
+        }
     }
+}
+
+/// As scenes have it.
+fn name(channel: Channel) -> String {
+    Measure::of(channel)
+        .map_or_else(|| format!("{channel:?}").to_lowercase(), |measure| measure.name.to_owned())
 }

@@ -1,0 +1,121 @@
+//! What can be recorded of every element, by name: the deformation, and the strains and stresses that follow from it.
+
+use super::ElementState;
+use crate::algebra::Mat;
+use crate::scene::Channel;
+
+/// One measure of deformation, strain or stress.
+#[derive(Clone, Copy, Debug)]
+pub struct Measure {
+    /// The channel that records it.
+    pub channel: Channel,
+    /// Its name: that of the channel in a scene, of the topic behind `/elements/`, and of the cell data in exports.
+    pub name: &'static str,
+    /// Unit, `1` where there is none.
+    pub unit: &'static str,
+    /// Names of its numbers, in their order.
+    pub fields: &'static [&'static str],
+    write: fn(&ElementState, &mut Vec<f64>),
+}
+
+const SCALAR: &[&str] = &["value"];
+const STRETCHES: &[&str] = &["1", "2", "3"];
+const TENSOR: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+/// The order in which VTK has the numbers of a symmetric tensor.
+const SYMMETRIC: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
+
+/// All measures there are.
+pub const MEASURES: [Measure; 7] = [
+    Measure {
+        channel: Channel::DeformationGradient,
+        name: "deformation-gradient",
+        unit: "1",
+        fields: TENSOR,
+        write: |state, out| out.extend(state.deformation_gradient.0.as_flattened()),
+    },
+    Measure {
+        channel: Channel::Jacobian,
+        name: "jacobian",
+        unit: "1",
+        fields: SCALAR,
+        write: |state, out| out.push(state.j()),
+    },
+    Measure {
+        channel: Channel::PrincipalStretches,
+        name: "principal-stretches",
+        unit: "1",
+        fields: STRETCHES,
+        write: |state, out| out.extend(state.principal_stretches()),
+    },
+    Measure {
+        channel: Channel::GreenStrain,
+        name: "green-strain",
+        unit: "1",
+        fields: SYMMETRIC,
+        write: |state, out| symmetric(&state.green_strain(), out),
+    },
+    Measure {
+        channel: Channel::FirstPiola,
+        name: "first-piola",
+        unit: "Pa",
+        fields: TENSOR,
+        write: |state, out| out.extend(state.first_piola.0.as_flattened()),
+    },
+    Measure {
+        channel: Channel::CauchyStress,
+        name: "cauchy-stress",
+        unit: "Pa",
+        fields: SYMMETRIC,
+        write: |state, out| symmetric(&state.cauchy_stress().symmetric(), out),
+    },
+    Measure {
+        channel: Channel::VonMises,
+        name: "von-mises",
+        unit: "Pa",
+        fields: SCALAR,
+        write: |state, out| out.push(state.von_mises_stress()),
+    },
+];
+
+impl Measure {
+    /// The measure that a channel records; `None` for a channel that is not about elements.
+    pub fn of(channel: Channel) -> Option<&'static Measure> {
+        MEASURES.iter().find(|measure| measure.channel == channel)
+    }
+
+    /// Appends its numbers to `out`, one for each of the [`fields`](Self::fields).
+    pub fn write(&self, state: &ElementState, out: &mut Vec<f64>) {
+        (self.write)(state, out);
+    }
+}
+
+fn symmetric(matrix: &Mat<f64, 3>, out: &mut Vec<f64>) {
+    out.extend([matrix[0][0], matrix[1][1], matrix[2][2], matrix[0][1], matrix[1][2], matrix[0][2]]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_measure_writes_as_many_numbers_as_it_has_fields() {
+        let deformation_gradient = Mat([[1.1, 0.2, 0.0], [0.0, 0.9, 0.3], [0.1, 0.0, 1.2]]);
+        let first_piola = Mat([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
+        let state = ElementState { deformation_gradient, first_piola };
+        for measure in &MEASURES {
+            let mut out = vec![];
+            measure.write(&state, &mut out);
+            assert_eq!(out.len(), measure.fields.len(), "{}", measure.name);
+            assert_eq!(serde_json::to_value(measure.channel).unwrap(), measure.name);
+        }
+        let written = |name: &str| {
+            let mut out = vec![];
+            MEASURES.iter().find(|measure| measure.name == name).unwrap().write(&state, &mut out);
+            out
+        };
+        assert_eq!(written("first-piola"), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+        let e = state.green_strain();
+        // yz is the fifth: 1/2 (F_12 F_13 + F_22 F_23 + F_32 F_33) by hand.
+        assert!((written("green-strain")[4] - 0.5 * (0.9 * 0.3)).abs() < 1e-15 && e[1][2] == e[2][1]);
+    }
+}

@@ -1,0 +1,146 @@
+//! `/elements/<measure>`: deformation, strain or stress of every element, as `foxglove.PointCloud`.
+//!
+//! One row for each element of each body that has any, body after body, each in the order of its cells: where its centroid is
+//! now, then the numbers of the measure, doubles all. The channel's metadata say what a row is (`row = "element"`), which bodies
+//! the rows are of (`bodies`, in JSON: name, first row, number of rows), and the `unit`.
+
+use std::collections::BTreeMap;
+
+use foxglove::messages::PointCloud;
+use mcap::Channel;
+use serde::{Deserialize, Serialize};
+
+use super::channel::{ELEMENTS, typed};
+use super::cloud::{self, Cloud};
+use super::container::Message;
+use crate::diagnostics::{ElementState, MEASURES, Measure};
+use crate::observer::Frame;
+use crate::scene;
+use crate::topology::{BodyKind, BodyTopology, Topology};
+
+/// Columns before those of the measure.
+pub(super) const PLACE: [&str; 3] = ["x", "y", "z"];
+
+/// The rows of one body.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BodyRows {
+    /// Name of the body.
+    pub name: String,
+    /// Its first row.
+    pub first: usize,
+    /// Number of its rows.
+    pub count: usize,
+}
+
+/// What is recorded of the elements.
+#[derive(Debug)]
+pub(super) struct Elements {
+    /// Vertices of every element, one after the other.
+    cells: Vec<u32>,
+    /// Vertices of an element.
+    corners: usize,
+    bodies: Vec<BodyRows>,
+    channels: Vec<Recorded>,
+    /// Numbers of one row.
+    row: Vec<f64>,
+}
+
+/// One channel.
+#[derive(Debug)]
+struct Recorded {
+    id: u16,
+    measure: &'static Measure,
+    cloud: Cloud,
+    buffer: Vec<u8>,
+}
+
+impl Elements {
+    /// `None` if no channel of `asked` is about elements.
+    pub(super) fn new(asked: &[scene::Channel], topology: &Topology) -> Option<Self> {
+        let named = MEASURES.iter().zip(ELEMENTS..).filter(|(measure, _)| asked.contains(&measure.channel));
+        let channels: Vec<Recorded> = named
+            .map(|(measure, id)| Recorded {
+                id,
+                measure,
+                cloud: Cloud::new(&columns(measure)),
+                buffer: Vec::new(),
+            })
+            .collect();
+        if channels.is_empty() {
+            return None;
+        }
+        let (mut cells, mut bodies) = (Vec::new(), Vec::new());
+        let corners = topology.dimension + 1;
+        for body in topology.bodies.iter().filter(|body| body.kind == BodyKind::Solid) {
+            let first = cells.len() / corners;
+            cells.extend_from_slice(cells_of(body, topology.dimension));
+            bodies.push(BodyRows { name: body.name.clone(), first, count: cells.len() / corners - first });
+        }
+        Some(Elements { cells, corners, bodies, channels, row: Vec::new() })
+    }
+
+    /// Number of elements.
+    pub(super) fn count(&self) -> usize {
+        self.cells.len() / self.corners
+    }
+
+    /// Declares the channels.
+    pub(super) fn channels(&self) -> impl Iterator<Item = Channel<'static>> {
+        self.channels.iter().map(|recorded| {
+            let Recorded { id, measure, .. } = recorded;
+            let mut metadata = cloud::describe(&columns(measure), self.count());
+            metadata.extend(BTreeMap::from([
+                ("row".to_owned(), "element".to_owned()),
+                ("unit".to_owned(), measure.unit.to_owned()),
+                // Strings and integers always have a JSON form.
+                ("bodies".to_owned(), serde_json::to_string(&self.bodies).unwrap_or_default()),
+            ]));
+            let mut channel = typed::<PointCloud>((*id, ""), metadata);
+            channel.topic = topic(measure);
+            channel
+        })
+    }
+
+    /// Encodes a frame; `states` has as many entries as there are elements.
+    pub(super) fn encode_frame(&mut self, frame: &Frame<'_>, states: &[ElementState], log_time: u64) {
+        for Recorded { measure, cloud, buffer, .. } in &mut self.channels {
+            cloud.begin(log_time, states.len(), buffer);
+            for (cell, state) in self.cells.chunks_exact(self.corners).zip(states) {
+                self.row.clear();
+                self.row.extend(centroid(frame, cell));
+                measure.write(state, &mut self.row);
+                buffer.extend(self.row.iter().flat_map(|number| number.to_le_bytes()));
+            }
+        }
+    }
+
+    /// The messages encoded last.
+    pub(super) fn messages(&self, sequence: u32, log_time: u64) -> impl Iterator<Item = Message<'_>> {
+        self.channels
+            .iter()
+            .map(move |recorded| Message::new(recorded.id, sequence, log_time, &recorded.buffer))
+    }
+}
+
+/// `/elements/von-mises`.
+pub(super) fn topic(measure: &Measure) -> String {
+    format!("/elements/{}", measure.name)
+}
+
+fn columns(measure: &Measure) -> Vec<&'static str> {
+    [&PLACE, measure.fields].concat()
+}
+
+fn cells_of(body: &BodyTopology, dimension: usize) -> &[u32] {
+    if dimension == 2 { body.triangles.as_flattened() } else { body.tetrahedra.as_flattened() }
+}
+
+/// The mean of the vertices.
+fn centroid(frame: &Frame<'_>, cell: &[u32]) -> [f64; 3] {
+    let mut mean = [0.0; 3];
+    for &vertex in cell {
+        let x = &frame.x[vertex as usize * frame.dimension..][..frame.dimension];
+        mean.iter_mut().zip(x).for_each(|(mean, x)| *mean += x / cell.len() as f64);
+    }
+    mean
+}
