@@ -44,7 +44,11 @@ const BODIES: [(&str, &str); 5] = [
         mesh = { cloth = { cells = [70, 70], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
         springs = { stiffness = 500.0 }
         mass = { total = 0.3 }
-        pin = [{ vertices = [0, 70] }]",
+        pin = [
+            { vertices = [0, 70] },
+            { vertices = [4970, 5040], axes = ['x', 'y'], motion = { velocity = [0.1, 0, 0], displacement = [0, '1e-3 * X * sin(t)', 0], rotation = { axis = [0, 0, 1], speed = 1.0 } } },
+            { vertices = [5000], motion = { keyframes = { times = [0, 1], displacements = [[0, 0, 0], [0, 0, 1]] } } },
+        ]",
     ),
     (
         "gravitating bodies",

@@ -233,3 +233,61 @@ fn two_galaxies_fall_towards_each_other() {
     assert!(spin < 1e-3, "{spin:e}");
     assert_eq!(scene.world.nbody.expect("as above").tree.expect("as above").opening_angle, 0.5);
 }
+
+// The head is turned by pi over two seconds and lifted by 0.4 m, stands for one, and is let go.
+#[test]
+fn a_wrung_bar_twists_evenly_and_springs_back() {
+    let (_, mut assembly) = assembled("wrung_bar.toml");
+    let rest = assembly.topology.rest_positions.clone();
+    let row = |height: f64| {
+        let rest = &rest;
+        (0..rest.len() / 3)
+            .filter(move |v| rest[3 * v + 2] == height && rest[3 * v].hypot(rest[3 * v + 1]) > 0.1)
+    };
+    // Mean angle from rest of the vertices at this height, counter-clockwise, less than a turn.
+    let angle = |x: &[f64], height: f64| {
+        let turned = |v: usize| {
+            let (a, b) = (&rest[3 * v..], &x[3 * v..]);
+            (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]).rem_euclid(std::f64::consts::TAU)
+        };
+        row(height).map(turned).sum::<f64>() / row(height).count() as f64
+    };
+    let steps = |assembly: &mut Assembly, count: usize| {
+        (0..count).for_each(|_| assembly.simulation.step().unwrap());
+        assembly.simulation.positions().to_vec()
+    };
+    let x = steps(&mut assembly, 750);
+    for v in row(4.0) {
+        let expected = [-rest[3 * v], -rest[3 * v + 1], 4.4];
+        (0..3).for_each(|c| assert!((x[3 * v + c] - expected[c]).abs() < 1e-14, "vertex {v}: {x:?}"));
+    }
+    let half = angle(&x, 2.0);
+    assert!((half - std::f64::consts::FRAC_PI_2).abs() < 0.15, "{half}");
+    let head = |x: &[f64]| angle(x, 4.0);
+    // The twist runs back as a wave of sqrt(mu / rho) = 6.2 m/s: the head is straight within a second.
+    let after: Vec<f64> = (0..250).map(|_| head(&steps(&mut assembly, 1))).collect();
+    assert!(after[5] < std::f64::consts::PI && after.iter().any(|a| *a < 0.3), "{after:?}");
+    let (_, summary) = simulated("wrung_bar.toml", 6.0);
+    let work = summary.end.balance.unwrap().motion.unwrap();
+    let there = summary.end.kinetic + summary.end.elastic;
+    assert!(work > 1e3 && (there / work - 1.0).abs() < 2e-3, "{there} J of {work} J");
+    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
+}
+
+#[test]
+fn a_sheared_plate_follows_its_jaw_and_its_rail() {
+    let (assembly, summary) = simulated("sheared_plate_2d.toml", 0.125);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (rest, x) = (&assembly.topology.rest_positions, assembly.simulation.positions());
+    let mut slid = 0.0_f64;
+    for (x, rest) in x.chunks(2).zip(rest.chunks(2)) {
+        if rest[1] == 0.2 {
+            let jaw = rest[0] + 0.02 * (1.0 - rest[0] / 0.2);
+            assert!((x[0] - jaw).abs() < 1e-14 && x[1] == 0.2, "{x:?} from {rest:?}");
+        } else if rest[0] == 0.2 && rest[1] > 0.0 {
+            assert_eq!(x[0], 0.2);
+            slid = slid.max((x[1] - rest[1]).abs());
+        }
+    }
+    assert!(slid > 1e-4, "{slid}");
+}

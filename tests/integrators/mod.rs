@@ -6,5 +6,6 @@ mod kepler;
 mod orders;
 mod oscillator;
 mod pendulum;
+mod prescribed_motion;
 mod ring;
 mod three_bodies;

@@ -44,8 +44,8 @@ impl Observer for Progress {
         self.bar.set_position(frame.index);
         let mut message = format!("t = {} of {} s", number(frame.time), number(self.duration));
         if let Some(diagnostics) = frame.diagnostics {
-            let first = *self.first_energy.get_or_insert(diagnostics.total);
-            let drift = (diagnostics.total - first) / self.energy_scale;
+            let first = *self.first_energy.get_or_insert(diagnostics.conserved());
+            let drift = (diagnostics.conserved() - first) / self.energy_scale;
             message += &format!(", energy drift {drift:+.1e}");
         }
         self.bar.set_message(message);

@@ -130,6 +130,26 @@ impl Surroundings<'_> {
         }
     }
 
+    /// Shows the row of the gradient [N] that the terms hold of each of these `vertices`, ascending, of `count` there are.
+    pub(crate) fn visit_gradient(
+        &self,
+        vertices: &[u32],
+        count: usize,
+        mut visit: impl FnMut(usize, &[f64]),
+    ) {
+        let d = self.dimension;
+        for vertices in vertices.chunk_by(|a, b| a / BLOCK as u32 == b / BLOCK as u32) {
+            let first = vertices[0] as usize / BLOCK * BLOCK;
+            let mut gradient = [0.0; BLOCK_NUMBERS];
+            let gradient = &mut gradient[..BLOCK.min(count - first) * d];
+            self.add_rows(first * d, gradient);
+            for &vertex in vertices {
+                let row = (vertex as usize - first) * d;
+                visit(vertex as usize, &gradient[row..row + d]);
+            }
+        }
+    }
+
     fn add_rows(&self, start: usize, gradient: &mut [f64]) {
         for term in self.terms {
             term.add_rows(start / self.dimension, gradient);

@@ -74,17 +74,17 @@ pub struct Summary {
     pub end: Diagnostics,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
-    /// Largest `|E - E_0|` seen at any frame or guard [J].
+    /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
     pub largest_energy_change: f64,
     /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
-    /// what gravity can give over the size of the scene.
+    /// what gravity can give over the size of the scene, and the most that came in from outside.
     pub energy_scale: f64,
 }
 
 impl Summary {
-    /// `|E_end - E_0|` over the energy scale.
+    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no drift.
     pub fn relative_energy_drift(&self) -> f64 {
-        (self.end.total - self.start.total).abs() / self.energy_scale
+        (self.end.conserved() - self.start.conserved()).abs() / self.energy_scale
     }
 
     /// Largest `|E - E_0|` seen, over the energy scale.
@@ -119,6 +119,7 @@ pub fn run(
         start,
         last_good,
         last_frame_time: 0.0,
+        scale_at_start: energy_scale,
         energy_scale,
         largest_energy_change: 0.0,
         frames: 0,
@@ -132,11 +133,11 @@ pub fn run(
         outcome,
         frames: run.frames,
         work: run.simulation.work(),
-        largest_energy_change: run.largest_energy_change.max((end.total - run.start.total).abs()),
+        largest_energy_change: run.largest_energy_change.max((end.conserved() - run.start.conserved()).abs()),
         start: run.start,
         end,
         last_frame_time: run.last_frame_time,
-        energy_scale,
+        energy_scale: run.energy_scale,
     }
 }
 
@@ -150,6 +151,7 @@ struct Run<'a, 'b> {
     start: Diagnostics,
     last_good: Diagnostics,
     last_frame_time: f64,
+    scale_at_start: f64,
     energy_scale: f64,
     largest_energy_change: f64,
     frames: u64,
@@ -243,7 +245,9 @@ impl Run<'_, '_> {
             return Err(self.simulation.not_finite_here());
         }
         self.last_good.clone_from(diagnostics);
-        let change = energy - self.start.total;
+        let change = diagnostics.conserved() - self.start.conserved();
+        let supplied = diagnostics.balance.map_or(0.0, |balance| balance.net().abs());
+        self.energy_scale = self.energy_scale.max(self.scale_at_start + supplied);
         self.largest_energy_change = self.largest_energy_change.max(change.abs());
         if change <= ENERGY_GROWTH_BOUND * self.energy_scale {
             return Ok(());

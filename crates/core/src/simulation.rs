@@ -2,7 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::diagnostics::{Diagnostics, ElementState, StabilityLimit, largest_frequency, stability_limit};
+use crate::diagnostics::{
+    Diagnostics, ElementState, Ledger, StabilityLimit, largest_frequency, stability_limit,
+};
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::numbering::Numbering;
@@ -19,6 +21,8 @@ pub struct Simulation {
     method: Method,
     integrator: Box<dyn Integrator>,
     step_size: f64,
+    /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
+    ledger: Option<Ledger>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -94,17 +98,23 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
 impl Simulation {
     /// A simulation of `system` from `state` by `method` with steps of `step_size` [s].
     ///
-    /// Pinned vertices lose their velocity.
+    /// Held coordinates lose their velocity, or begin their prescribed motion.
     ///
     /// # Panics
     /// If `state` has not `n * dimension` coordinates.
     pub fn new(system: System, mut state: State, method: Method, step_size: f64) -> Self {
         let d = system.dimension();
         assert_eq!(state.x().len(), system.mass().len() * d, "one row of coordinates per vertex");
-        for (i, v) in state.v_mut().chunks_exact_mut(d).enumerate() {
-            if system.is_pinned(i) {
-                v.fill(0.0);
+        for (v, w) in state.v_mut().iter_mut().zip(system.inverse_mass()) {
+            if *w == 0.0 {
+                *v = 0.0;
             }
+        }
+        if system.has_prescribed_motion() {
+            let time = state.time;
+            let (x, v) = state.rows_mut();
+            // The first step looks at the force here, and says what is wrong.
+            system.prescribe(time, x, v);
         }
         let integrator = method.build(state.x().len());
         Simulation {
@@ -114,6 +124,7 @@ impl Simulation {
             method,
             integrator,
             step_size,
+            ledger: None,
             stability: None,
         }
     }
@@ -123,11 +134,15 @@ impl Simulation {
     /// A state counts as good where its force is finite, so the force at the new positions belongs to the step. Nothing is
     /// computed twice: the next step begins with it.
     ///
+    /// Holds that end let go at the beginning of the step nearest to their end.
+    ///
     /// # Errors
     /// [`StepError::NotFinite`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
         let h = self.step_size;
+        let released = self.system.release(self.state.time + 0.5 * h);
         self.ensure_force(self.state.time)?;
+        self.open_ledger(released);
         if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
             return Err(self.not_finite(fault));
         }
@@ -139,7 +154,21 @@ impl Simulation {
         }
         self.state.step += 1;
         self.state.time = time;
+        if let Some(ledger) = &mut self.ledger {
+            self.system.set_time(time);
+            ledger.advance(&mut self.system, h, self.state.x(), self.state.v());
+        }
         Ok(())
+    }
+
+    /// Opens the ledger before the first step, and notes what was let go.
+    fn open_ledger(&mut self, released: bool) {
+        let (system, state) = (&mut self.system, &self.state);
+        match &mut self.ledger {
+            None if state.step == 0 => self.ledger = Ledger::new(system, state.x(), state.v()),
+            Some(ledger) if released => ledger.release(system, state.x(), state.v()),
+            _ => {}
+        }
     }
 
     /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
@@ -250,7 +279,8 @@ impl Simulation {
 
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        Diagnostics::measure_state(&mut self.system, &self.state)
+        let balance = self.ledger.as_ref().map(Ledger::balance);
+        Diagnostics { balance, ..Diagnostics::measure_state(&mut self.system, &self.state) }
     }
 
     /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
@@ -282,7 +312,9 @@ impl Simulation {
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
     /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
-        let frequency = largest_frequency(&mut self.system, self.state.x()).frequency;
+        // What is let go later is free to oscillate then, and the highest frequency is higher for it.
+        let x = self.state.x();
+        let frequency = self.system.once_released(|system| largest_frequency(system, x).frequency);
         let limit = stability_limit(&self.method, frequency, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);

@@ -46,6 +46,12 @@ impl State {
         &mut self.v
     }
 
+    /// Positions and velocities to be changed; whatever was known about the force there is forgotten.
+    pub(crate) fn rows_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        self.force = ForceId::NONE;
+        (&mut self.x, &mut self.v)
+    }
+
     /// Evaluates the force at the present positions, whose time is `time` [s], unless `system` still holds it; false where it
     /// is not finite.
     pub(crate) fn ensure_force(&mut self, system: &mut System, time: f64) -> bool {

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::constraint::Wall;
+use crate::constraint::{Hold, Wall};
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::pass::{Pass, Passed, Surroundings};
 
@@ -12,6 +12,12 @@ pub struct System {
     mass: Vec<f64>,
     /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: Vec<f64>,
+    /// Those that have not let go.
+    holds: Vec<Hold>,
+    /// How often the set of held coordinates has changed.
+    constraint_set: u64,
+    /// Whether any held coordinate moves.
+    moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
     /// Whether any term changes with time.
     changes_with_time: bool,
@@ -47,6 +53,9 @@ impl System {
             inverse_mass: mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, dimension)).collect(),
             dimension,
             mass,
+            holds: vec![],
+            constraint_set: 0,
+            moves: false,
             terms: vec![],
             changes_with_time: false,
             walls: vec![],
@@ -74,9 +83,79 @@ impl System {
 
     /// Holds these vertices where they are.
     pub fn pin(&mut self, vertices: &[u32]) {
-        for &v in vertices {
-            self.inverse_mass[v as usize * self.dimension..][..self.dimension].fill(0.0);
+        self.hold(Hold::new("", vertices.to_vec()));
+    }
+
+    /// Holds coordinates. A coordinate that moves is in no other hold.
+    pub fn hold(&mut self, hold: Hold) {
+        for i in hold.coordinates(self.dimension) {
+            self.inverse_mass[i] = 0.0;
         }
+        self.moves |= hold.motion().is_some();
+        self.constraint_set += 1;
+        self.holds.push(hold);
+    }
+
+    /// Lets go of the holds that end at or before `time` [s]; whether there were any.
+    pub(crate) fn release(&mut self, time: f64) -> bool {
+        if self.holds.iter().all(|hold| hold.end() > time) {
+            return false;
+        }
+        self.holds.retain(|hold| hold.end() > time);
+        self.moves = self.holds.iter().any(|hold| hold.motion().is_some());
+        self.inverse_mass = self.inverse_mass_of(|_| true);
+        self.constraint_set += 1;
+        // A force may be good although it is not finite where it was held.
+        self.force = ForceId::NONE;
+        true
+    }
+
+    /// `1 / m` of every coordinate, zero where one of these holds is.
+    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> Vec<f64> {
+        let free = self.mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, self.dimension));
+        let mut inverse_mass: Vec<f64> = free.collect();
+        for i in
+            self.holds.iter().filter(|hold| holds(hold)).flat_map(|hold| hold.coordinates(self.dimension))
+        {
+            inverse_mass[i] = 0.0;
+        }
+        inverse_mass
+    }
+
+    /// What `measure` finds once everything has been let go that is ever let go.
+    pub(crate) fn once_released<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
+        if self.holds.iter().all(|hold| hold.end() == f64::INFINITY) {
+            return measure(self);
+        }
+        let released = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
+        let now = std::mem::replace(&mut self.inverse_mass, released);
+        let found = measure(self);
+        self.inverse_mass = now;
+        found
+    }
+
+    /// The holds that have not let go.
+    pub fn constraints(&self) -> &[Hold] {
+        &self.holds
+    }
+
+    /// Changes whenever coordinates are held or let go: what was built for another set is out of date.
+    pub fn constraint_set(&self) -> u64 {
+        self.constraint_set
+    }
+
+    /// Whether any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
+    pub fn has_prescribed_motion(&self) -> bool {
+        self.moves
+    }
+
+    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays `x` and `v`; false
+    /// where one of them is not finite. Does nothing where nothing moves.
+    pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        if !self.moves {
+            return true;
+        }
+        self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
@@ -214,6 +293,16 @@ impl System {
         self.surroundings().accelerations(a);
     }
 
+    /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which ascend.
+    pub(crate) fn visit_gradient(&self, vertices: &[u32], visit: impl FnMut(usize, &[f64])) {
+        self.surroundings().visit_gradient(vertices, self.mass.len(), visit);
+    }
+
+    /// The power [W] that comes in through those terms that are `asked`, at the time last said.
+    pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
+        self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.power(x, v)).sum()
+    }
+
     fn surroundings(&self) -> Surroundings<'_> {
         Surroundings {
             dimension: self.dimension,
@@ -266,11 +355,19 @@ impl System {
 
     /// Why `x` has no finite energy or force.
     pub fn fault(&self, x: &[f64]) -> Option<Fault> {
+        let lost = |hold: &&Hold| {
+            hold.motion().is_some() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite())
+        };
+        if let Some(hold) = self.holds.iter().find(lost) {
+            return Some(Fault::Motion { hold: hold.name().to_owned() });
+        }
         self.terms.iter().find_map(|t| t.fault(x))
     }
 
     /// Bytes held by masses and terms.
     pub fn bytes(&self) -> usize {
-        8 * (self.mass.len() + self.inverse_mass.len()) + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
+        8 * (self.mass.len() + self.inverse_mass.len())
+            + self.holds.iter().map(Hold::bytes).sum::<usize>()
+            + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
     }
 }

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::initial;
+use super::pins::{self, Held};
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::Elastic;
 use crate::energy::spring::Springs;
 use crate::material::{Material, MaterialVisitor};
-use crate::mesh::{Mesh, build_body, select};
+use crate::mesh::{Mesh, build_body};
 use crate::numbering::{Numbering, is_local};
 use crate::quantity::{Kind, Quantity};
 use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
@@ -26,8 +27,7 @@ pub(super) struct Parts {
     pub(super) springs: Vec<[u32; 2]>,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
-    /// Pinned vertices, from 0 in the body, ascending.
-    pub(super) pinned: Vec<u32>,
+    pub(super) held: Vec<Held>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
@@ -63,7 +63,7 @@ impl Parts {
             |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
         );
         let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
-        let pinned = pinned(spec, &mesh, path, &mut problems);
+        let held = pins::held(spec, &mesh, path, &mut problems);
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -78,7 +78,7 @@ impl Parts {
             elastic: spec.elastic.is_some(),
             springs,
             mass,
-            pinned,
+            held,
             position,
             velocity,
             stiffness,
@@ -89,6 +89,22 @@ impl Parts {
     /// Its vertices in the simulation.
     pub(super) fn vertices(&self) -> std::ops::Range<u32> {
         self.first_vertex..self.first_vertex + self.mass.len() as u32
+    }
+
+    /// Vertices with a held coordinate, from 0 in the body, ascending.
+    pub(super) fn pinned(&self) -> Vec<u32> {
+        let mut pinned: Vec<u32> = self.held.iter().flat_map(|held| held.vertices.iter().copied()).collect();
+        pinned.sort_unstable();
+        pinned.dedup();
+        pinned
+    }
+
+    /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system, in its `numbering`.
+    pub(super) fn add_holds(&self, start: &[f64], rest: &[f64], numbering: &Numbering, system: &mut System) {
+        for held in &self.held {
+            let vertices = held.vertices.iter().map(|v| numbering.internal(self.first_vertex + v)).collect();
+            system.hold(held.hold(&self.name, vertices, start, rest, self.mesh.dimension));
+        }
     }
 
     /// Whether it is a cloud of particles: neither elements nor springs.
@@ -354,17 +370,4 @@ fn wrong_density(density: Quantity, mesh: &Mesh, path: &KeyPath) -> Option<Probl
     let message =
         format!("`density` is in [{said}], but this body is made of {what}: it takes {}", right.join(" or "));
     Some(Problem::semantic(path.clone(), message).with_help(format!("for example \"{}\"", kinds[0].example)))
-}
-
-fn pinned(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<u32> {
-    let mut pinned = vec![];
-    for (i, selection) in spec.pin.iter().enumerate() {
-        match select(mesh, selection) {
-            Ok(vertices) => pinned.extend(vertices),
-            Err(error) => problems.push(Problem::semantic(path.key("pin").index(i), error.to_string())),
-        }
-    }
-    pinned.sort_unstable();
-    pinned.dedup();
-    pinned
 }

@@ -6,6 +6,7 @@ mod body;
 mod gravity;
 mod initial;
 mod memory;
+mod pins;
 mod report;
 
 use std::path::Path;
@@ -90,9 +91,7 @@ fn assemble<const D: usize, const N: usize>(
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
-        let pinned: Vec<u32> =
-            body.pinned.iter().map(|v| numbering.internal(body.first_vertex + v)).collect();
-        system.pin(&pinned);
+        body.add_holds(&position, &rest, &numbering, &mut system);
     }
     let mut force_error = None;
     if let Some(nbody) = &scene.world.nbody {

@@ -62,7 +62,7 @@ pub struct BodyReport {
     pub elements: usize,
     /// Springs.
     pub springs: usize,
-    /// Pinned vertices.
+    /// Pinned vertices, those with a single pinned coordinate included.
     pub pinned: usize,
     /// Mass [kg].
     pub mass: f64,
@@ -115,7 +115,7 @@ impl BodyReport {
             vertices: body.mass.len(),
             elements: if body.elastic { elements } else { 0 },
             springs: body.springs.len(),
-            pinned: body.pinned.len(),
+            pinned: body.pinned().len(),
             mass: body.mass.iter().sum(),
             quality: mesh.quality(),
         }
@@ -167,8 +167,12 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     };
     say(gravity.is_some(), uniform.into(), "uniform gravity: none given");
     say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
-    let pins = bodies.iter().map(|b| b.pinned.len()).sum::<usize>();
+    let pins = bodies.iter().map(|b| b.pinned().len()).sum::<usize>();
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
+    let moving: Vec<String> = super::pins::described(bodies, |held| held.motion());
+    say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
+    let released: Vec<String> = super::pins::described(bodies, |held| held.release(simulation.step_size()));
+    say(!released.is_empty(), released.join("; "), "release: no pin lets go");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();

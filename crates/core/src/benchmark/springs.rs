@@ -53,7 +53,7 @@ pub(super) fn renumbered(side: usize) -> Result<Scene, BenchmarkError> {
     if let Some(PositionSpec::PerVertex(position)) = &mut body.position {
         *position = rows(&mut std::mem::take(position).into_iter());
     }
-    body.pin = vec![Selection::Vertices(vec![number[0], number[side - 1]])];
+    body.pin = vec![Selection::Vertices(vec![number[0], number[side - 1]]).into()];
     Ok(scene)
 }
 

@@ -29,15 +29,19 @@ impl Wall {
         self.offset
     }
 
-    /// Puts vertices back, those with a held coordinate (zero inverse mass; one number per coordinate) excepted. Returns
-    /// whether any position changed.
+    /// Puts vertices back, and returns whether any position changed. Held coordinates (zero inverse mass; one number per
+    /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
     pub fn apply(&self, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
         let d = self.normal.len();
         let mut moved = false;
         let rows = x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d));
         for ((x, v), w) in rows.zip(inverse_mass.chunks_exact(d)) {
             let depth = self.offset - dot(&self.normal, x);
-            if depth <= 0.0 || w.contains(&0.0) {
+            if depth <= 0.0 {
+                continue;
+            }
+            if w.contains(&0.0) {
+                moved |= self.slide(depth, w, x, v);
                 continue;
             }
             moved = true;
@@ -48,6 +52,21 @@ impl Wall {
             }
         }
         moved
+    }
+
+    /// Puts a vertex back that is `depth` [m] behind the plane, along its free coordinates alone; whether it moved.
+    fn slide(&self, depth: f64, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
+        let free = |c: usize| if inverse_mass[c] == 0.0 { 0.0 } else { self.normal[c] };
+        let length2 = (0..x.len()).map(|c| free(c) * free(c)).sum::<f64>();
+        if length2 == 0.0 {
+            return false;
+        }
+        let into = dot(&self.normal, v).min(0.0);
+        for c in 0..x.len() {
+            x[c] += depth * free(c) / length2;
+            v[c] -= into * free(c) / length2;
+        }
+        true
     }
 }
 
@@ -71,5 +90,18 @@ mod tests {
         assert!(wall.apply(&[1.0, 1.0], &mut [0.0, 0.0], &mut leaving));
         assert_eq!(leaving, [3.0, 0.0]);
         assert!(!wall.apply(&[1.0, 1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0]));
+    }
+
+    #[test]
+    fn a_vertex_with_a_held_coordinate_goes_back_along_the_others() {
+        let wall = Wall::new(&[3.0, 4.0], 0.0);
+        let (mut x, mut v) = (vec![-1.0, 0.5], vec![-2.0, 1.0]);
+        assert!(wall.apply(&[1.0, 0.0], &mut x, &mut v));
+        // On the plane 0.6 x + 0.8 y = 0, and along it where y moves at 1.
+        assert!((x[0] + 0.5 * 0.8 / 0.6).abs() < 1e-15 && x[1] == 0.5, "{x:?}");
+        assert!((v[0] + 0.8 / 0.6).abs() < 1e-15 && v[1] == 1.0, "{v:?}");
+        let (mut x, mut v) = (vec![-1.0, -1.0], vec![-2.0, 0.0]);
+        assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v));
+        assert_eq!((x, v), (vec![-1.0, -1.0], vec![-2.0, 0.0]));
     }
 }

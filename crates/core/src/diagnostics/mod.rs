@@ -11,8 +11,14 @@ pub struct Diagnostics {
     pub elastic: f64,
     /// `-sum m g.x` plus the mutual energy of gravitating bodies [J].
     pub gravitational: f64,
+    /// Potential energy of loads [J]; `None` without loads.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loads: Option<f64>,
     /// Sum of the above [J].
     pub total: f64,
+    /// Energy brought in from outside and taken out since the start; `None` where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balance: Option<Balance>,
     /// `sum m v` [kg m/s]; third component 0 in 2D.
     pub linear_momentum: [f64; 3],
     /// `sum m x cross v` about the origin [kg m^2/s]; in 2D only the third component.
@@ -26,10 +32,14 @@ pub struct Diagnostics {
 }
 
 mod elements;
+mod integral;
+mod ledger;
 mod measures;
 mod stability;
 
 pub use elements::ElementState;
+pub use ledger::Balance;
+pub(crate) use ledger::Ledger;
 pub use measures::{MEASURES, Measure};
 pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
 
@@ -54,6 +64,8 @@ impl Diagnostics {
         let kinetic = system.kinetic(v);
         let elastic = system.potential_with_force(EnergyKind::Elastic, x, force);
         let gravitational = system.potential_with_force(EnergyKind::Gravitational, x, force);
+        let has_loads = system.terms().iter().any(|term| term.kind() == EnergyKind::Load);
+        let loads = has_loads.then(|| system.potential_with_force(EnergyKind::Load, x, force));
         let (linear_momentum, angular_momentum) = match system.dimension() {
             2 => momenta::<2>(system.mass(), x, v),
             _ => momenta::<3>(system.mass(), x, v),
@@ -64,12 +76,21 @@ impl Diagnostics {
             kinetic,
             elastic,
             gravitational,
-            total: kinetic + elastic + gravitational,
+            loads,
+            total: kinetic + elastic + gravitational + loads.unwrap_or(0.0),
+            balance: None,
             linear_momentum,
             angular_momentum,
             min_j: deformation.map(|d| d.min_j),
             inverted: deformation.map(|d| d.inverted),
         }
+    }
+}
+
+impl Diagnostics {
+    /// Total energy less what came in from outside and went out [J]: what stays.
+    pub fn conserved(&self) -> f64 {
+        self.total - self.balance.map_or(0.0, |balance| balance.net())
     }
 }
 

@@ -17,6 +17,8 @@ pub enum EnergyKind {
     Elastic,
     /// Potential energy in a gravitational field, uniform or mutual.
     Gravitational,
+    /// Of loads: forces from outside that a scene puts on bodies.
+    Load,
 }
 
 /// What keeps a configuration from having a finite energy or force.
@@ -45,6 +47,11 @@ pub enum Fault {
         /// At this time [s].
         time: f64,
     },
+    /// A prescribed motion has no finite value.
+    Motion {
+        /// Name of what holds the vertices.
+        hold: String,
+    },
     /// Two gravitating bodies at the same place without softening.
     Pair {
         /// Index of the first vertex.
@@ -62,6 +69,7 @@ impl std::fmt::Display for Fault {
                 write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
             }
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
+            Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")
             }
@@ -151,6 +159,24 @@ pub trait EnergyTerm: Send + Sync {
 
     /// No more of these products will be asked for: memory for them can go.
     fn end_stiffness_products(&mut self) {}
+
+    /// Whether the force is the gradient of [`energy`](Self::energy). If not, the energy is zero, the gradient is minus the force
+    /// all the same, and Hessian products are those of its derivative, which is not symmetric.
+    fn is_conservative(&self) -> bool {
+        true
+    }
+
+    /// Whether energy comes in through this term from outside.
+    fn supplies(&self) -> bool {
+        self.changes_with_time() || !self.is_conservative()
+    }
+
+    /// The power that comes in from outside at the time last said [W]: `dE/dt` at fixed `x` of a potential that changes with time,
+    /// `f . v` of a force that has none. Asked only if it [`supplies`](Self::supplies) energy.
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let _ = (x, v);
+        0.0
+    }
 
     /// The first place where `x` has no finite energy or force; called only after something went wrong.
     fn fault(&self, x: &[f64]) -> Option<Fault>;

@@ -31,11 +31,19 @@ pub enum Variable {
     Y,
     /// Third coordinate [m].
     Z,
+    /// First coordinate in the rest shape [m].
+    RestX,
+    /// Second coordinate in the rest shape [m].
+    RestY,
+    /// Third coordinate in the rest shape [m].
+    RestZ,
 }
 
 impl Variable {
     /// Time alone.
     pub const TIME: &[Variable] = &[Variable::T];
+    /// Time and place in the rest shape.
+    pub const AT_REST: &[Variable] = &[Variable::T, Variable::RestX, Variable::RestY, Variable::RestZ];
     /// Time and place.
     pub const ALL: &[Variable] = &[Variable::T, Variable::X, Variable::Y, Variable::Z];
 
@@ -46,6 +54,9 @@ impl Variable {
             Variable::X => "x",
             Variable::Y => "y",
             Variable::Z => "z",
+            Variable::RestX => "X",
+            Variable::RestY => "Y",
+            Variable::RestZ => "Z",
         }
     }
 }
@@ -105,13 +116,14 @@ impl Expression {
         &self.text
     }
 
-    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none.
+    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none. Coordinates in the rest shape, if
+    /// it is a formula of these, are `x` as well.
     pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
         self.evaluate(|variable| match variable {
             Variable::T => t,
-            Variable::X => x[0],
-            Variable::Y => x[1],
-            Variable::Z => x[2],
+            Variable::X | Variable::RestX => x[0],
+            Variable::Y | Variable::RestY => x[1],
+            Variable::Z | Variable::RestZ => x[2],
         })
     }
 
@@ -119,11 +131,17 @@ impl Expression {
     pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
         let result = self.evaluate(|variable| match variable {
             Variable::T => Rated { value: t, rate: 1.0 },
-            Variable::X => Rated::constant(x[0]),
-            Variable::Y => Rated::constant(x[1]),
-            Variable::Z => Rated::constant(x[2]),
+            Variable::X | Variable::RestX => Rated::constant(x[0]),
+            Variable::Y | Variable::RestY => Rated::constant(x[1]),
+            Variable::Z | Variable::RestZ => Rated::constant(x[2]),
         });
         result.rate
+    }
+
+    /// Whether it depends on the place.
+    pub fn depends_on_place(&self) -> bool {
+        let elsewhere = |operation: &Operation| matches!(operation, Operation::Variable(variable) if *variable != Variable::T);
+        self.program.iter().any(elsewhere)
     }
 
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {

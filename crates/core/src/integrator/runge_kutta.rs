@@ -82,8 +82,10 @@ impl Integrator for RungeKutta {
         for stage in 0..b.len() {
             self.combine(state, half_drag, h, a[stage]);
             let known = stage == 0 && system.holds(state.force);
-            system.set_time(state.time + a[stage].iter().sum::<f64>() * h);
-            if !known && system.evaluate(&self.x).is_none() {
+            let time = state.time + a[stage].iter().sum::<f64>() * h;
+            system.set_time(time);
+            let prescribed = system.prescribe(time, &mut self.x, &mut self.v);
+            if !prescribed || !known && system.evaluate(&self.x).is_none() {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
             system.accelerations(&mut self.acceleration[stage]);
@@ -91,6 +93,7 @@ impl Integrator for RungeKutta {
         }
         self.combine(state, half_drag, h, b);
         self.v.iter_mut().for_each(|v| *v *= half_drag);
+        system.prescribe(state.time + h, &mut self.x, &mut self.v);
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }

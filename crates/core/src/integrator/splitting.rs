@@ -67,7 +67,8 @@ impl Integrator for Splitting {
             }
             let from = first.then(|| (state.x(), state.v()));
             let passed = system.pass(&pass, from, x, v);
-            if !passed.finite {
+            let prescribed = system.prescribe(state.time + drifted * h, x, v);
+            if !(passed.finite && prescribed) {
                 return Err(StepFault::at(system, x, v));
             }
             if pass.drift != 0.0 || passed.put_back {

@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::channel::ENERGY;
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Balance, Diagnostics};
 use crate::observer::Work;
 
 /// One row. The time of the diagnostics is the exact one.
@@ -52,7 +52,14 @@ pub(super) fn encode_frame(step: u64, diagnostics: &Diagnostics, work: Work, buf
 
 /// JSON schema of a row, taken from a row that has every field, so that it cannot fall behind [`Diagnostics`].
 fn schema() -> Value {
-    let full = Diagnostics { min_j: Some(1.0), inverted: Some(0), ..Diagnostics::default() };
+    let balance = Balance { motion: Some(0.5), loads: Some(0.5) };
+    let full = Diagnostics {
+        loads: Some(0.5),
+        balance: Some(balance),
+        min_j: Some(1.0),
+        inverted: Some(0),
+        ..Diagnostics::default()
+    };
     let row = Row { step: 0, diagnostics: &full, work: Work::default() };
     let mut schema = schema_of(&serde_json::to_value(row).unwrap_or_default());
     schema["title"] = json!("pliant.Energy");

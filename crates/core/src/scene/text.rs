@@ -10,7 +10,7 @@ use super::error::{Problem, ProblemKind, shortened};
 use super::key_path::KeyPath;
 use super::schema::{OverTime, text_form};
 use super::suggest;
-use crate::expression::ExpressionError;
+use crate::expression::{ExpressionError, Variable};
 use crate::quantity::{Kind, QuantityError};
 
 /// What a key with a dimension takes, in the words of messages.
@@ -25,8 +25,8 @@ pub(super) enum TextForm {
     Quantity(&'static [Kind]),
     /// The same, or a list.
     Quantities(&'static [Kind]),
-    /// A quantity, or a formula of the time.
-    OverTime(&'static [Kind]),
+    /// A quantity, or a formula of these variables.
+    Formula(&'static [Kind], &'static [Variable]),
 }
 
 impl TextForm {
@@ -39,7 +39,7 @@ impl TextForm {
     /// What is expected where there is neither a number nor a text.
     pub(super) fn expected(self) -> &'static str {
         match self {
-            TextForm::Quantity(_) | TextForm::OverTime(_) => A_NUMBER,
+            TextForm::Quantity(_) | TextForm::Formula(..) => A_NUMBER,
             TextForm::Quantities(_) => NUMBERS,
         }
     }
@@ -55,14 +55,19 @@ impl TextForm {
             TextForm::Quantity(kinds) | TextForm::Quantities(kinds) => {
                 (kinds, Kind::parse_any(kinds, text).err()?.into())
             }
-            TextForm::OverTime(kinds) => (kinds, OverTime::parse(kinds, text).err()?),
+            TextForm::Formula(kinds, variables) => (kinds, OverTime::parse(kinds, variables, text).err()?),
         };
         let problem = match error {
             TextError::Quantity(error) => quantity_problem(path.clone(), text, &error),
             TextError::Expression(error) => expression_problem(path.clone(), text, &error),
         };
         let formula = match self {
-            TextForm::OverTime(_) => ", or a formula of the time t [s] such as \"2 * sin(pi * t)\"",
+            TextForm::Formula(_, Variable::TIME) => {
+                ", or a formula of the time t [s] such as \"2 * sin(pi * t)\""
+            }
+            TextForm::Formula(..) => {
+                ", or a formula of the time t [s] and the place at rest X, Y, Z [m] such as \"2 * X * sin(pi * t)\""
+            }
             _ => "",
         };
         Some(problem.with_help(format!("{}{formula}", right(kinds))))
@@ -148,7 +153,8 @@ pub(super) fn quantity_schema(kinds: &[Kind]) -> Schema {
 }
 
 /// A number or any text: a formula has no pattern.
-pub(super) fn over_time_schema(kinds: &[Kind]) -> Schema {
+pub(super) fn formula_schema(kinds: &[Kind], variables: &[Variable]) -> Schema {
     let unit = kinds.iter().map(|kind| kind.unit).collect::<Vec<_>>().join(" or ");
-    json_schema!({ "type": ["number", "string"], "unit": unit, "formula": "t" })
+    let variables: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
+    json_schema!({ "type": ["number", "string"], "unit": unit, "formula": variables.join(", ") })
 }

@@ -20,7 +20,7 @@ fn introduction() -> String {
          - units without: {}\n\
          - products `N m`, `N*m`; quotients `m/s`, `m^3/(kg s^2)`; powers `s^2`, `s**2`, `s²`\n\n\
          **Formulas** of the time `t` [s] are texts, `\"-9.81 * (1 - exp(-t/0.1))\"`; they give the number in SI units, and angles in\n\
-         them are in radian.\n\n\
+         them are in radian. Where the column *type* lists them, they may use the place at rest `X`, `Y`, `Z` [m] too.\n\n\
          - operators: `+` `-` `*` `/` `^` `**` `<` `<=` `>` `>=`; a comparison is 1 or 0\n\
          - functions: {}\n\
          - constant: `pi`\n\n\
@@ -112,8 +112,8 @@ impl Writer<'_> {
             let entries = self.kind(&schema["items"], &format!("{path}[]"));
             return format!("list of {}{entries}", length(schema));
         }
-        if schema["formula"].is_string() {
-            return "quantity or formula".to_owned();
+        if let Some(variables) = schema["formula"].as_str() {
+            return format!("quantity or formula of {variables}");
         }
         if schema["unit"].is_string() {
             return format!("quantity{}", range(schema));

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{MeshSpec, OneOrMany, RepeatSpec, TransformSpec, Wall};
+use super::{MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
 use crate::material::MaterialSpec;
 use crate::quantity::Quantity;
 
@@ -41,13 +41,13 @@ pub struct Body {
     pub springs: Option<Springs>,
     /// Its mass.
     pub mass: MassSpec,
-    /// Vertices that never move.
+    /// Vertices that are held: where they are, or on a prescribed motion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub pin: Vec<Selection>,
+    pub pin: Vec<Pin>,
     /// Where it starts; in its rest shape without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<PositionSpec>,
-    /// Initial velocity; at rest without it. Pinned vertices stay at rest.
+    /// Initial velocity; at rest without it. What is pinned stays at rest, or moves as its pin says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocitySpec>,
 }
@@ -101,17 +101,44 @@ pub enum MassSpec {
 }
 
 /// A set of vertices of a body, by their rest positions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Selection {
     /// All vertices with `min <= X <= max` (tolerance 1e-9 of the body's size).
     Box(BoxSelection),
     /// All vertices with `normal . X <= offset` (tolerance 1e-9 of the body's size).
     HalfSpace(Wall),
     /// These vertices, by index in the body.
-    Vertices(#[schemars(length(min = 1))] Vec<u32>),
+    Vertices(Vec<u32>),
     /// A named group of the mesh.
     Group(String),
+}
+
+impl Selection {
+    /// The selections that these keys of a table make.
+    pub(super) fn among(
+        corners: Option<&BoxSelection>,
+        half_space: Option<&Wall>,
+        vertices: Option<&Vec<u32>>,
+        group: Option<&String>,
+    ) -> Vec<Selection> {
+        let all = [
+            corners.cloned().map(Selection::Box),
+            half_space.cloned().map(Selection::HalfSpace),
+            vertices.cloned().map(Selection::Vertices),
+            group.cloned().map(Selection::Group),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
+    /// The key that says it.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Selection::Box(_) => "box",
+            Selection::HalfSpace(_) => "half_space",
+            Selection::Vertices(_) => "vertices",
+            Selection::Group(_) => "group",
+        }
+    }
 }
 
 /// An axis-aligned box.

@@ -11,6 +11,7 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 
 use super::OneOrMany;
+use crate::expression::Variable;
 use crate::quantity::{Kind, Quantity};
 use crate::scene::text::{self, TextForm};
 
@@ -90,6 +91,8 @@ pub(crate) trait Measured {
     const ONE_OR_MANY: &'static str;
     /// How the scene's own reader knows one that may be a formula of the time.
     const OVER_TIME: &'static str;
+    /// How the scene's own reader knows one that may be a formula of the time and the place at rest.
+    const OVER_PLACE: &'static str;
 }
 
 macro_rules! measured {
@@ -103,6 +106,7 @@ macro_rules! measured {
                 const ONE: &'static str = concat!("pliant::quantity ", stringify!($name));
                 const ONE_OR_MANY: &'static str = concat!("pliant::quantities ", stringify!($name));
                 const OVER_TIME: &'static str = concat!("pliant::over_time ", stringify!($name));
+                const OVER_PLACE: &'static str = concat!("pliant::over_place ", stringify!($name));
             }
 
             impl JsonSchema for $name {
@@ -126,7 +130,8 @@ macro_rules! measured {
                 $(
                     $name::ONE => Some(TextForm::Quantity($name::KINDS)),
                     $name::ONE_OR_MANY => Some(TextForm::Quantities($name::KINDS)),
-                    $name::OVER_TIME => Some(TextForm::OverTime($name::KINDS)),
+                    $name::OVER_TIME => Some(TextForm::Formula($name::KINDS, Variable::TIME)),
+                    $name::OVER_PLACE => Some(TextForm::Formula($name::KINDS, Variable::AT_REST)),
                 )+
                 _ => None,
             }
@@ -145,6 +150,7 @@ measured! {
     Rate: RATE;
     Pressure: PRESSURE;
     Stiffness: STIFFNESS;
+    Force: FORCE;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
     Number: NUMBER;
     /// Which of them is right shows when the body is built.

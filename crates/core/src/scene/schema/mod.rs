@@ -15,6 +15,7 @@ mod measured;
 mod mesh;
 mod one_or_many;
 mod over_time;
+mod pin;
 mod shapes;
 mod transform;
 
@@ -23,7 +24,8 @@ pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
-pub(crate) use over_time::OverTimeOf;
+pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
+pub use pin::*;
 pub use shapes::*;
 pub use transform::*;
 

@@ -1,4 +1,4 @@
-//! A number that may change with time.
+//! A number that may change with time, or from place to place as well.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -12,7 +12,8 @@ use crate::expression::{Expression, Variable};
 use crate::quantity::{Kind, is_quantity};
 use crate::scene::text;
 
-/// A number in SI units, or a formula of the time `t` [s] that gives one.
+/// A number in SI units, or a formula of the time `t` [s] that gives one; where the key allows it, of the place at rest `X`, `Y`,
+/// `Z` [m] too.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OverTime {
     /// The same at all times.
@@ -22,24 +23,46 @@ pub enum OverTime {
 }
 
 impl OverTime {
-    /// What a text says, a quantity of `kind` or a formula.
+    /// What a text says, a quantity of one of `kinds` or a formula of `variables`.
     ///
     /// # Errors
     /// What is wrong with it, in one line.
-    pub(in crate::scene) fn parse(kinds: &[Kind], text: &str) -> Result<OverTime, text::TextError> {
+    pub(in crate::scene) fn parse(
+        kinds: &[Kind],
+        variables: &[Variable],
+        text: &str,
+    ) -> Result<OverTime, text::TextError> {
         if is_quantity(text) {
             Ok(OverTime::Constant(Kind::parse_any(kinds, text)?.value))
         } else {
-            Ok(OverTime::Formula(Expression::parse(text, Variable::TIME)?))
+            Ok(OverTime::Formula(Expression::parse(text, variables)?))
         }
     }
 
     /// The value at the time `t` [s].
     pub fn at(&self, t: f64) -> f64 {
+        self.value([0.0; 3], t)
+    }
+
+    /// The value at the rest position `x` [m] and the time `t` [s].
+    pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
         match self {
             OverTime::Constant(value) => *value,
-            OverTime::Formula(formula) => formula.value([0.0; 3], t),
+            OverTime::Formula(formula) => formula.value(x, t),
         }
+    }
+
+    /// Its derivative with respect to the time, there and then.
+    pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
+        match self {
+            OverTime::Constant(_) => 0.0,
+            OverTime::Formula(formula) => formula.rate(x, t),
+        }
+    }
+
+    /// Whether it differs from place to place.
+    pub fn depends_on_place(&self) -> bool {
+        matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
     /// The value, if it is the same at all times.
@@ -66,32 +89,50 @@ impl Serialize for OverTime {
     }
 }
 
-/// Reads an [`OverTime`] of this kind.
+/// Reads an [`OverTime`] of this kind, a formula of the time.
 pub(crate) struct OverTimeOf<M>(PhantomData<M>);
 
-impl<M: Measured> JsonSchema for OverTimeOf<M> {
-    fn inline_schema() -> bool {
-        true
-    }
+/// Reads an [`OverTime`] of this kind, a formula of the time and the place at rest.
+pub(crate) struct OverPlaceOf<M>(PhantomData<M>);
 
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "OverTime".into()
-    }
+macro_rules! reads {
+    ($($reader:ident: $name:ident $variables:ident;)+) => {
+        $(
+            impl<M: Measured> JsonSchema for $reader<M> {
+                fn inline_schema() -> bool {
+                    true
+                }
 
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        text::over_time_schema(M::KINDS)
-    }
+                fn schema_name() -> std::borrow::Cow<'static, str> {
+                    stringify!($reader).into()
+                }
+
+                fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                    text::formula_schema(M::KINDS, Variable::$variables)
+                }
+            }
+
+            impl<M: Measured> ReadAs<OverTime> for $reader<M> {
+                fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<OverTime, D::Error> {
+                    let visitor = FormulaVisitor { kinds: M::KINDS, variables: Variable::$variables };
+                    deserializer.deserialize_newtype_struct(M::$name, visitor)
+                }
+            }
+        )+
+    };
 }
 
-impl<M: Measured> ReadAs<OverTime> for OverTimeOf<M> {
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<OverTime, D::Error> {
-        deserializer.deserialize_newtype_struct(M::OVER_TIME, OverTimeVisitor::<M>(PhantomData))
-    }
+reads! {
+    OverTimeOf: OVER_TIME TIME;
+    OverPlaceOf: OVER_PLACE AT_REST;
 }
 
-struct OverTimeVisitor<M>(PhantomData<M>);
+struct FormulaVisitor {
+    kinds: &'static [Kind],
+    variables: &'static [Variable],
+}
 
-impl<'de, M: Measured> Visitor<'de> for OverTimeVisitor<M> {
+impl<'de> Visitor<'de> for FormulaVisitor {
     type Value = OverTime;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -111,7 +152,7 @@ impl<'de, M: Measured> Visitor<'de> for OverTimeVisitor<M> {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<OverTime, E> {
-        OverTime::parse(M::KINDS, text).map_err(E::custom)
+        OverTime::parse(self.kinds, self.variables, text).map_err(E::custom)
     }
 
     fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<OverTime, D::Error> {

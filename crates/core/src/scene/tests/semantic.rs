@@ -290,6 +290,119 @@ fn bodies() {
 }
 
 #[test]
+fn pins() {
+    let moved = |motion: &str| format!("[{{ vertices = [0], motion = {{ {motion} }} }}]");
+    let case = |new: &str, underlined: &str, expected: &str| {
+        let text = changed(PIN, new);
+        let error = error(&text);
+        let [problem] = error.problems() else { panic!("{new}: {error}") };
+        assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{new}");
+        assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{new}");
+    };
+    case("[{ axes = ['x'] }]", "{ axes = ['x'] }", "body.0.pin.0: this says not which vertices are meant");
+    case(
+        "[{ vertices = [0], group = 'a' }]",
+        "{ vertices = [0], group = 'a' }",
+        "body.0.pin.0: this selects vertices by `vertices` and `group` at once",
+    );
+    case(
+        "[{ vertices = [0], name = 'a b' }]",
+        "'a b'",
+        "body.0.pin.0.name: \"a b\" cannot be the name of a pin",
+    );
+    case(
+        "[{ vertices = [0], name = 'pin1' }, { vertices = [1] }]",
+        "{ vertices = [1] }",
+        "body.0.pin.1.name: pins 0 and 1 of this body are both named \"pin1\"",
+    );
+    case("[{ vertices = [0], axes = [] }]", "[]", "body.0.pin.0.axes: `axes` is empty: nothing is held");
+    case(
+        "[{ vertices = [0], axes = ['x', 'z'] }]",
+        "'z'",
+        "body.0.pin.0.axes.1: there is no z in two dimensions",
+    );
+    case("[{ vertices = [0], axes = ['x', 'x'] }]", "'x'", "body.0.pin.0.axes.1: this axis is listed twice");
+    case(
+        "[{ vertices = [0], until = -1 }]",
+        "-1",
+        "body.0.pin.0.until: `until` must be 0 or more, and finite, got -1.0 [s]",
+    );
+    case(&moved(""), "motion", "body.0.pin.0.motion: `motion` says nothing");
+    case(
+        &moved("velocity = [1]"),
+        "[1]",
+        "body.0.pin.0.motion.velocity: `velocity` has 1 number, but `dimension` is 2: 2 are needed",
+    );
+    case(
+        &moved("displacement = [0, 'ln(t)']"),
+        "'ln(t)'",
+        "body.0.pin.0.motion.displacement.1: `displacement` is -inf [m] at t = 0.0 s",
+    );
+    case(
+        &moved("displacement = [0, 'x * t']"),
+        "x",
+        "body.0.pin.0.motion.displacement.1: `displacement`: unknown name `x`",
+    );
+    case(
+        &moved("rotation = { point = [0, 0] }"),
+        "rotation",
+        "body.0.pin.0.motion.rotation: a rotation needs `speed` or `angle`",
+    );
+    case(
+        &moved("rotation = { speed = 1, angle = 't' }"),
+        "rotation",
+        "body.0.pin.0.motion.rotation: a rotation has `speed` or `angle`, not both",
+    );
+    case(
+        &moved("rotation = { speed = '1 Hz' }"),
+        "'1 Hz'",
+        "body.0.pin.0.motion.rotation.speed: `speed`: `1 Hz` is a rate [1/s], not an angular velocity [rad/s]",
+    );
+    case(
+        &moved("rotation = { axis = [0, 0, 1], speed = 1 }"),
+        "axis",
+        "body.0.pin.0.motion.rotation.axis: `axis` is for 3D only, and `dimension` is 2",
+    );
+    case(
+        &moved("keyframes = { times = [1, 1], displacements = [[0, 0], [1, 0]] }"),
+        "1",
+        "body.0.pin.0.motion.keyframes.times.1: `times` must ascend, got 1.0 after 1.0 [s]",
+    );
+    case(
+        &moved("keyframes = { times = [0, 1], displacements = [[0, 0]] }"),
+        "[[0, 0]]",
+        "body.0.pin.0.motion.keyframes.displacements: `displacements` lists 1, but there are 2 times",
+    );
+    case(
+        "[{ vertices = [0], axes = ['x'], motion = { velocity = [1, 2] } }]",
+        "2",
+        "body.0.pin.0.motion.velocity.1: this moves along y, which `axes` leaves free",
+    );
+}
+
+/// What only shows once the vertices are known.
+#[test]
+fn a_coordinate_that_moves_is_held_by_one_pin_only() {
+    let problems = |pin: &str| {
+        let assembled = read(&changed(PIN, pin)).unwrap().assemble(crate::assembly::UnstableStep::Accept);
+        assembled
+            .err()
+            .into_iter()
+            .flatten()
+            .map(|p| format!("{}: {}", p.path, p.message))
+            .collect::<Vec<_>>()
+    };
+    let moving = "motion = { velocity = [1, 0] }";
+    let none: [&str; 0] = [];
+    assert_eq!(problems("[{ vertices = [0, 1] }, { vertices = [1, 2], until = 0.5 }]"), none);
+    assert_eq!(problems(&format!("[{{ vertices = [0] }}, {{ vertices = [1], {moving} }}]")), none);
+    assert_eq!(
+        problems(&format!("[{{ vertices = [0, 1], {moving} }}, {{ vertices = [1, 2], axes = ['y'] }}]")),
+        ["body.0.pin.1: `pin0` and `pin1` both hold the y of vertex 1, and one of them moves it"]
+    );
+}
+
+#[test]
 fn motion() {
     check(&[
         (
@@ -314,7 +427,11 @@ fn motion() {
             "[{ half_space = { normal = [0.0, 0.0], offset = 0 } }]",
             &["16:34 body.0.pin.0.half_space.normal: `normal` is zero: it needs a direction"],
         ),
-        (PIN, "[{ vertices = [] }]", &["16:21 body.0.pin.0.vertices: `vertices` is empty: it pins nothing"]),
+        (
+            PIN,
+            "[{ vertices = [] }]",
+            &["16:21 body.0.pin.0.vertices: `vertices` is empty: it selects nothing"],
+        ),
         (
             PIN,
             "[{ vertices = [0, 11, 12] }]",

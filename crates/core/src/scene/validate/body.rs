@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{mesh, motion, transform};
+use super::{mesh, motion, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -10,17 +10,23 @@ use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
 const LONGEST_NAME: usize = 64;
 
 pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
-    let Some(name) = &body.name else { return };
+    if let Some(name) = &body.name {
+        identifier(check, &path.key("name"), name, "a body");
+    }
+}
+
+/// A name of `what`, as it may stand in topics, file names and messages.
+pub(super) fn identifier(check: &mut Checker, path: &KeyPath, name: &str, what: &str) {
     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(allowed) {
-        let problem = Problem::semantic(path.key("name"), format!("{name:?} cannot be the name of a body"));
+        let problem = Problem::semantic(path.clone(), format!("{name:?} cannot be the name of {what}"));
         check.report(problem.with_help(format!(
             "use letters a to z, digits, `_` and `-`: at least 1, at most {LONGEST_NAME} characters"
         )));
     }
 }
 
-pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: bool) {
+pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: bool, duration: f64) {
     let dimension = check.dimension;
     mesh::mesh(check, &path.key("mesh"), &body.mesh);
     transform::transform(check, path, body);
@@ -58,9 +64,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         self::springs(check, &path.key("springs"), springs, has.edge_count);
     }
     mass(check, &path.key("mass"), body, has);
-    for (index, selection) in body.pin.iter().enumerate() {
-        motion::pin(check, &path.key("pin").index(index), selection, body.vertex_count());
-    }
+    pins::pins(check, &path.key("pin"), body, duration);
     if let Some(position) = &body.position {
         motion::position(check, &path.key("position"), position, body.vertex_count());
     }

@@ -7,6 +7,7 @@ mod body;
 mod check;
 mod mesh;
 mod motion;
+mod pins;
 mod shapes;
 mod surroundings;
 mod transform;
@@ -50,7 +51,7 @@ fn bodies(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             check
                 .report(problem.with_help("names must differ; without a name, body 0 is `body0`, and so on"));
         }
-        body::body(check, &path, body, scene.world.nbody.is_some());
+        body::body(check, &path, body, scene.world.nbody.is_some(), scene.time.duration);
     }
     if scene.world.nbody.is_some() && !scene.body.is_empty() && !scene.body.iter().any(|b| b.is_particles()) {
         let problem = Problem::semantic(KeyPath::root().key("world").key("nbody"), "`nbody` acts on nothing");

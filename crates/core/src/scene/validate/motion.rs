@@ -1,4 +1,4 @@
-//! Pins, initial positions and initial velocities.
+//! Selections, initial positions and initial velocities.
 
 use super::check::{Checker, Sign};
 use super::mesh::no_such_vertex;
@@ -10,15 +10,20 @@ use crate::scene::schema::{
     VelocitySpec,
 };
 
-pub(super) fn pin(check: &mut Checker, path: &KeyPath, selection: &Selection, vertex_count: Option<u64>) {
+pub(super) fn selection(
+    check: &mut Checker,
+    path: &KeyPath,
+    selection: &Selection,
+    vertex_count: Option<u64>,
+) {
     match selection {
         Selection::Box(corners) => corners_of_box(check, &path.key("box"), corners),
         Selection::HalfSpace(half_space) => wall(check, &path.key("half_space"), half_space),
         Selection::Vertices(vertices) => {
             let path = path.key("vertices");
             if vertices.is_empty() {
-                let problem = Problem::semantic(path.clone(), "`vertices` is empty: it pins nothing");
-                check.report(problem.with_help("remove this entry of `pin`"));
+                let problem = Problem::semantic(path.clone(), "`vertices` is empty: it selects nothing");
+                check.report(problem.with_help("remove this entry"));
             }
             let Some(count) = vertex_count else { return };
             let bad = vertices.iter().enumerate().find(|&(_, &vertex)| u64::from(vertex) >= count);

@@ -1,6 +1,7 @@
 //! Time, world and output: everything but the bodies.
 
 use super::check::{Checker, Sign};
+use super::pins::formulas;
 use crate::diagnostics::Measure;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
@@ -49,24 +50,7 @@ pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World, duration
 /// Numbers, and formulas that have a value where the run begins and where it ends.
 fn gravity(check: &mut Checker, path: &KeyPath, gravity: &[OverTime], duration: f64) {
     check.components(path, gravity.len());
-    for (index, component) in gravity.iter().enumerate() {
-        let path = path.index(index);
-        match component {
-            OverTime::Constant(value) => {
-                if !check.number(&path, *value, Sign::Any, "m/s^2") {
-                    return;
-                }
-            }
-            OverTime::Formula(_) => {
-                let bad = [0.0, duration].into_iter().find(|&t| !component.at(t).is_finite());
-                if let Some(t) = bad {
-                    let message = format!("`gravity` is {} [m/s^2] at t = {t:?} s", component.at(t));
-                    check.report(Problem::semantic(path, message));
-                    return;
-                }
-            }
-        }
-    }
+    formulas(check, path, gravity, "m/s^2", duration);
 }
 
 fn opening_angle(check: &mut Checker, path: &KeyPath, angle: f64) {

@@ -49,7 +49,12 @@ fn move_shape(check: &mut Checker, path: &KeyPath, spec: &TransformSpec) {
 
 fn rotate(check: &mut Checker, path: &KeyPath, spec: &RotateSpec) {
     check.number(&path.key("angle"), spec.angle, Sign::Any, "rad");
-    match (&spec.axis, check.dimension) {
+    axis_of_rotation(check, path, spec.axis.as_deref());
+}
+
+/// The axis of the rotation at `path`: in 3D there has to be one, in 2D there is none.
+pub(super) fn axis_of_rotation(check: &mut Checker, path: &KeyPath, axis: Option<&[f64]>) {
+    match (axis, check.dimension) {
         (Some(_), Some(2)) => {
             let problem = Problem::semantic(path.key("axis"), "`axis` is for 3D only, and `dimension` is 2");
             check.report(problem.at_key().with_help("in 2D the rotation is counter-clockwise"));

@@ -1,0 +1,146 @@
+//! From the pins of a scene to what holds vertices.
+
+use super::body::Parts;
+use crate::constraint::{Hold, Interpolation, Keyframes, Motion, Rotation};
+use crate::mesh::{Mesh, select};
+use crate::scene::{Body, KeyPath, MotionSpec, Pin, Problem, RotationSpec};
+
+/// A pin whose vertices are known.
+pub(super) struct Held {
+    pub(super) name: String,
+    /// From 0 in the body, ascending.
+    pub(super) vertices: Vec<u32>,
+    pub(super) spec: Pin,
+}
+
+impl Held {
+    /// How it moves, in words.
+    pub(super) fn motion(&self) -> Option<String> {
+        let MotionSpec { velocity, displacement, rotation, keyframes } = self.spec.motion.as_ref()?;
+        let parts = [
+            (rotation.is_some(), "a rotation"),
+            (velocity.is_some(), "a constant velocity"),
+            (displacement.is_some(), "a formula"),
+            (keyframes.is_some(), "keyframes"),
+        ];
+        let parts: Vec<&str> = parts.into_iter().filter_map(|(has, name)| has.then_some(name)).collect();
+        Some(format!("{} vertices on prescribed motion by {}", self.vertices.len(), parts.join(" and ")))
+    }
+
+    /// When it lets go with steps of `h` [s], in words.
+    pub(super) fn release(&self, h: f64) -> Option<String> {
+        let until = self.spec.until?;
+        // The first step that begins at `until - h/2` or later.
+        let step = ((until - 0.5 * h) / h).ceil().max(0.0);
+        Some(format!("{} vertices let go at t = {} s, after {step} steps", self.vertices.len(), step * h))
+    }
+
+    /// What holds its vertices in a simulation, `vertices` being their numbers there, `start` and `rest` the flat positions
+    /// of all vertices.
+    pub(super) fn hold(
+        &self,
+        body: &str,
+        vertices: Vec<u32>,
+        start: &[f64],
+        rest: &[f64],
+        dimension: usize,
+    ) -> Hold {
+        let mut hold = Hold::new(format!("{body}/{}", self.name), vertices).along(self.spec.held_axes());
+        if let Some(until) = self.spec.until {
+            hold = hold.until(until);
+        }
+        match &self.spec.motion {
+            Some(spec) => hold.moving(motion(spec), start, rest, dimension),
+            None => hold,
+        }
+    }
+}
+
+/// The pins of a body with this mesh.
+pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<Held> {
+    let mut held = vec![];
+    for (i, pin) in spec.pin.iter().enumerate() {
+        let path = path.key("pin").index(i);
+        // Exactly one, as validation has seen.
+        let Some(selection) = pin.selections().pop() else { continue };
+        match select(mesh, &selection) {
+            Ok(vertices) => held.push(Held { name: pin.name_or_default(i), vertices, spec: pin.clone() }),
+            Err(error) => problems.push(Problem::semantic(path, error.to_string())),
+        }
+    }
+    for i in 0..held.len() {
+        problems.extend(contradiction(&held, i, mesh.dimension, path));
+    }
+    held
+}
+
+/// What moves cannot also be held by an earlier pin, or moved by it.
+fn contradiction(held: &[Held], i: usize, dimension: usize, path: &KeyPath) -> Option<Problem> {
+    let common = |other: &Held| {
+        let (a, b) = (held[i].spec.held_axes(), other.spec.held_axes());
+        let axis = (0..dimension).find(|&c| a[c] && b[c])?;
+        let vertex = held[i].vertices.iter().find(|v| other.vertices.binary_search(v).is_ok())?;
+        Some((*vertex, ["x", "y", "z"][axis]))
+    };
+    let moves = |held: &Held| held.spec.motion.is_some();
+    let mut others = held[..i].iter().filter(|other| moves(other) || moves(&held[i]));
+    let (other, (vertex, axis)) = others.find_map(|other| Some((other, common(other)?)))?;
+    let message = format!(
+        "`{}` and `{}` both hold the {axis} of vertex {vertex}, and one of them moves it",
+        other.name, held[i].name
+    );
+    let problem = Problem::semantic(path.key("pin").index(i), message);
+    Some(problem.with_help("a coordinate that moves is held by one pin only"))
+}
+
+/// What `say` says of the pins of all bodies, each with its name.
+pub(super) fn described(bodies: &[Parts], say: impl Fn(&Held) -> Option<String>) -> Vec<String> {
+    let pins = bodies.iter().flat_map(|body| body.held.iter().map(move |held| (body, held)));
+    pins.filter_map(|(body, held)| Some(format!("pin `{}/{}`: {}", body.name, held.name, say(held)?)))
+        .collect()
+}
+
+fn padded(vector: &[f64]) -> [f64; 3] {
+    let mut padded = [0.0; 3];
+    padded[..vector.len()].copy_from_slice(vector);
+    padded
+}
+
+fn motion(spec: &MotionSpec) -> Motion {
+    let mut motion = Motion::new();
+    if let Some(spec) = &spec.rotation {
+        motion = motion.turning(rotation(spec));
+    }
+    if let Some(velocity) = spec.velocity.as_deref().map(padded) {
+        motion = motion.along(move |t| (velocity.map(|v| v * t), velocity));
+    }
+    if let Some(spec) = &spec.keyframes {
+        let displacements = spec.displacements.iter().map(|row| padded(row)).collect();
+        let between = if spec.smooth { Interpolation::Smooth } else { Interpolation::Linear };
+        let keyframes = Keyframes::new(spec.times.clone(), displacements, between);
+        motion = motion.along(move |t| keyframes.at(t));
+    }
+    if let Some(components) = spec.displacement.clone() {
+        motion = motion.by(move |x, t| {
+            let mut moved = ([0.0; 3], [0.0; 3]);
+            for (c, component) in components.iter().enumerate() {
+                moved.0[c] = component.value(x, t);
+                moved.1[c] = component.rate(x, t);
+            }
+            moved
+        });
+    }
+    motion
+}
+
+fn rotation(spec: &RotationSpec) -> Rotation {
+    let point = spec.point.as_deref().map_or([0.0; 3], padded);
+    let axis = spec.axis.as_deref().map_or([0.0, 0.0, 1.0], padded);
+    match (spec.angle.clone(), spec.speed) {
+        (Some(angle), _) => Rotation::new(point, axis, move |t| (angle.at(t), angle.rate([0.0; 3], t))),
+        (None, speed) => {
+            let speed = speed.unwrap_or(0.0);
+            Rotation::new(point, axis, move |t| (speed * t, speed))
+        }
+    }
+}

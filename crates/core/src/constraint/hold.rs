@@ -1,0 +1,121 @@
+//! Coordinates that are held.
+
+use super::Motion;
+
+/// Holds coordinates of some vertices, still or on a prescribed motion.
+#[derive(Debug)]
+pub struct Hold {
+    name: String,
+    /// Ascending.
+    vertices: Vec<u32>,
+    axes: [bool; 3],
+    /// When it lets go [s].
+    until: f64,
+    motion: Option<Moved>,
+}
+
+/// What a motion moves.
+#[derive(Debug)]
+struct Moved {
+    motion: Motion,
+    /// Where each vertex starts, and its place at rest [m].
+    start: Vec<[f64; 3]>,
+    rest: Vec<[f64; 3]>,
+}
+
+impl Hold {
+    /// Holds all coordinates of these vertices where they are, for ever.
+    pub fn new(name: impl Into<String>, mut vertices: Vec<u32>) -> Self {
+        vertices.sort_unstable();
+        vertices.dedup();
+        Hold { name: name.into(), vertices, axes: [true; 3], until: f64::INFINITY, motion: None }
+    }
+
+    /// Holds only the coordinates along these of the axes x, y, z.
+    #[must_use]
+    pub fn along(mut self, axes: [bool; 3]) -> Self {
+        self.axes = axes;
+        self
+    }
+
+    /// Lets go at the time `until` [s]: at the step nearest to it.
+    #[must_use]
+    pub fn until(mut self, until: f64) -> Self {
+        self.until = until;
+        self
+    }
+
+    /// Moves what is held; `start` and `rest` are the flat positions of all vertices at the start and at rest, in `dimension`
+    /// dimensions [m].
+    ///
+    /// # Panics
+    /// If a vertex of the hold is in neither.
+    #[must_use]
+    pub fn moving(mut self, motion: Motion, start: &[f64], rest: &[f64], dimension: usize) -> Self {
+        let points = |x: &[f64]| -> Vec<[f64; 3]> {
+            let point = |v: &u32| {
+                let mut point = [0.0; 3];
+                point[..dimension].copy_from_slice(&x[*v as usize * dimension..][..dimension]);
+                point
+            };
+            self.vertices.iter().map(point).collect()
+        };
+        let (start, rest) = (points(start), points(rest));
+        self.motion = Some(Moved { motion, start, rest });
+        self
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its vertices, ascending.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// Which of the coordinates x, y, z it holds.
+    pub fn axes(&self) -> [bool; 3] {
+        self.axes
+    }
+
+    /// When it lets go [s]; infinite for never.
+    pub fn end(&self) -> f64 {
+        self.until
+    }
+
+    /// How it moves; `None` where it stays.
+    pub fn motion(&self) -> Option<&Motion> {
+        self.motion.as_ref().map(|moved| &moved.motion)
+    }
+
+    /// The numbers of the held coordinates in a flat array, ascending.
+    pub fn coordinates(&self, dimension: usize) -> impl Iterator<Item = usize> + '_ {
+        let axes = move || (0..dimension).filter(|c| self.axes[*c]);
+        self.vertices.iter().flat_map(move |v| axes().map(move |c| *v as usize * dimension + c))
+    }
+
+    /// Writes the positions [m] and velocities [m/s] at `time` [s] of what moves into flat arrays; whether they are finite.
+    pub(crate) fn prescribe(&self, time: f64, dimension: usize, x: &mut [f64], v: &mut [f64]) -> bool {
+        let Some(Moved { motion, start, rest }) = &self.motion else { return true };
+        let moment = motion.at(time);
+        let mut sum = 0.0;
+        for ((vertex, start), rest) in self.vertices.iter().zip(start).zip(rest) {
+            let (position, velocity) = moment.place(*start, *rest);
+            for c in (0..dimension).filter(|c| self.axes[*c]) {
+                let i = *vertex as usize * dimension + c;
+                (x[i], v[i]) = (position[c], velocity[c]);
+                // Zero times a finite number is zero, times anything else NaN.
+                sum += 0.0 * position[c] + 0.0 * velocity[c];
+            }
+        }
+        sum == 0.0
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        let moved = self.motion.as_ref().map_or(0, |moved| moved.start.len() + moved.rest.len());
+        size_of_val(&self.vertices[..]) + moved * size_of::<[f64; 3]>()
+    }
+}

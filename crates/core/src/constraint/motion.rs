@@ -1,0 +1,201 @@
+//! Prescribed motion.
+
+use std::fmt;
+
+/// A vector that changes with time: its value and its rate at the time `t` [s].
+pub type Path = Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
+/// An angle that changes with time: its value [rad] and its rate [rad/s] at the time `t` [s].
+type Turn = Box<dyn Fn(f64) -> (f64, f64) + Send + Sync>;
+/// A vector that differs from place to place: its value and its rate at the rest position `X` [m] and the time `t` [s].
+type Field = Box<dyn Fn([f64; 3], f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
+
+/// `x(t) = c + R(t) (x(0) - c) + sum u(t)`: a rotation about a point `c`, then displacements, each optional.
+#[derive(Default)]
+pub struct Motion {
+    rotation: Option<Rotation>,
+    paths: Vec<Path>,
+    field: Option<Field>,
+}
+
+/// A rotation about an axis through a point, counter-clockwise seen against the axis.
+pub struct Rotation {
+    point: [f64; 3],
+    axis: [f64; 3],
+    angle: Turn,
+}
+
+impl Rotation {
+    /// The rotation about the `axis` (of any length) through `point` [m] by `angle`, which gives the angle [rad] and its rate
+    /// [rad/s] at the time `t` [s].
+    ///
+    /// # Panics
+    /// If the axis is zero.
+    pub fn new(
+        point: [f64; 3],
+        axis: [f64; 3],
+        angle: impl Fn(f64) -> (f64, f64) + Send + Sync + 'static,
+    ) -> Self {
+        let length = dot(axis, axis).sqrt();
+        assert!(length > 0.0, "an axis has a direction");
+        Rotation { point, axis: axis.map(|a| a / length), angle: Box::new(angle) }
+    }
+
+    /// The point that stays [m].
+    pub fn point(&self) -> [f64; 3] {
+        self.point
+    }
+}
+
+impl Motion {
+    /// No motion yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Turns.
+    #[must_use]
+    pub fn turning(mut self, rotation: Rotation) -> Self {
+        self.rotation = Some(rotation);
+        self
+    }
+
+    /// Displaces all vertices by the same.
+    #[must_use]
+    pub fn along(mut self, path: impl Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync + 'static) -> Self {
+        self.paths.push(Box::new(path));
+        self
+    }
+
+    /// Displaces each vertex by what the field is at its place at rest.
+    #[must_use]
+    pub fn by(
+        mut self,
+        field: impl Fn([f64; 3], f64) -> ([f64; 3], [f64; 3]) + Send + Sync + 'static,
+    ) -> Self {
+        self.field = Some(Box::new(field));
+        self
+    }
+
+    /// How it turns.
+    pub fn rotation(&self) -> Option<&Rotation> {
+        self.rotation.as_ref()
+    }
+
+    /// What is the same for all vertices at the time `time` [s].
+    pub(super) fn at(&self, time: f64) -> Moment<'_> {
+        let mut displacement = ([0.0; 3], [0.0; 3]);
+        for path in &self.paths {
+            displacement = sum(displacement, path(time));
+        }
+        let rotation = self.rotation.as_ref().map(|rotation| {
+            let (angle, rate) = (rotation.angle)(time);
+            Turned {
+                point: rotation.point,
+                axis: rotation.axis,
+                sin: libm::sin(angle),
+                cos: libm::cos(angle),
+                rate,
+            }
+        });
+        Moment { time, displacement, rotation, field: self.field.as_ref() }
+    }
+}
+
+impl fmt::Debug for Motion {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Motion { rotation, paths, field } = self;
+        write!(formatter, "Motion({}, {}, {})", rotation.is_some(), paths.len(), field.is_some())
+    }
+}
+
+/// A motion at one time.
+pub(super) struct Moment<'a> {
+    time: f64,
+    displacement: ([f64; 3], [f64; 3]),
+    rotation: Option<Turned>,
+    field: Option<&'a Field>,
+}
+
+struct Turned {
+    point: [f64; 3],
+    axis: [f64; 3],
+    sin: f64,
+    cos: f64,
+    rate: f64,
+}
+
+impl Moment<'_> {
+    /// Position and velocity of the vertex that starts at `start` and is at `rest` in the rest shape.
+    pub(super) fn place(&self, start: [f64; 3], rest: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let mut place = self.displacement;
+        match &self.rotation {
+            Some(rotation) => place = sum(place, rotation.place(start)),
+            None => place.0 = add(place.0, start),
+        }
+        if let Some(field) = self.field {
+            place = sum(place, field(rest, self.time));
+        }
+        place
+    }
+}
+
+impl Turned {
+    /// Rodrigues: `x = c + r cos + (a x r) sin + a (a . r) (1 - cos)`, `v = rate a x (x - c)`.
+    fn place(&self, start: [f64; 3]) -> ([f64; 3], [f64; 3]) {
+        let Turned { point, axis, sin, cos, rate } = *self;
+        let r = [0, 1, 2].map(|c| start[c] - point[c]);
+        let (across, along) = (cross(axis, r), dot(axis, r));
+        let turned = [0, 1, 2].map(|c| r[c] * cos + across[c] * sin + axis[c] * along * (1.0 - cos));
+        (add(point, turned), cross(axis, turned).map(|v| rate * v))
+    }
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|c| a[c] + b[c])
+}
+
+fn sum(a: ([f64; 3], [f64; 3]), b: ([f64; 3], [f64; 3])) -> ([f64; 3], [f64; 3]) {
+    (add(a.0, b.0), add(a.1, b.1))
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Velocities are the rates of positions: central differences of half the step leave a quarter of the error.
+    #[test]
+    fn velocities_are_the_limits_of_differences() {
+        let rotation = Rotation::new([0.1, -0.2, 0.3], [1.0, 2.0, -0.5], |t| (3.0 * t * t, 6.0 * t));
+        let motion = Motion::new()
+            .turning(rotation)
+            .along(|t| ([t * t, 0.0, t.sin()], [2.0 * t, 0.0, t.cos()]))
+            .by(|x, t| ([x[1] * t.exp(), 0.0, 0.0], [x[1] * t.exp(), 0.0, 0.0]));
+        let (start, rest) = ([0.7, 0.4, -0.6], [0.5, 1.5, 0.0]);
+        let place = |t: f64| motion.at(t).place(start, rest);
+        let error =
+            |h: f64, c: usize| (place(0.4 + h).0[c] - place(0.4 - h).0[c]) / (2.0 * h) - place(0.4).1[c];
+        for c in 0..3 {
+            let (coarse, fine) = (error(2e-3, c), error(1e-3, c));
+            assert!((coarse / fine - 4.0).abs() < 0.05, "{c}: {coarse} {fine}");
+        }
+    }
+
+    #[test]
+    fn a_rotation_is_counter_clockwise_and_keeps_the_axis() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let motion =
+            Motion::new().turning(Rotation::new([1.0, 0.0, 5.0], [0.0, 0.0, 3.0], move |_| (quarter, 2.0)));
+        let (x, v) = motion.at(0.0).place([3.0, 0.0, 1.0], [0.0; 3]);
+        for (found, expected) in x.iter().chain(&v).zip([1.0, 2.0, 1.0, -4.0, 0.0, 0.0]) {
+            assert!((found - expected).abs() < 1e-15, "{x:?} {v:?}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Integrals of what is known at every step.
+
+/// The integral over time of a rate that is sampled after every step, to fourth order: the cubic through the last four samples
+/// (the weights of Adams and Moulton), at the start the polynomial through all there are.
+#[derive(Clone, Debug)]
+pub(super) struct Integral {
+    /// Up to where a new beginning was made, or over all but the last intervals.
+    before: f64,
+    /// The last samples, the latest first.
+    samples: [f64; 4],
+    count: usize,
+    /// The integral from the new beginning on.
+    since: f64,
+}
+
+impl Integral {
+    /// Zero, at a time when the rate is `rate`.
+    pub(super) fn new(rate: f64) -> Self {
+        Integral { before: 0.0, samples: [rate, 0.0, 0.0, 0.0], count: 1, since: 0.0 }
+    }
+
+    /// Goes on by a step `h` [s] to a time when the rate is `rate`.
+    pub(super) fn advance(&mut self, h: f64, rate: f64) {
+        self.samples.rotate_right(1);
+        self.samples[0] = rate;
+        self.count += 1;
+        let [a, b, c, d] = self.samples;
+        // As long as there are fewer than four, over all of them at once.
+        self.since = match self.count {
+            2 => h / 2.0 * (a + b),
+            3 => h / 3.0 * (a + 4.0 * b + c),
+            4 => 3.0 * h / 8.0 * (a + 3.0 * b + 3.0 * c + d),
+            _ => self.since + h / 24.0 * (9.0 * a + 19.0 * b - 5.0 * c + d),
+        };
+    }
+
+    /// Goes on with `rate`, which has jumped: no polynomial goes through samples before and after.
+    pub(super) fn jump(&mut self, rate: f64) {
+        *self = Integral { before: self.value(), ..Integral::new(rate) };
+    }
+
+    /// The integral so far.
+    pub(super) fn value(&self) -> f64 {
+        self.before + self.since
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A polynomial of degree 1 exactly from the first step on, of degrees 2 and 3 from the second.
+    #[test]
+    fn cubics_are_integrated_exactly() {
+        let h = 0.25;
+        for degree in 0..4 {
+            let rate = |step: usize| (step as f64 * h - 0.6).powi(degree);
+            let exact =
+                |t: f64| ((t - 0.6).powi(degree + 1) - (-0.6_f64).powi(degree + 1)) / f64::from(degree + 1);
+            let mut integral = Integral::new(rate(0));
+            for step in 1..20 {
+                integral.advance(h, rate(step));
+                let error = (integral.value() - exact(step as f64 * h)).abs();
+                if step >= 2 || degree <= 1 {
+                    assert!(error < 1e-13, "degree {degree}, step {step}: {error:e}");
+                } else {
+                    assert!(error > 1e-4, "degree {degree}, step {step}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_is_four_and_jumps_keep_it() {
+        let integrate = |steps: usize| {
+            let h = 2.0 / steps as f64;
+            let mut integral = Integral::new(1.0);
+            for step in 1..=steps {
+                let t = step as f64 * h;
+                // exp until 1, then exp - 5.
+                integral.advance(h, t.exp() - if 2 * step > steps { 5.0 } else { 0.0 });
+                if 2 * step == steps {
+                    integral.jump(t.exp() - 5.0);
+                }
+            }
+            (integral.value() - (2.0_f64.exp() - 1.0 - 5.0)).abs()
+        };
+        let order = (integrate(40) / integrate(80)).log2();
+        assert!((order - 4.0).abs() < 0.2, "{order}");
+    }
+}
