@@ -7,4 +7,5 @@ mod invariance;
 mod modes;
 mod patch;
 mod plane_stress;
+mod quadratic;
 mod spin;
