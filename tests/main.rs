@@ -10,6 +10,7 @@
 mod support;
 
 mod cli;
+mod damping;
 mod determinism;
 mod integrators;
 mod measuring;

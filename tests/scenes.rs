@@ -126,6 +126,17 @@ fn cloth_and_strand_hang_on_and_never_gain_energy() {
 }
 
 #[test]
+fn the_jelly_stops_wobbling_and_goes_on_spinning_and_falling() {
+    let (assembly, summary) = simulated("damped_jelly.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (start, end) = (&summary.start, &summary.end);
+    assert!(end.elastic < 0.02 * start.elastic, "{} J of {} J", end.elastic, start.elastic);
+    let mass: f64 = assembly.topology.masses.iter().sum();
+    let fallen = end.linear_momentum[2] + mass * 9.81 * end.time;
+    assert!((fallen / start.linear_momentum[2] - 1.0).abs() < 1e-12, "{fallen}");
+}
+
+#[test]
 fn the_bunny_meets_the_wall() {
     let (assembly, summary) = simulated("bunny.toml", 0.14);
     assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);

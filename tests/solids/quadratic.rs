@@ -58,9 +58,9 @@ fn manufactured<const D: usize>(x: [f64; D]) -> ([f64; D], [[f64; D]; D]) {
         let factor = |j: usize| if j == i { (PI * x[j]).sin() } else { (k(j) * x[j]).cos() };
         let slope = |j: usize| if j == i { PI * (PI * x[j]).cos() } else { -k(j) * (k(j) * x[j]).sin() };
         u[i] = 0.1 * (0..D).map(factor).product::<f64>();
-        for l in 0..D {
-            g[i][l] = 0.1 * (0..D).map(|j| if j == l { slope(j) } else { factor(j) }).product::<f64>();
-        }
+        g[i] = std::array::from_fn(|l| {
+            0.1 * (0..D).map(|j| if j == l { slope(j) } else { factor(j) }).product::<f64>()
+        });
     }
     (u, g)
 }

@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use crate::constraint::Wall;
+use crate::dissipation::DissipativeTerm;
 use crate::energy::EnergyTerm;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::Scalar;
@@ -34,6 +35,12 @@ pub(crate) struct Pass {
     pub(crate) walls: bool,
 }
 
+impl Pass {
+    /// A pass that leaves everything as it is.
+    pub(crate) const NOTHING: Pass =
+        Pass { drag_before: 1.0, kick: 0.0, drift: 0.0, drag_after: 1.0, walls: false };
+}
+
 /// What a pass came upon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Passed {
@@ -56,6 +63,7 @@ impl Passed {
 pub(crate) struct Surroundings<'a> {
     pub(crate) dimension: usize,
     pub(crate) terms: &'a [Box<dyn EnergyTerm>],
+    pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
     /// Of every coordinate, zero where it is held [1/kg].
     pub(crate) inverse_mass: &'a [f64],
     pub(crate) walls: &'a [Wall],
@@ -111,7 +119,7 @@ impl Surroundings<'_> {
         Passed { finite, put_back }
     }
 
-    /// Writes the acceleration `-M^-1 dE/dx` [m/s^2] that belongs to the force the terms hold over `a`.
+    /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         let per_block = BLOCK * self.dimension;
         let block = |(i, a): (usize, &mut [f64])| {
@@ -152,6 +160,9 @@ impl Surroundings<'_> {
 
     fn add_rows(&self, start: usize, gradient: &mut [f64]) {
         for term in self.terms {
+            term.add_rows(start / self.dimension, gradient);
+        }
+        for term in self.dissipation {
             term.add_rows(start / self.dimension, gradient);
         }
     }

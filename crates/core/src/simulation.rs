@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use crate::diagnostics::{
-    Diagnostics, ElementState, Ledger, StabilityLimit, largest_frequency, stability_limit,
+    Diagnostics, ElementState, Ledger, StabilityLimit, largest_frequency, stability_limit, strongest_damping,
 };
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
@@ -313,9 +313,11 @@ impl Simulation {
     /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
         // What is let go later is free to oscillate then, and the highest frequency is higher for it.
-        let x = self.state.x();
-        let frequency = self.system.once_released(|system| largest_frequency(system, x).frequency);
-        let limit = stability_limit(&self.method, frequency, self.system.ether_drag(), duration);
+        let (x, v) = (self.state.x(), self.state.v());
+        let (frequency, damping) = self.system.once_released(|system| {
+            (largest_frequency(system, x).frequency, strongest_damping(system, x, v))
+        });
+        let limit = stability_limit(&self.method, frequency, damping, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }

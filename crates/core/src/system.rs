@@ -1,8 +1,10 @@
-//! The equations of motion `M x'' = -dE/dx`, `E` a function of `x` and maybe of time: masses, energy terms, constraints.
+//! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and `v`: masses, energy
+//! terms, dissipative terms, constraints.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Wall};
+use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
 use crate::pass::{Pass, Passed, Surroundings};
 
@@ -19,6 +21,8 @@ pub struct System {
     /// Whether any held coordinate moves.
     moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
+    /// What takes energy away.
+    dissipation: Vec<Box<dyn DissipativeTerm>>,
     /// Whether any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
@@ -57,6 +61,7 @@ impl System {
             constraint_set: 0,
             moves: false,
             terms: vec![],
+            dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
             ether_drag: 0.0,
@@ -74,6 +79,11 @@ impl System {
         // Nothing is allocated in a step.
         self.energies.reserve_exact(self.terms.len() + 1);
         self.terms.push(term);
+    }
+
+    /// Adds a dissipative term.
+    pub fn add_dissipation(&mut self, term: Box<dyn DissipativeTerm>) {
+        self.dissipation.push(term);
     }
 
     /// Adds a wall.
@@ -188,6 +198,16 @@ impl System {
         &self.terms
     }
 
+    /// The dissipative terms.
+    pub fn dissipation(&self) -> &[Box<dyn DissipativeTerm>] {
+        &self.dissipation
+    }
+
+    /// Whether any force depends on velocities, ether drag excepted.
+    pub fn is_damped(&self) -> bool {
+        !self.dissipation.is_empty()
+    }
+
     /// The walls.
     pub fn walls(&self) -> &[Wall] {
         &self.walls
@@ -268,8 +288,16 @@ impl System {
     /// Whether the force that the terms hold is finite at every coordinate that is free to move.
     fn is_finite_where_free(&self) -> bool {
         let mut a = vec![0.0; self.inverse_mass.len()];
-        self.surroundings().accelerations(&mut a);
+        Surroundings { dissipation: &[], ..self.surroundings() }.accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
+    }
+
+    /// Evaluates the dissipative forces at `(x, v)`; their terms hold them until the next evaluation. A force that is not finite
+    /// shows in the velocities that it leads to.
+    pub(crate) fn evaluate_dissipation(&mut self, x: &[f64], v: &[f64]) {
+        for term in &mut self.dissipation {
+            term.evaluate(x, v);
+        }
     }
 
     /// Whether the terms still hold this force.
@@ -288,7 +316,7 @@ impl System {
         self.surroundings().run(pass, from, x, v)
     }
 
-    /// Writes `-M^-1 dE/dx` [m/s^2] of the force that the terms hold over `a`; zero at held coordinates.
+    /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held coordinates.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         self.surroundings().accelerations(a);
     }
@@ -307,6 +335,7 @@ impl System {
         Surroundings {
             dimension: self.dimension,
             terms: &self.terms,
+            dissipation: &self.dissipation,
             inverse_mass: &self.inverse_mass,
             walls: &self.walls,
         }
@@ -348,6 +377,29 @@ impl System {
         }
     }
 
+    /// `dR/dv` [N] at `(x, v)`, written over `g`; pinned vertices included.
+    pub fn dissipative_force(&mut self, x: &[f64], v: &[f64], g: &mut [f64]) {
+        g.fill(0.0);
+        for term in &mut self.dissipation {
+            term.evaluate(x, v);
+            term.add_rows(0, g);
+        }
+    }
+
+    /// `y = d2R/dv2 p` [N] at `(x, v)`, written over `y`; pinned vertices included.
+    pub fn damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        for term in &mut self.dissipation {
+            term.add_damping_product(x, v, p, y);
+        }
+    }
+
+    /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and walls are not among
+    /// them.
+    pub fn dissipated_power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.dissipation.iter_mut().map(|term| term.power(x, v)).sum()
+    }
+
     /// Extremes of `det F` over all elements; `None` without elements.
     pub fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         self.terms.iter_mut().filter_map(|t| t.deformation(x)).reduce(DeformationExtremes::merge)
@@ -364,10 +416,16 @@ impl System {
         self.terms.iter().find_map(|t| t.fault(x))
     }
 
+    /// Why `(x, v)` has no finite dissipative force.
+    pub fn dissipative_fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        self.dissipation.iter().find_map(|t| t.fault(x, v))
+    }
+
     /// Bytes held by masses and terms.
     pub fn bytes(&self) -> usize {
         8 * (self.mass.len() + self.inverse_mass.len())
             + self.holds.iter().map(Hold::bytes).sum::<usize>()
             + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
+            + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
     }
 }

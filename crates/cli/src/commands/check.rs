@@ -85,7 +85,10 @@ fn stability(report: &Report) -> String {
         return "nothing oscillates at the start: no limit on the step".into();
     }
     let ratio = report.step / limit.step;
-    let fastest = format!("the fastest motion has {} rad/s", number(limit.frequency));
+    let mut fastest = format!("the fastest motion has {} rad/s", number(limit.frequency));
+    if limit.damping > 0.0 {
+        fastest += &format!(", damping slows motion at up to {} 1/s", number(limit.damping));
+    }
     let what = if limit.grows_at_any_step {
         format!(
             "{} gains energy at any step; with steps of {} s the fastest motion would double by the end",

@@ -32,7 +32,8 @@ pub(super) struct Parts {
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
     pub(super) velocity: Vec<f64>,
-    stiffness: Vec<f64>,
+    /// Spring constants [N/m].
+    pub(super) stiffness: Vec<f64>,
     rest_length: Vec<f64>,
 }
 
@@ -156,6 +157,12 @@ impl Parts {
         }
     }
 
+    /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
+    pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
+        let cells = self.mesh.elements::<N>();
+        cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
+    }
+
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
@@ -167,9 +174,15 @@ impl Parts {
         let Parts { name, first_vertex, springs, .. } = self;
         if let Some(material) = &spec.elastic {
             system.add_term(match (self.mesh.order(), D) {
-                (1, _) => material.visit::<D, _>(self.linear::<N>(spec, rest, numbering)),
-                (_, 2) => material.visit::<2, _>(self.quadratic::<6>(spec, rest, numbering)),
-                _ => material.visit::<3, _>(self.quadratic::<10>(spec, rest, numbering)),
+                (1, _) => {
+                    material.visit::<D, _>(LinearMaker::<N>(self.elastic_elements(spec, rest, numbering)))
+                }
+                (_, 2) => {
+                    material.visit::<2, _>(QuadraticMaker::<6>(self.elastic_elements(spec, rest, numbering)))
+                }
+                _ => {
+                    material.visit::<3, _>(QuadraticMaker::<10>(self.elastic_elements(spec, rest, numbering)))
+                }
             });
         }
         if !springs.is_empty() {
@@ -188,37 +201,14 @@ impl Parts {
 }
 
 impl Parts {
-    fn linear<'a, const N: usize>(
-        &'a self,
-        spec: &Body,
-        rest: &'a [f64],
-        numbering: &Numbering,
-    ) -> LinearMaker<'a, N> {
-        LinearMaker(self.elements(spec, rest, numbering))
-    }
-
-    fn quadratic<'a, const N: usize>(
-        &'a self,
-        spec: &Body,
-        rest: &'a [f64],
-        numbering: &Numbering,
-    ) -> QuadraticMaker<'a, N> {
-        QuadraticMaker(self.elements(spec, rest, numbering))
-    }
-
-    fn elements<'a, const N: usize>(
+    fn elastic_elements<'a, const N: usize>(
         &'a self,
         spec: &Body,
         rest: &'a [f64],
         numbering: &Numbering,
     ) -> Elements<'a, N> {
-        let cells = self.mesh.elements::<N>();
-        Elements {
-            body: &self.name,
-            cells: cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect(),
-            rest,
-            stress: spec.stress.unwrap_or_default(),
-        }
+        let stress = spec.stress.unwrap_or_default();
+        Elements { body: &self.name, cells: self.elements(numbering), rest, stress }
     }
 }
 
@@ -231,7 +221,7 @@ fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u
 }
 
 /// The vertices of a cell in the simulation.
-fn renumbered<const N: usize, const M: usize>(
+pub(super) fn renumbered<const N: usize, const M: usize>(
     cell: &[u32; M],
     first: u32,
     numbering: &Numbering,
@@ -328,29 +318,43 @@ fn masses(
     match spec {
         MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
         MassSpec::Total(total) => vec![total / n as f64; n],
-        MassSpec::Density(density) => {
-            let mut mass = mesh.lumped_measure();
-            if mesh.element_dimension() < 2 {
-                // Mass per length of the springs themselves.
-                mass = vec![0.0; n];
-                for &[a, b] in springs {
-                    let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
-                    mass[a as usize] += half;
-                    mass[b as usize] += half;
-                }
-            }
-            mass.iter_mut().for_each(|m| *m *= density.value);
-            problems.extend(wrong_density(*density, mesh, &path.key("density")));
-            if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
-                let message = format!(
-                    "vertex {vertex} belongs to no element and no spring: a density gives it no mass"
-                );
-                let help = "give `per_vertex` or `total` instead";
-                problems.push(Problem::semantic(path.key("density"), message).with_help(help));
-            }
-            mass
+        MassSpec::Density(density) => filled(*density, mesh, springs, &path.key("density"), problems),
+        MassSpec::Preset(preset) => {
+            let dimension = Some(Kind::DENSITY.dimension);
+            let density = Quantity { value: preset.about().density, dimension };
+            filled(density, mesh, springs, &path.key("preset"), problems)
         }
     }
+}
+
+/// Lumped mass of every vertex of a body of this density, which the scene has at `path`.
+fn filled(
+    density: Quantity,
+    mesh: &Mesh,
+    springs: &[[u32; 2]],
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<f64> {
+    let n = mesh.vertex_count();
+    let mut mass = mesh.lumped_measure();
+    if mesh.element_dimension() < 2 {
+        // Mass per length of the springs themselves.
+        mass = vec![0.0; n];
+        for &[a, b] in springs {
+            let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
+            mass[a as usize] += half;
+            mass[b as usize] += half;
+        }
+    }
+    mass.iter_mut().for_each(|m| *m *= density.value);
+    problems.extend(wrong_density(density, mesh, path));
+    if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
+        let message =
+            format!("vertex {vertex} belongs to no element and no spring: a density gives it no mass");
+        let help = "give `per_vertex` or `total` instead";
+        problems.push(Problem::semantic(path.clone(), message).with_help(help));
+    }
+    mass
 }
 
 /// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,

@@ -3,10 +3,12 @@
 //! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
 
 mod body;
+mod damping;
 mod gravity;
 mod initial;
 mod memory;
 mod pins;
+mod probes;
 mod report;
 
 use std::path::Path;
@@ -15,6 +17,7 @@ use crate::constraint::Wall;
 use crate::diagnostics::StabilityLimit;
 use crate::energy::nbody::{NBody, TreeGravity};
 use crate::numbering::Numbering;
+use crate::probe::Probe;
 use crate::run::Plan;
 use crate::scene::{KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
@@ -30,6 +33,8 @@ pub struct Assembly {
     pub simulation: Simulation,
     /// Its bodies and their cells.
     pub topology: Topology,
+    /// The points that the scene follows.
+    pub probes: Vec<Probe>,
     /// Counts, sizes, the stability limit, what was left out.
     pub report: Report,
 }
@@ -77,6 +82,7 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
+    let probes = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
     let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
@@ -91,6 +97,7 @@ fn assemble<const D: usize, const N: usize>(
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
         body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
+        body.add_damping::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_holds(&position, &rest, &numbering, &mut system);
     }
     let mut force_error = None;
@@ -130,7 +137,7 @@ fn assemble<const D: usize, const N: usize>(
         bodies: bodies.iter().map(body::Parts::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
-    Ok(Assembly { simulation, topology, report })
+    Ok(Assembly { simulation, topology, probes, report })
 }
 
 /// Renumbers the bodies whose neighbours are numbered far apart.
@@ -158,6 +165,15 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Prob
     if problems.is_empty() { Ok(bodies) } else { Err(problems) }
 }
 
+/// What damping has to do with the limit.
+fn strongest_damping(stability: &StabilityLimit) -> String {
+    if stability.damping > 0.0 {
+        format!(", damped at up to {:.4e} 1/s", stability.damping)
+    } else {
+        String::new()
+    }
+}
+
 fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
     let name = scene.time.integrator.method().documentation.name;
     let (step, limit) = (scene.time.step, stability.step);
@@ -170,9 +186,10 @@ fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
         )
     } else {
         format!(
-            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s, allows at \
+            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s{}, allows at \
              most {limit:.6e} s",
-            stability.frequency
+            stability.frequency,
+            strongest_damping(stability),
         )
     };
     // Two digits, rounded down, of a step a little below the limit.

@@ -6,8 +6,9 @@ use super::body::Parts;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
 use crate::lanes;
+use crate::material::{AboutPreset, MaterialSpec, Preset};
 use crate::mesh::Quality;
-use crate::scene::{Channel, Scene, Stress};
+use crate::scene::{Channel, MassSpec, Scene, Stress};
 use crate::simulation::Simulation;
 
 /// The assembled problem in numbers.
@@ -159,6 +160,22 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         "stress by automatic differentiation".into(),
         "automatic differentiation: no body asks for it",
     );
+    for (i, body) in scene.body.iter().enumerate() {
+        let mass = if let MassSpec::Preset(preset) = body.mass { Some(preset) } else { None };
+        let elastic = body.elastic.as_ref().and_then(MaterialSpec::preset);
+        for (preset, what) in [(elastic, "elastic constants"), (mass, "density")] {
+            let Some(AboutPreset { name, young, poisson, density, source, .. }) = preset.map(Preset::about)
+            else {
+                continue;
+            };
+            let numbers = match what {
+                "density" => format!("{density} kg/m^3"),
+                _ => format!("young {young:e} Pa, poisson {poisson}, unless given"),
+            };
+            let body = body.name_or_default(i);
+            say(true, format!("{what} of `{body}` from the preset {name}: {numbers} ({source})"), "");
+        }
+    }
     say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
     let gravity = super::gravity::named(scene);
     let uniform = match scene.world.gravity_changes() {
@@ -177,6 +194,12 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();
     say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
+    let damping: Vec<String> = simulation.system().dissipation().iter().map(|term| term.name()).collect();
+    say(
+        !damping.is_empty(),
+        damping.join(", "),
+        "damping: no body has any, and no force depends on velocities",
+    );
     let channel = |c: Channel| scene.output.channels.contains(&c);
     say(channel(Channel::State), "output /state".into(), "output /state: not written");
     say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");
@@ -191,6 +214,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("output /elements: {}", measures.join(", ")),
         "output /elements: no deformation, strain or stress of elements is computed",
     );
+    let probes = scene.probe.len();
+    say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
 }

@@ -41,7 +41,9 @@ pub use elements::ElementState;
 pub use ledger::Balance;
 pub(crate) use ledger::Ledger;
 pub use measures::{MEASURES, Measure};
-pub use stability::{Spectrum, StabilityLimit, largest_frequency, stability_limit};
+pub use stability::{
+    Spectrum, StabilityLimit, StrongestDamping, largest_frequency, stability_limit, strongest_damping,
+};
 
 use crate::energy::EnergyKind;
 use crate::state::State;

@@ -32,26 +32,94 @@ pub struct Spectrum {
 /// Where a term approximates its products (mutual gravity of many particles), the basis is kept, and the eigenvector found is put
 /// into one exact product: its Rayleigh quotient is the eigenvalue, and the residual of that is the bound.
 pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
-    let scale: Vec<f64> = system.inverse_mass().iter().map(|w| w.sqrt()).collect();
+    let mut stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.stiffness_product(x, p, y);
+    let mut top = largest_eigenvalue(system, false, &mut stiffness);
+    system.end_stiffness_products();
+    if top.approximate {
+        let scale = scale(system);
+        (top.value, top.error) = rayleigh_quotient(system, x, &scale, &top.vector);
+        top.products += 1;
+    }
+    if top.value.is_nan() || top.value <= 0.0 {
+        return Spectrum { frequency: 0.0, relative_error: 0.0, products: top.products };
+    }
+    Spectrum {
+        frequency: top.value.sqrt(),
+        relative_error: 0.5 * top.error / top.value,
+        products: top.products,
+    }
+}
+
+/// The strongest damping: the upper end of the spectrum of `C u = c M u`, `C` the damping matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StrongestDamping {
+    /// Largest rate `c` at which damping alone slows a motion [1/s]; 0 without damping.
+    pub rate: f64,
+    /// Angular frequency that the stiffness would give to that motion [rad/s].
+    pub frequency: f64,
+}
+
+/// The strongest damping of `system` at `(x, v)`, as [`largest_frequency`] finds the fastest motion.
+pub fn strongest_damping(system: &mut System, x: &[f64], v: &[f64]) -> StrongestDamping {
+    if !system.is_damped() {
+        return StrongestDamping::default();
+    }
+    let mut damping = |system: &mut System, p: &[f64], y: &mut [f64]| {
+        system.damping_product(x, v, p, y);
+        false
+    };
+    let top = largest_eigenvalue(system, true, &mut damping);
+    if top.value.is_nan() || top.value <= 0.0 {
+        return StrongestDamping::default();
+    }
+    let scale = scale(system);
+    let squared = rayleigh_quotient(system, x, &scale, &top.vector).0;
+    StrongestDamping { rate: top.value, frequency: squared.max(0.0).sqrt() }
+}
+
+/// `M^-1/2`, zero where a coordinate is held.
+fn scale(system: &System) -> Vec<f64> {
+    system.inverse_mass().iter().map(|w| w.sqrt()).collect()
+}
+
+/// The largest eigenvalue of `M^-1/2 A M^-1/2`.
+struct Top {
+    /// NaN where products are not finite: a state outside of the domain of a material has no Hessian.
+    value: f64,
+    /// Bound of its error.
+    error: f64,
+    /// Products that it took.
+    products: usize,
+    /// Whether they were approximate.
+    approximate: bool,
+    /// The eigenvector, where it was asked for or products are approximate.
+    vector: Vec<f64>,
+}
+
+/// The product with `A`; whether it is an approximation.
+type Product<'a> = &'a mut dyn FnMut(&mut System, &[f64], &mut [f64]) -> bool;
+
+fn largest_eigenvalue(system: &mut System, wants_vector: bool, product: Product<'_>) -> Top {
+    let scale = scale(system);
+    let mut top =
+        Top { value: 0.0, error: 0.0, products: 0, approximate: false, vector: vec![0.0; scale.len()] };
     let mut q: Vec<f64> =
-        (0..x.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
+        (0..scale.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
     let length = norm(&q);
-    let none = Spectrum { frequency: 0.0, relative_error: 0.0, products: 0 };
     if length == 0.0 {
-        return none;
+        return top;
     }
     q.iter_mut().for_each(|q| *q /= length);
     let mut previous = vec![0.0; q.len()];
     let (mut scaled, mut w) = (q.clone(), q.clone());
     let (mut alpha, mut beta): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
-    let (mut eigenvalue, mut error) = (0.0, f64::INFINITY);
-    let (mut approximate, mut basis, mut ritz_vector) = (false, vec![], vec![]);
+    let (mut basis, mut ritz_vector) = (vec![], vec![]);
     for step in 0..MAX_LANCZOS_STEPS {
         for i in 0..q.len() {
             scaled[i] = scale[i] * q[i];
         }
-        approximate = system.stiffness_product(x, &scaled, &mut w);
-        if approximate {
+        top.approximate = product(system, &scaled, &mut w);
+        if top.approximate || wants_vector {
             basis.push(q.clone());
         }
         for i in 0..q.len() {
@@ -59,23 +127,22 @@ pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
         }
         let a: f64 = dot(&q, &w);
         alpha.push(a);
+        top.products += 1;
         let last = beta.last().copied().unwrap_or(0.0);
         for i in 0..q.len() {
             w[i] -= a * q[i] + last * previous[i];
         }
         let b = norm(&w);
         if !(a + b).is_finite() {
-            // A state outside of the domain of a material has no Hessian.
-            system.end_stiffness_products();
-            return Spectrum { products: alpha.len(), ..none };
+            return Top { value: f64::NAN, approximate: false, ..top };
         }
         let check = step % 5 == 4 || step + 1 == MAX_LANCZOS_STEPS;
         let exhausted = b <= f64::EPSILON * alpha.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
         if check || exhausted {
-            let tolerance = if approximate { APPROXIMATE_TOLERANCE } else { EIGENVALUE_TOLERANCE };
-            (eigenvalue, ritz_vector) = largest_ritz_pair(&alpha, &beta);
-            error = b * ritz_vector[step];
-            if exhausted || error <= tolerance * eigenvalue.abs() {
+            let tolerance = if top.approximate { APPROXIMATE_TOLERANCE } else { EIGENVALUE_TOLERANCE };
+            (top.value, ritz_vector) = largest_ritz_pair(&alpha, &beta);
+            top.error = b * ritz_vector[step];
+            if exhausted || top.error <= tolerance * top.value.abs() {
                 break;
             }
         }
@@ -84,20 +151,10 @@ pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
             (previous[i], q[i]) = (q[i], w[i] / b);
         }
     }
-    system.end_stiffness_products();
-    let mut products = alpha.len();
-    if approximate {
-        let mut vector = vec![0.0; q.len()];
-        for (weight, q) in ritz_vector.iter().zip(&basis) {
-            vector.iter_mut().zip(q).for_each(|(v, q)| *v += weight * q);
-        }
-        (eigenvalue, error) = rayleigh_quotient(system, x, &scale, &vector);
-        products += 1;
+    for (weight, q) in ritz_vector.iter().zip(&basis) {
+        top.vector.iter_mut().zip(q).for_each(|(v, q)| *v += weight * q);
     }
-    if eigenvalue.is_nan() || eigenvalue <= 0.0 {
-        return Spectrum { products, ..none };
-    }
-    Spectrum { frequency: eigenvalue.sqrt(), relative_error: 0.5 * error / eigenvalue, products }
+    top
 }
 
 /// The Rayleigh quotient of `M^-1/2 K M^-1/2` at `vector`, `scale` being `M^-1/2`, and the length of the residual: there is an
@@ -183,6 +240,8 @@ fn norm(a: &[f64]) -> f64 {
 pub struct StabilityLimit {
     /// Largest natural frequency at the start [rad/s].
     pub frequency: f64,
+    /// Largest rate at which damping slows a motion at the start [1/s]; 0 without damping.
+    pub damping: f64,
     /// Largest stable step [s]; infinite where nothing oscillates.
     pub step: f64,
     /// True for schemes that gain energy at any step: `step` is then the one at which the fastest mode's amplitude doubles
@@ -190,26 +249,61 @@ pub struct StabilityLimit {
     pub grows_at_any_step: bool,
 }
 
-/// The largest step at which `method` does not amplify a mode of angular frequency `frequency` [rad/s] under ether drag
-/// `ether_drag` [1/s], found by running the scheme on that oscillator.
-pub fn stability_limit(method: &Method, frequency: f64, ether_drag: f64, duration: f64) -> StabilityLimit {
-    let limit = |step, grows_at_any_step| StabilityLimit { frequency, step, grows_at_any_step };
-    if frequency == 0.0 {
-        return limit(f64::INFINITY, false);
+/// The largest step at which `method` amplifies no motion of a system with this largest frequency [rad/s] and strongest damping,
+/// under ether drag `ether_drag` [1/s], found by running the scheme on oscillators.
+///
+/// Three of them: the fastest undamped, since damping differs from motion to motion; the fastest with the strongest damping; and
+/// the motion that is damped most, with its own frequency. Where damping is in proportion to the stiffness the last two are one
+/// motion of the system, and the limit is exact.
+pub fn stability_limit(
+    method: &Method,
+    frequency: f64,
+    damping: StrongestDamping,
+    ether_drag: f64,
+    duration: f64,
+) -> StabilityLimit {
+    let limit = |oscillator: Oscillator| oscillator.limit(method, ether_drag, duration);
+    let (mut step, grows_at_any_step) = limit(Oscillator { frequency, damping: 0.0 });
+    if damping.rate > 0.0 {
+        // Without any stiffness damping alone limits the step: an oscillator that is far slower than it.
+        let slow = 1e-6 * damping.rate;
+        for frequency in [frequency.max(slow), damping.frequency.max(slow)] {
+            let damped = limit(Oscillator { frequency, damping: damping.rate });
+            step = if damped.0 < step { damped.0 } else { step };
+        }
     }
-    let radius = |h: f64| amplification(method, h * frequency, ether_drag * h).spectral_radius();
-    // Rounding leaves the radius of a neutral mode within a few units of one.
-    let bounded = |h: f64| radius(h) <= 1.0 + 1e-13;
-    let smallest = 1e-4 / frequency;
-    if bounded(smallest) {
-        return limit(last_true(smallest, bounded), false);
+    StabilityLimit { frequency, damping: damping.rate, step, grows_at_any_step }
+}
+
+/// `x'' = -frequency^2 x - damping x'`.
+#[derive(Clone, Copy)]
+struct Oscillator {
+    frequency: f64,
+    damping: f64,
+}
+
+impl Oscillator {
+    /// The largest stable step, and whether it is one of growth.
+    fn limit(self, method: &Method, ether_drag: f64, duration: f64) -> (f64, bool) {
+        let Oscillator { frequency, damping } = self;
+        if frequency == 0.0 {
+            return (f64::INFINITY, false);
+        }
+        let radius =
+            |h: f64| amplification(method, h * frequency, h * damping, h * ether_drag).spectral_radius();
+        // Rounding leaves the radius of a neutral mode within a few units of one.
+        let bounded = |h: f64| radius(h) <= 1.0 + 1e-13;
+        let smallest = 1e-4 / frequency.max(damping);
+        if bounded(smallest) {
+            return (last_true(smallest, bounded), false);
+        }
+        let doubles_later = |h: f64| radius(h).ln() * (duration / h) <= std::f64::consts::LN_2;
+        let mut start = smallest;
+        while !doubles_later(start) && start > f64::MIN_POSITIVE {
+            start *= 0.5;
+        }
+        (last_true(start, doubles_later), true)
     }
-    let doubles_later = |h: f64| radius(h).ln() * (duration / h) <= std::f64::consts::LN_2;
-    let mut start = smallest;
-    while !doubles_later(start) && start > f64::MIN_POSITIVE {
-        start *= 0.5;
-    }
-    limit(last_true(start, doubles_later), true)
 }
 
 /// The end of the interval around `start` in which `holds` is true.

@@ -9,6 +9,7 @@ mod quadratic;
 mod quadrature;
 mod shape;
 mod simplex;
+mod tangents;
 mod validity;
 
 pub use mass::{MassMatrix, mass_rule};
@@ -19,6 +20,7 @@ pub use validity::{least_jacobian, volume};
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
+pub(crate) use tangents::{scatter_stress, tangents, times, transpose_times};
 
 /// What an element says of itself, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]

@@ -3,6 +3,7 @@
 pub mod elastic;
 pub mod gravity;
 pub mod gravity_over_time;
+pub mod measure;
 pub mod nbody;
 pub mod patch;
 mod rows;
@@ -42,6 +43,15 @@ pub enum Fault {
         /// Its length [m].
         length: f64,
     },
+    /// What bends at these vertices has no finite force.
+    Stencil {
+        /// What it is: `hinge`, `joint`.
+        what: &'static str,
+        /// Name of the body.
+        body: String,
+        /// Its index among those of the body.
+        index: usize,
+    },
     /// Gravity that changes with time has no finite value.
     Gravity {
         /// At this time [s].
@@ -67,6 +77,9 @@ impl std::fmt::Display for Fault {
             Fault::Element { body, element, j } => write!(f, "element {element} of `{body}` has J = {j:.6e}"),
             Fault::Spring { body, spring, length } => {
                 write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
+            }
+            Fault::Stencil { what, body, index } => {
+                write!(f, "{what} {index} of `{body}` has no finite force")
             }
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),

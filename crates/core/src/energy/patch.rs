@@ -300,6 +300,23 @@ impl<const N: usize> Patches<N> {
         workspace.parts.iter().sum()
     }
 
+    /// As [`sum`](Self::sum), with a `direction` in the scratch memory.
+    pub fn sum_along<const D: usize>(
+        &self,
+        workspace: &mut Workspace<D>,
+        x: &[f64],
+        direction: &[f64],
+        kernel: impl Fn(&Patch, &mut Scratch<D>) -> f64 + Sync + Send,
+    ) -> f64 {
+        let Workspace { scratch, parts, .. } = workspace;
+        self.for_each(scratch, parts, 1, &|patch, scratch, out| {
+            self.load(patch, x, &mut scratch.position);
+            self.load(patch, direction, &mut scratch.direction);
+            out[0] = kernel(patch, scratch);
+        });
+        parts.iter().sum()
+    }
+
     /// Writes what `kernel` gives for each patch to `out`.
     pub fn map<const D: usize, R: Send>(
         &self,

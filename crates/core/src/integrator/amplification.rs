@@ -1,11 +1,12 @@
 //! What a scheme does to the oscillator, measured by running it.
 
 use super::Method;
+use crate::dissipation::MassProportional;
 use crate::energy::{EnergyKind, EnergyTerm, Fault};
 use crate::state::State;
 use crate::system::System;
 
-/// The matrix that one step applies to `(x, v / omega)` of the oscillator `x'' = -omega^2 x`.
+/// The matrix that one step applies to `(x, v / omega)` of the oscillator `x'' = -omega^2 x - c x'`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Amplification(pub [[f64; 2]; 2]);
 
@@ -20,14 +21,18 @@ impl Amplification {
     }
 }
 
-/// Runs one step of `method` with `z = h omega` from both unit vectors; velocities decay by `exp(-decay / 2)` before and
-/// after, which is what ether drag `c = decay / h` does.
-pub fn amplification(method: &Method, z: f64, decay: f64) -> Amplification {
+/// Runs one step of `method` with `z = h omega` from both unit vectors. A force `-c x'` with `damping = h c` acts, and
+/// velocities decay by `exp(-decay / 2)` before and after, which is what ether drag `decay / h` does.
+pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Amplification {
     let half_decay = (-0.5 * decay).exp();
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
         let mut system = System::new(1, vec![1.0]);
         system.add_term(Box::<Oscillator>::default());
+        if damping != 0.0 {
+            let damper = MassProportional::new("oscillator", damping / z, &[1.0], 0..1, 1);
+            system.add_dissipation(Box::new(damper));
+        }
         let mut state = State::new(vec![start[0]], vec![start[1] * half_decay]);
         // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large anyway.
         *column = match method.build(1).step(&mut system, &mut state, z) {

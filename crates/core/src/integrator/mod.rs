@@ -103,7 +103,9 @@ impl Method {
     /// An integrator for systems with `unknowns = n * dimension` coordinates; allocates all it will ever need.
     pub fn build(&self, unknowns: usize) -> Box<dyn Integrator> {
         match self.scheme {
-            Scheme::Splitting(stages) => Box::new(splitting::Splitting::new(stages, unknowns)),
+            Scheme::Splitting(stages) => {
+                Box::new(splitting::Splitting::new(stages, self.documentation.order, unknowns))
+            }
             Scheme::RungeKutta(tableau) => Box::new(runge_kutta::RungeKutta::new(tableau, unknowns)),
         }
     }
@@ -137,7 +139,8 @@ impl StepFault {
     /// Finds out what went wrong with these stage values.
     pub(crate) fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
         let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
-        StepFault { fault: system.fault(x), vertex: vertex.map(|i| i / system.dimension()) }
+        let fault = system.fault(x).or_else(|| system.dissipative_fault(x, v));
+        StepFault { fault, vertex: vertex.map(|i| i / system.dimension()) }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, t))`.
+//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t))`.
 
 use rayon::prelude::*;
 
@@ -88,6 +88,7 @@ impl Integrator for RungeKutta {
             if !prescribed || !known && system.evaluate(&self.x).is_none() {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
+            system.evaluate_dissipation(&self.x, &self.v);
             system.accelerations(&mut self.acceleration[stage]);
             self.velocity[stage].copy_from_slice(&self.v);
         }

@@ -1,7 +1,13 @@
 //! Splitting schemes: the kinetic and the potential part of the motion, each solved exactly, in turn.
+//!
+//! Forces that depend on velocities belong to the kick: where there are any, a kick of time `c h` solves `v' = a(x, v)` at fixed
+//! `x`. It does so by `p` stages, `p` the order of the scheme, `v_k = v + c h / (p + 1 - k) a(x, v_(k-1))`: for a force linear in
+//! `v`, the Taylor polynomial of degree `p` of the exact flow, so that the scheme keeps its order. For order 1 that is the
+//! force at the velocity before the kick. The force of the potentials is computed once; a stage more is one evaluation of the
+//! dissipative terms. A scene without such forces has none of this.
 
 use super::{Integrator, StepFault, half_drag};
-use crate::pass::Pass;
+use crate::pass::{Pass, Passed};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -19,21 +25,43 @@ pub enum Stage {
 /// The force at the end of a step serves the first kick of the next, where positions have not changed since.
 pub struct Splitting {
     stages: &'static [Stage],
+    /// Stages of a kick where forces depend on velocities.
+    order: u32,
     x: Vec<f64>,
     v: Vec<f64>,
+    /// Velocities before such a kick; empty where there is none.
+    before: Vec<f64>,
 }
 
 impl Splitting {
-    /// A runner for `stages` on `unknowns` coordinates.
-    pub fn new(stages: &'static [Stage], unknowns: usize) -> Self {
-        Splitting { stages, x: vec![0.0; unknowns], v: vec![0.0; unknowns] }
+    /// A runner for `stages`, a scheme of order `order`, on `unknowns` coordinates.
+    pub fn new(stages: &'static [Stage], order: u32, unknowns: usize) -> Self {
+        Splitting { stages, order, x: vec![0.0; unknowns], v: vec![0.0; unknowns], before: vec![] }
+    }
+
+    /// The pass `kick` on the copies, its force a function of the velocities.
+    fn damped_kick(&mut self, system: &mut System, kick: &Pass) -> Passed {
+        let Splitting { order, x, v, before, .. } = self;
+        // Once: a step allocates nothing after the first.
+        before.resize(v.len(), 0.0);
+        before.copy_from_slice(v);
+        for stage in 1..*order {
+            system.evaluate_dissipation(x, v);
+            v.copy_from_slice(before);
+            let time = kick.kick / f64::from(*order + 1 - stage);
+            system.pass(&Pass { kick: time, ..Pass::NOTHING }, None, x, v);
+        }
+        system.evaluate_dissipation(x, v);
+        v.copy_from_slice(before);
+        system.pass(kick, None, x, v)
     }
 }
 
 impl Integrator for Splitting {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let half_drag = half_drag(system, h);
-        let Splitting { stages, x, v } = self;
+        let stages = self.stages;
+        let damped = system.is_damped();
         let mut force = state.force;
         // Time belongs to the positions: it goes on while they do.
         let mut drifted = 0.0;
@@ -42,12 +70,12 @@ impl Integrator for Splitting {
             // A kick and the drift after it, or either alone: one pass over the vertices. The first goes from the state to
             // copies, so that a step that fails leaves the state as it was.
             let first = next == 0;
-            let mut pass = Pass { drag_before: 1.0, kick: 0.0, drift: 0.0, drag_after: 1.0, walls: false };
+            let mut pass = Pass::NOTHING;
             if let Some(Stage::Kick(c)) = stages.get(next) {
                 pass.kick = c * h;
                 if !system.holds(force) {
                     system.set_time(state.time + drifted * h);
-                    let at = if first { state.x() } else { &x[..] };
+                    let at = if first { state.x() } else { &self.x[..] };
                     force = system.evaluate(at).ok_or_else(|| StepFault::at(system, at, state.v()))?;
                 }
                 next += 1;
@@ -65,17 +93,28 @@ impl Integrator for Splitting {
             if last {
                 pass.drag_after = half_drag;
             }
-            let from = first.then(|| (state.x(), state.v()));
-            let passed = system.pass(&pass, from, x, v);
-            let prescribed = system.prescribe(state.time + drifted * h, x, v);
+            let passed = if damped && pass.kick != 0.0 {
+                if first {
+                    self.x.copy_from_slice(state.x());
+                    for (v, before) in self.v.iter_mut().zip(state.v()) {
+                        *v = half_drag * before;
+                    }
+                    pass.drag_before = 1.0;
+                }
+                self.damped_kick(system, &pass)
+            } else {
+                let from = first.then(|| (state.x(), state.v()));
+                system.pass(&pass, from, &mut self.x, &mut self.v)
+            };
+            let prescribed = system.prescribe(state.time + drifted * h, &mut self.x, &mut self.v);
             if !(passed.finite && prescribed) {
-                return Err(StepFault::at(system, x, v));
+                return Err(StepFault::at(system, &self.x, &self.v));
             }
             if pass.drift != 0.0 || passed.put_back {
                 force = ForceId::NONE;
             }
         }
-        state.swap(x, v, force);
+        state.swap(&mut self.x, &mut self.v, force);
         Ok(())
     }
 
@@ -85,6 +124,6 @@ impl Integrator for Splitting {
     }
 
     fn bytes(&self) -> usize {
-        8 * (self.x.len() + self.v.len())
+        8 * (self.x.len() + self.v.len() + self.before.len())
     }
 }

@@ -20,7 +20,7 @@ fn names_in_scenes_are_the_documented_names() {
 fn the_stability_limit_is_where_the_spectral_radius_leaves_one() {
     for method in methods() {
         let limit = method.documentation.stability_limit;
-        let radius = |z: f64| amplification(&method, z, 0.0).spectral_radius();
+        let radius = |z: f64| amplification(&method, z, 0.0, 0.0).spectral_radius();
         if limit == 0.0 {
             assert!(radius(1e-2) > 1.0 + 1e-12, "{} should grow at any step", method.documentation.name);
             continue;
@@ -65,7 +65,7 @@ fn coefficients_sum_to_one() {
 fn exactly_the_schemes_that_say_so_are_symplectic() {
     for method in methods() {
         for z in [0.3, 1.0] {
-            let [[a, b], [c, d]] = amplification(&method, z, 0.0).0;
+            let [[a, b], [c, d]] = amplification(&method, z, 0.0, 0.0).0;
             let defect = (a * d - b * c - 1.0).abs();
             if method.documentation.symplectic {
                 assert!(defect < 1e-14, "{} at z = {z}: {defect}", method.documentation.name);

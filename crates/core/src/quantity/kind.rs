@@ -62,6 +62,10 @@ kinds! {
     PRESSURE = "a pressure" "Pa" "3 MPa" [-1 1 -2 0];
     /// Spring constant [N/m].
     STIFFNESS = "a stiffness" "N/m" "2 kN/m" [0 1 -2 0];
+    /// Viscosity [Pa s].
+    VISCOSITY = "a viscosity" "Pa s" "50 Pa s" [-1 1 -1 0];
+    /// Force per velocity [N s/m].
+    DASHPOT = "a damping constant" "N s/m" "0.2 N s/m" [0 1 -1 0];
     /// Energy [J].
     ENERGY = "an energy" "J" "2 kJ" [2 1 -2 0];
     /// Power [W].

@@ -157,7 +157,10 @@ fn add_forces<const D: usize, const N: usize>(
 }
 
 /// Sums of the vertices of each element: their centroids, but for a factor.
-fn centroids<const D: usize, const N: usize>(elements: &[[u32; N]], rest: &[f64]) -> Vec<[f64; D]> {
+pub(crate) fn centroids<const D: usize, const N: usize>(
+    elements: &[[u32; N]],
+    rest: &[f64],
+) -> Vec<[f64; D]> {
     let sum = |element: &[u32; N]| {
         points_of::<D, N>(rest, element).iter().fold([0.0; D], |mut sum, point| {
             for c in 0..D {
@@ -170,7 +173,7 @@ fn centroids<const D: usize, const N: usize>(elements: &[[u32; N]], rest: &[f64]
 }
 
 /// The rows of `vertices` in a flat array.
-fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
+pub(crate) fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
     let mut points = [[0.0; D]; N];
     for (point, &v) in points.iter_mut().zip(vertices) {
         point.copy_from_slice(&x[v as usize * D..v as usize * D + D]);

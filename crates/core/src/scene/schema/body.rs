@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
-use crate::material::MaterialSpec;
+use super::{DampingSpec, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
+use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
 
 /// One body.
@@ -39,6 +39,9 @@ pub struct Body {
     /// Springs along the mesh's edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
+    /// What takes energy out of its deformation; nothing without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<DampingSpec>,
     /// Its mass.
     pub mass: MassSpec,
     /// Vertices that are held: where they are, or on a prescribed motion.
@@ -98,6 +101,9 @@ pub enum MassSpec {
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         f64,
     ),
+    /// The density of a well-known material, for solids and for bodies in 2D (which are one metre thick); `pliant list presets` shows
+    /// them.
+    Preset(Preset),
 }
 
 /// A set of vertices of a body, by their rest positions.

@@ -150,6 +150,8 @@ measured! {
     Rate: RATE;
     Pressure: PRESSURE;
     Stiffness: STIFFNESS;
+    ViscosityUnit: VISCOSITY;
+    Dashpot: DASHPOT;
     Force: FORCE;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
     Number: NUMBER;

@@ -11,21 +11,25 @@ use serde::{Deserialize, Serialize};
 use crate::integrator::IntegratorSpec;
 
 mod body;
+mod damping;
 mod measured;
 mod mesh;
 mod one_or_many;
 mod over_time;
 mod pin;
+mod probe;
 mod shapes;
 mod transform;
 
 pub use body::*;
+pub use damping::*;
 pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
 pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
 pub use pin::*;
+pub use probe::*;
 pub use shapes::*;
 pub use transform::*;
 
@@ -48,6 +52,9 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub body: Vec<Body>,
+    /// Points that are followed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<ProbeSpec>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

@@ -113,6 +113,34 @@ fn surroundings() {
 }
 
 #[test]
+fn a_density_has_the_unit_of_what_the_mesh_is_made_of() {
+    let unit = |dimension: usize, mesh: &str, made_of: &str| {
+        let text = format!(
+            "dimension = {dimension}\ntime = {{ integrator = 'rk4', step = 1e-3, duration = 1.0 }}\n[[body]]\nmesh = {mesh}\n\
+             {made_of}\nmass = {{ density = -1.0 }}\n"
+        );
+        let problems = briefly(&error(&text)).join("\n");
+        problems
+            .split_once("got -1.0 [")
+            .unwrap_or_else(|| panic!("{problems}"))
+            .1
+            .split(']')
+            .next()
+            .unwrap()
+            .to_owned()
+    };
+    let (springs, solid) = ("springs = { stiffness = 1.0 }", "elastic = { stvk = { preset = 'rubber' } }");
+    assert_eq!(
+        unit(3, "{ cloth = { cells = [1, 1], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] } }", springs),
+        "kg/m^2"
+    );
+    assert_eq!(unit(3, "{ sphere = { radius = 1.0, cells = 1 } }", springs), "kg/m^2");
+    assert_eq!(unit(3, "{ strand = { segments = 1, start = [0, 0, 0], end = [1, 0, 0] } }", springs), "kg/m");
+    assert_eq!(unit(3, "{ grid = { cells = [1, 1, 1], spacing = 1.0 } }", solid), "kg/m^3");
+    assert_eq!(unit(2, "{ grid = { cells = [1, 1], spacing = 1.0 } }", solid), "kg/m^2");
+}
+
+#[test]
 fn meshes() {
     check(&[
         (
@@ -535,4 +563,9 @@ fn orders() {
     for (text, expected) in table {
         assert_eq!(briefly(&error(&changed(&springs, &text))), [expected]);
     }
+    let damped =
+        format!("{elastic}\norder = 2\ndamping = {{ strain_rate = {{ shear = 1.0, second = 0.0 }} }}");
+    let damped = error(&changed(&springs, &damped));
+    let message = "`strain_rate` damps linear elements only, and this body is of `order` 2";
+    assert!(briefly(&damped).iter().any(|problem| problem.ends_with(message)), "{:?}", briefly(&damped));
 }

@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{mesh, motion, pins, transform};
+use super::{damping, mesh, motion, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -62,6 +62,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     }
     if let Some(springs) = &body.springs {
         self::springs(check, &path.key("springs"), springs, has.edge_count);
+    }
+    if let Some(damping) = &body.damping {
+        damping::damping(check, &path.key("damping"), damping, body);
     }
     mass(check, &path.key("mass"), body, has);
     pins::pins(check, &path.key("pin"), body, duration);
@@ -207,19 +210,15 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
     match &body.mass {
         MassSpec::Density(density) => {
             let path = path.key("density");
-            let unit = match (has.elements, check.dimension) {
-                (false, _) => "kg/m",
-                (true, Some(2)) => "kg/m^2",
-                (true, _) => "kg/m^3",
-            };
-            check.number(&path, density.value, Sign::Positive, unit);
-            if !has.edges {
-                let message =
-                    format!("`density` fills cells and edges, and this {} has none", body.mesh.name());
-                let problem = Problem::semantic(path, message).at_key();
-                check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
-            }
+            check.number(
+                &path,
+                density.value,
+                Sign::Positive,
+                unit_of_density(&body.mesh, has, check.dimension),
+            );
+            something_to_fill(check, path, body, has);
         }
+        MassSpec::Preset(_) => something_to_fill(check, path.key("preset"), body, has),
         MassSpec::PerVertex(masses) => {
             let count = body.vertex_count().map(|count| (count, "vertices"));
             check.one_or_many(&path.key("per_vertex"), masses, Sign::Positive, "kg", count);
@@ -227,6 +226,28 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
         MassSpec::Total(total) => {
             check.number(&path.key("total"), *total, Sign::Positive, "kg");
         }
+    }
+}
+
+/// By what the mesh is made of: a file is believed to have elements until it is read.
+fn unit_of_density(mesh: &MeshSpec, has: Contents, dimension: Option<usize>) -> &'static str {
+    let sheet = matches!(mesh, MeshSpec::Cloth(_) | MeshSpec::Sphere(_))
+        || matches!(mesh, MeshSpec::Inline(inline) if !inline.triangles.is_empty());
+    match (has.elements, dimension) {
+        (true, Some(2)) => "kg/m^2",
+        (true, _) => "kg/m^3",
+        (false, _) if sheet => "kg/m^2",
+        (false, _) => "kg/m",
+    }
+}
+
+/// A density needs cells or edges.
+fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: Contents) {
+    if !has.edges {
+        let key = path.last_key().unwrap_or("density").to_owned();
+        let message = format!("`{key}` fills cells and edges, and this {} has none", body.mesh.name());
+        let problem = Problem::semantic(path, message).at_key();
+        check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
     }
 }
 

@@ -1,0 +1,69 @@
+//! The damping of a body.
+
+use super::body::{Parts, renumbered};
+use crate::dissipation::{MassProportional, MeasuredRate, StrainRate, Viscosity};
+use crate::energy::elastic::points_of;
+use crate::energy::measure::{Constants, Length};
+use crate::material::{MaterialSpec, Plane};
+use crate::numbering::Numbering;
+use crate::scene::{Body, DampingSpec};
+use crate::system::System;
+
+/// What the elements of a body are given: `strain_rate` and the part of `stiffness_proportional`.
+fn viscosity(damping: &DampingSpec, material: &MaterialSpec) -> Viscosity {
+    let mut viscosity = Viscosity::default();
+    if let Some(rate) = &damping.strain_rate {
+        viscosity = Viscosity { shear: rate.shear, second: rate.second };
+    }
+    if let (Some(beta), Some(lame)) = (damping.stiffness_proportional, material.lame()) {
+        // In plane stress the sheet is free to change its thickness.
+        let lambda = match material.plane() {
+            Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
+            _ => lame.lambda,
+        };
+        viscosity.shear += beta * lame.mu;
+        viscosity.second += beta * lambda;
+    }
+    viscosity
+}
+
+impl Parts {
+    /// Adds what damps this body to `system`; arguments as of `add_terms`. What would damp nothing is left out.
+    pub(super) fn add_damping<const D: usize, const N: usize>(
+        &self,
+        spec: &Body,
+        rest: &[f64],
+        numbering: &Numbering,
+        system: &mut System,
+    ) {
+        let Some(damping) = &spec.damping else { return };
+        let (name, first) = (&self.name, self.first_vertex);
+        if let Some(material) = &spec.elastic {
+            let viscosity = viscosity(damping, material);
+            if viscosity != Viscosity::default() {
+                let elements: Vec<[u32; N]> = self.elements(numbering);
+                let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+                system.add_dissipation(Box::new(StrainRate::<D, D, N>::new(
+                    name, viscosity, &elements, rest, shape,
+                )));
+            }
+        }
+        let beta = damping.stiffness_proportional.unwrap_or(0.0);
+        let constant = |k: &f64| Constants {
+            stiffness: damping.dashpot.unwrap_or(0.0) + beta * k,
+            ..Constants::default()
+        };
+        let constants: Vec<Constants> = self.stiffness.iter().map(constant).collect();
+        if constants.iter().any(|c| c.stiffness != 0.0) {
+            let edges: Vec<[u32; 2]> = self.springs.iter().map(|e| renumbered(e, first, numbering)).collect();
+            let dashpots = MeasuredRate::<Length, D, 2>::new(name, &edges, &constants, rest);
+            system.add_dissipation(Box::new(dashpots));
+        }
+        if let Some(alpha) = damping.mass_proportional.filter(|alpha| *alpha != 0.0) {
+            let vertices = self.vertices();
+            let vertices = vertices.start as usize..vertices.end as usize;
+            let mass = system.mass()[vertices.clone()].to_vec();
+            system.add_dissipation(Box::new(MassProportional::new(name, alpha, &mass, vertices, D)));
+        }
+    }
+}

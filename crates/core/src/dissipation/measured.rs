@@ -1,0 +1,67 @@
+//! Dashpots: damping by the rate of a number measured at a few vertices.
+
+use super::DissipativeTerm;
+use crate::energy::Fault;
+use crate::energy::measure::{Constants, Measure, RateKernel, Stencils};
+use crate::energy::patch::Workspace;
+use crate::lanes::dispatch_compact;
+
+/// `R = sum 1/2 c (ds/dt)^2` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`Measure`]: for the length of a spring
+/// a dashpot beside it. A rigid motion changes no such number, and is not damped.
+pub struct MeasuredRate<Q, const D: usize, const N: usize> {
+    body: String,
+    stencils: Stencils<Q, D, N>,
+    workspace: Workspace<D>,
+}
+
+impl<Q: Measure<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N> {
+    /// Stencils `vertices` (global vertex indices) of `body`; the `stiffness` of the constants is the damping constant `c` of
+    /// each, `[N s/m]` for lengths.
+    ///
+    /// # Panics
+    /// If there are not as many constants as stencils.
+    pub fn new(body: &str, vertices: &[[u32; N]], constants: &[Constants], rest: &[f64]) -> Self {
+        let stencils = Stencils::new(vertices, constants, rest);
+        MeasuredRate { body: body.into(), workspace: stencils.workspace(), stencils }
+    }
+}
+
+impl<Q: Measure<D, N>, const D: usize, const N: usize> DissipativeTerm for MeasuredRate<Q, D, N> {
+    fn name(&self) -> String {
+        format!("damping of the {}s of `{}`", Q::OF, self.body)
+    }
+
+    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
+        let MeasuredRate { stencils, workspace, .. } = self;
+        stencils.patches.evaluate(workspace, x, Some(v), |patch, scratch| {
+            dispatch_compact(RateKernel { stencils, patch, scratch });
+        })
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.stencils.patches.add_rows(&self.workspace, first, g);
+    }
+
+    fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
+        self.evaluate(x, p);
+        self.add_rows(0, y);
+    }
+
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let MeasuredRate { stencils, workspace, .. } = self;
+        stencils.patches.sum_along(workspace, x, v, |patch, scratch| {
+            dispatch_compact(RateKernel { stencils, patch, scratch })
+        })
+    }
+
+    fn fault(&self, x: &[f64], _v: &[f64]) -> Option<Fault> {
+        let sum = |points: &[[f64; D]; N], rest: &[f64; 2]| {
+            Q::deviation(points, rest).1.as_flattened().iter().sum::<f64>()
+        };
+        self.stencils.fault(&self.body, sum, x)
+    }
+
+    fn bytes(&self) -> usize {
+        self.stencils.bytes() + self.workspace.bytes()
+    }
+}

@@ -1,0 +1,49 @@
+//! Forces that take energy away: each is the derivative of a dissipation function `R(x, v) >= 0` by the velocities.
+//!
+//! The equations of motion become `M x'' = -dE/dx - dR/dv` (Rayleigh 1873; Goldstein, Poole, Safko 2002, *Classical Mechanics*,
+//! section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
+
+mod mass_proportional;
+mod measured;
+mod strain_rate;
+#[cfg(test)]
+mod tests;
+
+pub use mass_proportional::MassProportional;
+pub use measured::MeasuredRate;
+pub use strain_rate::{StrainRate, Viscosity};
+
+use crate::energy::Fault;
+
+/// One additive dissipation function `R(x, v)` [W].
+///
+/// As of an [`EnergyTerm`](crate::energy::EnergyTerm): flat arrays `(n, dimension)`, scratch memory of its own, nothing
+/// allocated in a step, and the same bits for any number of threads.
+pub trait DissipativeTerm: Send + Sync {
+    /// Name for reports, e.g. `strain-rate damping of beam`.
+    fn name(&self) -> String;
+
+    /// Computes `dR/dv` [N] at `(x, v)` and holds it for [`add_rows`](Self::add_rows); returns whether all of it is finite.
+    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool;
+
+    /// Adds rows of the derivative last evaluated to `g`, flat `(vertices, dimension)`: as many as it has, from vertex `first`
+    /// on. Called block by block, from several threads.
+    fn add_rows(&self, first: usize, g: &mut [f64]);
+
+    /// Adds the product `d2R/dv2 p` [N] at `(x, v)` to `y`, `p` [m/s]. The matrix is symmetric and positive semi-definite; where
+    /// `R` is quadratic in `v` it is the damping matrix `C(x)`, whatever `v`. The derivative last evaluated is lost.
+    fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]);
+
+    /// The energy taken away per time, `v . dR/dv` [W]: `2 R` where `R` is quadratic in `v`. The derivative last evaluated is
+    /// lost.
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64;
+
+    /// The first place where `(x, v)` gives no finite force; called only after something went wrong.
+    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        let _ = (x, v);
+        None
+    }
+
+    /// Bytes held, for the memory report.
+    fn bytes(&self) -> usize;
+}

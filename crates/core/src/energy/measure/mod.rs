@@ -1,0 +1,97 @@
+//! Whatever stores energy by one number measured at a few vertices: the length of a spring, the angle of a hinge.
+
+mod kernels;
+mod length;
+mod stencils;
+#[cfg(test)]
+mod tests;
+
+pub use length::Length;
+pub use stencils::{Constants, Stencils};
+
+pub(crate) use self::kernels::RateKernel;
+use self::kernels::{EnergyKernel, GradientKernel, HessianKernel};
+use super::patch::Workspace;
+use super::{EnergyKind, EnergyTerm, Fault};
+use crate::lanes::{dispatch, dispatch_compact};
+use crate::scalar::Scalar;
+
+/// One number `s(x)` measured at `N` vertices, the same under every rigid motion.
+pub trait Measure<const D: usize, const N: usize>: Send + Sync + 'static {
+    /// What it is measured of: `hinge`.
+    const OF: &'static str;
+
+    /// The deviation `s(x) - s_0` from rest, which is what `rest` says, and `ds/dx`. Written once, generic over the scalar: it
+    /// runs on lanes and on dual numbers.
+    fn deviation<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> (S, [[S; D]; N]);
+}
+
+/// `E = sum 1/2 k (s(x) - s_0)^2` over stencils of `N` vertices.
+pub struct Measured<Q, const D: usize, const N: usize> {
+    body: String,
+    stencils: Stencils<Q, D, N>,
+    workspace: Workspace<D>,
+}
+
+impl<Q: Measure<D, N>, const D: usize, const N: usize> Measured<Q, D, N> {
+    /// Stencils `vertices` (global vertex indices) of `body` with their constants, at rest at `rest` (flat, all vertices of the
+    /// system) [m]: rest positions only say what is near what.
+    ///
+    /// # Panics
+    /// If there are not as many constants as stencils.
+    pub fn new(body: &str, vertices: &[[u32; N]], constants: &[Constants], rest: &[f64]) -> Self {
+        let stencils = Stencils::new(vertices, constants, rest);
+        Measured { body: body.into(), workspace: stencils.workspace(), stencils }
+    }
+}
+
+impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q, D, N> {
+    fn name(&self) -> String {
+        format!("{}s of `{}`", Q::OF, self.body)
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let Measured { stencils, workspace, .. } = self;
+        stencils
+            .patches
+            .sum(workspace, x, |patch, scratch| dispatch_compact(EnergyKernel { stencils, patch, scratch }))
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let Measured { stencils, workspace, .. } = self;
+        stencils.patches.evaluate(workspace, x, None, |patch, scratch| {
+            dispatch(GradientKernel { stencils, patch, scratch });
+        })
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.stencils.patches.add_rows(&self.workspace, first, g);
+    }
+
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let Measured { stencils, workspace, .. } = self;
+        stencils.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
+            dispatch_compact(HessianKernel { stencils, patch, scratch });
+        });
+        stencils.patches.add_rows(workspace, 0, y);
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        self.stencils.fault(
+            &self.body,
+            |points, rest| {
+                let (s, gradient) = Q::deviation(points, rest);
+                gradient.as_flattened().iter().fold(s, |sum, g| sum + g)
+            },
+            x,
+        )
+    }
+
+    fn bytes(&self) -> usize {
+        self.stencils.bytes() + self.workspace.bytes()
+    }
+}

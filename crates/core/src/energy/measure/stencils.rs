@@ -1,0 +1,98 @@
+//! Stencils with what belongs to each, in patches.
+
+use std::marker::PhantomData;
+
+use super::Measure;
+use crate::energy::Fault;
+use crate::energy::elastic::{centroids, points_of};
+use crate::energy::patch::{Patches, Workspace};
+use crate::lanes::{Lanes, WIDTH};
+use crate::mesh::order::along_curve;
+
+/// What belongs to one stencil.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Constants {
+    /// `k` of the energy, or of the dissipation, over the square of the measure's unit [J, W s].
+    pub stiffness: f64,
+    /// What the measure takes for the state of rest.
+    pub rest: [f64; 2],
+}
+
+/// The constants of `WIDTH` stencils, laid out for vector loads.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Pack {
+    /// Zero in lanes without a stencil of their own.
+    stiffness: [f64; WIDTH],
+    rest: [[f64; WIDTH]; 2],
+}
+
+impl Pack {
+    #[inline(always)]
+    pub(crate) fn stiffness<L: Lanes>(&self) -> L {
+        L::load(&self.stiffness)
+    }
+
+    #[inline(always)]
+    pub(crate) fn rest<L: Lanes>(&self) -> [L; 2] {
+        [L::load(&self.rest[0]), L::load(&self.rest[1])]
+    }
+}
+
+/// Stencils of `N` vertices that `Q` is measured at.
+pub struct Stencils<Q, const D: usize, const N: usize> {
+    pub(crate) patches: Patches<N>,
+    pub(crate) packs: Vec<Pack>,
+    measure: PhantomData<Q>,
+}
+
+impl<Q: Measure<D, N>, const D: usize, const N: usize> Stencils<Q, D, N> {
+    /// Stencils `vertices` with their constants; `rest` says what is near what.
+    ///
+    /// # Panics
+    /// If there are not as many constants as stencils.
+    pub fn new(vertices: &[[u32; N]], constants: &[Constants], rest: &[f64]) -> Self {
+        assert_eq!(vertices.len(), constants.len(), "constants for each stencil");
+        let order = along_curve::<D>(&centroids(vertices, rest));
+        let patches = Patches::new::<D>(vertices, &order, rest.len() / D);
+        let empty = Pack { stiffness: [0.0; WIDTH], rest: [[0.0; WIDTH]; 2] };
+        let mut packs = vec![empty; patches.index.len()];
+        for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
+            let mut rest = [0.0; 2];
+            for (lane, stencil) in stencils.iter().enumerate() {
+                if let Some(stencil) = stencil {
+                    pack.stiffness[lane] = constants[*stencil as usize].stiffness;
+                    rest = constants[*stencil as usize].rest;
+                }
+                // Lanes that only fill up repeat the stencil before them.
+                (pack.rest[0][lane], pack.rest[1][lane]) = (rest[0], rest[1]);
+            }
+        }
+        Stencils { patches, packs, measure: PhantomData }
+    }
+
+    /// What they are computed in.
+    pub fn workspace(&self) -> Workspace<D> {
+        Workspace::new(&self.patches)
+    }
+
+    /// The first stencil at which `number` is not finite.
+    pub(crate) fn fault(
+        &self,
+        body: &str,
+        number: impl Fn(&[[f64; D]; N], &[f64; 2]) -> f64,
+        x: &[f64],
+    ) -> Option<Fault> {
+        let faulty = self.patches.stencils().filter(|(_, vertices, pack, lane)| {
+            let rest = [self.packs[*pack].rest[0][*lane], self.packs[*pack].rest[1][*lane]];
+            !number(&points_of(x, vertices), &rest).is_finite()
+        });
+        let index = faulty.map(|(stencil, ..)| stencil).min()?;
+        Some(Fault::Stencil { what: Q::OF, body: body.into(), index })
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.patches.bytes() + size_of_val(&self.packs[..])
+    }
+}
