@@ -3,9 +3,12 @@
 mod bar;
 mod beam;
 mod column;
+mod impossible;
 mod invariance;
+mod loads;
 mod modes;
 mod patch;
 mod plane_stress;
 mod quadratic;
+mod reactions;
 mod spin;
