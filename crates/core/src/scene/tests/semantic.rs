@@ -579,3 +579,33 @@ fn materials() {
     let mistyped = error(&sheet.replace("\"stress\"", "\"stres\""));
     assert_eq!(mistyped.problems()[0].help[0], "did you mean `stress`?");
 }
+
+/// Only finite elements have an order, and it is 1 or 2.
+#[test]
+fn orders() {
+    let springs = format!("springs = {SPRINGS}");
+    let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }";
+    assert!(read(&changed(&springs, &format!("{elastic}\norder = 1"))).is_ok());
+    let quadratic = read(&changed(&springs, &format!("{elastic}\norder = 2"))).unwrap();
+    assert!(quadratic.body[0].is_quadratic());
+    let table = [
+        (format!("{elastic}\norder = 3"), "15:9 body.0.order: `order` must be 1 or 2, got 3"),
+        (
+            format!("{springs}\norder = 2"),
+            "15:9 body.0.order: `order` is that of finite elements: it needs `elastic`, which this body does not have",
+        ),
+        (
+            format!("{elastic}\n{springs}\norder = 2"),
+            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of edges: a body of \
+             `order` 2 has none",
+        ),
+    ];
+    for (text, expected) in table {
+        assert_eq!(briefly(&error(&changed(&springs, &text))), [expected]);
+    }
+    let damped =
+        format!("{elastic}\norder = 2\ndamping = {{ strain_rate = {{ shear = 1.0, second = 0.0 }} }}");
+    let damped = error(&changed(&springs, &damped));
+    let message = "`strain_rate` damps linear elements only, and this body is of `order` 2";
+    assert!(briefly(&damped).iter().any(|problem| problem.ends_with(message)), "{:?}", briefly(&damped));
+}
