@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::bending::Bends;
 use super::initial;
 use super::pins::{self, Held};
 use crate::energy::EnergyTerm;
@@ -25,6 +26,8 @@ pub(super) struct Parts {
     pub(super) elastic: bool,
     /// Its springs, vertices from 0.
     pub(super) springs: Vec<[u32; 2]>,
+    /// Its hinges and joints.
+    pub(super) bends: Bends,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
@@ -63,6 +66,9 @@ impl Parts {
             || (vec![], vec![]),
             |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
         );
+        let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
+            Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
+        });
         let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let position =
@@ -78,6 +84,7 @@ impl Parts {
             mesh,
             elastic: spec.elastic.is_some(),
             springs,
+            bends,
             mass,
             held,
             position,
@@ -177,6 +184,7 @@ impl Parts {
             };
             system.add_term(material.visit::<D, _>(maker));
         }
+        self.bends.add_terms::<D>(self, rest, numbering, system);
         if !springs.is_empty() {
             let edges: Vec<[u32; 2]> =
                 springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
@@ -226,7 +234,7 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for ElasticMaker<'_, N> 
 }
 
 /// One value per item; a list must have the right length.
-fn spread(
+pub(super) fn spread(
     value: &OneOrMany,
     count: usize,
     what: &str,
@@ -266,7 +274,7 @@ fn spring_constants(
     (stiffness, rest)
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrator::IntegratorSpec;
 
+mod bending;
 mod body;
 mod damping;
 mod measured;
@@ -20,6 +21,7 @@ mod pin;
 mod shapes;
 mod transform;
 
+pub use bending::*;
 pub use body::*;
 pub use damping::*;
 pub(crate) use measured::*;
