@@ -44,6 +44,7 @@ fn list_shows_every_registry() {
     for (family, some) in [
         ("integrators", &["symplectic-euler", "rk4", "yoshida4"][..]),
         ("materials", &["corotated", "neo-hookean"]),
+        ("presets", &["silicone", "steel"]),
         ("elements", &["triangle", "tetrahedron", "spring"]),
         ("meshes", &["grid", "cloth", "file"]),
         ("channels", &["state", "mesh", "energy"]),

@@ -169,3 +169,32 @@ fn a_reader_that_has_had_enough_is_no_failure() {
         assert_eq!(ended.succeeded().stderr, "");
     }
 }
+
+#[test]
+fn probes_are_written_as_a_table() {
+    let bench = Bench::new(&format!("{SPRING}\n[[probe]]\nname = 'end'\nvertex = 1\n"));
+    bench.pliant(["scene.toml", "--no-record", "--probes", "end.csv"]).succeeded();
+    let text = std::fs::read_to_string(bench.path("end.csv")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 12, "{text}");
+    assert!(
+        lines[0].starts_with("time [s],end.x [m],end.y [m],") && lines[1].starts_with("0.0,1.1,0.0,"),
+        "{text}"
+    );
+    bench
+        .pliant(["scene.toml", "--no-record", "--probes", "end.csv"])
+        .ended_with(2)
+        .says(&["end.csv exists", "--force"]);
+    bench.pliant(["scene.toml", "--no-record", "--probes", "end.csv", "--force"]).succeeded();
+    bench
+        .pliant(["scene.toml", "--no-record", "--probes", "scene.toml", "--force"])
+        .ended_with(2)
+        .says(&["is the scene"]);
+    bench.pliant(["scene.toml", "-o", "a.mcap", "--probes", "a.mcap"]).ended_with(2).says(&["the recording"]);
+    // What is in the way of the table is found before anything is written.
+    assert_eq!(bench.files(), ["end.csv"]);
+    Bench::new(SPRING)
+        .pliant(["scene.toml", "--probes", "x.csv"])
+        .ended_with(2)
+        .says(&["the scene has no [[probe]]"]);
+}

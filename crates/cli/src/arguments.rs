@@ -101,8 +101,11 @@ pub(crate) struct RunArguments {
     /// Number of threads [default: all cores]; the result does not depend on it
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU16>,
-    /// Simulate without writing a file
-    #[arg(long, conflicts_with_all = ["output", "force"])]
+    /// Also write the readings of the scene's probes as a table of comma-separated values
+    #[arg(long, value_name = "FILE")]
+    pub(crate) probes: Option<PathBuf>,
+    /// Simulate without recording
+    #[arg(long, conflicts_with = "output")]
     pub(crate) no_record: bool,
 }
 
@@ -130,6 +133,8 @@ pub(crate) enum Family {
     Integrators,
     /// Hyperelastic materials
     Materials,
+    /// Well-known materials: constants, densities and their sources
+    Presets,
     /// Finite elements and springs
     Elements,
     /// Meshes: generators and files

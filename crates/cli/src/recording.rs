@@ -36,6 +36,7 @@ impl Recording {
             overwrite: arguments.force,
             channels: input.scene.output.channels.clone(),
             title: input.scene.title.clone(),
+            probes: assembly.probes.clone(),
             scene_text: input.source.text().to_owned(),
             ..Options::default()
         };

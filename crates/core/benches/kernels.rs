@@ -18,7 +18,7 @@ use pliant::material::{
 use pliant::scalar::Scalar;
 use pliant::scene::Stress;
 
-const ISOTROPIC: Isotropic = Isotropic { young: 5e5, poisson: 0.4 };
+const ISOTROPIC: Isotropic = Isotropic::new(5e5, 0.4);
 /// Edge of a cell [m].
 const SPACING: f64 = 0.1 / 16.0;
 

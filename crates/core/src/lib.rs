@@ -55,6 +55,7 @@ pub mod mesh;
 pub mod numbering;
 pub mod observer;
 mod pass;
+pub mod probe;
 pub mod quantity;
 #[cfg(feature = "mcap")]
 pub mod record;

@@ -2,7 +2,7 @@
 
 use pliant::element::{self, ELEMENTS};
 use pliant::integrator::{Documentation, IntegratorSpec};
-use pliant::material::{About, Domain, MaterialSpec};
+use pliant::material::{About, AboutPreset, Domain, MaterialSpec, PRESETS};
 use pliant::scene;
 use serde_json::{Map, Value, json};
 
@@ -11,8 +11,14 @@ use crate::failure::{Failure, Status};
 use crate::terminal::Terminal;
 use crate::text::{entry, number, wrap};
 
-const ALL: [Family; 5] =
-    [Family::Integrators, Family::Materials, Family::Elements, Family::Meshes, Family::Channels];
+const ALL: [Family; 6] = [
+    Family::Integrators,
+    Family::Materials,
+    Family::Presets,
+    Family::Elements,
+    Family::Meshes,
+    Family::Channels,
+];
 
 pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<Status, Failure> {
     let families = arguments.family.map_or_else(|| ALL.to_vec(), |family| vec![family]);
@@ -79,6 +85,7 @@ fn items(family: Family) -> (&'static str, Vec<Item>) {
             let specs = MaterialSpec::examples();
             ("materials", specs.iter().map(|spec| material(spec, &keys(spec.name()))).collect())
         }
+        Family::Presets => ("presets", PRESETS.iter().map(preset).collect()),
         Family::Elements => ("elements", ELEMENTS.iter().map(element).collect()),
         Family::Meshes => ("meshes", choices("MeshSpec")),
         Family::Channels => ("channels", choices("Channel")),
@@ -124,6 +131,16 @@ fn material(material: &MaterialSpec, parameters: &[String]) -> Item {
     value["name"] = json!(material.name());
     value["example"] = example;
     Item::new(material.name(), summary, facts, value)
+}
+
+fn preset(about: &AboutPreset) -> Item {
+    let facts = vec![
+        ("young", format!("{} Pa", number(about.young))),
+        ("poisson", number(about.poisson)),
+        ("density", format!("{} kg/m^3", number(about.density))),
+        ("source", about.source.to_owned()),
+    ];
+    Item::new(about.name, about.summary, facts, json!(about))
 }
 
 fn element(about: &element::About) -> Item {

@@ -1,6 +1,7 @@
 //! `pliant run`: from a scene to a recording.
 
 mod closing;
+mod probes;
 
 use std::io::IsTerminal;
 use std::time::Instant;
@@ -33,6 +34,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     }
     // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;
+    let mut table = probes::table(arguments, &assembly)?;
     let mut recording = Recording::open(arguments, &input, &assembly)?;
 
     let plan = input.scene.plan();
@@ -48,6 +50,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     let summary = {
         let mut observers: Vec<&mut dyn Observer> = vec![&mut statistics];
         observers.extend(recording.observer());
+        observers.extend(table.as_mut().map(|table| table as &mut dyn Observer));
         observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
         run::run(simulation, &plan, &mut observers, interrupted)
     };

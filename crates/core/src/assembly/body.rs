@@ -290,29 +290,43 @@ fn masses(
     match spec {
         MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
         MassSpec::Total(total) => vec![total / n as f64; n],
-        MassSpec::Density(density) => {
-            let mut mass = mesh.lumped_measure();
-            if mesh.element_dimension() < 2 {
-                // Mass per length of the springs themselves.
-                mass = vec![0.0; n];
-                for &[a, b] in springs {
-                    let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
-                    mass[a as usize] += half;
-                    mass[b as usize] += half;
-                }
-            }
-            mass.iter_mut().for_each(|m| *m *= density.value);
-            problems.extend(wrong_density(*density, mesh, &path.key("density")));
-            if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
-                let message = format!(
-                    "vertex {vertex} belongs to no element and no spring: a density gives it no mass"
-                );
-                let help = "give `per_vertex` or `total` instead";
-                problems.push(Problem::semantic(path.key("density"), message).with_help(help));
-            }
-            mass
+        MassSpec::Density(density) => filled(*density, mesh, springs, &path.key("density"), problems),
+        MassSpec::Preset(preset) => {
+            let dimension = Some(Kind::DENSITY.dimension);
+            let density = Quantity { value: preset.about().density, dimension };
+            filled(density, mesh, springs, &path.key("preset"), problems)
         }
     }
+}
+
+/// Lumped mass of every vertex of a body of this density, which the scene has at `path`.
+fn filled(
+    density: Quantity,
+    mesh: &Mesh,
+    springs: &[[u32; 2]],
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<f64> {
+    let n = mesh.vertex_count();
+    let mut mass = mesh.lumped_measure();
+    if mesh.element_dimension() < 2 {
+        // Mass per length of the springs themselves.
+        mass = vec![0.0; n];
+        for &[a, b] in springs {
+            let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
+            mass[a as usize] += half;
+            mass[b as usize] += half;
+        }
+    }
+    mass.iter_mut().for_each(|m| *m *= density.value);
+    problems.extend(wrong_density(density, mesh, path));
+    if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
+        let message =
+            format!("vertex {vertex} belongs to no element and no spring: a density gives it no mass");
+        let help = "give `per_vertex` or `total` instead";
+        problems.push(Problem::semantic(path.clone(), message).with_help(help));
+    }
+    mass
 }
 
 /// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,

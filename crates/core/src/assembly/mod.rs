@@ -9,6 +9,7 @@ mod gravity;
 mod initial;
 mod memory;
 mod pins;
+mod probes;
 mod report;
 
 use std::path::Path;
@@ -17,6 +18,7 @@ use crate::constraint::Wall;
 use crate::diagnostics::StabilityLimit;
 use crate::energy::nbody::{NBody, TreeGravity};
 use crate::numbering::Numbering;
+use crate::probe::Probe;
 use crate::run::Plan;
 use crate::scene::{KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
@@ -32,6 +34,8 @@ pub struct Assembly {
     pub simulation: Simulation,
     /// Its bodies and their cells.
     pub topology: Topology,
+    /// The points that the scene follows.
+    pub probes: Vec<Probe>,
     /// Counts, sizes, the stability limit, what was left out.
     pub report: Report,
 }
@@ -79,6 +83,7 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
+    let probes = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
     let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
@@ -133,7 +138,7 @@ fn assemble<const D: usize, const N: usize>(
         bodies: bodies.iter().map(body::Parts::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
-    Ok(Assembly { simulation, topology, report })
+    Ok(Assembly { simulation, topology, probes, report })
 }
 
 /// Renumbers the bodies whose neighbours are numbered far apart.

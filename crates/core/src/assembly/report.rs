@@ -6,8 +6,9 @@ use super::body::Parts;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
 use crate::lanes;
+use crate::material::{AboutPreset, MaterialSpec, Preset};
 use crate::mesh::Quality;
-use crate::scene::{Channel, Scene, Stress};
+use crate::scene::{Channel, MassSpec, Scene, Stress};
 use crate::simulation::Simulation;
 
 /// The assembled problem in numbers.
@@ -152,6 +153,22 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         "stress by automatic differentiation".into(),
         "automatic differentiation: no body asks for it",
     );
+    for (i, body) in scene.body.iter().enumerate() {
+        let mass = if let MassSpec::Preset(preset) = body.mass { Some(preset) } else { None };
+        let elastic = body.elastic.as_ref().and_then(MaterialSpec::preset);
+        for (preset, what) in [(elastic, "elastic constants"), (mass, "density")] {
+            let Some(AboutPreset { name, young, poisson, density, source, .. }) = preset.map(Preset::about)
+            else {
+                continue;
+            };
+            let numbers = match what {
+                "density" => format!("{density} kg/m^3"),
+                _ => format!("young {young:e} Pa, poisson {poisson}, unless given"),
+            };
+            let body = body.name_or_default(i);
+            say(true, format!("{what} of `{body}` from the preset {name}: {numbers} ({source})"), "");
+        }
+    }
     say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
     let bends: usize = bodies.iter().map(|b| b.bends.count()).sum();
     say(bends > 0, format!("bending at {bends} hinges and joints"), "bending: no body resists it");
@@ -192,6 +209,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("output /elements: {}", measures.join(", ")),
         "output /elements: no deformation, strain or stress of elements is computed",
     );
+    let probes = scene.probe.len();
+    say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
 }

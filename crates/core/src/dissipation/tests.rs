@@ -4,7 +4,7 @@ use super::*;
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::{Elastic, points_of};
 use crate::energy::measure::{Constants, Length};
-use crate::material::{Linear, Model, Plane, PlaneIsotropic};
+use crate::material::{Isotropic, Linear, Model, Plane, PlaneIsotropic};
 use crate::scene::Stress;
 
 /// `i`-th number of a sequence without pattern in (-1, 1).
@@ -134,7 +134,7 @@ fn a_rigid_motion_of_a_deformed_body_is_not_damped() {
 fn check_rayleigh<const D: usize, const N: usize>(plane: Option<Plane>) {
     let (rest, elements) = two::<D, N>();
     let (young, poisson, beta) = (50.0, 0.3, 0.02);
-    let parameters = PlaneIsotropic { young, poisson, plane };
+    let parameters = PlaneIsotropic { solid: Isotropic::new(young, poisson), plane };
     let (mu, lambda) = (young / 2.6, young * poisson / (1.3 * 0.4));
     let in_plane = 2.0 * lambda * mu / (lambda + 2.0 * mu);
     let second = beta * if plane == Some(Plane::Stress) { in_plane } else { lambda };

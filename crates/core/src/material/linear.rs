@@ -1,8 +1,9 @@
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::parameters::or_preset;
 use super::{
-    About, Domain, Isotropic, Lame, Material, Model, ParameterError, Parameters, Plane, Psd, Tangent,
+    About, Domain, Isotropic, Lame, Material, Model, ParameterError, Parameters, Plane, Preset, Psd, Tangent,
 };
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
@@ -42,38 +43,74 @@ impl Linear {
 }
 
 /// Isotropic elasticity that in two dimensions may be in plane stress.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PlaneIsotropic {
-    /// Young's modulus E [Pa], positive.
-    #[serde(with = "As::<Pressure>")]
-    pub young: f64,
-    /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D.
-    pub poisson: f64,
+    /// Of the solid.
+    #[serde(flatten)]
+    pub solid: Isotropic,
     /// What happens across the plane, in 2D only; plane strain without it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
+}
+
+/// As a scene has it.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct PlaneIsotropicTable {
+    /// Young's modulus E [Pa], positive; that of the preset without it.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    young: Option<f64>,
+    /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D. That of the preset without it.
+    #[serde(default)]
+    poisson: Option<f64>,
+    /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
+    #[serde(default)]
+    preset: Option<Preset>,
+    /// What happens across the plane, in 2D only; plane strain without it.
+    #[serde(default)]
+    plane: Option<Plane>,
+}
+
+impl<'de> Deserialize<'de> for PlaneIsotropic {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let PlaneIsotropicTable { young, poisson, preset, plane } =
+            PlaneIsotropicTable::deserialize(deserializer)?;
+        let young = or_preset(young, preset, "young", |about| about.young)?;
+        let poisson = or_preset(poisson, preset, "poisson", |about| about.poisson)?;
+        Ok(PlaneIsotropic { solid: Isotropic { young, poisson, preset }, plane })
+    }
+}
+
+impl JsonSchema for PlaneIsotropic {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "PlaneIsotropic".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = PlaneIsotropicTable::json_schema(generator);
+        let about = "Isotropic elasticity that in two dimensions may be in plane stress. `young` and `poisson` are needed, or a `preset`.";
+        schema.insert("description".into(), about.into());
+        schema
+    }
 }
 
 impl From<Isotropic> for PlaneIsotropic {
     fn from(solid: Isotropic) -> Self {
-        PlaneIsotropic { young: solid.young, poisson: solid.poisson, plane: None }
-    }
-}
-
-impl PlaneIsotropic {
-    fn solid(&self) -> Isotropic {
-        Isotropic { young: self.young, poisson: self.poisson }
+        PlaneIsotropic { solid, plane: None }
     }
 }
 
 impl Parameters for PlaneIsotropic {
     fn check(&self) -> Result<(), ParameterError> {
-        self.solid().check()
+        self.solid.check()
     }
 
     fn lame(&self) -> Option<Lame> {
-        Some(self.solid().lame())
+        Some(self.solid.lame())
+    }
+
+    fn preset(&self) -> Option<Preset> {
+        self.solid.preset
     }
 
     fn plane(&self) -> Option<Plane> {
@@ -96,7 +133,7 @@ impl Model for Linear {
         has_rest_shape: true,
     };
     fn new(parameters: &PlaneIsotropic) -> Self {
-        let lame = parameters.solid().lame();
+        let lame = parameters.solid.lame();
         let Lame { lambda, mu } = lame;
         match parameters.plane {
             None | Some(Plane::Strain) => Linear { lame, plane_lambda: lambda, contraction: 0.0 },

@@ -3,6 +3,7 @@
 mod autodiff;
 mod barrier;
 mod parameters;
+mod preset;
 mod registry;
 mod spectrum;
 mod stretches;
@@ -13,6 +14,7 @@ pub use linear::PlaneIsotropic;
 pub use mooney_rivlin::TwoConstants;
 pub use ogden::OgdenTerms;
 pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Plane, Stiffness};
+pub use preset::{AboutPreset, PRESETS, Preset};
 pub use registry::{About, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, InvariantDerivatives, Spectrum};
 pub use stretches::Stretches;

@@ -1,8 +1,9 @@
 //! What a scene gives a model: elastic constants, and the checks that they make sense.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::preset::{AboutPreset, Preset};
 use crate::scene::{As, Pressure};
 
 /// A parameter has a value that no material has.
@@ -42,6 +43,11 @@ pub trait Parameters {
     /// The Lame parameters of the linear elasticity that the model reduces to at `F = I`; `None` where the model is
     /// not meant to reduce to it.
     fn lame(&self) -> Option<Lame>;
+
+    /// The preset that some of them are from, if there is one.
+    fn preset(&self) -> Option<Preset> {
+        None
+    }
 
     /// What the parameters say of the plane in two dimensions, if they have a say.
     fn plane(&self) -> Option<Plane> {
@@ -90,17 +96,77 @@ impl Lame {
 
 /// Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and
 /// `poisson` for small strains.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Isotropic {
     /// Young's modulus E [Pa], positive.
-    #[serde(with = "As::<Pressure>")]
     pub young: f64,
     /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain.
     pub poisson: f64,
+    /// Where those of them are from that the scene does not give.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
 }
 
+/// As a scene has it.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct IsotropicTable {
+    /// Young's modulus E [Pa], positive; that of the preset without it.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    young: Option<f64>,
+    /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain. That of the preset without it.
+    #[serde(default)]
+    poisson: Option<f64>,
+    /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
+    #[serde(default)]
+    preset: Option<Preset>,
+}
+
+/// What is given, or what the preset has.
+///
+/// # Errors
+/// Neither.
+pub(super) fn or_preset<E: serde::de::Error>(
+    given: Option<f64>,
+    preset: Option<Preset>,
+    field: &'static str,
+    of_preset: fn(&AboutPreset) -> f64,
+) -> Result<f64, E> {
+    given.or(preset.map(|preset| of_preset(preset.about()))).ok_or_else(|| E::missing_field(field))
+}
+
+impl<'de> Deserialize<'de> for Isotropic {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let IsotropicTable { young, poisson, preset } = IsotropicTable::deserialize(deserializer)?;
+        Ok(Isotropic {
+            young: or_preset(young, preset, "young", |about| about.young)?,
+            poisson: or_preset(poisson, preset, "poisson", |about| about.poisson)?,
+            preset,
+        })
+    }
+}
+
+impl JsonSchema for Isotropic {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Isotropic".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = IsotropicTable::json_schema(generator);
+        schema.insert("description".into(), ISOTROPIC.into());
+        schema
+    }
+}
+
+const ISOTROPIC: &str = "Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and \
+                         `poisson` for small strains. Both are needed, or a `preset`.";
+
 impl Isotropic {
+    /// With Young's modulus `young` [Pa].
+    pub const fn new(young: f64, poisson: f64) -> Isotropic {
+        Isotropic { young, poisson, preset: None }
+    }
+
     /// The equivalent Lame parameters.
     pub fn lame(&self) -> Lame {
         Lame::new(self.young, self.poisson)
@@ -117,8 +183,12 @@ impl Parameters for Isotropic {
         Some(self.lame())
     }
 
+    fn preset(&self) -> Option<Preset> {
+        self.preset
+    }
+
     fn example() -> Self {
-        Isotropic { young: 1e6, poisson: 0.3 }
+        Isotropic::new(1e6, 0.3)
     }
 }
 

@@ -81,6 +81,11 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => parameters.check(),)+ }
             }
 
+            /// The preset that some of the parameters are from, if there is one.
+            pub fn preset(&self) -> Option<Preset> {
+                match self { $(Self::$model(parameters) => parameters.preset(),)+ }
+            }
+
             /// Plane strain or plane stress, where the scene says which.
             pub fn plane(&self) -> Option<Plane> {
                 match self { $(Self::$model(parameters) => parameters.plane(),)+ }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use foxglove::Encode;
 use mcap::{Channel, Schema};
+use serde_json::{Map, Value, json};
 
 use crate::diagnostics::MEASURES;
 
@@ -22,6 +23,8 @@ pub(super) const LOG: (u16, &str) = (5, "/log");
 
 /// Number of the first channel about elements; one for each [measure](crate::diagnostics::MEASURES), recorded or not.
 pub(super) const ELEMENTS: u16 = 10;
+/// Number of the channel of the first probe.
+pub(super) const PROBES: u16 = 100;
 /// Number of the first channel that is not about elements again.
 const AFTER_ELEMENTS: u16 = ELEMENTS + MEASURES.len() as u16;
 
@@ -33,6 +36,7 @@ pub(super) fn place_from_end(id: u16) -> Option<u16> {
         _ if id == STATE.0 => Some(0),
         _ if id == ENERGY.0 => Some(1),
         ELEMENTS..AFTER_ELEMENTS => Some(1 + AFTER_ELEMENTS - id),
+        PROBES.. => Some(u16::MAX - id + AFTER_ELEMENTS),
         // Not in every frame, and therefore the first.
         _ if id == MESH.0 => Some(u16::MAX),
         _ => None,
@@ -66,4 +70,39 @@ pub(super) fn encode<T: Encode>(message: &T, buffer: &mut Vec<u8>) {
     // Encoding fails only for lack of room, and a vector grows.
     let encoded = message.encode(buffer);
     debug_assert!(encoded.is_ok(), "a vector grows as messages are encoded into it");
+}
+
+/// A channel of JSON objects, with the schema of `row`, an object that has every field there can be.
+pub(super) fn json_channel(id: u16, topic: &str, title: &str, row: &Value) -> Channel<'static> {
+    let mut schema = schema_of(row);
+    schema["title"] = json!(title);
+    let schema = Schema {
+        id,
+        name: title.to_owned(),
+        encoding: "jsonschema".to_owned(),
+        data: Cow::Owned(schema.to_string().into_bytes()),
+    };
+    Channel {
+        id,
+        topic: topic.to_owned(),
+        schema: Some(Arc::new(schema)),
+        message_encoding: "json".to_owned(),
+        metadata: BTreeMap::new(),
+    }
+}
+
+/// Schema of one value. Single type names only: readers of Foxglove refuse lists of types.
+fn schema_of(value: &Value) -> Value {
+    match value {
+        Value::Object(fields) => {
+            let properties: Map<String, Value> =
+                fields.iter().map(|(name, value)| (name.clone(), schema_of(value))).collect();
+            json!({ "type": "object", "properties": properties })
+        }
+        Value::Array(items) => json!({ "type": "array", "items": schema_of(&items[0]) }),
+        Value::Number(number) if number.is_u64() => json!({ "type": "integer" }),
+        Value::String(_) => json!({ "type": "string" }),
+        Value::Bool(_) => json!({ "type": "boolean" }),
+        _ => json!({ "type": "number" }),
+    }
 }

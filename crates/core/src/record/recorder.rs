@@ -12,10 +12,12 @@ use super::elements::Elements;
 use super::error::write_error;
 use super::journal::Journal;
 use super::outcome::{OUTCOME, Outcome, Status};
+use super::probe::Probes;
 use super::sink::Sink;
 use super::surface::Drawing;
 use super::{Level, RecordError, attachments, energy, paths, state, transform, warning};
 use crate::observer::{Frame, Observer, ObserverError};
+use crate::probe::Probe;
 use crate::scene::Channel;
 use crate::topology::Topology;
 
@@ -28,6 +30,8 @@ pub struct Options {
     pub channels: Vec<Channel>,
     /// One line that says what this is.
     pub title: Option<String>,
+    /// Points that are followed, each on a channel of its own.
+    pub probes: Vec<Probe>,
     /// Text of the scene, attached as `scene.toml` unless empty.
     pub scene_text: String,
     /// More key-value pairs for the metadata record `pliant`; they take precedence over its own.
@@ -58,6 +62,7 @@ pub struct McapRecorder {
     length: usize,
     states: Option<Cloud>,
     elements: Option<Elements>,
+    probes: Probes,
     records_energy: bool,
     drawing: Option<Drawing>,
     buffers: [Vec<u8>; 3],
@@ -111,6 +116,8 @@ impl McapRecorder {
         if drawing.is_some() {
             channels.push(Drawing::channel());
         }
+        let probes = Probes::new(&options.probes);
+        channels.extend(probes.channels());
         channels.extend(elements.iter().flat_map(Elements::channels));
         if asked(Channel::Energy) {
             channels.push(energy::channel());
@@ -132,6 +139,7 @@ impl McapRecorder {
             states: asked(Channel::State).then(state::cloud),
             records_energy: asked(Channel::Energy),
             elements,
+            probes,
             drawing,
             buffers: Default::default(),
             frames: 0,
@@ -175,6 +183,8 @@ impl McapRecorder {
             drawing.encode_frame(frame, log_time, mesh);
             group.push(Message::new(MESH.0, sequence, log_time, mesh));
         }
+        self.probes.encode_frame(frame);
+        group.extend(self.probes.messages(sequence, log_time));
         if let Some(elements) = &mut self.elements {
             let (frame_number, expected) = (self.frames, elements.count());
             let states = frame.elements.ok_or(RecordError::MissingElements {
@@ -279,7 +289,7 @@ impl Observer for McapRecorder {
     }
 
     fn wants_elements(&self) -> bool {
-        self.elements.is_some()
+        self.elements.is_some() || self.probes.wants_elements()
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

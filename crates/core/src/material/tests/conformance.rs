@@ -98,7 +98,7 @@ fn rest_state_is_linear_elasticity() {
             let Some(lame) = spec.lame() else { continue };
             // One model has no Poisson effect, and says so.
             let poisson = if spec.name() == "arap" { 0.0 } else { 0.3 };
-            let reference = MaterialSpec::Linear(Isotropic { young: 1e6, poisson }.into());
+            let reference = MaterialSpec::Linear(Isotropic::new(1e6, poisson).into());
             let reference = super::probe::<D>(&reference).hessian(&identity, Psd::Exact);
             assert_eq!(reference.0[0][0][1][1], lame.lambda);
             assert_eq!(reference.0[0][1][0][1], lame.mu);

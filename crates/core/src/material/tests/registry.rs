@@ -37,7 +37,7 @@ fn names() {
 #[test]
 fn scene_syntax() {
     let text = "elastic = { corotated = { young = 3e6, poisson = 0.0 } }";
-    let expected = MaterialSpec::Corotated(Isotropic { young: 3e6, poisson: 0.0 });
+    let expected = MaterialSpec::Corotated(Isotropic::new(3e6, 0.0));
     assert_eq!(toml::from_str::<Body>(text).unwrap().elastic, expected);
     for elastic in MaterialSpec::examples() {
         let text = toml::to_string(&Body { elastic: elastic.clone() }).unwrap();
@@ -72,14 +72,14 @@ fn descriptions_are_complete() {
 #[test]
 fn impossible_parameters() {
     let field = |young, poisson| {
-        let error = MaterialSpec::Stvk(Isotropic { young, poisson }).check().expect_err("impossible");
+        let error = MaterialSpec::Stvk(Isotropic::new(young, poisson)).check().expect_err("impossible");
         (error.field, error.to_string())
     };
     for spec in MaterialSpec::examples() {
         assert_eq!(spec.check(), Ok(()));
     }
     for (young, poisson) in [(1e-3, 0.4999), (1e12, -0.99), (1.0, 0.0)] {
-        assert_eq!(MaterialSpec::Stvk(Isotropic { young, poisson }).check(), Ok(()));
+        assert_eq!(MaterialSpec::Stvk(Isotropic::new(young, poisson)).check(), Ok(()));
     }
     let (name, message) = field(1e6, 0.5);
     assert_eq!(name, "poisson");

@@ -33,7 +33,7 @@ const MU: f64 = 1e6 / 2.6;
 
 #[test]
 fn rubber_models_contain_one_another() {
-    let neo = MaterialSpec::IsochoricNeoHookean(Isotropic { young: 1e6, poisson: 0.3 });
+    let neo = MaterialSpec::IsochoricNeoHookean(Isotropic::new(1e6, 0.3));
     same(&neo, &mooney(Some(1e6), 1.0, 0.0));
     same(&neo, &ogden(Some(1e6), &[1.0], &[2.0]));
     // mu_p = 2 C10, -2 C01 of alpha_p = 2, -2.

@@ -44,7 +44,7 @@ pub struct ElementRows {
     pub values: Vec<f64>,
 }
 
-/// One field of `/energy` over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
+/// One field of `/energy` or of a probe over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
 /// `work.steps`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
@@ -123,20 +123,32 @@ impl Trajectory {
     /// # Errors
     /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn energy(&mut self) -> Result<Vec<Column>, RecordError> {
-        let no_channel =
-            || RecordError::NoChannel { path: self.source.path.clone(), topic: ENERGY.1.to_owned() };
-        let channel = self.source.channel(ENERGY.1).ok_or_else(no_channel)?;
+        self.columns(ENERGY.1)
+    }
+
+    /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy).
+    pub fn probe(&mut self, name: &str) -> Result<Vec<Column>, RecordError> {
+        self.columns(&format!("/probe/{name}"))
+    }
+
+    /// A channel of JSON objects.
+    fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
+        let path = self.source.path.clone();
+        let Some(channel) = self.source.channel(topic) else {
+            return Err(RecordError::NoChannel { path, topic: topic.to_owned() });
+        };
         let mut rows = Vec::new();
         for number in 0..self.source.summary.chunk_indexes.len() {
             for record in self.source.chunk(number)? {
                 if let Record::Message { header, data } = record
                     && header.channel_id == channel
                 {
-                    let what = "a message on /energy is not JSON";
+                    let what = "a message of a channel of JSON objects is none";
                     let row = serde_json::from_slice(&data);
-                    rows.push(
-                        row.map_err(|_| RecordError::Unexpected { path: self.source.path.clone(), what })?,
-                    );
+                    rows.push(row.map_err(|_| RecordError::Unexpected { path: path.clone(), what })?);
                 }
             }
         }

@@ -5,6 +5,7 @@ mod content;
 mod disk_full;
 mod elements;
 mod killed;
+mod probes;
 mod refusal;
 
 use std::fs;

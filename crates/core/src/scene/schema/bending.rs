@@ -46,6 +46,7 @@ pub enum BendingRest {
     /// Flat, straight.
     Flat,
     /// These angles [rad], one for all or one for each hinge (edges between two triangles, in ascending order of their
-    /// vertices) or joint (vertices between two edges, ascending). In 2D positive counter-clockwise along the strand.
+    /// vertices) or joint (vertices between two edges, ascending). In 2D positive counter-clockwise along the strand; in 3D
+    /// the direction of the bend is free, since nothing resists twist: a straight strand bends wherever it is pushed first.
     Angle(#[serde(with = "As::<OneOrManyOf<Angle>>")] OneOrMany),
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::measured::*;
 use super::{BendingSpec, DampingSpec, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
-use crate::material::MaterialSpec;
+use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
 
 /// One body.
@@ -98,6 +98,9 @@ pub enum MassSpec {
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         f64,
     ),
+    /// The density of a well-known material, for solids and for bodies in 2D (which are one metre thick); `pliant list presets` shows
+    /// them.
+    Preset(Preset),
 }
 
 /// A set of vertices of a body, by their rest positions.

@@ -18,6 +18,7 @@ mod mesh;
 mod one_or_many;
 mod over_time;
 mod pin;
+mod probe;
 mod shapes;
 mod transform;
 
@@ -30,6 +31,7 @@ pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
 pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
 pub use pin::*;
+pub use probe::*;
 pub use shapes::*;
 pub use transform::*;
 
@@ -52,6 +54,9 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub body: Vec<Body>,
+    /// Points that are followed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<ProbeSpec>,
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,

@@ -84,12 +84,12 @@ fn wrong_types() {
         (
             "{ per_vertex = 1.0 }",
             "1.0",
-            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, found the number 1.0",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found the number 1.0",
         ),
         (
             "{ per_vertex = 1.0 }",
             "{ per_vertex = 1.0, total = 2.0 }",
-            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, found `per_vertex` and `total`",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found `per_vertex` and `total`",
         ),
         (
             "{ per_vertex = 1.0 }",

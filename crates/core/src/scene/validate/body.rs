@@ -191,19 +191,15 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
     match &body.mass {
         MassSpec::Density(density) => {
             let path = path.key("density");
-            let unit = match (has.elements, check.dimension) {
-                (false, _) => "kg/m",
-                (true, Some(2)) => "kg/m^2",
-                (true, _) => "kg/m^3",
-            };
-            check.number(&path, density.value, Sign::Positive, unit);
-            if !has.edges {
-                let message =
-                    format!("`density` fills cells and edges, and this {} has none", body.mesh.name());
-                let problem = Problem::semantic(path, message).at_key();
-                check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
-            }
+            check.number(
+                &path,
+                density.value,
+                Sign::Positive,
+                unit_of_density(&body.mesh, has, check.dimension),
+            );
+            something_to_fill(check, path, body, has);
         }
+        MassSpec::Preset(_) => something_to_fill(check, path.key("preset"), body, has),
         MassSpec::PerVertex(masses) => {
             let count = body.vertex_count().map(|count| (count, "vertices"));
             check.one_or_many(&path.key("per_vertex"), masses, Sign::Positive, "kg", count);
@@ -211,6 +207,28 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
         MassSpec::Total(total) => {
             check.number(&path.key("total"), *total, Sign::Positive, "kg");
         }
+    }
+}
+
+/// By what the mesh is made of: a file is believed to have elements until it is read.
+fn unit_of_density(mesh: &MeshSpec, has: Contents, dimension: Option<usize>) -> &'static str {
+    let sheet = matches!(mesh, MeshSpec::Cloth(_) | MeshSpec::Sphere(_))
+        || matches!(mesh, MeshSpec::Inline(inline) if !inline.triangles.is_empty());
+    match (has.elements, dimension) {
+        (true, Some(2)) => "kg/m^2",
+        (true, _) => "kg/m^3",
+        (false, _) if sheet => "kg/m^2",
+        (false, _) => "kg/m",
+    }
+}
+
+/// A density needs cells or edges.
+fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: Contents) {
+    if !has.edges {
+        let key = path.last_key().unwrap_or("density").to_owned();
+        let message = format!("`{key}` fills cells and edges, and this {} has none", body.mesh.name());
+        let problem = Problem::semantic(path, message).at_key();
+        check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
     }
 }
 

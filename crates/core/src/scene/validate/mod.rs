@@ -10,6 +10,7 @@ mod damping;
 mod mesh;
 mod motion;
 mod pins;
+mod probe;
 mod shapes;
 mod surroundings;
 mod transform;
@@ -32,6 +33,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     surroundings::time(&mut check, &root.key("time"), &scene.time);
     surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);
+    probe::probes(&mut check, &root.key("probe"), scene);
     surroundings::output(&mut check, &root.key("output"), scene);
     check.into_problems()
 }

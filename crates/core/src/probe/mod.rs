@@ -1,0 +1,79 @@
+//! Points of bodies that are followed through a run.
+
+mod table;
+
+pub use table::Table;
+
+use crate::diagnostics::{ElementState, Measure};
+use crate::observer::Frame;
+use crate::scene::Channel;
+
+/// A point that is a fixed mixture of vertices: `x = sum_a w_a x_a`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// Its name.
+    pub name: String,
+    /// The body it is on.
+    pub body: String,
+    /// Vertices that it moves with, as frames number them.
+    pub vertices: Vec<u32>,
+    /// Their weights; the sum is 1.
+    pub weights: Vec<f64>,
+    /// Place at rest [m]; in 2D the third is 0.
+    pub rest: [f64; 3],
+    /// The finite element it is in, as [`Frame::elements`] numbers them.
+    pub element: Option<usize>,
+}
+
+/// What a probe shows at one moment.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Reading {
+    /// Simulated time [s].
+    pub time: f64,
+    /// Position [m]; in 2D the third is 0, here and below.
+    pub position: [f64; 3],
+    /// Velocity [m/s].
+    pub velocity: [f64; 3],
+    /// Displacement from the place at rest [m].
+    pub displacement: [f64; 3],
+    /// Green strain: xx, yy, zz, xy, yz, xz; `None` outside of finite elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub green_strain: Option<[f64; 6]>,
+    /// Cauchy stress [Pa]: xx, yy, zz, xy, yz, xz; `None` outside of finite elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cauchy_stress: Option<[f64; 6]>,
+}
+
+impl Probe {
+    /// What it shows in a frame; strain and stress where the frame has the states of elements.
+    pub fn read(&self, frame: &Frame<'_>) -> Reading {
+        let position = self.mix(frame.x, frame.dimension);
+        let mut displacement = position;
+        displacement.iter_mut().zip(self.rest).for_each(|(u, rest)| *u -= rest);
+        let state = self.element.and_then(|element| frame.elements?.get(element));
+        Reading {
+            time: frame.time,
+            position,
+            velocity: self.mix(frame.v, frame.dimension),
+            displacement,
+            green_strain: state.and_then(|state| measured(Channel::GreenStrain, state)),
+            cauchy_stress: state.and_then(|state| measured(Channel::CauchyStress, state)),
+        }
+    }
+
+    /// The mixture of rows of a flat array.
+    fn mix(&self, rows: &[f64], dimension: usize) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for (&vertex, weight) in self.vertices.iter().zip(&self.weights) {
+            let row = &rows[vertex as usize * dimension..][..dimension];
+            sum.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
+        }
+        sum
+    }
+}
+
+fn measured(channel: Channel, state: &ElementState) -> Option<[f64; 6]> {
+    let mut numbers = Vec::with_capacity(6);
+    Measure::of(channel)?.write(state, &mut numbers);
+    numbers.try_into().ok()
+}

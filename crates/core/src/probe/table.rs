@@ -1,0 +1,79 @@
+//! Readings of probes as a table of comma-separated values.
+
+use std::io::{self, Write};
+
+use super::{Probe, Reading};
+use crate::observer::{Frame, Observer, ObserverError};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// In the order of the readings.
+const SYMMETRIC: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
+
+/// Writes one row for each frame, columns `time [s]`, then of each probe `NAME.x [m]`, `NAME.vx [m/s]`, `NAME.ux [m]` for each
+/// axis of the scene, and where it is in a finite element `NAME.Exx [1]` (Green strain) and `NAME.sxx [Pa]` (Cauchy stress).
+/// Numbers have as many digits as it takes to read back the same double. Every row is handed on at once.
+pub struct Table<W> {
+    out: W,
+    what: String,
+    probes: Vec<Probe>,
+    line: String,
+    begun: bool,
+}
+
+impl<W: Write> Table<W> {
+    /// Of these probes to `out`, which `what` names in errors, e.g. `writing probes.csv`.
+    pub fn new(probes: &[Probe], out: W, what: &str) -> Self {
+        Table { out, what: what.to_owned(), probes: probes.to_vec(), line: String::new(), begun: false }
+    }
+
+    fn header(&self, dimension: usize) -> String {
+        let mut columns = vec!["time [s]".to_owned()];
+        for probe in &self.probes {
+            let mut add = |letter: &str, of: &[&str], unit: &str| {
+                columns.extend(of.iter().map(|c| format!("{}.{letter}{c} [{unit}]", probe.name)));
+            };
+            let axes = &AXES[..dimension];
+            add("", axes, "m");
+            add("v", axes, "m/s");
+            add("u", axes, "m");
+            if probe.element.is_some() {
+                add("E", &SYMMETRIC, "1");
+                add("s", &SYMMETRIC, "Pa");
+            }
+        }
+        columns.join(",")
+    }
+
+    fn write(&mut self, frame: &Frame<'_>) -> io::Result<()> {
+        if !self.begun {
+            writeln!(self.out, "{}", self.header(frame.dimension))?;
+            self.begun = true;
+        }
+        self.line.clear();
+        self.line += &format!("{:?}", frame.time);
+        for probe in &self.probes {
+            let Reading { position, velocity, displacement, green_strain, cauchy_stress, .. } =
+                probe.read(frame);
+            let vectors = [position, velocity, displacement]
+                .into_iter()
+                .flat_map(|v| v.into_iter().take(frame.dimension));
+            let tensors = [green_strain, cauchy_stress].into_iter().flatten().flatten();
+            for number in vectors.chain(tensors) {
+                self.line += &format!(",{number:?}");
+            }
+        }
+        self.line.push('\n');
+        self.out.write_all(self.line.as_bytes())?;
+        self.out.flush()
+    }
+}
+
+impl<W: Write> Observer for Table<W> {
+    fn wants_elements(&self) -> bool {
+        self.probes.iter().any(|probe| probe.element.is_some())
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.write(frame).map_err(|error| ObserverError { what: self.what.clone(), source: Box::new(error) })
+    }
+}

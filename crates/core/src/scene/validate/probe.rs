@@ -1,0 +1,64 @@
+//! Probes: names, and what says where they are.
+
+use std::collections::BTreeMap;
+
+use super::body;
+use super::check::Checker;
+use crate::scene::error::Problem;
+use crate::scene::key_path::KeyPath;
+use crate::scene::schema::{ProbeSpec, Scene};
+use crate::scene::suggest;
+
+/// Probes at most: each is a channel, and channels are numbered.
+const MOST_PROBES: usize = 10_000;
+
+pub(super) fn probes(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    if scene.probe.len() > MOST_PROBES {
+        let message = format!("{} probes are more than the {MOST_PROBES} there can be", scene.probe.len());
+        let problem = Problem::semantic(path.clone(), message);
+        check.report(problem.with_help("channels such as `green-strain` have all elements"));
+    }
+    let bodies: Vec<String> = scene.body.iter().enumerate().map(|(i, b)| b.name_or_default(i)).collect();
+    let mut names = BTreeMap::new();
+    for (index, probe) in scene.probe.iter().enumerate() {
+        let path = path.index(index);
+        body::identifier(check, &path.key("name"), &probe.name, "a probe");
+        if let Some(first) = names.insert(probe.name.as_str(), index) {
+            let message = format!("probes {first} and {index} are both named {:?}", probe.name);
+            check.report(Problem::semantic(path.key("name"), message));
+        }
+        one(check, &path, probe, &bodies);
+    }
+}
+
+fn one(check: &mut Checker, path: &KeyPath, probe: &ProbeSpec, bodies: &[String]) {
+    if let Some(name) = &probe.body
+        && !bodies.contains(name)
+    {
+        let known: Vec<&str> = bodies.iter().map(String::as_str).collect();
+        let mut problem = Problem::semantic(path.key("body"), format!("there is no body {name:?}"));
+        for line in suggest::help(name, &known, "bodies") {
+            problem = problem.with_help(line);
+        }
+        check.report(problem);
+    }
+    match (&probe.at, probe.vertex) {
+        (Some(at), None) => {
+            check.vector(&path.key("at"), at, "m");
+        }
+        (None, Some(_)) if probe.body.is_none() && bodies.len() > 1 => {
+            let problem = Problem::semantic(
+                path.key("vertex"),
+                "`vertex` is an index in a body, and there are several",
+            );
+            check.report(problem.with_help("say which: `body = \"NAME\"`"));
+        }
+        (None, Some(_)) => {}
+        (both, _) => {
+            let what = if both.is_some() { "both `at` and `vertex`" } else { "neither `at` nor `vertex`" };
+            let problem = Problem::semantic(path.clone(), format!("the probe has {what}"));
+            check
+                .report(problem.with_help("give one of them: a place at rest [m], or the index of a vertex"));
+        }
+    }
+}
