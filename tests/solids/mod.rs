@@ -1,10 +1,14 @@
-//! Linear finite elements against exact identities and independent codes.
+//! Finite elements against exact identities and independent codes.
 
 mod bar;
 mod beam;
 mod column;
+mod impossible;
 mod invariance;
+mod loads;
 mod modes;
 mod patch;
 mod plane_stress;
+mod quadratic;
+mod reactions;
 mod spin;

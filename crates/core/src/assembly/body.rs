@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::bending::Bends;
 use super::initial;
+use super::loads::{self, Placed};
 use super::pins::{self, Held};
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::Elastic;
@@ -31,6 +32,9 @@ pub(super) struct Parts {
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
+    pub(super) loads: Vec<Placed>,
+    /// Share of every vertex of the cells, where a load asks for it [m^d].
+    pub(super) volume: Vec<f64>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
@@ -71,6 +75,10 @@ impl Parts {
         });
         let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
+        let name = spec.name_or_default(index);
+        let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
+        let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
+        let volume = if by_volume { mesh.lumped_measure() } else { vec![] };
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -79,7 +87,7 @@ impl Parts {
             return Err(problems);
         }
         Ok(Parts {
-            name: spec.name_or_default(index),
+            name,
             first_vertex,
             mesh,
             elastic: spec.elastic.is_some(),
@@ -87,6 +95,8 @@ impl Parts {
             bends,
             mass,
             held,
+            loads,
+            volume,
             position,
             velocity,
             stiffness,
@@ -107,6 +117,26 @@ impl Parts {
         pinned
     }
 
+    /// Vertices that never move, from 0 in the body, ascending.
+    pub(super) fn fixed(&self) -> Vec<u32> {
+        let for_ever = |held: &&Held| {
+            held.spec.motion.is_none() && held.spec.until.is_none() && held.spec.axes.is_none()
+        };
+        let mut fixed: Vec<u32> =
+            self.held.iter().filter(for_ever).flat_map(|held| held.vertices.iter().copied()).collect();
+        fixed.sort_unstable();
+        fixed.dedup();
+        fixed
+    }
+
+    /// Adds the loads on it to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
+    pub(super) fn add_loads(&self, rest: &[f64], numbering: &Numbering, system: &mut System) {
+        let fixed = if self.loads.is_empty() { vec![] } else { self.fixed() };
+        for load in &self.loads {
+            system.add_term(load.term(self, &fixed, rest, numbering));
+        }
+    }
+
     /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system, in its `numbering`.
     pub(super) fn add_holds(&self, start: &[f64], rest: &[f64], numbering: &Numbering, system: &mut System) {
         for held in &self.held {
@@ -124,6 +154,8 @@ impl Parts {
     pub(super) fn is_numbered_locally(&self) -> bool {
         let (n, d) = (self.mass.len(), self.mesh.element_dimension());
         match d {
+            3 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<10>(), n, d),
+            2 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<6>(), n, d),
             3 => is_local(&self.mesh.tetrahedra, n, d),
             2 => is_local(&self.mesh.triangles, n, d),
             _ => is_local(&self.springs, n, 2),
@@ -142,7 +174,7 @@ impl Parts {
         let triangles =
             || self.mesh.triangles.iter().map(|t| globalised(t, self.first_vertex)).collect::<Vec<_>>();
         let solid = !self.mesh.tetrahedra.is_empty();
-        let surface = if solid { self.mesh.surface_triangles() } else { self.mesh.triangles.clone() };
+        let triangle_middles = if solid { &[] } else { &self.mesh.triangle_middles[..] };
         BodyTopology {
             name: self.name.clone(),
             kind,
@@ -151,18 +183,21 @@ impl Parts {
             // The triangles of a solid only carry its named groups.
             triangles: if solid { vec![] } else { triangles() },
             tetrahedra: self.mesh.tetrahedra.iter().map(|t| globalised(t, self.first_vertex)).collect(),
-            surface: surface.iter().map(|t| globalised(t, self.first_vertex)).collect(),
+            triangle_middles: triangle_middles.iter().map(|m| globalised(m, self.first_vertex)).collect(),
+            tetrahedron_middles: self
+                .mesh
+                .tetrahedron_middles
+                .iter()
+                .map(|m| globalised(m, self.first_vertex))
+                .collect(),
+            surface: self.mesh.drawn_triangles().iter().map(|t| globalised(t, self.first_vertex)).collect(),
         }
     }
 
-    /// Its triangles in 2D, its tetrahedra in 3D, by their vertices in the simulation.
+    /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
     pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
-        let Parts { first_vertex, mesh, .. } = self;
-        if mesh.dimension == 2 {
-            mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-        } else {
-            mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-        }
+        let cells = self.mesh.elements::<N>();
+        cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
     }
 
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
@@ -175,14 +210,17 @@ impl Parts {
     ) {
         let Parts { name, first_vertex, springs, .. } = self;
         if let Some(material) = &spec.elastic {
-            let elements: Vec<[u32; N]> = self.elements(numbering);
-            let maker = ElasticMaker::<N> {
-                body: name,
-                elements: &elements,
-                rest,
-                stress: spec.stress.unwrap_or_default(),
-            };
-            system.add_term(material.visit::<D, _>(maker));
+            system.add_term(match (self.mesh.order(), D) {
+                (1, _) => {
+                    material.visit::<D, _>(LinearMaker::<N>(self.elastic_elements(spec, rest, numbering)))
+                }
+                (_, 2) => {
+                    material.visit::<2, _>(QuadraticMaker::<6>(self.elastic_elements(spec, rest, numbering)))
+                }
+                _ => {
+                    material.visit::<3, _>(QuadraticMaker::<10>(self.elastic_elements(spec, rest, numbering)))
+                }
+            });
         }
         self.bends.add_terms::<D>(self, rest, numbering, system);
         if !springs.is_empty() {
@@ -197,6 +235,18 @@ impl Parts {
                 count,
             )));
         }
+    }
+}
+
+impl Parts {
+    fn elastic_elements<'a, const N: usize>(
+        &'a self,
+        spec: &Body,
+        rest: &'a [f64],
+        numbering: &Numbering,
+    ) -> Elements<'a, N> {
+        let stress = spec.stress.unwrap_or_default();
+        Elements { body: &self.name, cells: self.elements(numbering), rest, stress }
     }
 }
 
@@ -217,19 +267,35 @@ pub(super) fn renumbered<const N: usize, const M: usize>(
     globalised(cell, first).map(|v| numbering.internal(v))
 }
 
-/// Makes the elastic term of whatever material is visited.
-struct ElasticMaker<'a, const N: usize> {
+/// What an elastic term is made of, but for the material.
+struct Elements<'a, const N: usize> {
     body: &'a str,
-    elements: &'a [[u32; N]],
+    cells: Vec<[u32; N]>,
     rest: &'a [f64],
     stress: Stress,
 }
 
-impl<const D: usize, const N: usize> MaterialVisitor<D> for ElasticMaker<'_, N> {
+/// Makes the term of linear elements of whatever material is visited.
+struct LinearMaker<'a, const N: usize>(Elements<'a, N>);
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for LinearMaker<'_, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        Box::new(Elastic::<M, D, N>::new(self.body, material, self.stress, self.elements, self.rest))
+        let Elements { body, cells, rest, stress } = self.0;
+        Box::new(Elastic::<D, N>::linear(body, material, stress, &cells, rest))
+    }
+}
+
+/// The same of quadratic elements.
+struct QuadraticMaker<'a, const N: usize>(Elements<'a, N>);
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
+        let Elements { body, cells, rest, stress } = self.0;
+        Box::new(Elastic::<D, N>::quadratic(body, material, stress, &cells, rest))
     }
 }
 

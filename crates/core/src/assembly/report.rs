@@ -147,6 +147,13 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         "",
     );
     say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
+    let quadratic = bodies.iter().any(|b| b.elastic && b.mesh.order() == 2);
+    let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
+    say(
+        quadratic,
+        format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
+        "quadratic elements: no body has `order = 2`",
+    );
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,
@@ -185,6 +192,9 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
     let released: Vec<String> = super::pins::described(bodies, |held| held.release(simulation.step_size()));
     say(!released.is_empty(), released.join("; "), "release: no pin lets go");
+    let loads: Vec<String> =
+        bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
+    say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();
@@ -213,6 +223,20 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
     say(false, String::new(), "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit");
     (uses, left_out)
+}
+
+/// The most curved element of all bodies, if any side is.
+fn curved(bodies: &[Parts]) -> String {
+    let of_body = |b: &Parts| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
+    let worst =
+        bodies.iter().filter_map(of_body).min_by(|a, b| a.0.least_jacobian.total_cmp(&b.0.least_jacobian));
+    match worst {
+        Some((curved, body)) if curved.least_jacobian < 1.0 => format!(
+            "; sides are curved: det J falls to {:.3} of its mean in element {} of `{body}`",
+            curved.least_jacobian, curved.worst
+        ),
+        _ => String::new(),
+    }
 }
 
 fn mutual_gravity(scene: &Scene) -> String {

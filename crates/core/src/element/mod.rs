@@ -4,18 +4,23 @@
 //! second order. [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
 //! [`MassMatrix`] its mass, [`least_jacobian`] whether a curved element is valid.
 
+mod face;
 mod mass;
+mod quadratic;
 mod quadrature;
 mod shape;
 mod simplex;
 mod tangents;
 mod validity;
 
+pub(crate) use face::cross;
+pub use face::{FacePoint, face_points, vector_area};
 pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{QuadraturePoint, quadrature_count, quadrature_points, quadrature_position};
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
-pub use validity::least_jacobian;
+pub use validity::{least_jacobian, volume};
 
+pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
 pub(crate) use tangents::{scatter_stress, tangents, times, transpose_times};
@@ -54,6 +59,22 @@ pub const ELEMENTS: &[About] = &[
         vertices: 4,
         formula: "E = V psi(F), F = D_s D_m^-1, V the rest volume",
         source: "Sifakis, Barbic 2012, FEM Simulation of 3D Deformable Solids, section 4.1",
+    },
+    About {
+        name: "quadratic triangle",
+        summary: "Triangle of second order in 2D, with straight or curved sides: three evaluations of the material each",
+        scene: "`elastic` with `order = 2` of a body in 2D whose mesh has triangles",
+        vertices: 6,
+        formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
+        source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.2; rule: Strang, Fix 1973",
+    },
+    About {
+        name: "quadratic tetrahedron",
+        summary: "Tetrahedron of second order in 3D, with straight or curved sides: four evaluations of the material each",
+        scene: "`elastic` with `order = 2` of a body in 3D whose mesh has tetrahedra",
+        vertices: 10,
+        formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
+        source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.4; rule: Keast 1986",
     },
     About {
         name: "spring",

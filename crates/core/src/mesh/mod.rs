@@ -20,6 +20,7 @@ mod disk;
 mod elliptic_membrane;
 mod error;
 mod extrude;
+mod faces;
 mod file;
 #[cfg(test)]
 mod file_tests;
@@ -55,7 +56,7 @@ mod stl;
 mod strand;
 mod tapered_beam;
 #[cfg(test)]
-mod test_support;
+pub(crate) mod test_support;
 mod tetgen;
 mod tokens;
 mod topology;
@@ -73,7 +74,7 @@ pub use file::read;
 pub use format_error::FormatError;
 pub use quadratic::MidNodes;
 pub(crate) use quadratic::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
-pub use quality::{ElementQuality, Quality};
+pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_body_size, predicted_size};
 

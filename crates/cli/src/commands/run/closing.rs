@@ -152,6 +152,18 @@ impl<'a> Closing<'a> {
         );
         let change = number(self.summary.momentum_change());
         line("momentum", format!("changed by {change} kg m/s{}", self.forces_from_outside()));
+        for reaction in &self.summary.reactions {
+            let vector = |v: &[f64; 3]| v.map(number).join(", ");
+            let (force, moment) = (vector(&reaction.force), vector(&reaction.moment));
+            line("reaction", format!("{}: {force} N; moment {moment} N m at the end", reaction.name));
+        }
+        if let Some(balance) = end.balance {
+            let parts =
+                [(balance.motion, "prescribed motion"), (balance.loads, "loads that change or follow")];
+            let parts =
+                parts.into_iter().filter_map(|(work, name)| Some(format!("{} J by {name}", number(work?))));
+            line("work", parts.collect::<Vec<_>>().join(", "));
+        }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
             let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
@@ -196,6 +208,7 @@ impl<'a> Closing<'a> {
                 "largest_energy_change": largest_energy_change,
                 "energy_scale": energy_scale,
                 "momentum_change": self.summary.momentum_change(),
+                "reactions": self.summary.reactions,
                 "min_j": self.statistics.min_j.or(end.min_j),
                 "most_inverted": self.statistics.most_inverted.or(end.inverted),
                 "start": start,

@@ -408,6 +408,46 @@ fn pins() {
     );
 }
 
+#[test]
+fn loads() {
+    let case = |load: &str, underlined: &str, expected: &str| {
+        let text = changed(PIN, &format!("[]\nload = [{{ {load} }}]"));
+        let error = error(&text);
+        let [problem] = error.problems() else { panic!("{load}: {error}") };
+        assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{load}");
+        assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{load}");
+    };
+    case("group = 'a'", "{ group = 'a' }", "body.0.load.0: a load is one force, this one has none");
+    case(
+        "force = [1, 0], pressure = 1",
+        "{ force = [1, 0], pressure = 1 }",
+        "body.0.load.0: a load is one force, this one has `force` and `pressure`",
+    );
+    case(
+        "vertices = [0], group = 'a', force = [1, 0]",
+        "{ vertices = [0], group = 'a', force = [1, 0] }",
+        "body.0.load.0: this selects vertices by `vertices` and `group` at once",
+    );
+    case(
+        "force = [1]",
+        "[1]",
+        "body.0.load.0.force: `force` has 1 number, but `dimension` is 2: 2 are needed",
+    );
+    case("traction = [0, 0]", "[0, 0]", "body.0.load.0.traction: `traction` is zero: this load does nothing");
+    case(
+        "traction = [0, '3 N']",
+        "'3 N'",
+        "body.0.load.0.traction.1: `traction`: `3 N` is a force [N], not a pressure [Pa]",
+    );
+    case(
+        "body_force = [nan, 0]",
+        "nan",
+        "body.0.load.0.body_force.0: `body_force` must be finite, got NaN [N/m^3]",
+    );
+    case("pressure = '1/t'", "'1/t'", "body.0.load.0.pressure: `pressure` is inf [Pa] at t = 0.0 s");
+    case("pressure = '2 * x'", "x", "body.0.load.0.pressure: `pressure`: unknown name `x`");
+}
+
 /// What only shows once the vertices are known.
 #[test]
 fn a_coordinate_that_moves_is_held_by_one_pin_only() {
@@ -581,4 +621,34 @@ fn bending_of_what_cannot_bend() {
     let scene = read(&changed(SPRINGS, &format!("{SPRINGS}\nbending = {{ stiffness = 1.0 }}"))).unwrap();
     let problems = scene.assemble(crate::assembly::UnstableStep::Accept).err().unwrap();
     assert!(problems[0].message.starts_with("`bending` acts between two triangles"), "{problems:?}");
+}
+
+/// Only finite elements have an order, and it is 1 or 2.
+#[test]
+fn orders() {
+    let springs = format!("springs = {SPRINGS}");
+    let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }";
+    assert!(read(&changed(&springs, &format!("{elastic}\norder = 1"))).is_ok());
+    let quadratic = read(&changed(&springs, &format!("{elastic}\norder = 2"))).unwrap();
+    assert!(quadratic.body[0].is_quadratic());
+    let table = [
+        (format!("{elastic}\norder = 3"), "15:9 body.0.order: `order` must be 1 or 2, got 3"),
+        (
+            format!("{springs}\norder = 2"),
+            "15:9 body.0.order: `order` is that of finite elements: it needs `elastic`, which this body does not have",
+        ),
+        (
+            format!("{elastic}\n{springs}\norder = 2"),
+            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of edges: a body of \
+             `order` 2 has none",
+        ),
+    ];
+    for (text, expected) in table {
+        assert_eq!(briefly(&error(&changed(&springs, &text))), [expected]);
+    }
+    let damped =
+        format!("{elastic}\norder = 2\ndamping = {{ strain_rate = {{ shear = 1.0, second = 0.0 }} }}");
+    let damped = error(&changed(&springs, &damped));
+    let message = "`strain_rate` damps linear elements only, and this body is of `order` 2";
+    assert!(briefly(&damped).iter().any(|problem| problem.ends_with(message)), "{:?}", briefly(&damped));
 }

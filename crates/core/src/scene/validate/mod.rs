@@ -7,6 +7,7 @@ mod bending;
 mod body;
 mod check;
 mod damping;
+mod loads;
 mod mesh;
 mod motion;
 mod pins;
