@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::bending::Bends;
 use super::initial;
 use super::loads::{self, Placed};
 use super::pins::{self, Held};
@@ -26,6 +27,8 @@ pub(super) struct Parts {
     pub(super) elastic: bool,
     /// Its springs, vertices from 0.
     pub(super) springs: Vec<[u32; 2]>,
+    /// Its hinges and joints.
+    pub(super) bends: Bends,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
@@ -67,6 +70,9 @@ impl Parts {
             || (vec![], vec![]),
             |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
         );
+        let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
+            Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
+        });
         let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
@@ -86,6 +92,7 @@ impl Parts {
             mesh,
             elastic: spec.elastic.is_some(),
             springs,
+            bends,
             mass,
             held,
             loads,
@@ -215,6 +222,7 @@ impl Parts {
                 }
             });
         }
+        self.bends.add_terms::<D>(self, rest, numbering, system);
         if !springs.is_empty() {
             let edges: Vec<[u32; 2]> =
                 springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
@@ -292,7 +300,7 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N
 }
 
 /// One value per item; a list must have the right length.
-fn spread(
+pub(super) fn spread(
     value: &OneOrMany,
     count: usize,
     what: &str,
@@ -332,7 +340,7 @@ fn spring_constants(
     (stiffness, rest)
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 

@@ -174,6 +174,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         }
     }
     say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
+    let bends: usize = bodies.iter().map(|b| b.bends.count()).sum();
+    say(bends > 0, format!("bending at {bends} hinges and joints"), "bending: no body resists it");
     let gravity = super::gravity::named(scene);
     let uniform = match scene.world.gravity_changes() {
         true => "uniform gravity that changes with time: it does work, and energy is not conserved",

@@ -84,4 +84,20 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = k/2 (l - l0)^2, k given or Y l0",
         source: "Hooke's law, lecture 9",
     },
+    About {
+        name: "hinge",
+        summary: "Bending at the edge between two triangles in 3D",
+        scene: "`bending` of a body: at every edge between two triangles of a sheet",
+        vertices: 4,
+        formula: "E = D/2 |e|^2/(A_1 + A_2) (theta - theta_0)^2",
+        source: "Grinspun, Hirani, Desbrun, Schroeder 2003, Discrete Shells",
+    },
+    About {
+        name: "joint",
+        summary: "Bending at a vertex between two edges, in 2D and 3D",
+        scene: "`bending` of a body: at every vertex between two edges of a strand",
+        vertices: 3,
+        formula: "E = B/(l_1 + l_2) (kappa - kappa_0)^2, kappa = 2 tan(phi/2)",
+        source: "Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, Discrete Elastic Rods",
+    },
 ];

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
+use super::{BendingSpec, DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
 use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
 
@@ -39,6 +39,9 @@ pub struct Body {
     /// Springs along the mesh's edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
+    /// Resistance to bending of a sheet in 3D, at every edge between two triangles, or of a strand, at every vertex between two edges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending: Option<BendingSpec>,
     /// What takes energy out of its deformation; nothing without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingSpec>,

@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{damping, loads, mesh, motion, pins, transform};
+use super::{bending, damping, loads, mesh, motion, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -62,6 +62,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     }
     if let Some(springs) = &body.springs {
         self::springs(check, &path.key("springs"), springs, has.edge_count);
+    }
+    if let Some(bending) = &body.bending {
+        bending::bending(check, &path.key("bending"), bending, body);
     }
     if let Some(damping) = &body.damping {
         damping::damping(check, &path.key("damping"), damping, body);

@@ -27,8 +27,8 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
     if let Some(beta) = damping.stiffness_proportional {
         let path = path.key("stiffness_proportional");
         check.number(&path, beta, Sign::NonNegative, "s");
-        let stiff = body.elastic.is_some() || body.springs.is_some();
-        needs(check, &path, stiff, "`stiffness_proportional` damps elements and springs", "either");
+        let stiff = body.elastic.is_some() || body.springs.is_some() || body.bending.is_some();
+        needs(check, &path, stiff, "`stiffness_proportional` damps elements, springs and bending", "any");
         if let Some(material) = &body.elastic
             && material.lame().is_none()
         {
