@@ -12,3 +12,4 @@ mod plane_stress;
 mod quadratic;
 mod reactions;
 mod spin;
+mod statics;

@@ -17,6 +17,12 @@ const ARMIJO: f64 = 1e-4;
 const MAX_HALVINGS: u32 = 50;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
+/// A full step so short, as a part of the size of the scene, may be near a minimum.
+const NEAR: f64 = 1e-3;
+/// What is added to the diagonal of projected Hessians in statics, as a part of the largest entry.
+const STATIC_SHIFT: f64 = 1e-9;
+/// A correction of so many sizes of the scene is a body that nothing holds back.
+const RUNAWAY: f64 = 1e6;
 /// The smallest relative residual that is asked of conjugate gradients.
 const CG_TOLERANCE: f64 = 1e-6;
 
@@ -114,6 +120,10 @@ impl<const D: usize> Newton<D> {
         }
         let assembler = self.assembler.as_mut().expect("prepared");
         assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
+        if objective.inertia == 0.0 && psd == Psd::Projected {
+            // Projected Hessians may be singular, and nothing has inertia.
+            assembler.shift(STATIC_SHIFT);
+        }
         self.work.hessians += 1;
         let matrix = assembler.matrix();
         if linear == LinearSolver::Cholesky {
@@ -301,6 +311,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 psd = Psd::Projected;
             };
             self.work.newton_iterations += 1;
+            if correction > RUNAWAY * self.size {
+                return fail(system, x, Verdict::Indefinite, iteration, correction);
+            }
             if objective.single_iteration {
                 x.iter_mut().zip(&self.direction).for_each(|(x, d)| *x += d);
                 return Ok(());
@@ -346,6 +359,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             };
             self.work.halvings += u64::from(halvings);
             keep = halvings == 0;
+            if keep && correction <= NEAR * self.size {
+                // Near a minimum the exact Hessian is positive definite, and converges quadratically.
+                psd = Psd::Exact;
+            }
             value = Some(there);
             std::mem::swap(x, &mut self.trial);
             let trial = std::mem::take(&mut self.trial);
