@@ -21,8 +21,8 @@ const CONTRACTION: f64 = 0.25;
 const NEAR: f64 = 1e-3;
 /// What is added to the diagonal of projected Hessians in statics, as a part of the largest entry.
 const STATIC_SHIFT: f64 = 1e-9;
-/// A correction of so many sizes of the scene is a body that nothing holds back.
-const RUNAWAY: f64 = 1e6;
+/// In statics, a body so many sizes of the scene away from its last equilibrium is one that nothing holds.
+const RUNAWAY: f64 = 1e3;
 /// The smallest relative residual that is asked of conjugate gradients.
 const CG_TOLERANCE: f64 = 1e-6;
 
@@ -311,8 +311,12 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 psd = Psd::Projected;
             };
             self.work.newton_iterations += 1;
-            if correction > RUNAWAY * self.size {
-                return fail(system, x, Verdict::Indefinite, iteration, correction);
+            if objective.inertia == 0.0 {
+                let away =
+                    x.iter().zip(objective.target).fold(0.0, |m: f64, (x, from)| m.max((x - from).abs()));
+                if correction.max(away) > RUNAWAY * self.size {
+                    return fail(system, x, Verdict::Indefinite, iteration, correction);
+                }
             }
             if objective.single_iteration {
                 x.iter_mut().zip(&self.direction).for_each(|(x, d)| *x += d);
