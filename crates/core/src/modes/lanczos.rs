@@ -6,8 +6,6 @@ use crate::solver::conjugate_gradients::dot;
 
 /// Vectors in a block: modes of equal frequency that are found at once.
 const BLOCK: usize = 8;
-/// A pair counts as found where its residual is this part of its eigenvalue.
-const TOLERANCE: f64 = 1e-10;
 /// Directions shorter than this part of what they were are in the basis already.
 const DEPENDENT: f64 = 1e-12;
 
@@ -29,8 +27,14 @@ pub(super) struct Found {
     pub(super) solves: usize,
 }
 
-/// The `count` largest eigenpairs of `A^-1 M`, `M` diagonal with zeros where nothing moves; `solve` overwrites `b` by `A^-1 b`.
-pub(super) fn largest(mass: &[f64], count: usize, mut solve: impl FnMut(&mut [f64])) -> Found {
+/// The `count` largest eigenpairs of `A^-1 M`, `M` diagonal with zeros where nothing moves: those whose residual
+/// is at most `tolerance` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
+pub(super) fn largest(
+    mass: &[f64],
+    count: usize,
+    tolerance: f64,
+    mut solve: impl FnMut(&mut [f64]),
+) -> Found {
     let free = mass.iter().filter(|m| **m > 0.0).count();
     let most = free.min(20 * count + 200);
     // The basis q_k, and T q_k.
@@ -57,7 +61,7 @@ pub(super) fn largest(mass: &[f64], count: usize, mut solve: impl FnMut(&mut [f6
             image.iter_mut().zip(mass).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
             images.push(image);
         }
-        let pairs = ritz(&basis, &images, mass, count);
+        let pairs = ritz(&basis, &images, mass, count, tolerance);
         let exhausted = basis.len() == most || basis.len() == first;
         if pairs.len() == count || exhausted {
             return Found { pairs, solves: images.len() };
@@ -99,7 +103,7 @@ fn orthonormal(mut v: Vec<f64>, basis: &[Vec<f64>], mass: &[f64]) -> Option<Vec<
 }
 
 /// The largest Ritz pairs, as long as they have converged, at most `count`.
-fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize) -> Vec<Pair> {
+fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize, tolerance: f64) -> Vec<Pair> {
     let k = basis.len();
     if k < count {
         return vec![];
@@ -124,7 +128,7 @@ fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize) -> 
         let mut rest = combine(images);
         rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
         let residual = inner(&rest, &rest, mass).sqrt() / value.abs();
-        if residual.is_nan() || residual > TOLERANCE {
+        if residual.is_nan() || residual > tolerance {
             break;
         }
         pairs.push(Pair { value, residual, vector });

@@ -80,8 +80,13 @@ pub enum ModesError {
     },
 }
 
-/// The shift, as a part of the mean of `K_ii / M_ii`: rigid modes become regular, and no other is moved noticeably.
-const SHIFT: f64 = 1e-7;
+/// The first shift, as a part of the mean of `K_ii / M_ii`; the second is the first `omega^2` that it finds above zero. With a shift
+/// far below, rounding in the large eigenvalues of rigid motion drowns the others; far above, it drowns the low frequencies.
+const FIRST_SHIFT: f64 = 1e-3;
+/// Bounds of the relative residual, with the first and the second shift.
+const TOLERANCES: [f64; 2] = [1e-8, 1e-10];
+/// Rigid motion has an `omega^2` below this part of the shift.
+const RIGID: f64 = 1e-6;
 
 impl Simulation {
     /// The `count` lowest modes about the present state.
@@ -119,40 +124,49 @@ fn modes<const D: usize>(simulation: &mut Simulation, count: usize) -> Result<Mo
     if mean <= 0.0 {
         return Err(ModesError::NoStiffness);
     }
-    let shift = SHIFT * mean;
-    assembler.assemble(system, at, Weights { inertia: shift, ..stiffness });
-    let mut cholesky = Cholesky::new(assembler.matrix(), &x).ok_or(ModesError::NotFinite)?;
-    cholesky.factorize(assembler.matrix()).map_err(|_| ModesError::NotStable)?;
-    let found = lanczos::largest(&mass, count, |b| cholesky.solve(b));
-    if found.pairs.len() < count {
-        return Err(ModesError::NotConverged {
-            found: found.pairs.len(),
-            asked: count,
-            solves: found.solves,
-        });
+    let mut shift = FIRST_SHIFT * mean;
+    let (mut pairs, mut solves) = (vec![], 0);
+    for tolerance in TOLERANCES {
+        assembler.assemble(system, at, Weights { inertia: shift, ..stiffness });
+        let mut cholesky = Cholesky::new(assembler.matrix(), &x).ok_or(ModesError::NotFinite)?;
+        cholesky.factorize(assembler.matrix()).map_err(|_| ModesError::NotStable)?;
+        let found = lanczos::largest(&mass, count, tolerance, |b| cholesky.solve(b));
+        solves += found.solves;
+        if found.pairs.len() < count {
+            return Err(ModesError::NotConverged { found: found.pairs.len(), asked: count, solves });
+        }
+        // theta = 1 / (omega^2 + shift)
+        pairs = found.pairs.into_iter().map(|pair| (1.0 / pair.value - shift, pair)).collect();
+        let first = pairs.iter().find(|(square, _)| *square > RIGID * shift);
+        match first {
+            Some((square, _)) if tolerance == TOLERANCES[0] => shift = *square,
+            // Rigid motion alone was asked for.
+            _ => break,
+        }
     }
     let axis_mass: Vec<f64> = (0..D).map(|c| mass.iter().skip(c).step_by(D).sum()).collect();
     let numbering = simulation.numbering();
-    let mode = |pair: lanczos::Pair| {
-        // theta = 1 / (omega^2 + shift)
-        let square = 1.0 / pair.value - shift;
+    let mode = |(square, pair): (f64, lanczos::Pair)| {
+        if square < -RIGID * shift {
+            return Err(ModesError::NotStable);
+        }
         let omega = square.max(0.0).sqrt();
         let effective = |c: usize| {
             let part: f64 = (c..x.len()).step_by(D).map(|n| mass[n] * pair.vector[n]).sum();
             if axis_mass[c] > 0.0 { part * part / axis_mass[c] } else { 0.0 }
         };
-        Mode {
+        Ok(Mode {
             omega,
             frequency: omega / std::f64::consts::TAU,
             residual: pair.residual,
             effective_mass: (0..D).map(effective).collect(),
             shape: numbering.to_original(&pair.vector, D).into_owned(),
-        }
+        })
     };
     Ok(Modes {
-        modes: found.pairs.into_iter().map(mode).collect(),
+        modes: pairs.into_iter().map(mode).collect::<Result<_, _>>()?,
         free_mass: axis_mass.clone(),
         free_coordinates,
-        solves: found.solves,
+        solves,
     })
 }
