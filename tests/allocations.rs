@@ -24,7 +24,8 @@ const BODIES: [(&str, &str); 6] = [
         mesh = { grid = { cells = [12, 8, 8], size = [0.12, 0.08, 0.08] } }
         elastic = { stable-neo-hookean-log = { young = 1e5, poisson = 0.4 } }
         mass = { density = 1000.0 }
-        pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]",
+        pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]
+        load = [{ pressure = '10 * X * t' }, { traction = [1, 't', 0] }, { body_force = [0, 0, 'X * t'] }]",
     ),
     (
         "triangles",

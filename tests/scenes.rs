@@ -302,3 +302,35 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     }
     assert!(slid > 1e-4, "{slid}");
 }
+
+// C10: with F L^2 / (E' I) = 1.09, E' = E / (1 - nu^2), the elastica rises by 0.32 of its length. Linear triangles are stiffer, two
+// of them over the height by half (C11). A ramp of T leaves a swing of up to 24 / (omega T)^2, 13 % for 13.5 rad/s.
+#[test]
+fn a_beam_under_end_traction_settles_and_snaps_back() {
+    let (_, mut assembly) = assembled("loaded_beam_2d.toml");
+    let tip = assembly.simulation.positions().len() - 1;
+    let heights: Vec<f64> = (0..22_000)
+        .map(|_| {
+            assembly.simulation.step().unwrap();
+            assembly.simulation.positions()[tip] - 0.1
+        })
+        .collect();
+    let (low, high) =
+        heights[10_000..15_000].iter().fold((f64::MAX, f64::MIN), |(l, h), y| (l.min(*y), h.max(*y)));
+    assert!(low > 0.16 && high < 0.32 && high - low < 0.13 * high, "{low} {high}");
+    let after = &heights[15_200..];
+    assert!(after.iter().any(|y| *y < -0.1) && after.iter().all(|y| *y < high), "{high}");
+}
+
+#[test]
+fn a_balloon_grows_round_and_in_its_place() {
+    let (assembly, summary) = simulated("balloon.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    assert!(summary.relative_energy_error() < 1e-3, "{:e}", summary.relative_energy_error());
+    let momentum = summary.end.linear_momentum.iter().map(|p| p.abs()).fold(0.0, f64::max);
+    assert!(momentum < 1e-12, "{momentum:e}");
+    let radii: Vec<f64> =
+        assembly.simulation.positions().chunks(3).map(|x| x[0].hypot(x[1]).hypot(x[2])).collect();
+    let (low, high) = radii.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(*r), h.max(*r)));
+    assert!(low > 0.11 && high < 0.25 && high < 1.25 * low, "{low} {high}");
+}

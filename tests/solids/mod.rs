@@ -3,7 +3,9 @@
 mod bar;
 mod beam;
 mod column;
+mod impossible;
 mod invariance;
+mod loads;
 mod modes;
 mod patch;
 mod plane_stress;

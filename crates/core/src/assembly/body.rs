@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::initial;
+use super::loads::{self, Placed};
 use super::pins::{self, Held};
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::Elastic;
@@ -28,6 +29,9 @@ pub(super) struct Parts {
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
+    pub(super) loads: Vec<Placed>,
+    /// Share of every vertex of the cells, where a load asks for it [m^d].
+    pub(super) volume: Vec<f64>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
@@ -65,6 +69,10 @@ impl Parts {
         );
         let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
+        let name = spec.name_or_default(index);
+        let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
+        let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
+        let volume = if by_volume { mesh.lumped_measure() } else { vec![] };
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -73,13 +81,15 @@ impl Parts {
             return Err(problems);
         }
         Ok(Parts {
-            name: spec.name_or_default(index),
+            name,
             first_vertex,
             mesh,
             elastic: spec.elastic.is_some(),
             springs,
             mass,
             held,
+            loads,
+            volume,
             position,
             velocity,
             stiffness,
@@ -98,6 +108,26 @@ impl Parts {
         pinned.sort_unstable();
         pinned.dedup();
         pinned
+    }
+
+    /// Vertices that never move, from 0 in the body, ascending.
+    pub(super) fn fixed(&self) -> Vec<u32> {
+        let for_ever = |held: &&Held| {
+            held.spec.motion.is_none() && held.spec.until.is_none() && held.spec.axes.is_none()
+        };
+        let mut fixed: Vec<u32> =
+            self.held.iter().filter(for_ever).flat_map(|held| held.vertices.iter().copied()).collect();
+        fixed.sort_unstable();
+        fixed.dedup();
+        fixed
+    }
+
+    /// Adds the loads on it to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
+    pub(super) fn add_loads(&self, rest: &[f64], numbering: &Numbering, system: &mut System) {
+        let fixed = if self.loads.is_empty() { vec![] } else { self.fixed() };
+        for load in &self.loads {
+            system.add_term(load.term(self, &fixed, rest, numbering));
+        }
     }
 
     /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system, in its `numbering`.

@@ -6,6 +6,7 @@ mod body;
 mod damping;
 mod gravity;
 mod initial;
+mod loads;
 mod memory;
 mod pins;
 mod probes;
@@ -99,6 +100,7 @@ fn assemble<const D: usize, const N: usize>(
         body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_damping::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_holds(&position, &rest, &numbering, &mut system);
+        body.add_loads(&rest, &numbering, &mut system);
     }
     let mut force_error = None;
     if let Some(nbody) = &scene.world.nbody {

@@ -180,6 +180,9 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
     let released: Vec<String> = super::pins::described(bodies, |held| held.release(simulation.step_size()));
     say(!released.is_empty(), released.join("; "), "release: no pin lets go");
+    let loads: Vec<String> =
+        bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
+    say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();

@@ -105,6 +105,10 @@ impl Rates {
     fn of(system: &mut System, x: &[f64], v: &[f64]) -> Self {
         let (mut motion, mut kinetic) = (0.0, 0.0);
         let (d, drag) = (system.dimension(), system.ether_drag());
+        if system.has_prescribed_motion() && !system.dissipation().is_empty() {
+            // What moves carries its part of these forces, as they are now.
+            system.evaluate_dissipation(x, v);
+        }
         for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
             let axes = hold.axes();
             system.visit_gradient(hold.vertices(), |vertex, gradient| {

@@ -4,6 +4,7 @@
 //! second order. [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
 //! [`MassMatrix`] its mass, [`least_jacobian`] whether a curved element is valid.
 
+mod face;
 mod mass;
 mod quadrature;
 mod shape;
@@ -11,6 +12,8 @@ mod simplex;
 mod tangents;
 mod validity;
 
+pub(crate) use face::cross;
+pub use face::{FacePoint, face_points, vector_area};
 pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{QuadraturePoint, quadrature_count, quadrature_points, quadrature_position};
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};

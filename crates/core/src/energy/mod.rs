@@ -3,6 +3,7 @@
 pub mod elastic;
 pub mod gravity;
 pub mod gravity_over_time;
+pub mod load;
 pub mod measure;
 pub mod nbody;
 pub mod patch;
@@ -60,6 +61,13 @@ pub enum Fault {
         /// At this time [s].
         time: f64,
     },
+    /// A load has no finite value.
+    Load {
+        /// What it is, and on what.
+        load: String,
+        /// At this time [s].
+        time: f64,
+    },
     /// A prescribed motion has no finite value.
     Motion {
         /// Name of what holds the vertices.
@@ -85,6 +93,7 @@ impl std::fmt::Display for Fault {
                 write!(f, "{what} {index} of `{body}` has no finite force")
             }
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
+            Fault::Load { load, time } => write!(f, "{load} is not finite at t = {time:.6} s"),
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")

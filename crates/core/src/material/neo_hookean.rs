@@ -63,7 +63,8 @@ impl<const D: usize> Material<D> for NeoHookean {
         let Lame { lambda, mu } = self.lame;
         let svd = signed_svd(f);
         let j: f64 = svd.sigma.iter().product();
-        let g = lambda * j.ln() - mu;
+        // Not the platform's logarithm, which has other bits on other machines.
+        let g = lambda * Scalar::ln(j) - mu;
         let a = Derivatives { first: 0.5 * mu, second: 0.0 };
         let b = Derivatives { first: g / j, second: (lambda - g) / (j * j) };
         Spectrum::from_invariants(&svd.sigma, a, b).tangent(&svd, psd)

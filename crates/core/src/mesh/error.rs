@@ -277,6 +277,13 @@ pub enum MeshError {
         upper: Vec<f64>,
     },
 
+    /// A load on a surface that has no face.
+    #[error("{}", if *whole { "the mesh has no faces for it to act on" } else { "no face of the surface has all its vertices in the selection" })]
+    NoFace {
+        /// Whether the whole surface was meant.
+        whole: bool,
+    },
+
     /// The file could not be read.
     #[error("{}: cannot be read: {source}", path.display())]
     Unreadable {

@@ -20,6 +20,7 @@ mod disk;
 mod elliptic_membrane;
 mod error;
 mod extrude;
+mod faces;
 mod file;
 #[cfg(test)]
 mod file_tests;
@@ -55,7 +56,7 @@ mod stl;
 mod strand;
 mod tapered_beam;
 #[cfg(test)]
-mod test_support;
+pub(crate) mod test_support;
 mod tetgen;
 mod tokens;
 mod topology;

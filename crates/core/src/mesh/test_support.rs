@@ -6,19 +6,19 @@ use super::{Mesh, MeshError, build};
 use crate::scene::{GridSpec, InlineSpec, MeshSpec};
 
 /// A grid at the origin.
-pub(super) fn grid(cells: &[usize], spacing: f64) -> GridSpec {
+pub(crate) fn grid(cells: &[usize], spacing: f64) -> GridSpec {
     GridSpec { cells: cells.to_vec(), spacing: Some(spacing), ..GridSpec::default() }
 }
 
-pub(super) fn build_grid(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError> {
+pub(crate) fn build_grid(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError> {
     build(&MeshSpec::Grid(spec.clone()), dimension, Path::new("."))
 }
 
-pub(super) fn build_inline(spec: &InlineSpec, dimension: usize) -> Result<Mesh, MeshError> {
+pub(crate) fn build_inline(spec: &InlineSpec, dimension: usize) -> Result<Mesh, MeshError> {
     build(&MeshSpec::Inline(spec.clone()), dimension, Path::new("."))
 }
 
 /// Points of the plane or of space.
-pub(super) fn points<const D: usize>(points: &[[f64; D]]) -> Vec<Vec<f64>> {
+pub(crate) fn points<const D: usize>(points: &[[f64; D]]) -> Vec<Vec<f64>> {
     points.iter().map(|p| p.to_vec()).collect()
 }

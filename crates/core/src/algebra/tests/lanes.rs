@@ -1,6 +1,6 @@
 //! A pack gives each lane the bits that the lane has alone, whatever its neighbours need.
 
-use super::sample::{Random, categories, not_finite};
+use super::sample::{Random, bits, categories, load_lanes, not_finite, store_lanes};
 use crate::algebra::{Mat, rotation, signed_svd};
 use crate::lanes::{Kernel, Lanes, Level, WIDTH, dispatch_at};
 
@@ -8,40 +8,15 @@ use crate::lanes::{Kernel, Lanes, Level, WIDTH, dispatch_at};
 struct Decompose<'a, const D: usize>(&'a [Mat<f64, D>]);
 
 impl<const D: usize> Kernel for Decompose<'_, D> {
-    /// Per lane the rotation, `U`, `V`, and the singular values on a diagonal.
-    type Output = [[Mat<f64, D>; 4]; WIDTH];
+    /// The rotation, `U`, `V`, and the singular values on a diagonal, each for every lane.
+    type Output = [[Mat<f64, D>; WIDTH]; 4];
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let mut f = Mat::<L, D>::zero();
-        for i in 0..D {
-            for j in 0..D {
-                let mut lanes = [0.0; WIDTH];
-                for l in 0..WIDTH {
-                    lanes[l] = self.0[l][i][j];
-                }
-                f[i][j] = L::load(&lanes);
-            }
-        }
+        let f = load_lanes::<L, D>(self.0);
         let svd = signed_svd(&f);
-        let results = [rotation(&f), svd.u, svd.v, Mat::diagonal(&svd.sigma)];
-        let mut out = [[Mat::zero(); 4]; WIDTH];
-        for k in 0..4 {
-            for i in 0..D {
-                for j in 0..D {
-                    let lanes = results[k][i][j].to_array();
-                    for l in 0..WIDTH {
-                        out[l][k][i][j] = lanes[l];
-                    }
-                }
-            }
-        }
-        out
+        let values = Mat::diagonal(&svd.sigma);
+        [store_lanes(&rotation(&f)), store_lanes(&svd.u), store_lanes(&svd.v), store_lanes(&values)]
     }
-}
-
-/// Every NaN is the same one: which of two a sum inherits is not specified.
-fn bits<const D: usize>(m: &Mat<f64, D>) -> Vec<u64> {
-    m.0.iter().flatten().map(|x| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }).collect()
 }
 
 fn same_bits<const D: usize>() {
@@ -57,11 +32,11 @@ fn same_bits<const D: usize>() {
     for pack in all.chunks_exact(WIDTH) {
         for level in Level::ALL {
             let out = dispatch_at(level, Decompose(pack));
-            for (f, got) in pack.iter().zip(&out) {
+            for (l, f) in pack.iter().enumerate() {
                 let svd = signed_svd(f);
                 let alone = [rotation(f), svd.u, svd.v, Mat::diagonal(&svd.sigma)];
                 for k in 0..4 {
-                    assert_eq!(bits(&got[k]), bits(&alone[k]), "{level:?}, result {k}, {f:?}");
+                    assert_eq!(bits(&out[k][l]), bits(&alone[k]), "{level:?}, result {k}, {f:?}");
                 }
             }
         }

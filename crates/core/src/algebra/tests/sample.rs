@@ -1,6 +1,7 @@
 //! Deformation gradients with prescribed singular values, by category.
 
 use crate::algebra::{Mat, Vect};
+use crate::lanes::{Lanes, WIDTH};
 
 /// SplitMix64: deterministic, and enough for tests.
 pub(crate) struct Random(pub(crate) u64);
@@ -151,4 +152,40 @@ pub(crate) fn not_finite<const D: usize>() -> Vec<Mat<f64, D>> {
         }
     }
     list
+}
+
+/// One matrix per lane of a pack.
+#[inline(always)]
+pub(crate) fn load_lanes<L: Lanes, const D: usize>(matrices: &[Mat<f64, D>]) -> Mat<L, D> {
+    let mut m = Mat::<L, D>::zero();
+    for i in 0..D {
+        for j in 0..D {
+            let mut lanes = [0.0; WIDTH];
+            for l in 0..WIDTH {
+                lanes[l] = matrices[l][i][j];
+            }
+            m[i][j] = L::load(&lanes);
+        }
+    }
+    m
+}
+
+/// The matrices in the lanes of a pack.
+#[inline(always)]
+pub(crate) fn store_lanes<L: Lanes, const D: usize>(m: &Mat<L, D>) -> [Mat<f64, D>; WIDTH] {
+    let mut matrices = [Mat::zero(); WIDTH];
+    for i in 0..D {
+        for j in 0..D {
+            let lanes = m[i][j].to_array();
+            for l in 0..WIDTH {
+                matrices[l][i][j] = lanes[l];
+            }
+        }
+    }
+    matrices
+}
+
+/// Every NaN is the same one: which of two a sum inherits is not specified.
+pub(crate) fn bits<const D: usize>(m: &Mat<f64, D>) -> Vec<u64> {
+    m.0.iter().flatten().map(|x| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }).collect()
 }

@@ -1,7 +1,7 @@
 //! Every material's stress has the same bits in plain numbers, in a pack and in a pair of packs, on every instruction set.
 
 use crate::algebra::Mat;
-use crate::algebra::tests::sample::{Random, categories, not_finite};
+use crate::algebra::tests::sample::{Random, bits, categories, load_lanes, not_finite, store_lanes};
 use crate::lanes::{Kernel, Lanes, Level, Pair, WIDTH, dispatch_at};
 use crate::material::{Material, MaterialSpec, MaterialVisitor, autodiff_stress};
 
@@ -12,39 +12,14 @@ impl<M: Material<D>, const D: usize> Kernel for Stress<'_, M, D> {
     type Output = [[Mat<f64, D>; WIDTH]; 4];
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let mut f = Mat::<L, D>::zero();
-        for i in 0..D {
-            for j in 0..D {
-                let mut lanes = [0.0; WIDTH];
-                for l in 0..WIDTH {
-                    lanes[l] = self.1[l][i][j];
-                }
-                f[i][j] = L::load(&lanes);
-            }
-        }
+        let f = load_lanes::<L, D>(self.1);
         // Neighbours that need nothing of what the first half needs.
         let pair = self.0.pk1(&Mat(Pair::zip_rows(&f.0, &Mat::<L, D>::identity().0)));
         let swapped = self.0.pk1(&Mat(Pair::zip_rows(&Mat::<L, D>::identity().0, &f.0)));
         let (first, second) = (Pair::unzip_rows(&pair.0).0, Pair::unzip_rows(&swapped.0).1);
-        let results = [self.0.pk1(&f), Mat(first), Mat(second), autodiff_stress(self.0, &f)];
-        let mut out = [[Mat::zero(); WIDTH]; 4];
-        for k in 0..4 {
-            for i in 0..D {
-                for j in 0..D {
-                    let lanes = results[k][i][j].to_array();
-                    for l in 0..WIDTH {
-                        out[k][l][i][j] = lanes[l];
-                    }
-                }
-            }
-        }
-        out
+        let (alone, derived) = (self.0.pk1(&f), autodiff_stress(self.0, &f));
+        [store_lanes(&alone), store_lanes(&Mat(first)), store_lanes(&Mat(second)), store_lanes(&derived)]
     }
-}
-
-/// All NaN are one: which of two a sum inherits is not specified.
-fn bits<const D: usize>(m: &Mat<f64, D>) -> Vec<u64> {
-    m.0.iter().flatten().map(|x| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }).collect()
 }
 
 /// Checks one material, on a large stack: unoptimised, the kernels of all instruction sets need more than a test has.

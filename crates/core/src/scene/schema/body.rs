@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{DampingSpec, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
+use super::{DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
 use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
 
@@ -41,6 +41,9 @@ pub struct Body {
     /// Vertices that are held: where they are, or on a prescribed motion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Pin>,
+    /// Forces from outside: point loads, traction, pressure, forces per volume.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub load: Vec<Load>,
     /// Where it starts; in its rest shape without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<PositionSpec>,

@@ -153,6 +153,7 @@ measured! {
     ViscosityUnit: VISCOSITY;
     Dashpot: DASHPOT;
     Force: FORCE;
+    ForceDensity: FORCE_DENSITY;
     GravitationalConstant: GRAVITATIONAL_CONSTANT;
     Number: NUMBER;
     /// Which of them is right shows when the body is built.

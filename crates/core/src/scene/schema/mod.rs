@@ -12,6 +12,7 @@ use crate::integrator::IntegratorSpec;
 
 mod body;
 mod damping;
+mod load;
 mod measured;
 mod mesh;
 mod one_or_many;
@@ -24,6 +25,7 @@ mod transform;
 
 pub use body::*;
 pub use damping::*;
+pub use load::*;
 pub(crate) use measured::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;

@@ -408,6 +408,46 @@ fn pins() {
     );
 }
 
+#[test]
+fn loads() {
+    let case = |load: &str, underlined: &str, expected: &str| {
+        let text = changed(PIN, &format!("[]\nload = [{{ {load} }}]"));
+        let error = error(&text);
+        let [problem] = error.problems() else { panic!("{load}: {error}") };
+        assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{load}");
+        assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{load}");
+    };
+    case("group = 'a'", "{ group = 'a' }", "body.0.load.0: a load is one force, this one has none");
+    case(
+        "force = [1, 0], pressure = 1",
+        "{ force = [1, 0], pressure = 1 }",
+        "body.0.load.0: a load is one force, this one has `force` and `pressure`",
+    );
+    case(
+        "vertices = [0], group = 'a', force = [1, 0]",
+        "{ vertices = [0], group = 'a', force = [1, 0] }",
+        "body.0.load.0: this selects vertices by `vertices` and `group` at once",
+    );
+    case(
+        "force = [1]",
+        "[1]",
+        "body.0.load.0.force: `force` has 1 number, but `dimension` is 2: 2 are needed",
+    );
+    case("traction = [0, 0]", "[0, 0]", "body.0.load.0.traction: `traction` is zero: this load does nothing");
+    case(
+        "traction = [0, '3 N']",
+        "'3 N'",
+        "body.0.load.0.traction.1: `traction`: `3 N` is a force [N], not a pressure [Pa]",
+    );
+    case(
+        "body_force = [nan, 0]",
+        "nan",
+        "body.0.load.0.body_force.0: `body_force` must be finite, got NaN [N/m^3]",
+    );
+    case("pressure = '1/t'", "'1/t'", "body.0.load.0.pressure: `pressure` is inf [Pa] at t = 0.0 s");
+    case("pressure = '2 * x'", "x", "body.0.load.0.pressure: `pressure`: unknown name `x`");
+}
+
 /// What only shows once the vertices are known.
 #[test]
 fn a_coordinate_that_moves_is_held_by_one_pin_only() {

@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{damping, mesh, motion, pins, transform};
+use super::{damping, loads, mesh, motion, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -67,6 +67,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     }
     mass(check, &path.key("mass"), body, has);
     pins::pins(check, &path.key("pin"), body, duration);
+    loads::loads(check, &path.key("load"), body, duration);
     if let Some(position) = &body.position {
         motion::position(check, &path.key("position"), position, body.vertex_count());
     }

@@ -6,6 +6,7 @@
 mod body;
 mod check;
 mod damping;
+mod loads;
 mod mesh;
 mod motion;
 mod pins;

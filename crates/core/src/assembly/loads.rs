@@ -1,0 +1,198 @@
+//! From the loads of a scene to forces.
+
+use super::body::Parts;
+use crate::element::{face_points, vector_area};
+use crate::energy::EnergyTerm;
+use crate::energy::load::{DeadLoad, Pressure, PressureField, Sample, VectorField, rim};
+use crate::mesh::{Mesh, select};
+use crate::numbering::Numbering;
+use crate::scene::{Body, KeyPath, Load, OverTime, Problem, Selection};
+
+/// A load whose place is known; vertices from 0 in the body.
+pub(super) struct Placed {
+    pub(super) name: String,
+    key: &'static str,
+    spec: Load,
+    on: On,
+}
+
+/// A point of the rest shape [m], and the shares of global vertices in what a field is there.
+type Shared = ([f64; 3], Vec<(u32, f64)>);
+
+enum On {
+    Vertices(Vec<u32>),
+    Edges(Vec<[u32; 2]>),
+    Triangles(Vec<[u32; 3]>),
+}
+
+/// The loads on a body with this mesh.
+pub(super) fn placed(
+    spec: &Body,
+    body: &str,
+    mesh: &Mesh,
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<Placed> {
+    let mut placed = vec![];
+    for (i, load) in spec.load.iter().enumerate() {
+        let path = path.key("load").index(i);
+        let key = load.vectors().first().map_or("pressure", |(key, ..)| *key);
+        match place(load, key, mesh) {
+            Ok(on) => {
+                placed.push(Placed { name: format!("{key} {i} on `{body}`"), key, spec: load.clone(), on })
+            }
+            Err(message) => problems.push(Problem::semantic(path, message)),
+        }
+    }
+    placed
+}
+
+fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
+    let selection = load.selections().pop();
+    if matches!(key, "traction" | "pressure") {
+        if !(mesh.triangle_middles.is_empty() && mesh.tetrahedron_middles.is_empty()) {
+            return Err(format!("`{key}` acts on straight faces, and this mesh is of second order"));
+        }
+        return match mesh.dimension {
+            2 => mesh.select_faces(selection.as_ref()).map(On::Edges),
+            _ => mesh.select_faces(selection.as_ref()).map(On::Triangles),
+        }
+        .map_err(|error| error.to_string());
+    }
+    let all = || Ok((0..mesh.vertex_count() as u32).collect());
+    let vertices: Vec<u32> =
+        selection.as_ref().map_or_else(all, |s: &Selection| select(mesh, s)).map_err(|e| e.to_string())?;
+    if key == "body_force" && mesh.element_dimension() < 2 {
+        return Err("`body_force` is by the volume of cells, and this mesh has none".to_owned());
+    }
+    Ok(On::Vertices(vertices))
+}
+
+impl Placed {
+    /// What it is, in words.
+    pub(super) fn described(&self, held: &[u32]) -> String {
+        let changes = if self.changes() { ", changes with time" } else { "" };
+        match &self.on {
+            On::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
+            On::Edges(faces) => self.described_faces(faces, held) + changes,
+            On::Triangles(faces) => self.described_faces(faces, held) + changes,
+        }
+    }
+
+    fn described_faces<const D: usize>(&self, faces: &[[u32; D]], held: &[u32]) -> String {
+        let kind = match &self.spec.pressure {
+            None => "",
+            Some(pressure) if pressure.depends_on_place() => ", follows the surface, no potential",
+            Some(_) if rim(faces).iter().all(|v| held.binary_search(v).is_ok()) => {
+                ", follows the surface, with a potential"
+            }
+            Some(_) => ", follows the surface, no potential (its rim is free to move)",
+        };
+        format!("{}: {} faces{kind}", self.name, faces.len())
+    }
+
+    fn changes(&self) -> bool {
+        let formula = |value: &OverTime| value.constant().is_none();
+        self.spec.vectors().iter().any(|(_, _, vector)| vector.iter().any(formula))
+            || self.spec.pressure.as_ref().is_some_and(formula)
+    }
+
+    /// The term on the vertices of the whole system, whose flat rest positions are `rest`; `held` are the vertices of the body
+    /// that never move, ascending.
+    pub(super) fn term(
+        &self,
+        parts: &Parts,
+        held: &[u32],
+        rest: &[f64],
+        numbering: &Numbering,
+    ) -> Box<dyn EnergyTerm> {
+        let global = |v: u32| numbering.internal(parts.first_vertex + v);
+        match &self.on {
+            On::Vertices(vertices) => {
+                let share = |v: u32| match self.key {
+                    "force" => 1.0 / vertices.len() as f64,
+                    "body_force" => parts.volume[v as usize],
+                    _ => 1.0,
+                };
+                let mut shares: Vec<(u32, f64)> = vertices.iter().map(|&v| (global(v), share(v))).collect();
+                shares.sort_unstable_by_key(|(v, _)| *v);
+                let samples =
+                    shares.iter().map(|share| (point(rest, share.0, parts.mesh.dimension), vec![*share]));
+                self.dead(samples.collect(), rest, parts.mesh.dimension)
+            }
+            On::Edges(faces) => self.on_faces(faces, global, held, rest),
+            On::Triangles(faces) => self.on_faces(faces, global, held, rest),
+        }
+    }
+
+    fn on_faces<const D: usize>(
+        &self,
+        faces: &[[u32; D]],
+        global: impl Fn(u32) -> u32,
+        held: &[u32],
+        rest: &[f64],
+    ) -> Box<dyn EnergyTerm> {
+        let global: Vec<[u32; D]> = faces.iter().map(|face| face.map(&global)).collect();
+        if let Some(pressure) = self.spec.pressure.clone() {
+            let rim_stays = rim(faces).iter().all(|v| held.binary_search(v).is_ok());
+            let (changes, varies) = (self.changes(), pressure.depends_on_place());
+            let field = Box::new(move |x, t| (pressure.value(x, t), pressure.rate(x, t)));
+            let pressure = PressureField { field, changes, varies };
+            return Box::new(Pressure::new(self.name.clone(), &global, rest, rim_stays, pressure));
+        }
+        let quadrature = face_points::<D>();
+        let mut samples = vec![];
+        for face in &global {
+            let corners = face.map(|v| {
+                let mut corner = [0.0; D];
+                corner.copy_from_slice(&rest[v as usize * D..][..D]);
+                corner
+            });
+            let measure = vector_area(&corners).iter().map(|c| c * c).sum::<f64>().sqrt();
+            for q in &quadrature {
+                let mut at = [0.0; 3];
+                (0..D).for_each(|i| (0..D).for_each(|c| at[c] += q.shape[i] * corners[i][c]));
+                let shares = (0..D).map(|i| (face[i], q.weight * q.shape[i] * measure)).collect();
+                samples.push((at, shares));
+            }
+        }
+        self.dead(samples, rest, D)
+    }
+
+    /// A dead load with these points and their shares by global vertex. What is the same everywhere needs one point.
+    fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> Box<dyn EnergyTerm> {
+        let components: Vec<OverTime> =
+            self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec());
+        let mut vertices: Vec<u32> =
+            samples.iter().flat_map(|(_, shares)| shares.iter().map(|(v, _)| *v)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        if !components.iter().any(OverTime::depends_on_place) {
+            let mut sums = vec![0.0; vertices.len()];
+            for (v, share) in samples.iter().flat_map(|(_, shares)| shares) {
+                sums[vertices.partition_point(|w| w < v)] += share;
+            }
+            samples = vec![([0.0; 3], vertices.iter().copied().zip(sums).collect())];
+        }
+        let slot = |v: u32| vertices.partition_point(|w| *w < v) as u32;
+        let samples = samples.into_iter().map(|(point, shares)| Sample {
+            point,
+            shares: shares.into_iter().map(|(v, share)| (slot(v), share)).collect(),
+        });
+        let samples = samples.collect();
+        let field: VectorField = Box::new(move |x, t| {
+            let mut force = ([0.0; 3], [0.0; 3]);
+            for (c, component) in components.iter().enumerate() {
+                (force.0[c], force.1[c]) = (component.value(x, t), component.rate(x, t));
+            }
+            force
+        });
+        Box::new(DeadLoad::new(self.name.clone(), dimension, vertices, rest, samples, field, self.changes()))
+    }
+}
+
+fn point(rest: &[f64], vertex: u32, dimension: usize) -> [f64; 3] {
+    let mut point = [0.0; 3];
+    point[..dimension].copy_from_slice(&rest[vertex as usize * dimension..][..dimension]);
+    point
+}

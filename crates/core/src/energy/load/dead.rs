@@ -1,0 +1,148 @@
+//! Loads that do not turn with the body.
+
+use super::{VectorField, add_rows};
+use crate::energy::{EnergyKind, EnergyTerm, Fault};
+
+/// `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the rest shape: point loads, dead traction, forces per volume. The force on a vertex
+/// is that of a field `f(X, t)` at sample points of the rest shape (quadrature points, or the vertices themselves), each of which
+/// gives its shares to some vertices: `f_i = sum_s w_si f(X_s, t)`.
+pub struct DeadLoad {
+    name: String,
+    dimension: usize,
+    /// Ascending.
+    vertices: Vec<u32>,
+    /// Rest positions of `vertices`, flat [m].
+    rest: Vec<f64>,
+    samples: Vec<Sample>,
+    field: VectorField,
+    changes: bool,
+    time: f64,
+    /// Force on each of `vertices` at `time`, flat [N].
+    now: Vec<f64>,
+    /// The same of the last evaluation of the force; empty where it does not change.
+    held: Vec<f64>,
+}
+
+/// A point where a field is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sample {
+    /// In the rest shape [m].
+    pub point: [f64; 3],
+    /// A place in the list of vertices, and what that vertex gets of the field's value: 1 for a force, the share of an area [m^2]
+    /// or a volume [m^3] for a density.
+    pub shares: Vec<(u32, f64)>,
+}
+
+impl DeadLoad {
+    /// A load on `vertices`, ascending, of the whole system with the flat rest positions `rest` [m]; `changes` says whether
+    /// `field` depends on time.
+    pub fn new(
+        name: String,
+        dimension: usize,
+        vertices: Vec<u32>,
+        rest: &[f64],
+        samples: Vec<Sample>,
+        field: VectorField,
+        changes: bool,
+    ) -> Self {
+        let rows = vertices.iter().flat_map(|v| &rest[*v as usize * dimension..][..dimension]);
+        let rest: Vec<f64> = rows.copied().collect();
+        let now = vec![0.0; rest.len()];
+        let held = if changes { now.clone() } else { vec![] };
+        let mut load =
+            DeadLoad { name, dimension, vertices, rest, samples, field, changes, time: 0.0, now, held };
+        load.look(0.0);
+        load
+    }
+
+    /// The forces at the time `time` [s].
+    fn look(&mut self, time: f64) {
+        let (d, DeadLoad { samples, field, now, .. }) = (self.dimension, self);
+        now.fill(0.0);
+        for Sample { point, shares } in &*samples {
+            let (force, _) = field(*point, time);
+            for (slot, share) in shares {
+                for c in 0..d {
+                    now[*slot as usize * d + c] += share * force[c];
+                }
+            }
+        }
+    }
+
+    /// Displacement of each vertex of the load from its rest position, by slot.
+    fn displacement(&self, x: &[f64], slot: usize, c: usize) -> f64 {
+        x[self.vertices[slot] as usize * self.dimension + c] - self.rest[slot * self.dimension + c]
+    }
+}
+
+impl EnergyTerm for DeadLoad {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Load
+    }
+
+    fn changes_with_time(&self) -> bool {
+        self.changes
+    }
+
+    fn set_time(&mut self, time: f64) {
+        if time != self.time {
+            self.time = time;
+            self.look(time);
+        }
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let d = self.dimension;
+        -(0..self.now.len()).map(|i| self.now[i] * self.displacement(x, i / d, i % d)).sum::<f64>()
+    }
+
+    /// The sum of all forces over the diagonal of the bounding box.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let lengths =
+            self.now.chunks_exact(self.dimension).map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
+        lengths.sum::<f64>() * crate::state::diagonal(x, self.dimension)
+    }
+
+    fn evaluate(&mut self, _x: &[f64]) -> bool {
+        self.held.copy_from_slice(if self.changes { &self.now } else { &[] });
+        crate::integrator::all_finite(&self.now)
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        let rows = if self.changes { &self.held } else { &self.now };
+        add_rows(&self.vertices, rows, -1.0, first, g, self.dimension);
+    }
+
+    fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
+
+    /// `dE/dt = -sum_i f_i'(t) . (x_i - X_i)`.
+    fn power(&mut self, x: &[f64], _v: &[f64]) -> f64 {
+        let mut power = 0.0;
+        for Sample { point, shares } in &self.samples {
+            let (_, rate) = (self.field)(*point, self.time);
+            for (slot, share) in shares {
+                for (c, rate) in rate.iter().enumerate().take(self.dimension) {
+                    power -= share * rate * self.displacement(x, *slot as usize, c);
+                }
+            }
+        }
+        power
+    }
+
+    fn fault(&self, _x: &[f64]) -> Option<Fault> {
+        let finite = crate::integrator::all_finite(&self.now);
+        (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
+    }
+
+    fn bytes(&self) -> usize {
+        let shares: usize = self.samples.iter().map(|sample| size_of_val(&sample.shares[..])).sum();
+        size_of_val(&self.vertices[..])
+            + 8 * (self.rest.len() + self.now.len() + self.held.len())
+            + size_of_val(&self.samples[..])
+            + shares
+    }
+}

@@ -1,0 +1,30 @@
+//! Loads: forces from outside that a scene puts on bodies.
+
+mod dead;
+mod pressure;
+#[cfg(test)]
+mod tests;
+
+pub use dead::{DeadLoad, Sample};
+pub use pressure::{Pressure, PressureField, rim};
+
+/// A vector that differs from place to place and changes with time: its value and its rate at the rest position `X` [m] and the
+/// time `t` [s].
+pub type VectorField = Box<dyn Fn([f64; 3], f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
+
+/// The places in `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
+fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize> {
+    let from = vertices.partition_point(|v| (*v as usize) < first);
+    let to = from + vertices[from..].partition_point(|v| (*v as usize) < first + count);
+    from..to
+}
+
+/// Adds `factor` times the `rows` of these ascending `vertices` to the rows `g` of the vertices from `first` on.
+fn add_rows(vertices: &[u32], rows: &[f64], factor: f64, first: usize, g: &mut [f64], d: usize) {
+    for slot in slots(vertices, first, g.len() / d) {
+        let row = (vertices[slot] as usize - first) * d;
+        for c in 0..d {
+            g[row + c] += factor * rows[slot * d + c];
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! Loads against closed forms and differences.
+
+use super::*;
+use crate::energy::EnergyTerm;
+use crate::mesh::Mesh;
+use crate::mesh::test_support::{build_grid, grid};
+
+/// A number in (-1, 1) that looks random.
+fn scattered(i: usize) -> f64 {
+    2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
+}
+
+fn block<const D: usize>() -> (Mesh, Vec<f64>) {
+    let mesh = build_grid(&grid(&[2, 3, 2][..D], 0.5), D).unwrap();
+    let x = mesh.points.iter().enumerate().map(|(i, x)| 1.1 * x + 0.1 * scattered(i)).collect();
+    (mesh, x)
+}
+
+fn steady(p: f64) -> PressureField {
+    PressureField { field: Box::new(move |_, _| (p, 0.0)), changes: false, varies: false }
+}
+
+fn varying() -> PressureField {
+    let field = |x: [f64; 3], t: f64| ((1.0 + x[0]) * (2.0 + x[1] * x[1]) + t, 1.0);
+    PressureField { field: Box::new(field), changes: true, varies: true }
+}
+
+/// `term` must have the gradient of its energy, if it has one.
+fn gradient<const D: usize>(term: &mut dyn EnergyTerm, x: &[f64]) -> Vec<f64> {
+    let mut g = vec![0.0; x.len()];
+    assert!(term.evaluate(x));
+    // In pieces, as a step asks for it.
+    let (left, right) = g.split_at_mut(2 * D);
+    term.add_rows(0, left);
+    term.add_rows(2, right);
+    g
+}
+
+/// On a closed surface: no net force and moment, the gradient of `p V`, a symmetric and exact Hessian.
+fn closed_surface<const D: usize>() {
+    let (mesh, x) = block::<D>();
+    assert!(rim(&mesh.faces::<D>()).is_empty());
+    let mut term = Pressure::<D>::new("p".into(), &mesh.faces::<D>(), &mesh.points, true, steady(3.0));
+    assert_eq!(term.energy(&mesh.points), 0.0);
+    let g = gradient::<D>(&mut term, &x);
+    let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+    for (g, x) in g.chunks(D).zip(x.chunks(D)) {
+        let (mut a, mut b) = ([0.0; 3], [0.0; 3]);
+        a[..D].copy_from_slice(x);
+        b[..D].copy_from_slice(g);
+        let turn = crate::element::cross(a, b);
+        (0..3).for_each(|c| (force[c] += b[c], moment[c] += turn[c]).0);
+    }
+    let zero = |v: &[f64]| v.iter().all(|c| c.abs() < 1e-14 * 3.0 * 12.0);
+    assert!(zero(&force) && zero(&moment), "{force:?} {moment:?}");
+    // Bodies of any shape: x . g of p V is D p V.
+    let volume = term.energy(&x) / 3.0 + mesh.lumped_measure().iter().sum::<f64>();
+    let work: f64 = g.iter().zip(&x).map(|(g, x)| g * x).sum();
+    assert!((work - D as f64 * 3.0 * volume).abs() < 1e-12, "{work} {volume}");
+    let h = 1e-5;
+    for i in 0..x.len() {
+        let energy = |term: &mut Pressure<D>, h: f64| {
+            let mut x = x.clone();
+            x[i] += h;
+            term.energy(&x)
+        };
+        let difference = (energy(&mut term, h) - energy(&mut term, -h)) / (2.0 * h);
+        // The volume is a polynomial of degree one in each coordinate: only rounding is left.
+        assert!((difference - g[i]).abs() < 1e-9, "{i}: {difference} {}", g[i]);
+    }
+}
+
+#[test]
+fn pressure_on_a_closed_surface_is_the_gradient_of_its_volume_and_has_no_net_force() {
+    closed_surface::<2>();
+    closed_surface::<3>();
+}
+
+/// Products with the Hessian are differences of forces, with and without a potential; those of the stability limit are of its
+/// symmetric part.
+fn products<const D: usize>() {
+    let (mesh, x) = block::<D>();
+    let faces = mesh.faces::<D>();
+    let open = &faces[..faces.len() / 2];
+    for (faces, closed, pressure) in
+        [(&faces[..], true, steady(-2.0)), (open, false, steady(2.0)), (open, false, varying())]
+    {
+        let mut term = Pressure::<D>::new("p".into(), faces, &mesh.points, closed, pressure);
+        assert_eq!(term.is_conservative(), closed);
+        let p: Vec<f64> = (0..x.len()).map(|i| scattered(3 * i + 7)).collect();
+        let q: Vec<f64> = (0..x.len()).map(|i| scattered(5 * i + 2)).collect();
+        let product = |term: &mut Pressure<D>, p: &[f64], symmetric: bool| {
+            let mut y = vec![0.0; x.len()];
+            match symmetric {
+                true => assert!(!term.add_stiffness_product(&x, p, &mut y)),
+                false => term.add_hessian_product(&x, p, &mut y),
+            }
+            y
+        };
+        let moved = |h: f64| -> Vec<f64> { x.iter().zip(&p).map(|(x, p)| x + h * p).collect() };
+        let (ahead, behind) =
+            (gradient::<D>(&mut term, &moved(1e-3)), gradient::<D>(&mut term, &moved(-1e-3)));
+        let exact = product(&mut term, &p, false);
+        for i in 0..x.len() {
+            // Forces are quadratic in the positions: central differences are exact.
+            let difference = (ahead[i] - behind[i]) / 2e-3;
+            assert!((difference - exact[i]).abs() < 1e-10, "{i}: {difference} {}", exact[i]);
+        }
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (pq, qp) = (dot(&q, &exact), dot(&p, &product(&mut term, &q, false)));
+        assert_eq!((pq - qp).abs() < 1e-13, closed, "{pq} {qp}");
+        let symmetric = dot(&q, &product(&mut term, &p, true));
+        assert!((symmetric - 0.5 * (pq + qp)).abs() < 1e-13, "{symmetric} {pq} {qp}");
+    }
+}
+
+#[test]
+fn pressure_has_exact_hessian_products() {
+    products::<2>();
+    products::<3>();
+}
+
+/// Pressure that differs from place to place, at rest: the total force is the integral of `-p n` over the face at x = 1.
+#[test]
+fn varying_pressure_has_the_force_of_its_integral() {
+    let (mesh, _) = block::<3>();
+    let right = |face: &[u32; 3]| face.iter().all(|v| mesh.point(*v as usize)[0] == 1.0);
+    let faces: Vec<[u32; 3]> = mesh.faces::<3>().into_iter().filter(right).collect();
+    assert_eq!(rim(&faces).len(), 10);
+    let mut term = Pressure::<3>::new("p".into(), &faces, &mesh.points, false, varying());
+    term.set_time(0.5);
+    let g = gradient::<3>(&mut term, &mesh.points);
+    let total: f64 = g.iter().step_by(3).sum();
+    // Of 2 (2 + Y^2) + t over 0 < Y < 1.5, 0 < Z < 1.
+    let exact = 2.0 * (3.0 + 1.125) + 0.75;
+    assert!((total - exact).abs() < 1e-13, "{total} {exact}");
+    // The power of moving along x is that of the force.
+    let v: Vec<f64> = (0..g.len()).map(|i| if i % 3 == 0 { -2.0 } else { 0.0 }).collect();
+    assert!((term.power(&mesh.points, &v) - 2.0 * exact).abs() < 1e-13);
+}
+
+/// A dead load is the gradient of `-f . u`, is looked at once where it does not change, and keeps the force of the last
+/// evaluation when its time goes on.
+#[test]
+fn a_dead_load_has_the_potential_of_its_forces() {
+    let rest: Vec<f64> = (0..12).map(|i| scattered(i + 3)).collect();
+    let x: Vec<f64> = rest.iter().enumerate().map(|(i, x)| x + scattered(i)).collect();
+    let field: VectorField = Box::new(|x, t| ([x[0] * t, 2.0 + t, 0.0], [x[0], 1.0, 0.0]));
+    let sample = |point: [f64; 3], shares: &[(u32, f64)]| Sample { point, shares: shares.to_vec() };
+    let samples = vec![sample([3.0, 0.0, 0.0], &[(0, 0.5), (1, 0.25)]), sample([1.0, 0.0, 0.0], &[(1, 1.0)])];
+    let mut load = DeadLoad::new("load".into(), 2, vec![2, 5], &rest, samples, field, true);
+    load.set_time(2.0);
+    let g = gradient::<2>(&mut load, &x);
+    let expected = [0.0, 0.0, 0.0, 0.0, -3.0, -2.0, 0.0, 0.0, 0.0, 0.0, -3.5, -5.0];
+    assert_eq!(g, expected);
+    let energy = |load: &mut DeadLoad| load.energy(&x);
+    let displaced: f64 = (0..12).map(|i| expected[i] * (x[i] - rest[i])).sum();
+    assert!((energy(&mut load) - displaced).abs() < 1e-15);
+    let power = load.power(&x, &[0.0; 12]);
+    load.set_time(2.0 + 1e-3);
+    let (mut later, mut held) = (vec![0.0; 12], vec![0.0; 12]);
+    load.add_rows(0, &mut held);
+    assert_eq!(held, expected);
+    assert!(((energy(&mut load) - displaced) / 1e-3 - power).abs() < 1e-10);
+    load.evaluate(&x);
+    load.add_rows(0, &mut later);
+    assert_ne!(later, expected);
+}
