@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Diagnostics, Reaction};
 use crate::observer::{Frame, Observer, ObserverError, Work};
 use crate::simulation::{Simulation, StepError};
 
@@ -72,6 +72,8 @@ pub struct Summary {
     pub start: Diagnostics,
     /// Measurements of the last good state that was measured.
     pub end: Diagnostics,
+    /// The forces with which pins hold their vertices in the last good state.
+    pub reactions: Vec<Reaction>,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
     /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
@@ -132,6 +134,7 @@ pub fn run(
     Summary {
         outcome,
         frames: run.frames,
+        reactions: run.simulation.reactions(),
         work: run.simulation.work(),
         largest_energy_change: run.largest_energy_change.max((end.conserved() - run.start.conserved()).abs()),
         start: run.start,

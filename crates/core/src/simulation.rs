@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 
 use crate::diagnostics::{
-    Diagnostics, ElementState, Ledger, StabilityLimit, largest_frequency, stability_limit, strongest_damping,
+    Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
+    stability_limit, strongest_damping,
 };
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
@@ -339,6 +340,17 @@ impl Simulation {
     /// there is then computed once.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
         self.system.set_to_be_measured(to_be_measured);
+    }
+
+    /// The forces with which pins hold their vertices, now, in the order of the scene; empty where the force is not finite.
+    pub fn reactions(&mut self) -> Vec<Reaction> {
+        let time = self.state.time;
+        if self.system.constraints().is_empty() || self.ensure_force(time).is_err() {
+            return vec![];
+        }
+        // A span that is short beside all that a step resolves, and long beside the rounding of velocities.
+        let span = 1e-3 * self.step_size;
+        reactions(&mut self.system, time, span, self.state.x(), self.state.v())
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.

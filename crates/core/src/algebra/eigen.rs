@@ -92,3 +92,20 @@ pub fn symmetric_eigen<const D: usize>(a: &Mat<f64, D>) -> (Vect<f64, D>, Mat<f6
     }
     (lambda, v)
 }
+
+/// As [`symmetric_eigen`], on any scalar: a fixed number of sweeps, enough for the last digits.
+#[inline(always)]
+pub fn symmetric_eigen_of_lanes<S: Scalar, const D: usize>(a: &Mat<S, D>) -> (Vect<S, D>, Mat<S, D>) {
+    let mut a = *a;
+    let mut v = Mat::identity();
+    // A rotation makes a 2x2 matrix diagonal.
+    let sweeps = if D == 2 { 1 } else { 5 };
+    for _ in 0..sweeps {
+        symmetric_sweep(&mut a, &mut v);
+    }
+    let mut lambda = [S::zero(); D];
+    for i in 0..D {
+        lambda[i] = a[i][i];
+    }
+    (lambda, v)
+}

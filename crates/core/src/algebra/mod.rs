@@ -11,7 +11,7 @@ mod svd;
 
 pub use dual::Dual;
 pub(crate) use dual::SMALLEST_SUM;
-pub use eigen::symmetric_eigen;
+pub use eigen::{symmetric_eigen, symmetric_eigen_of_lanes};
 pub use isotropic::{IsotropicFunction, isotropic_gradient, isotropic_hessian, isotropic_value};
 pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};

@@ -35,12 +35,15 @@ mod elements;
 mod integral;
 mod ledger;
 mod measures;
+mod reaction;
 mod stability;
 
 pub use elements::ElementState;
 pub use ledger::Balance;
 pub(crate) use ledger::Ledger;
 pub use measures::{MEASURES, Measure};
+pub use reaction::Reaction;
+pub(crate) use reaction::reactions;
 pub use stability::{
     Spectrum, StabilityLimit, StrongestDamping, largest_frequency, stability_limit, strongest_damping,
 };

@@ -3,8 +3,8 @@ use serde::{Deserialize, Serialize};
 
 use super::parameters::check_positive;
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 use crate::scene::{As, Pressure};
 
@@ -85,10 +85,9 @@ impl<const D: usize> Material<D> for Arap {
         (*f - S::rotation(f)).scale(S::splat(2.0 * self.mu))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
-        let svd = signed_svd(f);
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let a = Derivatives { first: self.mu, second: 0.0 };
         let b = Derivatives { first: 0.0, second: 0.0 };
-        Spectrum::from_invariants(&svd.sigma, a, b).plus_trace(&svd.sigma, -2.0 * self.mu).tangent(&svd, psd)
+        Some(Spectrum::from_invariants(sigma, a, b).plus_trace(sigma, -2.0 * self.mu))
     }
 }

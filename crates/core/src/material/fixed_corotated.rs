@@ -1,6 +1,6 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Isotropic, Lame, Material, Model};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Fixed corotated elasticity: corotated shear, and a volume term in `J`.
@@ -53,12 +53,11 @@ impl<const D: usize> Material<D> for FixedCorotated {
         (*f - r).scale_add(S::splat(2.0 * self.lame.mu), &cofactor.scale(pressure))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let Lame { lambda, mu } = self.lame;
-        let svd = signed_svd(f);
-        let j: f64 = svd.sigma.iter().product();
+        let j: f64 = sigma.iter().product();
         let a = Derivatives { first: mu, second: 0.0 };
         let b = Derivatives { first: lambda * (j - 1.0), second: lambda };
-        Spectrum::from_invariants(&svd.sigma, a, b).plus_trace(&svd.sigma, -2.0 * mu).tangent(&svd, psd)
+        Some(Spectrum::from_invariants(sigma, a, b).plus_trace(sigma, -2.0 * mu))
     }
 }

@@ -1,7 +1,7 @@
 use super::barrier::{admissible, infinite_outside};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
-use super::{About, Domain, Isotropic, Material, Model, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Isotropic, Material, Model};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Neo-Hookean elasticity that separates change of shape from change of volume.
@@ -59,10 +59,9 @@ impl<const D: usize> Material<D> for IsochoricNeoHookean {
         f.scale_add(shear, &cofactor.scale(factor))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
-        let svd = signed_svd(f);
-        let j: f64 = admissible(svd.sigma.iter().product());
-        let stretch = svd.sigma.iter().map(|s| s * s).sum::<f64>() + out_of_plane::<D>();
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        let j: f64 = admissible(sigma.iter().product());
+        let stretch = sigma.iter().map(|s| s * s).sum::<f64>() + out_of_plane::<D>();
         let shear = self.mu * Scalar::powf(j, -2.0 / 3.0);
         let derivatives = InvariantDerivatives {
             i1: 0.5 * shear,
@@ -71,7 +70,7 @@ impl<const D: usize> Material<D> for IsochoricNeoHookean {
             j_j: self.bulk + 5.0 * shear * stretch / (9.0 * j * j),
             ..InvariantDerivatives::default()
         };
-        Spectrum::from_three_invariants(&svd.sigma, &derivatives).tangent(&svd, psd)
+        Some(Spectrum::from_three_invariants(sigma, &derivatives))
     }
 
     fn domain(&self) -> Domain {

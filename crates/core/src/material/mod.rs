@@ -21,7 +21,7 @@ pub use stretches::Stretches;
 
 use registry::register_materials;
 
-use crate::algebra::Mat;
+use crate::algebra::{Mat, Vect, signed_svd};
 use crate::scalar::Scalar;
 
 /// Which states of deformation a model is defined for.
@@ -101,8 +101,22 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
         autodiff_stress(self, f)
     }
 
+    /// The eigenvalues of `dP/dF` where `F` has these signed singular values; `None` for a model that is no function of them,
+    /// which then gives its [`hessian`](Self::hessian) itself.
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        let _ = sigma;
+        None
+    }
+
     /// Second derivative `dP/dF` [Pa].
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
+    ///
+    /// # Panics
+    /// If the model gives neither a spectrum nor this.
+    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+        let svd = signed_svd(f);
+        let spectrum = self.spectrum(&svd.sigma).expect("a model gives its spectrum or its Hessian");
+        spectrum.tangent(&svd, psd)
+    }
 
     /// Where the model is defined.
     fn domain(&self) -> Domain {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use super::barrier::{admissible, infinite_outside};
 use super::parameters::{check_poisson, check_positive};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
-use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 use crate::scene::{As, Pressure};
 
@@ -137,10 +137,9 @@ impl<const D: usize> Material<D> for MooneyRivlin {
         bent.scale_add(-second, &stretched)
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
-        let svd = signed_svd(f);
-        let diagonal = Mat::diagonal(&svd.sigma);
-        let j: f64 = admissible(svd.sigma.iter().product());
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        let diagonal = Mat::diagonal(sigma);
+        let j: f64 = admissible(sigma.iter().product());
         let (i1, i2) = invariants(&diagonal, &diagonal.cofactor(), j);
         let c = Scalar::powf(j, -2.0 / 3.0);
         let (first, second) = (self.c10 * c, self.c01 * c * c);
@@ -152,7 +151,7 @@ impl<const D: usize> Material<D> for MooneyRivlin {
             i2_j: -4.0 * second / (3.0 * j),
             j_j: self.bulk + (10.0 * first * i1 + 28.0 * second * i2) / (9.0 * j * j),
         };
-        Spectrum::from_three_invariants(&svd.sigma, &derivatives).tangent(&svd, psd)
+        Some(Spectrum::from_three_invariants(sigma, &derivatives))
     }
 
     fn domain(&self) -> Domain {

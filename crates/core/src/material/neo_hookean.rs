@@ -1,6 +1,6 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Isotropic, Lame, Material, Model};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Compressible neo-Hookean elasticity with a logarithmic barrier.
@@ -59,15 +59,14 @@ impl<const D: usize> Material<D> for NeoHookean {
         f.scale_add(S::splat(self.lame.mu), &cofactor.scale(factor))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let Lame { lambda, mu } = self.lame;
-        let svd = signed_svd(f);
-        let j: f64 = svd.sigma.iter().product();
+        let j: f64 = sigma.iter().product();
         // Not the platform's logarithm, which has other bits on other machines.
         let g = lambda * Scalar::ln(j) - mu;
         let a = Derivatives { first: 0.5 * mu, second: 0.0 };
         let b = Derivatives { first: g / j, second: (lambda - g) / (j * j) };
-        Spectrum::from_invariants(&svd.sigma, a, b).tangent(&svd, psd)
+        Some(Spectrum::from_invariants(sigma, a, b))
     }
 
     fn domain(&self) -> Domain {

@@ -1,7 +1,7 @@
 use super::barrier::{admissible, infinite_outside};
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Isotropic, Lame, Material, Model};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Compressible neo-Hookean elasticity whose volume term is quadratic in `J`.
@@ -57,13 +57,12 @@ impl<const D: usize> Material<D> for NeoHookeanJ {
         f.scale_add(mu, &cofactor.scale(factor))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let Lame { lambda, mu } = self.lame;
-        let svd = signed_svd(f);
-        let j: f64 = admissible(svd.sigma.iter().product());
+        let j: f64 = admissible(sigma.iter().product());
         let a = Derivatives { first: 0.5 * mu, second: 0.0 };
         let b = Derivatives { first: lambda * (j - 1.0) - mu / j, second: lambda + mu / (j * j) };
-        Spectrum::from_invariants(&svd.sigma, a, b).tangent(&svd, psd)
+        Some(Spectrum::from_invariants(sigma, a, b))
     }
 
     fn domain(&self) -> Domain {

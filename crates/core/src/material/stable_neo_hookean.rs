@@ -1,6 +1,6 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Isotropic, Lame, Material, Model};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Stable neo-Hookean elasticity without the logarithmic term.
@@ -58,11 +58,10 @@ impl<const D: usize> Material<D> for StableNeoHookean {
         f.scale_add(S::splat(self.mu), &cofactor.scale(factor))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
-        let svd = signed_svd(f);
-        let j: f64 = svd.sigma.iter().product();
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        let j: f64 = sigma.iter().product();
         let a = Derivatives { first: 0.5 * self.mu, second: 0.0 };
         let b = Derivatives { first: self.lambda * (j - 1.0) - self.mu, second: self.lambda };
-        Spectrum::from_invariants(&svd.sigma, a, b).tangent(&svd, psd)
+        Some(Spectrum::from_invariants(sigma, a, b))
     }
 }

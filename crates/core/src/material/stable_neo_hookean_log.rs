@@ -1,6 +1,6 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model, Psd, Tangent};
-use crate::algebra::{Mat, signed_svd};
+use super::{About, Domain, Isotropic, Lame, Material, Model};
+use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
 /// Stable neo-Hookean elasticity with the logarithmic term that resists collapse to a point.
@@ -69,12 +69,11 @@ impl<const D: usize> Material<D> for StableNeoHookeanLog {
         f.scale_add(stretch, &cofactor.scale(factor))
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
-        let svd = signed_svd(f);
-        let j: f64 = svd.sigma.iter().product();
-        let r = 1.0 / (svd.sigma.iter().map(|s| s * s).sum::<f64>() + out_of_plane::<D>(1.0));
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        let j: f64 = sigma.iter().product();
+        let r = 1.0 / (sigma.iter().map(|s| s * s).sum::<f64>() + out_of_plane::<D>(1.0));
         let a = Derivatives { first: 0.5 * self.mu * (1.0 - r), second: 0.5 * self.mu * r * r };
         let b = Derivatives { first: self.lambda * (j - 1.0) - 0.75 * self.mu, second: self.lambda };
-        Spectrum::from_invariants(&svd.sigma, a, b).tangent(&svd, psd)
+        Some(Spectrum::from_invariants(sigma, a, b))
     }
 }

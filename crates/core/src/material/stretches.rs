@@ -1,7 +1,7 @@
 //! Materials written in the principal stretches.
 
-use super::{Domain, Material, Psd, Spectrum, Tangent};
-use crate::algebra::{IsotropicFunction, Mat, isotropic_hessian};
+use super::{Domain, Material, Spectrum};
+use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
 
 /// An isotropic model given as `psi(sigma)` in the signed principal stretches of `F = U diag(sigma) V^T`, like those of Ogden and
@@ -27,9 +27,8 @@ impl<const D: usize, M: Stretches<D>> Material<D> for M {
         S::isotropic_gradient(self, f)
     }
 
-    fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
-        let (svd, slopes, curvatures) = isotropic_hessian(self, f);
-        Spectrum::from_stretches(&svd.sigma, &slopes, &curvatures).tangent(&svd, psd)
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        Some(Spectrum::from_stretches(sigma, &self.slopes(sigma), &self.curvatures(sigma)))
     }
 
     fn domain(&self) -> Domain {

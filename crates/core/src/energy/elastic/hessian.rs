@@ -1,62 +1,333 @@
 //! The Hessians of elements, `K_(ab) = w sum_(jl) (dP_ij / dF_kl) (grad N_a)_j (grad N_b)_l`; Sifakis, Barbic 2012, section 4.3.
+//!
+//! For isotropic models the decomposition `F = U diag(sigma) V^T` and the blocks run on lanes, for all models alike; only the
+//! few numbers of the spectrum come from the model, one element at a time. In the frame of `U` and `V` most of `dP/dF` is zero:
+//! with `g_a = V^T grad N_a`, `same = (flip + twist)/2` and `swapped = (flip - twist)/2`,
+//!
+//! ```text
+//! (U^T K_ab U)_ii = scaling_ii g_ai g_bi + sum_(j != i) same_ij g_aj g_bj
+//! (U^T K_ab U)_ik = scaling_ik g_ai g_bk + swapped_ik g_ak g_bi,   i != k
+//! ```
 
 use std::ops::Range;
 
-use crate::algebra::Mat;
-use crate::element::{SimplexPack, edge_matrix};
-use crate::energy::patch::Patches;
-use crate::material::{Material, Psd};
+use super::Elastic;
+use crate::algebra::{Mat, Vect, signed_svd, symmetric_eigen_of_lanes};
+use crate::element::{
+    SimplexPack, edge_matrix, order, quadrature_count, quadrature_position, reference_gradients,
+};
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch_compact};
+use crate::material::{Psd, Spectrum, Tangent};
 
-/// Writes the Hessians of `stencils`.
-pub(super) fn fill<M: Material<D>, const D: usize, const N: usize>(
-    material: &M,
-    patches: &Patches<N>,
-    packs: &[SimplexPack<D>],
+/// Packs that go through all phases together: what is handed on stays in the first cache.
+const BATCH: usize = 4;
+
+/// The numbers of a matrix, `[row][column][lane]`.
+type Matrix<const D: usize> = [[[f64; WIDTH]; D]; D];
+
+/// What is known of the elements of a pack on the way.
+#[repr(align(64))]
+struct Work<const D: usize, const N: usize> {
+    points: [[[f64; WIDTH]; D]; N],
+    u: Matrix<D>,
+    v: Matrix<D>,
+    sigma: [[f64; WIDTH]; D],
+    scaling: Matrix<D>,
+    twist: Matrix<D>,
+    flip: Matrix<D>,
+    /// The blocks of the pairs `1 <= a <= b`, in order.
+    blocks: [Matrix<D>; 6],
+}
+
+impl<const D: usize, const N: usize> Work<D, N> {
+    const EMPTY: Self = Work {
+        points: [[[0.0; WIDTH]; D]; N],
+        u: [[[0.0; WIDTH]; D]; D],
+        v: [[[0.0; WIDTH]; D]; D],
+        sigma: [[0.0; WIDTH]; D],
+        scaling: [[[0.0; WIDTH]; D]; D],
+        twist: [[[0.0; WIDTH]; D]; D],
+        flip: [[[0.0; WIDTH]; D]; D],
+        blocks: [[[[0.0; WIDTH]; D]; D]; 6],
+    };
+
+    fn set_spectrum(&mut self, lane: usize, spectrum: &Spectrum<D>) {
+        for i in 0..D {
+            for j in 0..D {
+                self.scaling[i][j][lane] = spectrum.scaling[i][j];
+                self.twist[i][j][lane] = spectrum.twist[i][j];
+                self.flip[i][j][lane] = spectrum.flip[i][j];
+            }
+        }
+    }
+
+    fn sigma_of(&self, lane: usize) -> Vect<f64, D> {
+        let mut sigma = [0.0; D];
+        for i in 0..D {
+            sigma[i] = self.sigma[i][lane];
+        }
+        sigma
+    }
+}
+
+/// Writes the Hessians of `stencils`, whole packs of them.
+pub(super) fn fill<const D: usize, const N: usize>(
+    elements: &Elastic<D, N>,
     stencils: Range<usize>,
     x: &[f64],
     psd: Psd,
     out: &mut [f64],
 ) {
+    let Elastic { material, patches, rest, .. } = elements;
+    if order::<D, N>() > 1 || material.spectrum(&[1.0; D]).is_none() {
+        return fill_by_tangent(elements, stencils, x, psd, out);
+    }
     let x = x.as_chunks::<D>().0;
-    let block = D * D;
-    let pairs = N * (N + 1) / 2;
-    let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * block));
-    for ((vertices, pack, lane), out) in lanes {
-        let (inverse_rest, weight) = packs[pack].lane(lane);
-        if weight == 0.0 {
-            out.fill(0.0);
-            continue;
-        }
-        let mut points = [[0.0; D]; N];
-        for (point, v) in points.iter_mut().zip(vertices) {
-            *point = x[v as usize];
-        }
-        let tangent = material.hessian(&edge_matrix(&points).mul(&inverse_rest), psd);
-        // Gradients of the shape functions: the rows of D_m^-1, and minus their sum.
-        let mut gradient = [[0.0; D]; N];
-        for a in 0..D {
-            for j in 0..D {
-                gradient[a + 1][j] = inverse_rest[a][j];
-                gradient[0][j] -= inverse_rest[a][j];
+    let per_stencil = N * (N + 1) / 2 * D * D;
+    let mut lanes = patches.lanes_in(stencils.clone());
+    let mut work = [const { Work::<D, N>::EMPTY }; BATCH];
+    let packs = &rest[stencils.start / WIDTH..stencils.end / WIDTH];
+    let batches = packs.chunks(BATCH).zip(out.chunks_mut(BATCH * WIDTH * per_stencil));
+    for (packs, out) in batches {
+        let work = &mut work[..packs.len()];
+        for pack in &mut *work {
+            for lane in 0..WIDTH {
+                let (vertices, ..) = lanes.next().expect("whole packs");
+                for (node, v) in vertices.into_iter().enumerate() {
+                    for c in 0..D {
+                        pack.points[node][c][lane] = x[v as usize][c];
+                    }
+                }
             }
         }
-        // C_ijkl (grad N_b)_l w
-        let mut blocks = out.chunks_exact_mut(block);
-        for a in 0..N {
-            for b in a..N {
-                let out = blocks.next().expect("a block for each pair");
-                for i in 0..D {
-                    for k in 0..D {
-                        let mut sum = 0.0;
+        dispatch_compact(Decompose { packs, work });
+        for pack in &mut *work {
+            for lane in 0..WIDTH {
+                let spectrum = material.spectrum(&pack.sigma_of(lane)).expect("there is one");
+                pack.set_spectrum(lane, &spectrum);
+            }
+        }
+        dispatch_compact(Blocks { packs, work, psd });
+        for (pack, out) in work.iter().zip(out.chunks_exact_mut(WIDTH * per_stencil)) {
+            for (lane, out) in out.chunks_exact_mut(per_stencil).enumerate() {
+                write(&pack.blocks, lane, N, out);
+            }
+        }
+    }
+}
+
+/// `F` and its decomposition.
+struct Decompose<'a, const D: usize, const N: usize> {
+    packs: &'a [SimplexPack<D>],
+    work: &'a mut [Work<D, N>],
+}
+
+impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (pack, work) in self.packs.iter().zip(self.work) {
+            let mut x = [[L::zero(); D]; N];
+            for node in 0..N {
+                for c in 0..D {
+                    x[node][c] = L::load(&work.points[node][c]);
+                }
+            }
+            let svd = signed_svd(&edge_matrix(&x).mul(&pack.inverse_rest::<L>()));
+            for i in 0..D {
+                svd.sigma[i].store(&mut work.sigma[i]);
+                for j in 0..D {
+                    svd.u[i][j].store(&mut work.u[i][j]);
+                    svd.v[i][j].store(&mut work.v[i][j]);
+                }
+            }
+        }
+    }
+}
+
+/// The blocks between the vertices after the first, weighted.
+struct Blocks<'a, const D: usize, const N: usize> {
+    packs: &'a [SimplexPack<D>],
+    work: &'a mut [Work<D, N>],
+    psd: Psd,
+}
+
+#[inline(always)]
+fn load<L: Lanes, const D: usize>(m: &Matrix<D>) -> Mat<L, D> {
+    let mut r = Mat::zero();
+    for i in 0..D {
+        for j in 0..D {
+            r[i][j] = L::load(&m[i][j]);
+        }
+    }
+    r
+}
+
+#[inline(always)]
+fn clamp<L: Lanes>(eigenvalue: L, projected: bool) -> L {
+    // A comparison, not a maximum: NaN is kept.
+    if projected { L::select(eigenvalue.lt(L::zero()), L::zero(), eigenvalue) } else { eigenvalue }
+}
+
+/// The nearest positive semi-definite matrix.
+#[inline(always)]
+fn nearest_psd<L: Lanes, const D: usize>(a: &Mat<L, D>) -> Mat<L, D> {
+    // All leading minors positive: nothing to do, which is what is usual.
+    let mut minor = a[0][0];
+    let mut fine = L::zero().lt(minor);
+    minor = a[0][0].mul_add(a[1][1], -(a[0][1] * a[1][0]));
+    fine = fine & L::zero().lt(minor);
+    if D == 3 {
+        fine = fine & L::zero().lt(a.determinant());
+    }
+    if L::mask_to_bits(fine) == u8::MAX {
+        return *a;
+    }
+    let (lambda, vectors) = symmetric_eigen_of_lanes(a);
+    let mut clamped = [L::zero(); D];
+    for i in 0..D {
+        clamped[i] = clamp(lambda[i], true);
+    }
+    Mat::select(fine, a, &vectors.transpose_mul(&Mat::diagonal(&clamped)).mul(&vectors))
+}
+
+impl<const D: usize, const N: usize> Kernel for Blocks<'_, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let projected = self.psd == Psd::Projected;
+        let half = L::splat(0.5);
+        for (pack, work) in self.packs.iter().zip(self.work) {
+            let mut scaling = load::<L, D>(&work.scaling);
+            if projected {
+                scaling = nearest_psd(&scaling);
+            }
+            let (mut same, mut swapped) = (Mat::<L, D>::zero(), Mat::<L, D>::zero());
+            for i in 0..D {
+                for j in i + 1..D {
+                    let twist = clamp(L::load(&work.twist[i][j]), projected);
+                    let flip = clamp(L::load(&work.flip[i][j]), projected);
+                    same[i][j] = half * (flip + twist);
+                    swapped[i][j] = half * (flip - twist);
+                    same[j][i] = same[i][j];
+                    swapped[j][i] = swapped[i][j];
+                }
+            }
+            let weight = pack.weight::<L>();
+            // Rows: the gradients of the shape functions in the frame of V.
+            let g = pack.inverse_rest::<L>().mul(&load::<L, D>(&work.v));
+            let u = load::<L, D>(&work.u);
+            let mut at = 0;
+            for a in 0..D {
+                for b in a..D {
+                    let mut k = Mat::<L, D>::zero();
+                    for i in 0..D {
+                        let mut diagonal = scaling[i][i] * g[a][i] * g[b][i];
                         for j in 0..D {
-                            let mut inner = 0.0;
-                            for l in 0..D {
-                                inner += tangent.0[i][j][k][l] * gradient[b][l];
+                            if j != i {
+                                diagonal = same[i][j].mul_add(g[a][j] * g[b][j], diagonal);
+                                k[i][j] = weight
+                                    * scaling[i][j]
+                                        .mul_add(g[a][i] * g[b][j], swapped[i][j] * (g[a][j] * g[b][i]));
                             }
-                            sum += inner * gradient[a][j];
                         }
-                        out[i * D + k] = weight * sum;
+                        k[i][i] = weight * diagonal;
                     }
+                    let block = u.mul(&k).mul_transpose(&u);
+                    for i in 0..D {
+                        for j in 0..D {
+                            block[i][j].store(&mut work.blocks[at][i][j]);
+                        }
+                    }
+                    at += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Writes the blocks of one lane; those of vertex 0 are minus the sums of the others, for a translation costs nothing.
+fn write<const D: usize>(blocks: &[Matrix<D>; 6], lane: usize, nodes: usize, out: &mut [f64]) {
+    let others = nodes - 1;
+    let block = |a: usize, b: usize| if a == 0 { b } else { a * nodes - a * (a + 1) / 2 + b };
+    out[..nodes * D * D].fill(0.0);
+    let mut at = 0;
+    for a in 1..=others {
+        for b in a..=others {
+            for i in 0..D {
+                for k in 0..D {
+                    let entry = blocks[at][i][k][lane];
+                    out[block(a, b) * D * D + i * D + k] = entry;
+                    // K_0b = -sum_a K_ab, with K_ba = K_ab^T.
+                    out[b * D * D + i * D + k] -= entry;
+                    out[i * D + k] += entry;
+                    if a != b {
+                        out[a * D * D + k * D + i] -= entry;
+                        out[k * D + i] += entry;
+                    }
+                }
+            }
+            at += 1;
+        }
+    }
+}
+
+/// As [`fill`], one quadrature point after another: for models that give the whole tangent, and for elements with several points.
+fn fill_by_tangent<const D: usize, const N: usize>(
+    elements: &Elastic<D, N>,
+    stencils: Range<usize>,
+    x: &[f64],
+    psd: Psd,
+    out: &mut [f64],
+) {
+    let Elastic { material, patches, rest, .. } = elements;
+    let count = quadrature_count::<D, N>();
+    let pairs = N * (N + 1) / 2;
+    let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
+    for ((vertices, pack, lane), out) in lanes {
+        out.fill(0.0);
+        for (q, [dx, inverse]) in elements.points(x, &vertices, pack, lane).into_iter().enumerate() {
+            let weight = rest[pack * count + q].lane(lane).1;
+            let tangent = material.tangent(&dx.mul(&inverse), psd);
+            // Gradients of the shape functions, grad N_a = J^-T dN_a/dxi.
+            let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
+            let mut gradient = [[0.0; D]; N];
+            for a in 0..N {
+                for j in 0..D {
+                    gradient[a][j] = (0..D).map(|l| reference[a][l] * inverse[l][j]).sum();
+                }
+            }
+            add_blocks(&tangent, weight, &gradient, out);
+        }
+    }
+}
+
+/// Adds the blocks `w C_ijkl (grad N_a)_j (grad N_b)_l` of a tangent `C`, for each pair `a <= b`.
+fn add_blocks<const D: usize, const N: usize>(
+    tangent: &Tangent<D>,
+    weight: f64,
+    gradient: &[[f64; D]; N],
+    out: &mut [f64],
+) {
+    let mut blocks = out.chunks_exact_mut(D * D);
+    for a in 0..N {
+        // w (grad N_a)_j C_ijkl
+        let mut half = [[[0.0; D]; D]; D];
+        for i in 0..D {
+            for k in 0..D {
+                for l in 0..D {
+                    half[i][k][l] =
+                        weight * (0..D).map(|j| gradient[a][j] * tangent.0[i][j][k][l]).sum::<f64>();
+                }
+            }
+        }
+        for b in a..N {
+            let out = blocks.next().expect("a block for each pair");
+            for i in 0..D {
+                for k in 0..D {
+                    out[i * D + k] += (0..D).map(|l| half[i][k][l] * gradient[b][l]).sum::<f64>();
                 }
             }
         }
@@ -65,48 +336,47 @@ pub(super) fn fill<M: Material<D>, const D: usize, const N: usize>(
 
 /// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
-    elements: impl Iterator<Item = (usize, [u32; N], Mat<f64, D>, f64)>,
+    elements: &Elastic<D, N>,
     x: &[f64],
     dx: &[f64],
 ) -> f64 {
-    /// What is left of the way.
+    /// What is taken of the way.
     const MARGIN: f64 = 0.9;
     let mut step: f64 = 1.0;
-    for (_, vertices, _, _) in elements {
-        let now = edge_matrix(&super::points_of::<D, N>(x, &vertices));
-        let change = edge_matrix(&super::points_of::<D, N>(dx, &vertices));
-        step = step.min(MARGIN * first_root(&now, &change));
+    for (_, vertices, pack, lane) in elements.elements() {
+        let now = elements.points(x, &vertices, pack, lane);
+        let change = elements.points(dx, &vertices, pack, lane);
+        for ([now, _], [change, _]) in now.iter().zip(&change) {
+            step = step.min(MARGIN * first_root(now, change));
+        }
     }
-    step.min(1.0)
+    step
 }
 
-/// The smallest `t > 0` with `det(A + t B) = 0`; infinite without one. `det A > 0`.
+/// The smallest `t > 0` with `det(A + t B) = 0`, where `det A > 0`; infinite without one up to a little above 1.
 ///
-/// The polynomial in `t` has positive value at zero; the first root is bracketed by its own stationary points and found by bisection.
+/// The polynomial in `t` is monotonic between its stationary points: the first of these intervals at whose end it is not positive
+/// has the root, which bisection finds.
 fn first_root<const D: usize>(a: &Mat<f64, D>, b: &Mat<f64, D>) -> f64 {
+    /// Steps go up to 1, and a margin is taken off what is found.
+    const FAR: f64 = 2.0;
     let d0 = a.determinant();
     let d1 = a.cofactor().dot(b);
-    // In 2D the quadratic coefficient is det B, in 3D it is cof B : A, and det B the cubic one.
+    // In 2D the quadratic coefficient is det B; in 3D it is cof B : A, and det B the cubic one.
     let (d2, d3) = if D == 2 { (b.determinant(), 0.0) } else { (b.cofactor().dot(a), b.determinant()) };
     let at = |t: f64| d0 + t * (d1 + t * (d2 + t * d3));
-    // Where the slope d1 + 2 d2 t + 3 d3 t^2 vanishes: between these the polynomial is monotonic.
+    // d1 + 2 d2 t + 3 d3 t^2 = 0
     let (qa, qb, qc) = (3.0 * d3, 2.0 * d2, d1);
     let discriminant = qb * qb - 4.0 * qa * qc;
-    let mut stops = vec![];
-    if discriminant >= 0.0 {
-        let q = -0.5 * (qb + discriminant.sqrt().copysign(qb));
-        stops.extend([q / qa, qc / q]);
-    }
-    stops.retain(|t: &f64| *t > 0.0 && t.is_finite());
-    // Steps are at most 1, and a root beyond the margin does not matter.
-    const FAR: f64 = 2.0;
-    stops.push(FAR);
-    stops.sort_by(f64::total_cmp);
+    let q = -0.5 * (qb + discriminant.max(0.0).sqrt().copysign(qb));
+    let stationary = if discriminant >= 0.0 { [q / qa, qc / q] } else { [FAR; 2] };
+    let inside = |t: f64| if t > 0.0 && t < FAR { t } else { FAR };
+    let stationary = stationary.map(inside);
     let mut low = 0.0;
-    for stop in stops.into_iter().filter(|t| *t <= FAR) {
+    for stop in [stationary[0].min(stationary[1]), stationary[0].max(stationary[1]), FAR] {
         if at(stop) <= 0.0 {
             let mut high = stop;
-            for _ in 0..100 {
+            for _ in 0..60 {
                 let middle = 0.5 * (low + high);
                 if at(middle) > 0.0 { low = middle } else { high = middle }
             }

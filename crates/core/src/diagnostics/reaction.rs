@@ -1,0 +1,87 @@
+//! What pins have to do.
+
+use crate::constraint::Hold;
+use crate::system::System;
+
+/// The force with which a pin holds its vertices, now: `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is
+/// left for it to carry of the equations of motion (`c` the ether drag).
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Reaction {
+    /// `body/pin`.
+    pub name: String,
+    /// Force [N]; third component 0 in 2D.
+    pub force: [f64; 3],
+    /// Moment [N m] about `about`; in 2D only the third component.
+    pub moment: [f64; 3],
+    /// The point that the pin turns about, or else the mean position of its vertices now [m].
+    pub about: [f64; 3],
+}
+
+/// The reactions of all that is held by `system`, which holds the force at `x`, at `time` [s]; accelerations of prescribed motion
+/// are central differences of its exact velocities over `span` [s]. A coordinate in several pins counts for the first.
+pub(crate) fn reactions(system: &mut System, time: f64, span: f64, x: &[f64], v: &[f64]) -> Vec<Reaction> {
+    if system.is_damped() {
+        system.evaluate_dissipation(x, v);
+    }
+    let acceleration = accelerations(system, time, span, x, v);
+    let mut counted = vec![false; x.len()];
+    let held = system.constraints().iter();
+    held.map(|hold| reaction(system, hold, x, v, acceleration.as_deref(), &mut counted)).collect()
+}
+
+/// Of the moving coordinates [m/s^2]; `None` where nothing moves.
+fn accelerations(system: &System, time: f64, span: f64, x: &[f64], v: &[f64]) -> Option<Vec<f64>> {
+    if !system.has_prescribed_motion() {
+        return None;
+    }
+    let (mut scratch, mut before, mut after) = (x.to_vec(), v.to_vec(), v.to_vec());
+    // A motion without a value shows in the next step.
+    system.prescribe(time - 0.5 * span, &mut scratch, &mut before);
+    system.prescribe(time + 0.5 * span, &mut scratch, &mut after);
+    Some(after.iter().zip(&before).map(|(after, before)| (after - before) / span).collect())
+}
+
+fn reaction(
+    system: &System,
+    hold: &Hold,
+    x: &[f64],
+    v: &[f64],
+    acceleration: Option<&[f64]>,
+    counted: &mut [bool],
+) -> Reaction {
+    let (d, drag, axes) = (system.dimension(), system.ether_drag(), hold.axes());
+    let point = |vertex: usize| {
+        let mut point = [0.0; 3];
+        point[..d].copy_from_slice(&x[vertex * d..][..d]);
+        point
+    };
+    let about = hold.motion().and_then(|motion| motion.rotation()).map_or_else(
+        || {
+            let mut mean = [0.0; 3];
+            for vertex in hold.vertices() {
+                let share = point(*vertex as usize).map(|x| x / hold.vertices().len() as f64);
+                (0..3).for_each(|c| mean[c] += share[c]);
+            }
+            mean
+        },
+        |rotation| rotation.point(),
+    );
+    let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+    system.visit_gradient(hold.vertices(), |vertex, gradient| {
+        let m = system.mass()[vertex];
+        let mut f = [0.0; 3];
+        for c in (0..d).filter(|c| axes[*c]) {
+            let i = vertex * d + c;
+            if !std::mem::replace(&mut counted[i], true) {
+                f[c] = gradient[c] + m * (drag * v[i] + acceleration.map_or(0.0, |a| a[i]));
+            }
+        }
+        let at = point(vertex);
+        let turn = crate::element::cross([0, 1, 2].map(|c| at[c] - about[c]), f);
+        for c in 0..3 {
+            force[c] += f[c];
+            moment[c] += turn[c];
+        }
+    });
+    Reaction { name: hold.name().to_owned(), force, moment, about }
+}
