@@ -9,7 +9,7 @@ use pliant::state::State;
 use pliant::system::System;
 
 use crate::support::oscillator::from_rest;
-use crate::support::{advance, largest_difference, method, methods};
+use crate::support::{advance, largest_difference, method, methods, solve_to_rounding};
 
 const MASSES: usize = 12;
 const MASS: f64 = 0.5;
@@ -23,7 +23,9 @@ fn ring(method: Method, wave: usize, h: f64) -> Simulation {
     let springs = Springs::<2>::new("ring", &edges, &[STIFFNESS; MASSES], &[0.0; MASSES], MASSES);
     system.add_term(Box::new(springs));
     let x = (0..MASSES).flat_map(|j| [shape(wave, j), shape(wave + 1, j)]).collect();
-    Simulation::new(system, State::new(x, vec![0.0; 2 * MASSES]), method, h)
+    let mut simulation = Simulation::new(system, State::new(x, vec![0.0; 2 * MASSES]), method, h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }
 
 fn shape(wave: usize, j: usize) -> f64 {

@@ -7,6 +7,8 @@ use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
 
+use super::solve_to_rounding;
+
 /// A 2x2 matrix acting on `(x, v / omega)`.
 pub(crate) type Matrix = [[f64; 2]; 2];
 
@@ -117,5 +119,8 @@ pub(crate) fn oscillator(method: Method, mass: f64, stiffness: f64, h: f64) -> S
     let mut system = System::new(2, vec![1.0, mass]);
     system.add_term(Box::new(Springs::<2>::new("oscillator", &[[0, 1]], &[stiffness], &[0.0], 2)));
     system.pin(&[0]);
-    Simulation::new(system, State::new(vec![0.0, 0.0, 1.0, 0.0], vec![0.0; 4]), method, h)
+    let mut simulation =
+        Simulation::new(system, State::new(vec![0.0, 0.0, 1.0, 0.0], vec![0.0; 4]), method, h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }
