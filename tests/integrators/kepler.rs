@@ -95,7 +95,8 @@ fn exactly_the_symplectic_schemes_conserve_angular_momentum_at_any_step() {
             let mut simulation = kepler(method, 0.6, TAU / steps_per_period);
             let start = simulation.diagnostics().angular_momentum[2];
             assert!((start - 0.8).abs() < 1e-15, "L = sqrt(1 - e^2)");
-            advance(&mut simulation, 1000);
+            // At large steps those that damp fall into the sun, with the energy that they take.
+            advance(&mut simulation, if method.documentation.symplectic { 1000 } else { 12 });
             let change = (simulation.diagnostics().angular_momentum[2] / start - 1.0).abs();
             let name = method.documentation.name;
             if method.documentation.symplectic {
