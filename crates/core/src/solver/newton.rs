@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-10;
 /// The slope at the end of such a step may be this part of that at its beginning, either way; ibid., with delta = 0.1.
 const FLATTER: f64 = 0.8;
 /// Corrections of so many units in the last place of the positions may be rounding: they are where they no longer shrink.
-const ULPS: f64 = 16.0;
+const ULPS: f64 = 64.0;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
 /// A factor at hand is kept while each correction is at most this part of the one before.
@@ -308,7 +308,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         at: &mut Iterate,
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
-        let reach = at.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
         let (tolerance, floor) =
             (self.options.tolerance.unwrap_or(1e-9 * self.size), ULPS * f64::EPSILON * reach);
         let fail = |system: &System, at: &Iterate, verdict, iterations, correction| {

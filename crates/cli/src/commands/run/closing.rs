@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use pliant::assembly::Report;
+use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
@@ -65,6 +66,24 @@ impl<'a> Closing<'a> {
             return vec![];
         }
         let scale = self.summary.energy_scale;
+        let method = self.scene.time.integrator.method();
+        if method.documentation.order == 0 {
+            // Statics has no motion whose energy could be kept.
+            return vec![];
+        }
+        // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
+        let damps = method.documentation.solves > 0
+            && amplification(&method, 1.0, 0.0, 0.0).spectral_radius() < 1.0 - 1e-9;
+        if damps && self.summary.end.total < self.summary.start.total {
+            return vec![format!(
+                "the scheme `{}` damps motion by itself: it took up to {} of the {} J in play, although nothing in the scene takes \
+                 energy; a smaller step than {} s takes less, `implicit-midpoint` next to nothing",
+                method.documentation.name,
+                share(error),
+                number(scale),
+                number(self.report.step),
+            )];
+        }
         vec![format!(
             "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
              takes or gives energy; a smaller step than {} s would be more accurate",
@@ -170,6 +189,25 @@ impl<'a> Closing<'a> {
         if !parts.is_empty() {
             line("work", parts.join(", "));
         }
+        if let Some(solver) = work.solver {
+            let iterations = counted(solver.newton_iterations, "Newton iteration", "Newton iterations");
+            let linear = match (solver.factorizations, solver.cg_iterations) {
+                (0, cg) => counted(cg, "CG iteration", "CG iterations"),
+                (factors, 0) => counted(factors, "factorisation", "factorisations"),
+                (factors, cg) => format!(
+                    "{}, {}",
+                    counted(factors, "factorisation", "factorisations"),
+                    counted(cg, "CG iteration", "CG iterations")
+                ),
+            };
+            line(
+                "solver",
+                format!(
+                    "{iterations}, {linear}, {} halved in line searches",
+                    counted(solver.halvings, "step", "steps")
+                ),
+            );
+        }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
             let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
@@ -207,6 +245,7 @@ impl<'a> Closing<'a> {
                 "steps": work.steps,
                 "planned_steps": self.report.steps,
                 "force_evaluations": work.force_evaluations,
+                "solver": work.solver,
                 "wall_seconds": self.wall.as_secs_f64(),
                 "steps_per_second": self.steps_per_second(),
                 "relative_energy_drift": self.summary.relative_energy_drift(),
@@ -231,6 +270,7 @@ impl<'a> Closing<'a> {
         match &self.summary.outcome {
             Outcome::Failed(StepError::NotFinite { .. }) => "not_finite",
             Outcome::Failed(StepError::Unstable { .. }) => "unstable",
+            Outcome::Failed(StepError::Unsolved { .. }) => "unsolved",
             Outcome::ObserverFailed(_) => "recording",
             Outcome::Interrupted => "interrupted",
             _ => "failed",
