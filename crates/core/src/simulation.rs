@@ -24,6 +24,8 @@ pub struct Simulation {
     step_size: f64,
     /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
     ledger: Option<Ledger>,
+    /// Whether it holds what is lost.
+    counts_losses: bool,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -126,6 +128,7 @@ impl Simulation {
             integrator,
             step_size,
             ledger: None,
+            counts_losses: true,
             stability: None,
         }
     }
@@ -157,7 +160,8 @@ impl Simulation {
         self.state.time = time;
         if let Some(ledger) = &mut self.ledger {
             self.system.set_time(time);
-            ledger.advance(&mut self.system, h, self.state.x(), self.state.v());
+            let State { force, .. } = self.state;
+            ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
         }
         Ok(())
     }
@@ -166,7 +170,9 @@ impl Simulation {
     fn open_ledger(&mut self, released: bool) {
         let (system, state) = (&mut self.system, &self.state);
         match &mut self.ledger {
-            None if state.step == 0 => self.ledger = Ledger::new(system, state.x(), state.v()),
+            None if state.step == 0 => {
+                self.ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+            }
             Some(ledger) if released => ledger.release(system, state.x(), state.v()),
             _ => {}
         }
@@ -219,9 +225,12 @@ impl Simulation {
         let from = self.numbering.to_internal(x, d);
         // From where the last step ended, the force is known.
         if self.state.x() != &from[..] {
-            self.state.x_mut().copy_from_slice(&from);
+            self.state_mut().x_mut().copy_from_slice(&from);
         }
-        self.state.v_mut().copy_from_slice(&self.numbering.to_internal(v, d));
+        let from = self.numbering.to_internal(v, d);
+        if self.state.v() != &from[..] {
+            self.state_mut().v_mut().copy_from_slice(&from);
+        }
         self.step()?;
         x.copy_from_slice(&self.positions());
         v.copy_from_slice(&self.velocities());
@@ -233,8 +242,11 @@ impl Simulation {
         &self.state
     }
 
-    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering).
+    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of energy ends here,
+    /// and begins anew only at step 0.
     pub fn state_mut(&mut self) -> &mut State {
+        self.ledger = None;
+        self.system.count_walls(false);
         &mut self.state
     }
 
@@ -284,6 +296,13 @@ impl Simulation {
         Diagnostics { balance, ..Diagnostics::measure_state(&mut self.system, &self.state) }
     }
 
+    /// Says, before the first step, whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
+    /// which they do unless told otherwise. It costs a look at the velocities in every step with drag, one more evaluation of
+    /// the damping in every step with damping, and one of the energy in every step in which a wall puts a vertex back.
+    pub fn count_losses(&mut self, counts_losses: bool) {
+        self.counts_losses = counts_losses;
+    }
+
     /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
     /// there is then computed once.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
@@ -299,6 +318,11 @@ impl Simulation {
         // A span that is short beside all that a step resolves, and long beside the rounding of velocities.
         let span = 1e-3 * self.step_size;
         reactions(&mut self.system, time, span, self.state.x(), self.state.v())
+    }
+
+    /// Names of the pins that have not let go, `body/pin`.
+    pub fn pin_names(&self) -> Vec<String> {
+        self.system.constraints().iter().map(|hold| hold.name().to_owned()).collect()
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.

@@ -82,6 +82,7 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
         v: &v,
         diagnostics: None,
         elements: Some(&states),
+        reactions: None,
         work: crate::observer::Work::default(),
     };
     let readings: Vec<Reading> = assembly.probes.iter().map(|probe| probe.read(&frame)).collect();
