@@ -31,6 +31,8 @@ pub struct Frame<'a> {
     /// Deformation and stress of every finite element, body after body, each in the order of its mesh; `None` where no observer
     /// asked for them.
     pub elements: Option<&'a [ElementState]>,
+    /// Deformation and stress at the points of elements that probes have named; `None` where no observer asked for them.
+    pub points: Option<&'a [ElementState]>,
     /// The forces with which pins hold their vertices, of those that have not let go; `None` where no observer asked for them.
     pub reactions: Option<&'a [Reaction]>,
     /// Work counters.
@@ -46,6 +48,11 @@ pub trait Observer {
 
     /// Whether this observer reads [`Frame::elements`]; they are computed only if one does.
     fn wants_elements(&self) -> bool {
+        false
+    }
+
+    /// Whether this observer reads [`Frame::points`]; they are computed only if one does.
+    fn wants_points(&self) -> bool {
         false
     }
 

@@ -118,6 +118,7 @@ pub fn run(
     let mut run = Run {
         simulation,
         measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
+        measures_points: observers.iter().any(|o| o.wants_points()),
         measures_reactions: observers.iter().any(|o| o.wants_reactions()),
         measures_elements: observers.iter().any(|o| o.wants_elements()),
         observers,
@@ -152,6 +153,8 @@ struct Run<'a, 'b> {
     observers: &'a mut [&'b mut dyn Observer],
     /// Whether any observer reads the measurements of a frame.
     measures_frames: bool,
+    /// Whether any observer reads the states at points.
+    measures_points: bool,
     /// Whether any observer reads the forces of pins.
     measures_reactions: bool,
     /// Whether any observer reads the states of elements.
@@ -227,6 +230,7 @@ impl Run<'_, '_> {
         }
         let reactions = self.measures_reactions.then(|| self.simulation.reactions());
         let state = self.simulation.state();
+        let points = self.measures_points.then(|| self.simulation.point_states());
         let elements = self.measures_elements.then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
@@ -238,6 +242,7 @@ impl Run<'_, '_> {
             v: &v,
             diagnostics: diagnostics.as_ref(),
             elements: elements.as_deref(),
+            points: points.as_deref(),
             reactions: reactions.as_deref(),
             work: self.simulation.work(),
         };

@@ -6,6 +6,7 @@ use crate::diagnostics::{
     Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
     stability_limit, strongest_damping,
 };
+use crate::element::Barycentric;
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::numbering::Numbering;
@@ -26,6 +27,8 @@ pub struct Simulation {
     ledger: Option<Ledger>,
     /// Whether it holds what is lost.
     counts_losses: bool,
+    /// Points of elements whose state is asked for.
+    points: Vec<(usize, Barycentric)>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -129,6 +132,7 @@ impl Simulation {
             step_size,
             ledger: None,
             counts_losses: true,
+            points: vec![],
             stability: None,
         }
     }
@@ -292,8 +296,10 @@ impl Simulation {
 
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        let balance = self.ledger.as_ref().map(Ledger::balance);
-        Diagnostics { balance, ..Diagnostics::measure_state(&mut self.system, &self.state) }
+        let diagnostics = Diagnostics::measure_state(&mut self.system, &self.state);
+        let system = &mut self.system;
+        let balance = self.ledger.as_ref().map(|ledger| ledger.balance(system, self.state.x()));
+        Diagnostics { balance, ..diagnostics }
     }
 
     /// Says, before the first step, whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
@@ -328,6 +334,27 @@ impl Simulation {
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
     pub fn element_states(&self) -> Vec<ElementState> {
         self.system.terms().iter().flat_map(|t| t.element_states(self.state.x())).collect()
+    }
+
+    /// Names points of elements, each by the number of the element among [`element_states`](Self::element_states).
+    pub(crate) fn set_points(&mut self, points: Vec<(usize, Barycentric)>) {
+        self.points = points;
+    }
+
+    /// Deformation and stress at the points that probes have named, now, in their order.
+    pub fn point_states(&self) -> Vec<ElementState> {
+        let state = |(element, at): &(usize, Barycentric)| {
+            let mut element = *element;
+            self.system.terms().iter().find_map(|term| {
+                let count = term.element_count();
+                if element < count {
+                    return term.state_at(self.state.x(), element, at);
+                }
+                element -= count;
+                None
+            })
+        };
+        self.points.iter().filter_map(state).collect()
     }
 
     /// Diagonal of the bounding box of all vertices, now [m].

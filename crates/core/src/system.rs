@@ -193,7 +193,10 @@ impl System {
     /// Lets walls act on the state at the end of a step, `time` [s]; whether any position changed.
     pub(crate) fn apply_walls(&mut self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         self.before_walls = None;
-        if self.counts_walls && self.walls.iter().any(|wall| wall.is_crossed(&self.inverse_mass, x)) {
+        if !self.walls.iter().any(|wall| wall.is_crossed(&self.inverse_mass, x)) {
+            return false;
+        }
+        if self.counts_walls {
             self.set_time(time);
             self.before_walls = Some(BeforeWalls::of(self, x, v));
         }
@@ -366,7 +369,12 @@ impl System {
         self.surroundings().visit_gradient(vertices, self.mass.len(), visit);
     }
 
-    /// The power [W] that comes in through those terms that are `asked`, at the time last said.
+    /// Potential energy [J] of those terms that are `asked`.
+    pub(crate) fn potential_of(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64]) -> f64 {
+        self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.energy(x)).sum()
+    }
+
+    /// The power [W] of the forces of those terms that are `asked`, at the time last said.
     pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
         self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.power(x, v)).sum()
     }

@@ -22,15 +22,15 @@ pub(super) fn term(scene: &Scene, mass: &[f64]) -> Option<Box<dyn EnergyTerm>> {
     }
     let components = gravity.to_vec();
     let acceleration = move |t: f64| {
-        let (mut acceleration, mut rate) = ([0.0; 3], [0.0; 3]);
-        for (c, component) in components.iter().enumerate() {
-            (acceleration[c], rate[c]) = (component.at(t), component.rate([0.0; 3], t));
+        let mut acceleration = [0.0; 3];
+        for (a, component) in acceleration.iter_mut().zip(&components) {
+            *a = component.at(t);
         }
-        (acceleration, rate)
+        acceleration
     };
     let magnitude = |sample: u32| {
         let t = scene.time.duration * f64::from(sample) / f64::from(SAMPLES);
-        acceleration(t).0.iter().map(|a| a * a).sum::<f64>().sqrt()
+        acceleration(t).iter().map(|a| a * a).sum::<f64>().sqrt()
     };
     let largest = (0..=SAMPLES).map(magnitude).filter(|g| g.is_finite()).fold(0.0, f64::max);
     Some(Box::new(GravityOverTime::new(acceleration, gravity.len(), largest, mass)))

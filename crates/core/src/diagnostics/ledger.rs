@@ -5,7 +5,8 @@ use super::integral::Integral;
 use crate::energy::{EnergyKind, EnergyTerm};
 use crate::system::{ForceId, System};
 
-/// Energy that flows at each moment, other than by prescribed motion [W]; zero where a scene has no such thing.
+/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
+/// with time, and what is lost; zero where a scene has no such thing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Flows {
     loads: f64,
@@ -28,6 +29,8 @@ pub(crate) struct BeforeWalls {
     kinetic: f64,
     potential: f64,
     flows: Flows,
+    /// Potential energy of loads, and of gravity, that change with time [J].
+    changing: [f64; 2],
 }
 
 impl BeforeWalls {
@@ -35,7 +38,7 @@ impl BeforeWalls {
     pub(crate) fn of(system: &mut System, x: &[f64], v: &[f64]) -> Self {
         let potential = system.potential_total(x, ForceId::NONE);
         let flows = Flows::of(system, Looked { loads: true, gravity: true, losses: true }, x, v);
-        BeforeWalls { kinetic: system.kinetic(v), potential, flows }
+        BeforeWalls { kinetic: system.kinetic(v), potential, flows, changing: changing(system, x) }
     }
 }
 
@@ -45,6 +48,8 @@ pub(crate) struct Ledger {
     motion: Option<Motion>,
     loads: Option<Integral>,
     gravity: Option<Integral>,
+    /// Potential energy of both at the start, and by how much walls have changed it since [J].
+    changing: [f64; 2],
     ether_drag: Option<Integral>,
     damping: Option<Integral>,
     walls: Option<f64>,
@@ -84,6 +89,7 @@ impl Ledger {
             motion,
             loads: looked.loads.then(|| Integral::new(flows.loads)),
             gravity: looked.gravity.then(|| Integral::new(flows.gravity)),
+            changing: changing(system, x),
             ether_drag: drags.then(|| Integral::new(flows.ether_drag)),
             damping: damped.then(|| Integral::new(flows.damping)),
             walls: walls.then_some(0.0),
@@ -106,6 +112,8 @@ impl Ledger {
         // Walls act at the end of a step, at once: the step led to the state before.
         self.each(before.flows, |integral, rate| integral.advance(h, rate));
         self.each(flows, Integral::jump);
+        let after = changing(system, x);
+        (0..2).for_each(|i| self.changing[i] += after[i] - before.changing[i]);
         if let Some(walls) = &mut self.walls {
             let potential = before.potential - system.potential_total(x, force);
             *walls += before.kinetic - system.kinetic(v);
@@ -139,17 +147,28 @@ impl Ledger {
         }
     }
 
-    pub(crate) fn balance(&self) -> Balance {
+    /// The balance in the state with the positions `x`, at the time last said.
+    pub(crate) fn balance(&self, system: &mut System, x: &[f64]) -> Balance {
         let value = |integral: &Option<Integral>| integral.as_ref().map(Integral::value);
+        // The integral of dE/dt at fixed x is the growth of E and the work that it has done. Unlike dE/dt, the power of a force
+        // that jumps is finite.
+        let now = changing(system, x);
+        let fed =
+            |work: &Option<Integral>, i: usize| value(work).map(|work| work + now[i] - self.changing[i]);
         Balance {
             motion: self.motion.as_ref().map(|motion| motion.power.value() + motion.kinetic - motion.less),
-            loads: value(&self.loads),
-            gravity: value(&self.gravity),
+            loads: fed(&self.loads, 0),
+            gravity: fed(&self.gravity, 1),
             ether_drag: value(&self.ether_drag),
             damping: value(&self.damping),
             walls: self.walls,
         }
     }
+}
+
+/// Potential energy [J] of what [`feeds`], and of gravity that changes; loads without a potential have none.
+fn changing(system: &mut System, x: &[f64]) -> [f64; 2] {
+    [system.potential_of(feeds, x), system.potential_of(is_changing_gravity, x)]
 }
 
 /// Whether energy comes in through this term otherwise than from its own store, and it is gravity.

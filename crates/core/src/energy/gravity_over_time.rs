@@ -7,48 +7,35 @@ use super::{EnergyKind, EnergyTerm, Fault};
 ///
 /// Energy is not conserved: it changes at the rate `dE/dt = -sum_i m_i g'(t) . x_i`.
 pub struct GravityOverTime {
-    acceleration: Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>,
+    acceleration: Box<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
     /// Largest `|g|` to be expected [m/s^2].
     largest: f64,
     time: f64,
     /// Gravity at `time` [m/s^2], which energies are measured with.
     now: [f64; 3],
-    /// Its rate [m/s^3].
-    rate: [f64; 3],
     /// Has the gravity of the last evaluation of the force.
     field: UniformGravity,
 }
 
 impl GravityOverTime {
-    /// Gravity `acceleration(t)` [m/s^2] and its rate [m/s^3], third components 0 in 2D, on vertices of these masses [kg]; `largest` [m/s^2] is the
+    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on vertices of these masses [kg]; `largest` [m/s^2] is the
     /// largest that is to be expected.
     ///
     /// # Panics
     /// If `dimension` is neither 2 nor 3.
     pub fn new(
-        acceleration: impl Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync + 'static,
+        acceleration: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
         dimension: usize,
         largest: f64,
         mass: &[f64],
     ) -> Self {
-        let (now, rate) = acceleration(0.0);
+        let now = acceleration(0.0);
         let field = UniformGravity::new(&now[..dimension], mass);
-        GravityOverTime { acceleration: Box::new(acceleration), largest, time: 0.0, now, rate, field }
+        GravityOverTime { acceleration: Box::new(acceleration), largest, time: 0.0, now, field }
     }
 
     fn dimension(&self) -> usize {
         self.field.acceleration().len()
-    }
-
-    /// The energy [J] that gravity `acceleration` [m/s^2] would give; the force last evaluated stays as it is.
-    fn energy_in(&mut self, acceleration: [f64; 3], x: &[f64]) -> f64 {
-        let d = self.dimension();
-        let mut held = [0.0; 3];
-        held[..d].copy_from_slice(self.field.acceleration());
-        self.field.set_acceleration(&acceleration[..d]);
-        let energy = self.field.energy(x);
-        self.field.set_acceleration(&held[..d]);
-        energy
     }
 }
 
@@ -67,16 +54,23 @@ impl EnergyTerm for GravityOverTime {
 
     fn set_time(&mut self, time: f64) {
         self.time = time;
-        (self.now, self.rate) = (self.acceleration)(time);
+        self.now = (self.acceleration)(time);
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        self.energy_in(self.now, x)
+        let d = self.dimension();
+        let mut held = [0.0; 3];
+        held[..d].copy_from_slice(self.field.acceleration());
+        self.field.set_acceleration(&self.now[..d]);
+        let energy = self.field.energy(x);
+        self.field.set_acceleration(&held[..d]);
+        energy
     }
 
-    /// `dE/dt = -sum_i m_i g'(t) . x_i`.
-    fn power(&mut self, x: &[f64], _v: &[f64]) -> f64 {
-        self.energy_in(self.rate, x)
+    /// `sum_i m_i g(t) . v_i`.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        // Minus the energy, with velocities for places.
+        -self.energy(v)
     }
 
     /// By the largest gravity: it may begin at zero.

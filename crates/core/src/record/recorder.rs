@@ -305,7 +305,11 @@ impl Observer for McapRecorder {
     }
 
     fn wants_elements(&self) -> bool {
-        self.elements.is_some() || self.probes.wants_elements()
+        self.elements.is_some()
+    }
+
+    fn wants_points(&self) -> bool {
+        self.probes.wants_points()
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

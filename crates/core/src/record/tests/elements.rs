@@ -166,6 +166,7 @@ fn a_frame_without_the_states_of_its_elements_is_refused() {
         v: &v,
         diagnostics: None,
         elements,
+        points: None,
         reactions: None,
         work: crate::observer::Work::default(),
     };

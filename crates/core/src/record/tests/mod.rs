@@ -83,6 +83,7 @@ impl Moment {
             v: &self.v,
             diagnostics: Some(&self.diagnostics),
             elements: None,
+            points: None,
             reactions: None,
             work: Work { steps: 10 * self.index, force_evaluations: 20 * self.index },
         }
