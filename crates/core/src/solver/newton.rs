@@ -1,8 +1,9 @@
 //! Newton's method for the equations of an implicit step, as a minimisation.
 
-use super::cholesky::Cholesky;
-use super::conjugate_gradients::{BlockJacobi, CgEnd, ConjugateGradients, Preconditioner, dot};
+use super::cholesky::{Cholesky, NotPositiveDefinite};
+use super::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditioner, dot};
 use super::hessian::{Assembler, At, Weights};
+use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Objective, SolveError, SolverWork, Verdict};
 use crate::integrator::StepFault;
@@ -15,15 +16,16 @@ use crate::system::System;
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
-/// The smallest relative residual that is asked of conjugate gradients.
-const CG_TOLERANCE: f64 = 1e-6;
 
 /// Minimises objectives of one system, keeping structure and factorisations between them.
 pub(crate) struct Newton<const D: usize> {
     options: SolverOptions,
     assembler: Option<Assembler<D>>,
     cholesky: Option<Cholesky>,
-    jacobi: BlockJacobi<D>,
+    iterative: Option<Iterative<D>>,
+    /// Conjugate gradients stalled in this step: the rest of it is left to the factorisation.
+    stalled: bool,
+    /// Memory of the matrix-free solver.
     cg: ConjugateGradients,
     /// Size of the scene when the first objective was met [m].
     size: f64,
@@ -51,7 +53,8 @@ impl<const D: usize> Newton<D> {
             options,
             assembler: None,
             cholesky: None,
-            jacobi: BlockJacobi::default(),
+            iterative: None,
+            stalled: false,
             cg: ConjugateGradients::default(),
             size: 0.0,
             residual: vec![],
@@ -82,6 +85,11 @@ impl<const D: usize> Newton<D> {
         if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
             self.assembler = Some(Assembler::new(system));
             self.cholesky = None;
+            self.iterative = None;
+        }
+        self.stalled = false;
+        if let Some(iterative) = &mut self.iterative {
+            iterative.new_step();
         }
     }
 
@@ -110,32 +118,37 @@ impl<const D: usize> Newton<D> {
         assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
         self.work.hessians += 1;
         let matrix = assembler.matrix();
-        if linear == LinearSolver::Cholesky {
-            if self.cholesky.is_none() {
-                self.cholesky = Cholesky::new(matrix, x);
+        if linear != LinearSolver::Cholesky && !self.stalled {
+            if self.iterative.is_none() {
+                self.iterative = match linear {
+                    LinearSolver::Multigrid => Iterative::multigrid(matrix, x, assembler.held()),
+                    _ => Some(Iterative::jacobi()),
+                };
             }
-            let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
-            self.work.factorizations += 1;
-            if cholesky.factorize(matrix).is_err() {
+            let Some(iterative) = &mut self.iterative else { return Direction::Failed };
+            let report = iterative.solve(matrix, (weights, psd), &self.direction, &mut self.trial);
+            self.work.cg_iterations += report.iterations;
+            if report.end == CgEnd::Converged {
+                std::mem::swap(&mut self.direction, &mut self.trial);
+                return Direction::Descent;
+            }
+            // Before anything else the negative eigenvalues of elements are removed.
+            if report.end == CgEnd::Indefinite && psd == Psd::Exact {
                 return Direction::Indefinite;
             }
-            cholesky.solve(&mut self.direction);
-            return Direction::Descent;
+            self.stalled = true;
+            self.work.fallbacks += 1;
         }
-        self.jacobi.update(matrix);
-        let right = std::mem::take(&mut self.direction);
-        let mut solution = std::mem::take(&mut self.trial);
-        let iterations = 10 * right.len() as u64 + 1000;
-        let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report =
-            self.cg.solve(product, &mut self.jacobi, &right, &mut solution, CG_TOLERANCE, iterations);
-        (self.direction, self.trial) = (solution, right);
-        self.work.cg_iterations += report.iterations;
-        match report.end {
-            CgEnd::Converged => Direction::Descent,
-            CgEnd::Indefinite => Direction::Indefinite,
-            CgEnd::Stalled => Direction::Failed,
+        if self.cholesky.is_none() {
+            self.cholesky = Cholesky::new(matrix, x);
         }
+        let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
+        self.work.factorizations += 1;
+        if cholesky.factorize(matrix).is_err() {
+            return Direction::Indefinite;
+        }
+        cholesky.solve(&mut self.direction);
+        Direction::Descent
     }
 
     /// Conjugate gradients by products of the exact Hessian, preconditioned by the masses.
@@ -223,7 +236,9 @@ impl<const D: usize> Newton<D> {
 struct Nothing;
 
 impl<const D: usize> Preconditioner<D> for Nothing {
-    fn update(&mut self, _: &super::block_matrix::BlockMatrix<D>) {}
+    fn update(&mut self, _: &super::block_matrix::BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        Ok(())
+    }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         z.copy_from_slice(r);
@@ -343,7 +358,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         8 * (self.residual.len() + self.direction.len() + self.trial.len())
             + self.assembler.as_ref().map_or(0, Assembler::bytes)
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
-            + self.jacobi.bytes()
+            + self.iterative.as_ref().map_or(0, Iterative::bytes)
             + self.cg.bytes()
     }
 }

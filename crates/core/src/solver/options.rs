@@ -32,6 +32,8 @@ pub enum LinearSolver {
     Cholesky,
     /// Conjugate gradients on the assembled matrix, preconditioned by its diagonal blocks.
     Cg,
+    /// Conjugate gradients on the assembled matrix, preconditioned by multigrid: coarser lattices over the bodies.
+    Multigrid,
     /// Conjugate gradients without a matrix: products with the exact Hessian, element by element.
     MatrixFree,
 }
@@ -53,6 +55,7 @@ impl LinearSolver {
             ),
             LinearSolver::Cholesky => (self, "sparse Cholesky".into()),
             LinearSolver::Cg => (self, "conjugate gradients with block-Jacobi preconditioner".into()),
+            LinearSolver::Multigrid => (self, "conjugate gradients with multigrid preconditioner".into()),
             LinearSolver::MatrixFree => (self, "matrix-free conjugate gradients".into()),
         }
     }
