@@ -15,7 +15,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall that it touches,
 /// pins.
-const BODIES: [(&str, &str); 6] = [
+const BODIES: [(&str, &str); 7] = [
     (
         "tetrahedra",
         "dimension = 3
@@ -50,6 +50,16 @@ const BODIES: [(&str, &str); 6] = [
             { vertices = [4970, 5040], axes = ['x', 'y'], motion = { velocity = [0.1, 0, 0], displacement = [0, '1e-3 * X * sin(t)', 0], rotation = { axis = [0, 0, 1], speed = 1.0 } } },
             { vertices = [5000], motion = { keyframes = { times = [0, 1], displacements = [[0, 0, 0], [0, 0, 1]] } } },
         ]",
+    ),
+    (
+        "hinges",
+        "dimension = 3
+        [[body]]
+        mesh = { cloth = { cells = [9, 9], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        springs = { stiffness = 50.0 }
+        bending = { stiffness = 1e-3 }
+        damping = { stiffness_proportional = 1e-5 }
+        mass = { total = 0.3 }",
     ),
     (
         "damped triangles",

@@ -9,6 +9,7 @@
 
 mod support;
 
+mod bending;
 mod cli;
 mod damping;
 mod determinism;

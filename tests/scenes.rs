@@ -125,6 +125,20 @@ fn cloth_and_strand_hang_on_and_never_gain_energy() {
     }
 }
 
+// A hair that only resisted stretching would hang straight down from the end of what is held.
+#[test]
+fn hair_and_cloth_that_resist_bending_stand_off() {
+    for (name, reach) in [("hair.toml", 0.02), ("bending_cloth.toml", -0.1)] {
+        let (assembly, summary) = simulated(name, 0.4);
+        assert!(matches!(summary.outcome, Outcome::Done), "{name}: {:?}", summary.outcome);
+        assert!(summary.end.total < summary.start.total, "{name} loses energy");
+        let x = assembly.simulation.positions();
+        let lowest = x.chunks(3).map(|p| p[2]).fold(f64::INFINITY, f64::min);
+        let furthest = x.chunks(3).map(|p| p[0]).fold(f64::NEG_INFINITY, f64::max);
+        assert!(lowest < -0.1 && furthest > reach, "{name}: {lowest} {furthest}");
+    }
+}
+
 #[test]
 fn the_jelly_stops_wobbling_and_goes_on_spinning_and_falling() {
     let (assembly, summary) = simulated("damped_jelly.toml", 1.0);

@@ -1,4 +1,4 @@
-//! Linear finite elements against exact identities and independent codes.
+//! Finite elements against exact identities and independent codes.
 
 mod bar;
 mod beam;
@@ -9,5 +9,7 @@ mod loads;
 mod modes;
 mod patch;
 mod plane_stress;
+mod quadratic;
 mod reactions;
 mod spin;
+mod statics;

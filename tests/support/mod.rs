@@ -13,14 +13,15 @@ use pliant::observer::{Frame, Observer, ObserverError};
 use pliant::run::{Plan, Summary, run};
 use pliant::simulation::Simulation;
 
-/// Every scheme of the registry.
+/// Every scheme of the registry that moves things; statics has no order and no inertia.
 pub(crate) fn methods() -> impl Iterator<Item = Method> {
-    IntegratorSpec::ALL.iter().map(|spec| spec.method())
+    IntegratorSpec::ALL.iter().map(|spec| spec.method()).filter(|method| method.documentation.order > 0)
 }
 
 /// The scheme of this name.
 pub(crate) fn method(name: &str) -> Method {
-    methods().find(|m| m.documentation.name == name).unwrap_or_else(|| panic!("no scheme is called {name}"))
+    let mut all = IntegratorSpec::ALL.iter().map(|spec| spec.method());
+    all.find(|m| m.documentation.name == name).unwrap_or_else(|| panic!("no scheme is called {name}"))
 }
 
 /// Takes `steps` steps, none of which may fail.

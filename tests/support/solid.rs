@@ -1,4 +1,4 @@
-//! Solids of linear elements, assembled from scenes as a user would.
+//! Solids of linear and quadratic elements, assembled from scenes as a user would.
 
 use nalgebra::DMatrix;
 use pliant::assembly::UnstableStep;
@@ -17,6 +17,8 @@ pub(crate) struct Solid {
     pub(crate) mesh: Value,
     /// As in a scene.
     pub(crate) elastic: Value,
+    /// Of the elements.
+    pub(crate) order: u8,
     /// `analytic` or `autodiff`.
     pub(crate) stress: &'static str,
     /// As in a scene.
@@ -45,6 +47,7 @@ impl Solid {
             dimension: cells.len(),
             mesh: json!({ "grid": { "cells": cells, "size": size } }),
             elastic,
+            order: 1,
             stress: "analytic",
             mass: json!({ "density": 1000.0 }),
             pin: json!([]),
@@ -63,7 +66,12 @@ impl Solid {
         solid
     }
 
-    /// The mesh.
+    /// The same of elements of this order.
+    pub(crate) fn of_order(self, order: u8) -> Self {
+        Solid { order, ..self }
+    }
+
+    /// The mesh, without the nodes in the middle of edges.
     pub(crate) fn mesh(&self) -> Mesh {
         let spec: MeshSpec = serde_json::from_value(self.mesh.clone()).unwrap();
         build(&spec, self.dimension, ".".as_ref()).unwrap()
@@ -78,6 +86,7 @@ impl Solid {
             "body": [{
                 "mesh": self.mesh,
                 "elastic": self.elastic,
+                "order": self.order,
                 "stress": self.stress,
                 "mass": self.mass,
                 "pin": self.pin,
@@ -92,6 +101,9 @@ impl Solid {
         Probe(self.simulation(IntegratorSpec::ForwardEuler.method(), 1.0))
     }
 }
+
+/// Every kind of element: dimension and order.
+pub(crate) const ELEMENTS: [(usize, u8); 4] = [(2, 1), (3, 1), (2, 2), (3, 2)];
 
 /// Every registered material with its example parameters, as in a scene.
 pub(crate) fn every_material() -> Vec<(MaterialSpec, Value)> {

@@ -97,14 +97,14 @@ fn deformed<const D: usize>(rest: &[f64], amplitude: f64) -> Vec<f64> {
     x
 }
 
-fn forces<M: Material<D> + Material<3>, const D: usize, const N: usize>(
+fn forces<M: Material<D> + Material<3> + Clone, const D: usize, const N: usize>(
     name: &str,
     material: M,
     stress: Stress,
     amplitude: f64,
 ) {
     let (elements, rest) = block::<D, N>(if D == 3 { [10, 4, 4] } else { [32, 16, 0] });
-    let mut body = Elastic::<M, D, N>::new("block", material, stress, &elements, &rest);
+    let mut body = Elastic::<D, N>::linear("block", material, stress, &elements, &rest);
     let x = deformed::<D>(&rest, amplitude);
     rate(name, elements.len(), || {
         body.evaluate(black_box(&x));

@@ -57,6 +57,11 @@ pub trait Scalar:
     fn powf(self, exponent: Self) -> Self {
         (exponent * self.ln()).exp()
     }
+    /// The angle of the point `(x, self)` in `(-pi, pi]`, see [`crate::lanes::atan2`].
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        crate::lanes::atan2(self, x)
+    }
     /// Absolute value.
     fn abs(self) -> Self;
     /// The larger of the two; `o` where `self` is NaN.

@@ -35,7 +35,12 @@ pub struct BodyTopology {
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra.
     pub tetrahedra: Vec<[u32; 4]>,
-    /// Triangles to draw: the boundary of a solid, all of a cloth.
+    /// In a body of second order the vertices in the middle of the edges `01, 12, 20` of each triangle; otherwise empty.
+    pub triangle_middles: Vec<[u32; 3]>,
+    /// In a body of second order the vertices in the middle of the edges `01, 12, 02, 03, 13, 23` of each tetrahedron; otherwise
+    /// empty.
+    pub tetrahedron_middles: Vec<[u32; 6]>,
+    /// Triangles to draw: the boundary of a solid, all of a cloth; four flat ones for each curved one.
     pub surface: Vec<[u32; 3]>,
 }
 
@@ -44,7 +49,9 @@ impl BodyTopology {
     pub(crate) fn largest_index(&self) -> Option<u32> {
         let edges = self.edges.iter().flatten();
         let triangles = self.triangles.iter().chain(&self.surface).flatten();
-        edges.chain(triangles).chain(self.tetrahedra.iter().flatten()).copied().max()
+        let tetrahedra = self.tetrahedra.iter().flatten();
+        let middles = self.triangle_middles.iter().flatten().chain(self.tetrahedron_middles.iter().flatten());
+        edges.chain(triangles).chain(tetrahedra).chain(middles).copied().max()
     }
 }
 

@@ -159,6 +159,13 @@ impl<S: Scalar> Scalar for Dual<S> {
         let value = self.value.exp();
         self.chain(value, value)
     }
+    /// `(x dy - y dx) / (x^2 + y^2)`.
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        let square = self.value.mul_add(self.value, x.value * x.value) + S::splat(f64::MIN_POSITIVE);
+        let cross = x.value * self.derivative - self.value * x.derivative;
+        Dual { value: self.value.atan2(x.value), derivative: cross / square }
+    }
     #[inline(always)]
     fn abs(self) -> Self {
         self.chain(self.value.abs(), S::one().copysign(self.value))

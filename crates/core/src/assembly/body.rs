@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::bending::Bends;
 use super::initial;
 use super::loads::{self, Placed};
 use super::pins::{self, Held};
@@ -26,6 +27,8 @@ pub(super) struct Parts {
     pub(super) elastic: bool,
     /// Its springs, vertices from 0.
     pub(super) springs: Vec<[u32; 2]>,
+    /// Its hinges and joints.
+    pub(super) bends: Bends,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
@@ -67,6 +70,9 @@ impl Parts {
             || (vec![], vec![]),
             |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
         );
+        let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
+            Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
+        });
         let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
@@ -86,6 +92,7 @@ impl Parts {
             mesh,
             elastic: spec.elastic.is_some(),
             springs,
+            bends,
             mass,
             held,
             loads,
@@ -147,6 +154,8 @@ impl Parts {
     pub(super) fn is_numbered_locally(&self) -> bool {
         let (n, d) = (self.mass.len(), self.mesh.element_dimension());
         match d {
+            3 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<10>(), n, d),
+            2 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<6>(), n, d),
             3 => is_local(&self.mesh.tetrahedra, n, d),
             2 => is_local(&self.mesh.triangles, n, d),
             _ => is_local(&self.springs, n, 2),
@@ -165,7 +174,7 @@ impl Parts {
         let triangles =
             || self.mesh.triangles.iter().map(|t| globalised(t, self.first_vertex)).collect::<Vec<_>>();
         let solid = !self.mesh.tetrahedra.is_empty();
-        let surface = if solid { self.mesh.surface_triangles() } else { self.mesh.triangles.clone() };
+        let triangle_middles = if solid { &[] } else { &self.mesh.triangle_middles[..] };
         BodyTopology {
             name: self.name.clone(),
             kind,
@@ -174,18 +183,21 @@ impl Parts {
             // The triangles of a solid only carry its named groups.
             triangles: if solid { vec![] } else { triangles() },
             tetrahedra: self.mesh.tetrahedra.iter().map(|t| globalised(t, self.first_vertex)).collect(),
-            surface: surface.iter().map(|t| globalised(t, self.first_vertex)).collect(),
+            triangle_middles: triangle_middles.iter().map(|m| globalised(m, self.first_vertex)).collect(),
+            tetrahedron_middles: self
+                .mesh
+                .tetrahedron_middles
+                .iter()
+                .map(|m| globalised(m, self.first_vertex))
+                .collect(),
+            surface: self.mesh.drawn_triangles().iter().map(|t| globalised(t, self.first_vertex)).collect(),
         }
     }
 
-    /// Its triangles in 2D, its tetrahedra in 3D, by their vertices in the simulation.
+    /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
     pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
-        let Parts { first_vertex, mesh, .. } = self;
-        if mesh.dimension == 2 {
-            mesh.triangles.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-        } else {
-            mesh.tetrahedra.iter().map(|t| renumbered(t, *first_vertex, numbering)).collect()
-        }
+        let cells = self.mesh.elements::<N>();
+        cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
     }
 
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
@@ -198,15 +210,19 @@ impl Parts {
     ) {
         let Parts { name, first_vertex, springs, .. } = self;
         if let Some(material) = &spec.elastic {
-            let elements: Vec<[u32; N]> = self.elements(numbering);
-            let maker = ElasticMaker::<N> {
-                body: name,
-                elements: &elements,
-                rest,
-                stress: spec.stress.unwrap_or_default(),
-            };
-            system.add_term(material.visit::<D, _>(maker));
+            system.add_term(match (self.mesh.order(), D) {
+                (1, _) => {
+                    material.visit::<D, _>(LinearMaker::<N>(self.elastic_elements(spec, rest, numbering)))
+                }
+                (_, 2) => {
+                    material.visit::<2, _>(QuadraticMaker::<6>(self.elastic_elements(spec, rest, numbering)))
+                }
+                _ => {
+                    material.visit::<3, _>(QuadraticMaker::<10>(self.elastic_elements(spec, rest, numbering)))
+                }
+            });
         }
+        self.bends.add_terms::<D>(self, rest, numbering, system);
         if !springs.is_empty() {
             let edges: Vec<[u32; 2]> =
                 springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
@@ -219,6 +235,18 @@ impl Parts {
                 count,
             )));
         }
+    }
+}
+
+impl Parts {
+    fn elastic_elements<'a, const N: usize>(
+        &'a self,
+        spec: &Body,
+        rest: &'a [f64],
+        numbering: &Numbering,
+    ) -> Elements<'a, N> {
+        let stress = spec.stress.unwrap_or_default();
+        Elements { body: &self.name, cells: self.elements(numbering), rest, stress }
     }
 }
 
@@ -239,24 +267,40 @@ pub(super) fn renumbered<const N: usize, const M: usize>(
     globalised(cell, first).map(|v| numbering.internal(v))
 }
 
-/// Makes the elastic term of whatever material is visited.
-struct ElasticMaker<'a, const N: usize> {
+/// What an elastic term is made of, but for the material.
+struct Elements<'a, const N: usize> {
     body: &'a str,
-    elements: &'a [[u32; N]],
+    cells: Vec<[u32; N]>,
     rest: &'a [f64],
     stress: Stress,
 }
 
-impl<const D: usize, const N: usize> MaterialVisitor<D> for ElasticMaker<'_, N> {
+/// Makes the term of linear elements of whatever material is visited.
+struct LinearMaker<'a, const N: usize>(Elements<'a, N>);
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for LinearMaker<'_, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        Box::new(Elastic::<M, D, N>::new(self.body, material, self.stress, self.elements, self.rest))
+        let Elements { body, cells, rest, stress } = self.0;
+        Box::new(Elastic::<D, N>::linear(body, material, stress, &cells, rest))
+    }
+}
+
+/// The same of quadratic elements.
+struct QuadraticMaker<'a, const N: usize>(Elements<'a, N>);
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
+        let Elements { body, cells, rest, stress } = self.0;
+        Box::new(Elastic::<D, N>::quadratic(body, material, stress, &cells, rest))
     }
 }
 
 /// One value per item; a list must have the right length.
-fn spread(
+pub(super) fn spread(
     value: &OneOrMany,
     count: usize,
     what: &str,
@@ -296,7 +340,7 @@ fn spring_constants(
     (stiffness, rest)
 }
 
-fn distance(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 

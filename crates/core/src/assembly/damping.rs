@@ -59,6 +59,9 @@ impl Parts {
             let dashpots = MeasuredRate::<Length, D, 2>::new(name, &edges, &constants, rest);
             system.add_dissipation(Box::new(dashpots));
         }
+        if beta != 0.0 {
+            self.bends.add_damping::<D>(beta, self, rest, numbering, system);
+        }
         if let Some(alpha) = damping.mass_proportional.filter(|alpha| *alpha != 0.0) {
             let vertices = self.vertices();
             let vertices = vertices.start as usize..vertices.end as usize;

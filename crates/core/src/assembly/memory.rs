@@ -5,6 +5,8 @@ use crate::scene::{KeyPath, Problem, Scene};
 
 /// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
 const BYTES_PER_ELEMENT: u64 = 250;
+/// The same for elements of second order, which have rest data at 3 or 4 points.
+const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
 /// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
 const BYTES_PER_SPRING: u64 = 100;
 /// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
@@ -43,8 +45,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
 /// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
 fn predicted_bytes(size: &MeshSize, dimension: usize) -> u64 {
     let cells = if dimension == 3 && size.tetrahedra > 0 { size.tetrahedra } else { size.triangles };
+    let per_element = if size.quadratic { BYTES_PER_QUADRATIC_ELEMENT } else { BYTES_PER_ELEMENT };
     size.bytes
-        .saturating_add(cells.saturating_mul(BYTES_PER_ELEMENT))
+        .saturating_add(cells.saturating_mul(per_element))
         .saturating_add(size.edges.saturating_mul(BYTES_PER_SPRING))
         .saturating_add(size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE))
 }

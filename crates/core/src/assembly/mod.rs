@@ -2,6 +2,7 @@
 //!
 //! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
 
+mod bending;
 mod body;
 mod damping;
 mod gravity;

@@ -144,6 +144,13 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     let method = simulation.method().documentation;
     say(true, format!("{}: {} a step", method.name, cost(&method)), "");
     say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
+    let quadratic = bodies.iter().any(|b| b.elastic && b.mesh.order() == 2);
+    let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
+    say(
+        quadratic,
+        format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
+        "quadratic elements: no body has `order = 2`",
+    );
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,
@@ -167,6 +174,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         }
     }
     say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
+    let bends: usize = bodies.iter().map(|b| b.bends.count()).sum();
+    say(bends > 0, format!("bending at {bends} hinges and joints"), "bending: no body resists it");
     let gravity = super::gravity::named(scene);
     let uniform = match scene.world.gravity_changes() {
         true => "uniform gravity that changes with time: it does work, and energy is not conserved",
@@ -223,6 +232,20 @@ fn cost(method: &Documentation) -> String {
     match method.solves {
         0 => plural(method.force_evaluations as usize, "force evaluation"),
         solves => plural(solves as usize, "nonlinear solve"),
+    }
+}
+
+/// The most curved element of all bodies, if any side is.
+fn curved(bodies: &[Parts]) -> String {
+    let of_body = |b: &Parts| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
+    let worst =
+        bodies.iter().filter_map(of_body).min_by(|a, b| a.0.least_jacobian.total_cmp(&b.0.least_jacobian));
+    match worst {
+        Some((curved, body)) if curved.least_jacobian < 1.0 => format!(
+            "; sides are curved: det J falls to {:.3} of its mean in element {} of `{body}`",
+            curved.least_jacobian, curved.worst
+        ),
+        _ => String::new(),
     }
 }
 

@@ -142,7 +142,7 @@ fn check_rayleigh<const D: usize, const N: usize>(plane: Option<Plane>) {
     let viscosity = Viscosity { shear: beta * mu, second };
     let mut damping = StrainRate::<D, D, N>::new("a", viscosity, &elements, &rest, shape);
     let mut elastic =
-        Elastic::<_, D, N>::new("a", Linear::new(&parameters), Stress::Analytic, &elements, &rest);
+        Elastic::<D, N>::linear("a", Linear::new(&parameters), Stress::Analytic, &elements, &rest);
     let p = scattered(rest.len(), 5);
     let (mut c, mut k) = (vec![0.0; p.len()], vec![0.0; p.len()]);
     damping.add_damping_product(&rest, &p, &p, &mut c);

@@ -2,6 +2,7 @@
 
 use super::quadrature::factorial;
 use super::shape::{Barycentric, jacobian, middle_edges, order, shape_functions};
+use super::validity::volume;
 
 /// Abscissas in (0, 1) and weights of the Gauss-Legendre rule of five points, exact to degree 9: Abramowitz, Stegun 1964,
 /// *Handbook of Mathematical Functions*, 25.4.30, in closed form.
@@ -64,7 +65,7 @@ impl<const D: usize, const N: usize> MassMatrix<D, N> {
     /// `density M_ab I`. The sum of all entries is the volume.
     pub fn consistent(&self, rest: &[[f64; D]; N]) -> [[f64; N]; N] {
         if is_straight(rest) {
-            let volume = straight_volume(rest);
+            let volume = volume(rest);
             return self.straight.map(|row| row.map(|m| volume * m));
         }
         integrate::<D, N>(&self.rule, |lambda| jacobian(rest, lambda).determinant() / factorial::<D>())
@@ -92,15 +93,15 @@ impl<const D: usize, const N: usize> Default for MassMatrix<D, N> {
     }
 }
 
-/// `integral of N_a N_b volume(lambda)`, the mean over the element.
+/// `integral of N_a N_b volume_at(lambda)`, the mean over the element.
 fn integrate<const D: usize, const N: usize>(
     rule: &[(Barycentric, f64)],
-    volume: impl Fn(&Barycentric) -> f64,
+    volume_at: impl Fn(&Barycentric) -> f64,
 ) -> [[f64; N]; N] {
     let mut mass = [[0.0; N]; N];
     for (lambda, weight) in rule {
         let values = shape_functions::<D, N>(lambda);
-        let weight = weight * volume(lambda);
+        let weight = weight * volume_at(lambda);
         for a in 0..N {
             for b in 0..N {
                 mass[a][b] += weight * values[a] * values[b];
@@ -124,17 +125,6 @@ pub(super) fn is_straight<const D: usize, const N: usize>(rest: &[[f64; D]; N]) 
     })
 }
 
-/// Signed volume between the corners.
-fn straight_volume<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
-    let mut edges = crate::algebra::Mat::<f64, D>::zero();
-    for r in 0..D {
-        for c in 0..D {
-            edges[r][c] = rest[c + 1][r] - rest[0][r];
-        }
-    }
-    edges.determinant() / factorial::<D>()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,7 +139,7 @@ mod tests {
     fn second_moments<const D: usize, const N: usize>() {
         let rest = regular::<D, N>(0.7);
         let mass = MassMatrix::<D, N>::new().consistent(&rest);
-        let volume = straight_volume(&rest);
+        let volume = volume(&rest);
         assert!((sum(&mass) / volume - 1.0).abs() < 1e-14);
         for i in 0..D {
             for j in 0..D {
@@ -199,7 +189,7 @@ mod tests {
 
     fn lumps_are<const D: usize, const N: usize>(corner: f64, middle: f64) {
         let rest = regular::<D, N>(1.0);
-        let volume = straight_volume(&rest);
+        let volume = volume(&rest);
         for (a, m) in MassMatrix::<D, N>::new().lumped(&rest).iter().enumerate() {
             let expected = if a <= D { corner } else { middle };
             assert!((m / volume - expected).abs() < 1e-15, "{D}D, node {a} of {N}: {m}");

@@ -6,6 +6,7 @@
 
 mod face;
 mod mass;
+mod quadratic;
 mod quadrature;
 mod shape;
 mod simplex;
@@ -17,8 +18,9 @@ pub use face::{FacePoint, face_points, vector_area};
 pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{QuadraturePoint, quadrature_count, quadrature_points, quadrature_position};
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
-pub use validity::least_jacobian;
+pub use validity::{least_jacobian, volume};
 
+pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
 pub(crate) use tangents::{scatter_stress, tangents, times, transpose_times};
@@ -59,11 +61,43 @@ pub const ELEMENTS: &[About] = &[
         source: "Sifakis, Barbic 2012, FEM Simulation of 3D Deformable Solids, section 4.1",
     },
     About {
+        name: "quadratic triangle",
+        summary: "Triangle of second order in 2D, with straight or curved sides: three evaluations of the material each",
+        scene: "`elastic` with `order = 2` of a body in 2D whose mesh has triangles",
+        vertices: 6,
+        formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
+        source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.2; rule: Strang, Fix 1973",
+    },
+    About {
+        name: "quadratic tetrahedron",
+        summary: "Tetrahedron of second order in 3D, with straight or curved sides: four evaluations of the material each",
+        scene: "`elastic` with `order = 2` of a body in 3D whose mesh has tetrahedra",
+        vertices: 10,
+        formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
+        source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.4; rule: Keast 1986",
+    },
+    About {
         name: "spring",
         summary: "Spring between two vertices, in 2D and 3D",
         scene: "`springs` of a body: along every edge of its mesh",
         vertices: 2,
         formula: "E = k/2 (l - l0)^2, k given or Y l0",
         source: "Hooke's law, lecture 9",
+    },
+    About {
+        name: "hinge",
+        summary: "Bending at the edge between two triangles in 3D",
+        scene: "`bending` of a body: at every edge between two triangles of a sheet",
+        vertices: 4,
+        formula: "E = D/2 |e|^2/(A_1 + A_2) (theta - theta_0)^2",
+        source: "Grinspun, Hirani, Desbrun, Schroeder 2003, Discrete Shells",
+    },
+    About {
+        name: "joint",
+        summary: "Bending at a vertex between two edges, in 2D and 3D",
+        scene: "`bending` of a body: at every vertex between two edges of a strand",
+        vertices: 3,
+        formula: "E = B/(l_1 + l_2) (kappa - kappa_0)^2, kappa = 2 tan(phi/2)",
+        source: "Bergou, Wardetzky, Robinson, Audoly, Grinspun 2008, Discrete Elastic Rods",
     },
 ];

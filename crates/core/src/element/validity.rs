@@ -7,6 +7,7 @@
 //! Journal of Computational Physics 233, 359.
 
 use super::mass::is_straight;
+use super::quadrature::factorial;
 use super::shape::jacobian;
 use crate::algebra::Mat;
 
@@ -18,25 +19,36 @@ const MOST_PARTS: usize = 2000;
 ///
 /// -1 for elements that are turned inside out as a whole; NaN where there is no volume, or a coordinate is no number.
 pub fn least_jacobian<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
-    let corners: Vec<Mat<f64, D>> = (0..=D)
-        .map(|i| {
-            let mut lambda = [0.0; 4];
-            lambda[i] = 1.0;
-            jacobian(rest, &lambda)
-        })
-        .collect();
-    let coefficients = bernstein(&corners);
-    // The mean of a polynomial over a simplex is that of its Bernstein coefficients.
-    let mean = coefficients.iter().sum::<f64>() / coefficients.len() as f64;
+    let mean = factorial::<D>() * volume(rest);
     if mean.is_nan() || mean <= 0.0 {
         return mean.min(0.0) / mean.abs();
     }
     if is_straight(rest) {
         return 1.0;
     }
+    let corners = corner_jacobians(rest);
     let least = bounds(corners.clone(), 0.01 * mean);
     // Only the sign of a value near zero takes many parts.
     if least > 0.0 || least < -0.01 * mean { least / mean } else { bounds(corners, 1e-6 * mean) / mean }
+}
+
+/// Signed area [m^2] or volume [m^3] of an element between its curved sides; exact but for rounding.
+pub fn volume<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> f64 {
+    if is_straight(rest) {
+        return jacobian(rest, &[1.0, 0.0, 0.0, 0.0]).determinant() / factorial::<D>();
+    }
+    // The mean of a polynomial over a simplex is that of its Bernstein coefficients.
+    let coefficients = bernstein(&corner_jacobians(rest));
+    coefficients.iter().sum::<f64>() / (coefficients.len() as f64 * factorial::<D>())
+}
+
+fn corner_jacobians<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> Vec<Mat<f64, D>> {
+    let corner = |i: usize| {
+        let mut lambda = [0.0; 4];
+        lambda[i] = 1.0;
+        jacobian(rest, &lambda)
+    };
+    (0..=D).map(corner).collect()
 }
 
 /// A lower bound of the least `det J`, within `gap` of it unless that takes too many parts.
@@ -148,6 +160,7 @@ pub(super) mod tests {
             // The mean, from the rule that integrates it exactly.
             let rule = crate::element::mass_rule::<D>();
             let mean: f64 = rule.iter().map(|(l, w)| w * jacobian(&rest, l).determinant()).sum();
+            assert!((mean / factorial::<D>() / volume(&rest) - 1.0).abs() < 1e-14);
             let sampled = sampled / mean;
             assert!(least <= sampled + 1e-14, "{D}D, {amplitude}: {least} is above {sampled}");
             assert!(least > sampled - 0.03, "{D}D, {amplitude}: {least} is far below {sampled}");

@@ -240,7 +240,7 @@ impl<const N: usize> Patches<N> {
     ) -> bool {
         let Workspace { scratch, sums, .. } = workspace;
         let finite = AtomicBool::new(true);
-        self.for_each(scratch, sums, self.per_patch::<D>(), |patch, scratch, out| {
+        self.for_each(scratch, sums, self.per_patch::<D>(), &|patch, scratch, out| {
             self.load(patch, x, &mut scratch.position);
             if let Some(direction) = direction {
                 self.load(patch, direction, &mut scratch.direction);
@@ -310,7 +310,7 @@ impl<const N: usize> Patches<N> {
         kernel: impl Fn(&Patch, &mut Scratch<D>) -> f64 + Sync + Send,
     ) -> f64 {
         let Workspace { scratch, parts, .. } = workspace;
-        self.for_each(scratch, parts, 1, |patch, scratch, out| {
+        self.for_each(scratch, parts, 1, &|patch, scratch, out| {
             self.load(patch, x, &mut scratch.position);
             self.load(patch, direction, &mut scratch.direction);
             out[0] = kernel(patch, scratch);
@@ -326,20 +326,21 @@ impl<const N: usize> Patches<N> {
         out: &mut [R],
         kernel: impl Fn(&Patch, &mut Scratch<D>) -> R + Sync + Send,
     ) {
-        self.for_each(&mut workspace.scratch, out, 1, |patch, scratch, out| {
+        self.for_each(&mut workspace.scratch, out, 1, &|patch, scratch, out| {
             self.load(patch, x, &mut scratch.position);
             out[0] = kernel(patch, scratch);
         });
     }
 
     /// Runs `kernel` on every patch with its `per_patch` entries of `out`, on several threads where there is enough to
-    /// do. What is computed does not depend on which thread computes it.
+    /// do. What is computed does not depend on which thread computes it. The kernel is called by pointer, once a patch: what hands
+    /// patches out is long, and need not be compiled for each of them.
     fn for_each<const D: usize, R: Send>(
         &self,
         scratch: &mut [Scratch<D>],
         out: &mut [R],
         per_patch: usize,
-        kernel: impl Fn(&Patch, &mut Scratch<D>, &mut [R]) + Sync + Send,
+        kernel: &(dyn Fn(&Patch, &mut Scratch<D>, &mut [R]) + Sync),
     ) {
         if self.patches.is_empty() {
             return;

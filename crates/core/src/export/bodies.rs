@@ -19,6 +19,9 @@ pub(super) struct Body {
     /// Triangles that are cells.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
+    /// Those of second order, corners first.
+    pub(super) quadratic_triangles: Vec<[u32; 6]>,
+    pub(super) quadratic_tetrahedra: Vec<[u32; 10]>,
     /// Triangles to draw.
     pub(super) surface: Vec<[u32; 3]>,
 }
@@ -26,12 +29,17 @@ pub(super) struct Body {
 impl Body {
     /// The springs, where they are all there is: those of a cloth are the sides of its triangles and their diagonals.
     pub(super) fn lines(&self) -> &[[u32; 2]] {
-        if self.triangles.is_empty() && self.tetrahedra.is_empty() { &self.edges } else { &[] }
+        if self.has_cells() { &[] } else { &self.edges }
     }
 
     /// Whether it has neither cells nor springs.
     pub(super) fn is_particles(&self) -> bool {
-        self.edges.is_empty() && self.triangles.is_empty() && self.tetrahedra.is_empty()
+        self.edges.is_empty() && !self.has_cells()
+    }
+
+    fn has_cells(&self) -> bool {
+        let linear = !self.triangles.is_empty() || !self.tetrahedra.is_empty();
+        linear || !self.quadratic_triangles.is_empty() || !self.quadratic_tetrahedra.is_empty()
     }
 }
 
@@ -48,12 +56,23 @@ impl Bodies {
             let mut cells = Cells { trajectory, info, name: &name, vertex_count };
             let triangles = cells.of("tri")?;
             let tetrahedra = cells.of("tet")?;
+            let quadratic_triangles = cells.of("tri6")?;
+            let quadratic_tetrahedra = cells.of("tet10")?;
             let edges = cells.of("edge")?;
             let surface = cells.of("surface")?;
             // It is not written twice where it is all triangles.
             let surface = if surface.is_empty() { triangles.clone() } else { surface };
             let vertices = summary.first_vertex..last;
-            bodies.push(Body { name, vertices, edges, triangles, tetrahedra, surface });
+            bodies.push(Body {
+                name,
+                vertices,
+                edges,
+                triangles,
+                tetrahedra,
+                quadratic_triangles,
+                quadratic_tetrahedra,
+                surface,
+            });
         }
         Ok(Bodies { bodies, vertex_count })
     }

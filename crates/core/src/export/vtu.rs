@@ -9,7 +9,9 @@ use super::Frame;
 use super::bodies::Bodies;
 use crate::base64;
 use crate::diagnostics::Measure;
-use crate::mesh::vtk_cells::{LINE, TETRAHEDRON, TRIANGLE, VERTEX};
+use crate::mesh::vtk_cells::{
+    LINE, QUADRATIC_TETRAHEDRON, QUADRATIC_TRIANGLE, TETRAHEDRON, TRIANGLE, VERTEX,
+};
 use crate::record::read::ElementRows;
 
 /// Cells of all bodies as the format has them.
@@ -31,10 +33,14 @@ impl Grid {
         for (number, body) in bodies.bodies.iter().enumerate() {
             let number = number as i32;
             // Triangles of a solid in space are its surface, and not among its cells.
-            let count = if body.tetrahedra.is_empty() { body.triangles.len() } else { body.tetrahedra.len() };
+            let solids = body.tetrahedra.len() + body.quadratic_tetrahedra.len();
+            let flat = body.triangles.len() + body.quadratic_triangles.len();
+            let count = if solids > 0 { solids } else { flat };
             grid.solids.push((body.name.clone(), grid.cells as usize, count));
             body.tetrahedra.iter().for_each(|cell| grid.push(TETRAHEDRON, cell, number));
             body.triangles.iter().for_each(|cell| grid.push(TRIANGLE, cell, number));
+            body.quadratic_tetrahedra.iter().for_each(|cell| grid.push(QUADRATIC_TETRAHEDRON, cell, number));
+            body.quadratic_triangles.iter().for_each(|cell| grid.push(QUADRATIC_TRIANGLE, cell, number));
             body.lines().iter().for_each(|cell| grid.push(LINE, cell, number));
             if body.is_particles() {
                 body.vertices.clone().for_each(|vertex| grid.push(VERTEX, &[vertex], number));

@@ -113,7 +113,8 @@ impl StageSolver {
             single_iteration,
         };
         let minimizer = self.minimizer.get_or_insert_with(|| minimizer(system.dimension(), self.options));
-        if !single_iteration {
+        // In statics there is no other start than the last equilibrium.
+        if !single_iteration && inertia > 0.0 {
             let mut best = minimizer.objective(system, &objective, x);
             for acceleration in [None, acceleration] {
                 self.guess.clear();

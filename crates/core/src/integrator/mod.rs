@@ -86,6 +86,7 @@ register! {
     sdirk3 => Sdirk3,
     crouzeix3 => Crouzeix3,
     sdirk4 => Sdirk4,
+    quasi_static => QuasiStatic,
 }
 
 /// A parameter of a scheme that makes no sense.
@@ -106,7 +107,7 @@ pub struct Documentation {
     pub name: &'static str,
     /// One line.
     pub summary: &'static str,
-    /// Order of convergence of positions and velocities.
+    /// Order of convergence of positions and velocities; 0 for statics, where there is none.
     pub order: u32,
     /// Force evaluations per step; 0 for implicit schemes, where that depends on the iterations.
     pub force_evaluations: u32,
@@ -138,6 +139,8 @@ pub enum Scheme {
     Alpha(alpha::AlphaCoefficients),
     /// Backward differentiation over two steps, started so.
     Bdf2(bdf2::Bdf2Start),
+    /// Static equilibrium, step after step.
+    QuasiStatic,
 }
 
 /// A scheme with its documentation: what one file of this folder exports.
@@ -161,6 +164,7 @@ impl Method {
             Scheme::Dirk(tableau) => Box::new(dirk::Dirk::new(tableau, false, unknowns, options)),
             Scheme::Linearised(tableau) => Box::new(dirk::Dirk::new(tableau, true, unknowns, options)),
             Scheme::Alpha(coefficients) => Box::new(alpha::Alpha::new(coefficients, unknowns, options)),
+            Scheme::QuasiStatic => Box::new(quasi_static::QuasiStatic::new(unknowns, options)),
             Scheme::Bdf2(start) => Box::new(bdf2::Bdf2::new(start, unknowns, options)),
         }
     }

@@ -3,7 +3,7 @@
 // The constants stand as fdlibm prints them.
 #![allow(clippy::excessive_precision)]
 
-use crate::scalar::Real;
+use crate::scalar::{Real, Scalar};
 
 /// `ln 2` in two parts; the first has 21 trailing zero bits, so that its product with an exponent is exact.
 const LN_2_HIGH: f64 = 6.931_471_803_691_238_164_90e-01;
@@ -85,4 +85,47 @@ pub fn exp<R: Real>(x: R) -> R {
 #[inline(always)]
 pub fn powf<R: Real>(x: R, a: R) -> R {
     x.powf(a)
+}
+
+/// The angle of the point `(x, y)`, in `(-pi, pi]`, to about 2 ulp; 0 at the origin.
+///
+/// NaN for NaN. The method is fdlibm's `s_atan.c` on the quotient of the smaller by the larger coordinate: below 7/16 the
+/// polynomial itself, else of the angle from `atan(1/2)` or `pi/4`.
+#[inline(always)]
+pub fn atan2<S: Scalar>(y: S, x: S) -> S {
+    let c = S::splat;
+    let (ax, ay) = (x.abs(), y.abs());
+    let steep = ax.lt(ay);
+    let (low, high) = (S::select(steep, ax, ay), S::select(steep, ay, ax));
+    let (middle, large) = ((c(0.4375) * high).lt(low), (c(0.6875) * high).lt(low));
+    let numerator = S::select(middle, c(2.0).mul_add(low, -high), low);
+    let denominator = S::select(middle, c(2.0).mul_add(high, low), high);
+    let numerator = S::select(large, low - high, numerator);
+    let denominator = S::select(large, low + high, denominator);
+    // The origin has an angle of zero by the sum.
+    let t = numerator / (denominator + c(f64::MIN_POSITIVE));
+    let offset = S::select(middle, c(4.636_476_090_008_060_935_15e-01), S::zero());
+    let offset = S::select(large, c(std::f64::consts::FRAC_PI_4), offset);
+    let rest = S::select(middle, c(2.269_877_745_296_168_709_24e-17), S::zero());
+    let rest = S::select(large, c(3.061_616_997_868_383_017_93e-17), rest);
+    let z = t * t;
+    let p = z.mul_add(c(1.628_582_011_536_578_236_23e-02), c(-3.653_157_274_421_691_552_70e-02));
+    let p = z.mul_add(p, c(4.976_877_994_615_932_360_17e-02));
+    let p = z.mul_add(p, c(-5.833_570_133_790_573_486_45e-02));
+    let p = z.mul_add(p, c(6.661_073_137_387_531_206_69e-02));
+    let p = z.mul_add(p, c(-7.691_876_205_044_829_994_95e-02));
+    let p = z.mul_add(p, c(9.090_887_133_436_506_561_96e-02));
+    let p = z.mul_add(p, c(-1.111_111_040_546_235_578_80e-01));
+    let p = z.mul_add(p, c(1.428_571_427_250_346_637_11e-01));
+    let p = z.mul_add(p, c(-1.999_999_999_987_648_324_76e-01));
+    let p = z.mul_add(p, c(3.333_333_333_333_293_180_27e-01));
+    let angle = offset + (t - (t * (z * p) - rest));
+    // From the other axis, and from behind; `pi` and `pi/2` in two parts.
+    let angle = S::select(
+        steep,
+        c(std::f64::consts::FRAC_PI_2) - (angle - c(6.123_233_995_736_766_035_87e-17)),
+        angle,
+    );
+    let behind = c(std::f64::consts::PI) - (angle - c(1.224_646_799_147_353_207_17e-16));
+    S::select(x.lt(S::zero()), behind, angle).copysign(y)
 }

@@ -33,7 +33,7 @@ mod rows;
 
 pub use aligned::{Aligned, VertexRows};
 pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
-pub use elementary::{exp, ln, powf};
+pub use elementary::{atan2, exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
 pub use rows::{RowSlice, RowSource, Rows};

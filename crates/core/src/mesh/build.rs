@@ -15,6 +15,15 @@ use crate::scene::{Body, MeshSpec};
 /// # Errors
 /// Whatever makes the specification, the file or the mesh unusable; see [`MeshError`].
 pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
+    build_shape(spec, dimension, base, false)
+}
+
+fn build_shape(
+    spec: &MeshSpec,
+    dimension: usize,
+    base: &Path,
+    keep_mid_nodes: bool,
+) -> Result<Mesh, MeshError> {
     let size = predicted_size(spec, dimension, base)?;
     if !matches!(spec, MeshSpec::File(_)) {
         // The prediction for a file is a bound far above what it takes; that the file is there shows the proportion.
@@ -36,18 +45,23 @@ pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, Mes
         MeshSpec::NotchedBeam(spec) => notched_beam::build(spec, dimension)?,
         MeshSpec::EllipticMembrane(spec) => elliptic_membrane::build(spec, dimension)?,
         // Checked there, where the places in the file are known.
-        MeshSpec::File(spec) => return file::build(spec, dimension, base),
+        MeshSpec::File(spec) => return file::build(spec, dimension, base, keep_mid_nodes),
     };
     check(&mesh)?;
     Ok(mesh)
 }
 
-/// Builds the mesh of a body: its shape, then `transform`, then `repeat`.
+/// Builds the mesh of a body: its shape, of second order if its `order` is 2, then `transform`, then `repeat`.
 ///
 /// # Errors
 /// As [`build`]; what makes the transformation or the copies impossible.
 pub fn build_body(body: &Body, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
-    let mut mesh = build(&body.mesh, dimension, base)?;
+    let quadratic = body.is_quadratic();
+    let mut mesh = build_shape(&body.mesh, dimension, base, quadratic)?;
+    if quadratic {
+        let count = 7 * mesh.element_count() as u64;
+        mesh = mesh.promoted_to_quadratic().ok_or(MeshError::TooMany { what: "vertices", count })?;
+    }
     if let Some(spec) = &body.transform {
         transform::apply(spec, &mut mesh)?;
     }

@@ -2,6 +2,7 @@
 
 use super::geometry::measure;
 use super::{Cell, Mesh, MeshError};
+use crate::element::least_jacobian;
 
 /// An element with `|det Dm| <= DEGENERATE h^d`, `h` its longest edge, has no inverse `Dm` worth using. Slivers down to
 /// a height of 1e-9 h pass: they cost accuracy, not meaning.
@@ -30,7 +31,23 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     } else {
         shapes(mesh, &mesh.triangles, Cell::Triangle)?;
     }
+    match (mesh.order(), mesh.dimension, mesh.element_dimension()) {
+        (2, 3, 3) => curved::<3, 10>(mesh, Cell::Tetrahedron)?,
+        (2, 2, 2) => curved::<2, 6>(mesh, Cell::Triangle)?,
+        _ => {}
+    }
     unreferenced(mesh)
+}
+
+/// Curved sides fold no element.
+fn curved<const D: usize, const N: usize>(mesh: &Mesh, name: fn(usize) -> Cell) -> Result<(), MeshError> {
+    for (i, cell) in mesh.elements::<N>().iter().enumerate() {
+        let least = least_jacobian(&mesh.nodes::<D, N>(cell));
+        if least.is_nan() || least <= 0.0 {
+            return Err(MeshError::Folded { cell: name(i), least });
+        }
+    }
+    Ok(())
 }
 
 /// Solids do not fit the plane.

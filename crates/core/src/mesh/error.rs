@@ -213,6 +213,18 @@ pub enum MeshError {
         /// Its longest edge `h` [m].
         size: f64,
     },
+    /// An element of second order that its curved sides fold.
+    #[error(
+        "{cell} is folded by its curved sides: its Jacobian determinant falls to {least:.4} of its mean, and must be \
+             positive everywhere; move the nodes in the middle of its edges (in Gmsh: `Mesh.HighOrderOptimize = 2;`), or use \
+             its corners only (`drop_mid_nodes = true` beside `path`)"
+    )]
+    Folded {
+        /// The element.
+        cell: Cell,
+        /// Lower bound of the least `det J` in it, as a fraction of its mean.
+        least: f64,
+    },
     /// An edge between two vertices at the same place.
     #[error("edge {edge} joins vertices {} and {}, which are at the same place; a spring needs a length",
             vertices[0], vertices[1])]
@@ -352,8 +364,8 @@ pub enum MeshError {
     /// Elements that are not linear simplices.
     #[error(
         "element {element} is a {name} (type {kind}); supported are points, lines, triangles and tetrahedra of \
-             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination), or second order with \
-             `drop_mid_nodes = true` beside `path`"
+             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination), or second order with `order = 2` in \
+             the body, or with `drop_mid_nodes = true` beside `path` to use the corners only"
     )]
     ElementType {
         /// Its tag in the file.

@@ -114,8 +114,8 @@ pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mes
         edges: most(2),
         triangles: most(2),
         tetrahedra: if dimension == 3 { most(8) } else { 0 },
-        lines: 0,
         bytes: length.saturating_mul(16),
+        ..MeshSize::default()
     };
     Ok(bound)
 }
@@ -131,8 +131,17 @@ fn length(path: &Path) -> Result<u64, MeshError> {
 }
 
 /// Reads the file that a scene names, and checks what it holds.
-pub(super) fn build(spec: &FileSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
-    let mid_nodes = if spec.drop_mid_nodes { MidNodes::Drop } else { MidNodes::Refuse };
+pub(super) fn build(
+    spec: &FileSpec,
+    dimension: usize,
+    base: &Path,
+    keep_mid_nodes: bool,
+) -> Result<Mesh, MeshError> {
+    let mid_nodes = match (spec.drop_mid_nodes, keep_mid_nodes) {
+        (true, _) => MidNodes::Drop,
+        (false, true) => MidNodes::Keep,
+        (false, false) => MidNodes::Refuse,
+    };
     read(&base.join(&spec.path), dimension, mid_nodes)
 }
 
@@ -233,6 +242,7 @@ impl FileMesh {
             MeshError::IndexOutOfRange { cell: c, .. }
             | MeshError::RepeatedVertex { cell: c, .. }
             | MeshError::Degenerate { cell: c, .. }
+            | MeshError::Folded { cell: c, .. }
             | MeshError::Inverted { cell: c, .. } => cell(c),
             MeshError::ZeroLengthEdge { edge, .. } => cell(&Cell::Edge(*edge)),
             _ => Site::default(),

@@ -74,7 +74,7 @@ pub use file::read;
 pub use format_error::FormatError;
 pub use quadratic::MidNodes;
 pub(crate) use quadratic::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
-pub use quality::{ElementQuality, Quality};
+pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_body_size, predicted_size};
 

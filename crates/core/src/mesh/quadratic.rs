@@ -19,6 +19,11 @@ pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [
 /// Corners of the edges of a triangle, in the order of their middle nodes.
 pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
+/// An edge by its ends, whichever way it runs.
+fn sorted(a: u32, b: u32) -> [u32; 2] {
+    if a < b { [a, b] } else { [b, a] }
+}
+
 /// What a reader does with nodes in the middle of edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MidNodes {
@@ -32,6 +37,49 @@ pub enum MidNodes {
 }
 
 impl Mesh {
+    /// Its triangles (`N = 3`, with the nodes in the middle of their edges `6`) or tetrahedra (`4`, `10`), in their order.
+    ///
+    /// # Panics
+    /// If `N` is none of these, or the mesh is not of second order for 6 or 10.
+    pub fn elements<const N: usize>(&self) -> Vec<[u32; N]> {
+        fn joined<const N: usize, const A: usize, const B: usize>(
+            corners: &[[u32; A]],
+            middles: &[[u32; B]],
+        ) -> Vec<[u32; N]> {
+            let node = |cell: usize, a: usize| if a < A { corners[cell][a] } else { middles[cell][a - A] };
+            (0..corners.len()).map(|cell| std::array::from_fn(|a| node(cell, a))).collect()
+        }
+        match N {
+            3 | 6 => joined(&self.triangles, &self.triangle_middles),
+            4 | 10 => joined(&self.tetrahedra, &self.tetrahedron_middles),
+            _ => unreachable!("elements have 3, 4, 6 or 10 nodes"),
+        }
+    }
+
+    /// The surface as flat triangles to draw: those of [`surface_triangles`](Mesh::surface_triangles), in a mesh of second
+    /// order each as the four between its corners and the nodes in the middle of its edges.
+    pub fn drawn_triangles(&self) -> Vec<[u32; 3]> {
+        let faces = self.surface_triangles();
+        if self.order() == 1 {
+            return faces;
+        }
+        let mut middles = BTreeMap::new();
+        for (cell, nodes) in self.tetrahedra.iter().zip(&self.tetrahedron_middles) {
+            middles.extend(
+                TETRAHEDRON_EDGES.iter().zip(nodes).map(|([a, b], m)| (sorted(cell[*a], cell[*b]), *m)),
+            );
+        }
+        for (cell, nodes) in self.triangles.iter().zip(&self.triangle_middles) {
+            middles
+                .extend(TRIANGLE_EDGES.iter().zip(nodes).map(|([a, b], m)| (sorted(cell[*a], cell[*b]), *m)));
+        }
+        let four = |[a, b, c]: [u32; 3]| {
+            let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]| middles[&sorted(a, b)]);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        faces.into_iter().flat_map(four).collect()
+    }
+
     /// 2 if there are nodes in the middle of the edges of cells, otherwise 1.
     pub fn order(&self) -> usize {
         if self.triangle_middles.is_empty() && self.tetrahedron_middles.is_empty() { 1 } else { 2 }
@@ -46,7 +94,6 @@ impl Mesh {
         if self.order() == 2 {
             return Some(self.clone());
         }
-        let sorted = |a: u32, b: u32| if a < b { [a, b] } else { [b, a] };
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for cell in &self.triangles {
             edges.extend(TRIANGLE_EDGES.map(|[a, b]| sorted(cell[a], cell[b])));

@@ -2,6 +2,7 @@
 
 use super::Mesh;
 use super::geometry::{Measure, measure};
+use crate::element;
 
 /// Size and shape of a mesh.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -39,6 +40,18 @@ pub struct ElementQuality {
     pub worst: usize,
     /// Mean of the mean ratios.
     pub average_mean_ratio: f64,
+    /// Of elements of second order how curved they are: see [`CurvedQuality`].
+    pub curved: Option<CurvedQuality>,
+}
+
+/// What curved sides do to elements.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct CurvedQuality {
+    /// Lower bound of the least `det J` over an element, as a fraction of its mean there, of the worst: 1 where all sides are
+    /// straight, near 0 where an element is nearly folded.
+    pub least_jacobian: f64,
+    /// Index of the element that has it.
+    pub worst: usize,
 }
 
 /// Mean ratio of a simplex with `n` vertices: 1 where all edges are equal, towards 0 where it is flat.
@@ -57,12 +70,45 @@ impl Mesh {
     /// Bounding box, volumes and mean ratios; `O(n)`. The mesh must have been checked, as [`build`](super::build) does.
     pub fn quality(&self) -> Quality {
         let (lower, upper) = self.bounding_box();
-        let elements = match self.element_dimension() {
+        let mut elements = match self.element_dimension() {
             3 => elements(self, &self.tetrahedra),
             2 => elements(self, &self.triangles),
             _ => elements(self, &self.edges),
         };
+        if let Some(elements) = &mut elements {
+            match (self.order(), self.dimension, elements.topological_dimension) {
+                (2, 3, 3) => self.measure_curved::<3, 10>(elements),
+                (2, 2, 2) => self.measure_curved::<2, 6>(elements),
+                _ => {}
+            }
+        }
         Quality { vertex_count: self.vertex_count(), lower, upper, elements }
+    }
+}
+
+impl Mesh {
+    /// Volumes between curved sides in place of those between corners.
+    fn measure_curved<const D: usize, const N: usize>(&self, quality: &mut ElementQuality) {
+        let (mut smallest, mut largest) = ((f64::INFINITY, 0), (0.0, 0));
+        let mut curved = CurvedQuality { least_jacobian: f64::INFINITY, worst: 0 };
+        quality.total_volume = 0.0;
+        for (i, cell) in self.elements::<N>().iter().enumerate() {
+            let nodes = self.nodes::<D, N>(cell);
+            let (volume, least) = (element::volume(&nodes), element::least_jacobian(&nodes));
+            quality.total_volume += volume;
+            if volume < smallest.0 {
+                smallest = (volume, i);
+            }
+            if volume > largest.0 {
+                largest = (volume, i);
+            }
+            if least < curved.least_jacobian {
+                curved = CurvedQuality { least_jacobian: least, worst: i };
+            }
+        }
+        (quality.smallest_volume, quality.smallest) = smallest;
+        (quality.largest_volume, quality.largest) = largest;
+        quality.curved = Some(curved);
     }
 }
 
@@ -79,6 +125,7 @@ fn elements<const N: usize>(mesh: &Mesh, cells: &[[u32; N]]) -> Option<ElementQu
         worst_mean_ratio: mean_ratio(&first, N),
         worst: 0,
         average_mean_ratio: 0.0,
+        curved: None,
     };
     for (i, &cell) in cells.iter().enumerate() {
         let m = measure(&mesh.points, mesh.dimension, cell);

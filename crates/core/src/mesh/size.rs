@@ -18,6 +18,8 @@ pub struct MeshSize {
     pub tetrahedra: u64,
     /// Number of lines on the boundary.
     pub lines: u64,
+    /// Whether there are nodes in the middle of edges.
+    pub quadratic: bool,
     /// Bytes of all of it; saturates.
     pub bytes: u64,
 }
@@ -40,7 +42,23 @@ impl MeshSize {
         }
         // At most 2^32 of each: none of these products overflows.
         self.bytes = vertices * 8 * dimension as u64 + (edges + lines) * 8 + triangles * 12 + tetrahedra * 16;
+        if self.quadratic {
+            self.bytes += triangles * 12 + tetrahedra * 24;
+        }
         Ok(self)
+    }
+
+    /// With a node in the middle of every edge: at most as many as these. Euler: `E = V + T` and less in the plane, with one hole
+    /// at most; in space `E = V + T + B/2` and less with `B` faces on the boundary, `B <= 2 T` in all but heaps of loose
+    /// tetrahedra, and `E <= 6 T` there.
+    fn quadratic(self) -> MeshSize {
+        let (triangles, tetrahedra) = (self.triangles, self.tetrahedra);
+        let edges = if tetrahedra > 0 {
+            (self.vertices.saturating_add(tetrahedra.saturating_mul(2))).min(tetrahedra.saturating_mul(6))
+        } else {
+            self.vertices.saturating_add(triangles).min(triangles.saturating_mul(3))
+        };
+        MeshSize { vertices: self.vertices.saturating_add(edges), quadratic: true, ..self }
     }
 
     /// Refuses a mesh larger than the memory there is. Asks for all of it at once and touches none: each array by
@@ -95,7 +113,16 @@ pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<
 /// # Errors
 /// As [`predicted_size`].
 pub fn predicted_body_size(body: &Body, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
-    let size = predicted_size(&body.mesh, dimension, base)?;
+    let mut size = predicted_size(&body.mesh, dimension, base)?;
+    if body.is_quadratic() {
+        // The bounds of a file are far above what it takes.
+        let is_file = matches!(body.mesh, MeshSpec::File(_));
+        size = if is_file {
+            MeshSize { quadratic: true, ..size }
+        } else {
+            size.quadratic().checked(dimension)?
+        };
+    }
     let Some(repeat) = &body.repeat else { return Ok(size) };
     let times = |count: u64| count.saturating_mul(repeat.copies());
     MeshSize {
@@ -104,7 +131,7 @@ pub fn predicted_body_size(body: &Body, dimension: usize, base: &Path) -> Result
         triangles: times(size.triangles),
         tetrahedra: times(size.tetrahedra),
         lines: times(size.lines),
-        bytes: 0,
+        ..size
     }
     .checked(dimension)
 }

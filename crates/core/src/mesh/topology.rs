@@ -54,6 +54,42 @@ impl Mesh {
         edges
     }
 
+    /// The edges between two triangles, each with the opposite vertices: `[a, b, of the triangle that runs from a to b, of the one that runs
+    /// from b to a]`, by ascending `(min, max)` of the edge.
+    ///
+    /// # Errors
+    /// An edge of more than two triangles, or of two that run through it the same way: they have opposite sides up.
+    pub(crate) fn hinges(&self) -> Result<Vec<[u32; 4]>, String> {
+        // (lower, higher, runs from lower to higher, opposite)
+        let mut sides: Vec<(u32, u32, bool, u32)> = vec![];
+        for &[a, b, c] in &self.triangles {
+            for [from, to, opposite] in [[a, b, c], [b, c, a], [c, a, b]] {
+                sides.push((from.min(to), from.max(to), from < to, opposite));
+            }
+        }
+        sides.sort_unstable();
+        let mut hinges = vec![];
+        for side in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (low, high) = (side[0].0, side[0].1);
+            match side {
+                [_] => {}
+                [(.., false, backward), (.., true, forward)] => hinges.push([low, high, *forward, *backward]),
+                [_, _] => {
+                    return Err(format!(
+                        "the two triangles at the edge from vertex {low} to {high} have opposite sides up"
+                    ));
+                }
+                more => {
+                    return Err(format!(
+                        "{} triangles meet at the edge from vertex {low} to {high}: it cannot be bent",
+                        more.len()
+                    ));
+                }
+            }
+        }
+        Ok(hinges)
+    }
+
     /// The surface of a solid: the faces that belong to one tetrahedron only, counter-clockwise seen from outside, in
     /// the order of their tetrahedra. Without tetrahedra the triangles as they stand.
     pub fn surface_triangles(&self) -> Vec<[u32; 3]> {

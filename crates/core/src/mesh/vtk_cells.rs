@@ -16,8 +16,8 @@ pub(crate) const TRIANGLE: u8 = 5;
 const POLYGON: u8 = 7;
 pub(crate) const TETRAHEDRON: u8 = 10;
 const QUADRATIC_LINE: u8 = 21;
-const QUADRATIC_TRIANGLE: u8 = 22;
-const QUADRATIC_TETRAHEDRON: u8 = 24;
+pub(crate) const QUADRATIC_TRIANGLE: u8 = 22;
+pub(crate) const QUADRATIC_TETRAHEDRON: u8 = 24;
 
 /// What a list of cells without types holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

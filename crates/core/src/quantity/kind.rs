@@ -70,6 +70,10 @@ kinds! {
     DASHPOT = "a damping constant" "N s/m" "0.2 N s/m" [0 1 -1 0];
     /// Energy [J].
     ENERGY = "an energy" "J" "2 kJ" [2 1 -2 0];
+    /// Bending stiffness of a sheet, a moment per curvature and width [N m].
+    PLATE_STIFFNESS = "a bending stiffness of a sheet" "N m" "0.1 N m" [2 1 -2 0];
+    /// Bending stiffness of a strand, a moment per curvature [N m^2].
+    BEAM_STIFFNESS = "a bending stiffness of a strand" "N m^2" "1e-3 N m^2" [3 1 -2 0];
     /// Power [W].
     POWER = "a power" "W" "2 kW" [2 1 -3 0];
     /// Mass per volume [kg/m^3].

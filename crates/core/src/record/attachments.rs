@@ -67,7 +67,7 @@ pub(super) fn write<W: Write + Seek + Send + 'static>(
         }
     }
     for body in &topology.bodies {
-        for (cells, suffix) in cells_of(body) {
+        for (cells, suffix) in &cells_of(body) {
             if !cells.is_empty() {
                 let bytes: Vec<u8> = cells.iter().flat_map(|index| index.to_le_bytes()).collect();
                 container.attach(
@@ -81,15 +81,32 @@ pub(super) fn write<W: Write + Seek + Send + 'static>(
     Ok(())
 }
 
-fn cells_of(body: &BodyTopology) -> [(&[u32], &'static str); 4] {
+fn cells_of(body: &BodyTopology) -> [(Cow<'_, [u32]>, &'static str); 4] {
     // Not twice: the surface of cloth and of 2D bodies is all of their triangles.
     let surface = if body.surface == body.triangles { &[] } else { body.surface.as_slice() };
+    let (triangles, tetrahedra) = (body.triangles.as_flattened(), body.tetrahedra.as_flattened());
     [
-        (body.edges.as_flattened(), "edge"),
-        (body.triangles.as_flattened(), "tri"),
-        (body.tetrahedra.as_flattened(), "tet"),
-        (surface.as_flattened(), "surface"),
+        (Cow::Borrowed(body.edges.as_flattened()), "edge"),
+        match body.triangle_middles.as_slice() {
+            [] => (Cow::Borrowed(triangles), "tri"),
+            middles => (Cow::Owned(joined(&body.triangles, middles)), "tri6"),
+        },
+        match body.tetrahedron_middles.as_slice() {
+            [] => (Cow::Borrowed(tetrahedra), "tet"),
+            middles => (Cow::Owned(joined(&body.tetrahedra, middles)), "tet10"),
+        },
+        (Cow::Borrowed(surface.as_flattened()), "surface"),
     ]
+}
+
+/// Corners and nodes in the middle of edges of each cell, one after the other.
+fn joined<const A: usize, const B: usize>(corners: &[[u32; A]], middles: &[[u32; B]]) -> Vec<u32> {
+    corners
+        .iter()
+        .zip(middles)
+        .flat_map(|(corners, middles)| corners.iter().chain(middles))
+        .copied()
+        .collect()
 }
 
 fn metadata(options: &Options, topology: &Topology) -> BTreeMap<String, String> {

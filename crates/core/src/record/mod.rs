@@ -12,7 +12,8 @@
 //!
 //! Attachments: `scene.toml`; `rest.f64` of shape `(vertices, dimension)`; `mass.f64`; and for each body what it has
 //! of `topology/<body>.edge.u32`, `.tri.u32`, `.tet.u32` and `.surface.u32` (where that is not all triangles): rows of
-//! 2, 3, 4 and 3 vertex numbers, which count the vertices of all bodies. Everything is little-endian.
+//! 2, 3, 4 and 3 vertex numbers, which count the vertices of all bodies. Cells of second order are in `.tri6.u32` and
+//! `.tet10.u32` instead, rows of 6 and 10 in the order of VTK. Everything is little-endian.
 //! Metadata: `pliant` (format version, units, dimension, counts, bodies) and, at the end, `outcome`.
 //!
 //! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give

@@ -212,6 +212,18 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
+    /// Adds `part` of the largest diagonal entry to the diagonal of the free coordinates.
+    pub fn shift(&mut self, part: f64) {
+        let BlockMatrix { diagonal, value, .. } = &mut self.matrix;
+        let entries = |block: &Block<D>| (0..D).fold(0.0, |m: f64, k| m.max(block[k][k]));
+        let largest = diagonal.iter().fold(0.0, |m: f64, at| m.max(entries(&value[*at as usize])));
+        for (row, at) in diagonal.iter().enumerate() {
+            for k in (0..D).filter(|k| !self.held[row * D + k]) {
+                value[*at as usize][k][k] += part * largest;
+            }
+        }
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let plans = self

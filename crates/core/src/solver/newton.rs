@@ -16,12 +16,22 @@ use crate::system::System;
 const ARMIJO: f64 = 1e-4;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
+/// A factor at hand is kept while each correction is at most this part of the one before.
+const CONTRACTION: f64 = 0.25;
+/// A full step so short, as a part of the size of the scene, may be near a minimum.
+const NEAR: f64 = 1e-3;
+/// What is added to the diagonal of projected Hessians in statics, as a part of the largest entry.
+const STATIC_SHIFT: f64 = 1e-9;
+/// In statics, a body so many sizes of the scene away from its last equilibrium is one that nothing holds.
+const RUNAWAY: f64 = 1e3;
 
 /// Minimises objectives of one system, keeping structure and factorisations between them.
 pub(crate) struct Newton<const D: usize> {
     options: SolverOptions,
     assembler: Option<Assembler<D>>,
     cholesky: Option<Cholesky>,
+    /// The weights of the matrix that `cholesky` last factorised.
+    factorized: Option<Weights>,
     iterative: Option<Iterative<D>>,
     /// Conjugate gradients stalled in this step: the rest of it is left to the factorisation.
     stalled: bool,
@@ -53,6 +63,7 @@ impl<const D: usize> Newton<D> {
             options,
             assembler: None,
             cholesky: None,
+            factorized: None,
             iterative: None,
             stalled: false,
             cg: ConjugateGradients::default(),
@@ -84,7 +95,7 @@ impl<const D: usize> Newton<D> {
         let matrix_free = self.options.linear == LinearSolver::MatrixFree;
         if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
             self.assembler = Some(Assembler::new(system));
-            self.cholesky = None;
+            (self.cholesky, self.factorized) = (None, None);
             self.iterative = None;
         }
         self.stalled = false;
@@ -100,12 +111,9 @@ impl<const D: usize> Newton<D> {
         objective: &Objective<'_>,
         x: &[f64],
         psd: Psd,
+        old_factor: bool,
     ) -> Direction {
-        let weights = Weights {
-            inertia: objective.inertia,
-            stiffness: objective.stiffness,
-            damping: objective.stiffness * objective.velocity.rate,
-        };
+        let weights = weights(objective);
         let linear = self.options.linear.choose(x.len()).0;
         if system.is_damped() {
             self.velocity_at(system, objective, x);
@@ -114,8 +122,16 @@ impl<const D: usize> Newton<D> {
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);
         }
+        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_factor) {
+            cholesky.solve(&mut self.direction);
+            return Direction::Descent;
+        }
         let assembler = self.assembler.as_mut().expect("prepared");
         assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
+        if objective.inertia == 0.0 && psd == Psd::Projected {
+            // Projected Hessians may be singular, and nothing has inertia.
+            assembler.shift(STATIC_SHIFT);
+        }
         self.work.hessians += 1;
         let matrix = assembler.matrix();
         if linear != LinearSolver::Cholesky && !self.stalled {
@@ -144,9 +160,11 @@ impl<const D: usize> Newton<D> {
         }
         let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
         self.work.factorizations += 1;
+        self.factorized = None;
         if cholesky.factorize(matrix).is_err() {
             return Direction::Indefinite;
         }
+        self.factorized = Some(weights);
         cholesky.solve(&mut self.direction);
         Direction::Descent
     }
@@ -232,6 +250,14 @@ impl<const D: usize> Newton<D> {
     }
 }
 
+fn weights(objective: &Objective<'_>) -> Weights {
+    Weights {
+        inertia: objective.inertia,
+        stiffness: objective.stiffness,
+        damping: objective.stiffness * objective.velocity.rate,
+    }
+}
+
 /// No preconditioner.
 struct Nothing;
 
@@ -257,7 +283,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         x: &mut Vec<f64>,
     ) -> Result<(), StepFault> {
         self.prepare(system, x);
-        let tolerance = self.options.tolerance.unwrap_or(1e-8 * self.size);
+        let tolerance = self.options.tolerance.unwrap_or(1e-9 * self.size);
         let fail = |system: &System, x: &[f64], verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
             Err(StepFault { solve, ..StepFault::at(system, x, x) })
@@ -268,18 +294,28 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         let mut value = None;
         let mut psd = Psd::Exact;
         let mut correction = f64::INFINITY;
+        // The textbook's single iteration is one with the Hessian where it starts.
+        let mut keep = !objective.single_iteration;
         for iteration in 0..self.options.max_iterations {
             if self.residual.iter().all(|r| *r == 0.0) {
                 return Ok(());
             }
+            let before = correction;
+            // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
+            let mut old_factor = keep && self.factorized == Some(weights(objective));
             let slope = loop {
-                let slope = match self.solve_linear(system, objective, x, psd) {
+                let slope = match self.solve_linear(system, objective, x, psd, old_factor) {
                     Direction::Descent => dot(&self.direction, &self.residual),
                     Direction::Indefinite => f64::NAN,
                     Direction::Failed => {
                         return fail(system, x, Verdict::LinearSolver, iteration, correction);
                     }
                 };
+                correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+                if old_factor && !(slope < 0.0 && correction <= CONTRACTION * before) {
+                    old_factor = false;
+                    continue;
+                }
                 if slope < 0.0 {
                     break slope;
                 }
@@ -290,7 +326,13 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 psd = Psd::Projected;
             };
             self.work.newton_iterations += 1;
-            correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+            if objective.inertia == 0.0 {
+                let away =
+                    x.iter().zip(objective.target).fold(0.0, |m: f64, (x, from)| m.max((x - from).abs()));
+                if correction.max(away) > RUNAWAY * self.size {
+                    return fail(system, x, Verdict::Indefinite, iteration, correction);
+                }
+            }
             if objective.single_iteration {
                 x.iter_mut().zip(&self.direction).for_each(|(x, d)| *x += d);
                 return Ok(());
@@ -324,6 +366,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 if correction <= tolerance {
                     return Ok(());
                 }
+                if old_factor {
+                    keep = false;
+                    continue;
+                }
                 if psd == Psd::Exact {
                     psd = Psd::Projected;
                     continue;
@@ -331,6 +377,11 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return fail(system, x, Verdict::Stalled, iteration, correction);
             };
             self.work.halvings += u64::from(halvings);
+            keep = halvings == 0;
+            if keep && correction <= NEAR * self.size {
+                // Near a minimum the exact Hessian is positive definite, and converges quadratically.
+                psd = Psd::Exact;
+            }
             value = Some(there);
             std::mem::swap(x, &mut self.trial);
             let trial = std::mem::take(&mut self.trial);
@@ -339,7 +390,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             if !finite {
                 return fail(system, x, Verdict::Infeasible, iteration, correction);
             }
-            if step * correction <= tolerance && halvings == 0 {
+            // The first correction by a factor of an earlier solve says little about the next.
+            let known = iteration > 0 || !old_factor;
+            if step * correction <= tolerance && halvings == 0 && known {
                 return Ok(());
             }
         }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// How nonlinear and linear systems are solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Newton's method stops where its next correction would move no vertex by more than this [m]; `None`: 1e-8 of the
+    /// Newton's method stops where its next correction would move no vertex by more than this [m]; `None`: 1e-9 of the
     /// size of the scene.
     pub tolerance: Option<f64>,
     /// Newton iterations that a solve may take.

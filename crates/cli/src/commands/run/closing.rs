@@ -50,8 +50,11 @@ impl<'a> Closing<'a> {
     /// What the user should know even if nobody reads the numbers.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let world = &self.scene.world;
-        let conservative =
-            world.walls.is_empty() && world.ether_drag.unwrap_or(0.0) == 0.0 && !world.gravity_changes();
+        let damped = self.scene.body.iter().any(|body| body.damping.is_some());
+        let conservative = !damped
+            && world.walls.is_empty()
+            && world.ether_drag.unwrap_or(0.0) == 0.0
+            && !world.gravity_changes();
         let error = self.summary.relative_energy_error();
         // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.
         let conserved =
@@ -154,12 +157,18 @@ impl<'a> Closing<'a> {
             let (force, moment) = (vector(&reaction.force), vector(&reaction.moment));
             line("reaction", format!("{}: {force} N; moment {moment} N m at the end", reaction.name));
         }
-        if let Some(balance) = end.balance {
-            let parts =
-                [(balance.motion, "prescribed motion"), (balance.loads, "loads that change or follow")];
-            let parts =
-                parts.into_iter().filter_map(|(work, name)| Some(format!("{} J by {name}", number(work?))));
-            line("work", parts.collect::<Vec<_>>().join(", "));
+        // What loads have done is what they brought in and what their potential lost.
+        let brought = end.balance.and_then(|balance| balance.loads);
+        let potential = end.loads.map(|now| self.summary.start.loads.unwrap_or(0.0) - now);
+        let by_loads = potential.map(|lost| lost + brought.unwrap_or(0.0));
+        let parts =
+            [(end.balance.and_then(|balance| balance.motion), "prescribed motion"), (by_loads, "loads")];
+        let parts: Vec<String> = parts
+            .iter()
+            .filter_map(|(work, name)| Some(format!("{} J by {name}", number((*work)?))))
+            .collect();
+        if !parts.is_empty() {
+            line("work", parts.join(", "));
         }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
@@ -235,11 +244,20 @@ impl<'a> Closing<'a> {
     /// Why momentum is not conserved, if it is not meant to be.
     fn forces_from_outside(&self) -> String {
         let world = &self.scene.world;
+        // The other kinds of damping leave momentum alone.
+        let damps_motion = self
+            .scene
+            .body
+            .iter()
+            .filter_map(|body| body.damping.as_ref())
+            .any(|damping| damping.mass_proportional.is_some());
         let causes: Vec<&str> = [
             (world.gravity.iter().flatten().any(|g| !g.is_zero()), "gravity"),
             (self.report.bodies.iter().any(|body| body.pinned > 0), "pins"),
+            (self.scene.body.iter().any(|body| !body.load.is_empty()), "loads"),
             (!world.walls.is_empty(), "walls"),
             (world.ether_drag.unwrap_or(0.0) != 0.0, "drag"),
+            (damps_motion, "damping"),
         ]
         .into_iter()
         .filter_map(|(present, name)| present.then_some(name))

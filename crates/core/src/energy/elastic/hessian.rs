@@ -11,11 +11,13 @@
 
 use std::ops::Range;
 
+use super::Elastic;
 use crate::algebra::{Mat, Vect, signed_svd, symmetric_eigen_of_lanes};
-use crate::element::{SimplexPack, edge_matrix};
-use crate::energy::patch::Patches;
+use crate::element::{
+    SimplexPack, edge_matrix, order, quadrature_count, quadrature_position, reference_gradients,
+};
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch_compact};
-use crate::material::{Material, Psd, Spectrum};
+use crate::material::{Psd, Spectrum, Tangent};
 
 /// Packs that go through all phases together: what is handed on stays in the first cache.
 const BATCH: usize = 4;
@@ -69,23 +71,22 @@ impl<const D: usize, const N: usize> Work<D, N> {
 }
 
 /// Writes the Hessians of `stencils`, whole packs of them.
-pub(super) fn fill<M: Material<D>, const D: usize, const N: usize>(
-    material: &M,
-    patches: &Patches<N>,
-    packs: &[SimplexPack<D>],
+pub(super) fn fill<const D: usize, const N: usize>(
+    elements: &Elastic<D, N>,
     stencils: Range<usize>,
     x: &[f64],
     psd: Psd,
     out: &mut [f64],
 ) {
-    if material.spectrum(&[1.0; D]).is_none() {
-        return fill_by_tangent(material, patches, packs, stencils, x, psd, out);
+    let Elastic { material, patches, rest, .. } = elements;
+    if order::<D, N>() > 1 || material.spectrum(&[1.0; D]).is_none() {
+        return fill_by_tangent(elements, stencils, x, psd, out);
     }
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
     let mut lanes = patches.lanes_in(stencils.clone());
     let mut work = [const { Work::<D, N>::EMPTY }; BATCH];
-    let packs = &packs[stencils.start / WIDTH..stencils.end / WIDTH];
+    let packs = &rest[stencils.start / WIDTH..stencils.end / WIDTH];
     let batches = packs.chunks(BATCH).zip(out.chunks_mut(BATCH * WIDTH * per_stencil));
     for (packs, out) in batches {
         let work = &mut work[..packs.len()];
@@ -273,58 +274,60 @@ fn write<const D: usize>(blocks: &[Matrix<D>; 6], lane: usize, nodes: usize, out
     }
 }
 
-/// As [`fill`], for models that give the whole tangent.
-fn fill_by_tangent<M: Material<D>, const D: usize, const N: usize>(
-    material: &M,
-    patches: &Patches<N>,
-    packs: &[SimplexPack<D>],
+/// As [`fill`], one quadrature point after another: for models that give the whole tangent, and for elements with several points.
+fn fill_by_tangent<const D: usize, const N: usize>(
+    elements: &Elastic<D, N>,
     stencils: Range<usize>,
     x: &[f64],
     psd: Psd,
     out: &mut [f64],
 ) {
-    let x = x.as_chunks::<D>().0;
+    let Elastic { material, patches, rest, .. } = elements;
+    let count = quadrature_count::<D, N>();
     let pairs = N * (N + 1) / 2;
     let lanes = patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
     for ((vertices, pack, lane), out) in lanes {
-        let (inverse_rest, weight) = packs[pack].lane(lane);
-        let mut points = [[0.0; D]; N];
-        for (point, v) in points.iter_mut().zip(vertices) {
-            *point = x[v as usize];
-        }
-        let tangent = material.hessian(&edge_matrix(&points).mul(&inverse_rest), psd);
-        // Gradients of the shape functions: the rows of D_m^-1, and minus their sum.
-        let mut gradient = [[0.0; D]; N];
-        for a in 0..D {
-            for j in 0..D {
-                gradient[a + 1][j] = inverse_rest[a][j];
-                gradient[0][j] -= inverse_rest[a][j];
+        out.fill(0.0);
+        for (q, [dx, inverse]) in elements.points(x, &vertices, pack, lane).into_iter().enumerate() {
+            let weight = rest[pack * count + q].lane(lane).1;
+            let tangent = material.tangent(&dx.mul(&inverse), psd);
+            // Gradients of the shape functions, grad N_a = J^-T dN_a/dxi.
+            let reference = reference_gradients::<D, N>(&quadrature_position::<D, N>(q));
+            let mut gradient = [[0.0; D]; N];
+            for a in 0..N {
+                for j in 0..D {
+                    gradient[a][j] = (0..D).map(|l| reference[a][l] * inverse[l][j]).sum();
+                }
             }
+            add_blocks(&tangent, weight, &gradient, out);
         }
-        add_blocks(&tangent, weight, &gradient, out, |entry, value| *entry = value);
     }
 }
 
-/// Puts the blocks `w C_ijkl (grad N_a)_j (grad N_b)_l` of a tangent `C` to `out`, for each pair `a <= b`.
-pub(super) fn add_blocks<const D: usize, const N: usize>(
-    tangent: &crate::material::Tangent<D>,
+/// Adds the blocks `w C_ijkl (grad N_a)_j (grad N_b)_l` of a tangent `C`, for each pair `a <= b`.
+fn add_blocks<const D: usize, const N: usize>(
+    tangent: &Tangent<D>,
     weight: f64,
     gradient: &[[f64; D]; N],
     out: &mut [f64],
-    put: impl Fn(&mut f64, f64),
 ) {
     let mut blocks = out.chunks_exact_mut(D * D);
     for a in 0..N {
+        // w (grad N_a)_j C_ijkl
+        let mut half = [[[0.0; D]; D]; D];
+        for i in 0..D {
+            for k in 0..D {
+                for l in 0..D {
+                    half[i][k][l] =
+                        weight * (0..D).map(|j| gradient[a][j] * tangent.0[i][j][k][l]).sum::<f64>();
+                }
+            }
+        }
         for b in a..N {
             let out = blocks.next().expect("a block for each pair");
             for i in 0..D {
                 for k in 0..D {
-                    let mut sum = 0.0;
-                    for j in 0..D {
-                        let inner: f64 = (0..D).map(|l| tangent.0[i][j][k][l] * gradient[b][l]).sum();
-                        sum += inner * gradient[a][j];
-                    }
-                    put(&mut out[i * D + k], weight * sum);
+                    out[i * D + k] += (0..D).map(|l| half[i][k][l] * gradient[b][l]).sum::<f64>();
                 }
             }
         }
@@ -333,17 +336,19 @@ pub(super) fn add_blocks<const D: usize, const N: usize>(
 
 /// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
-    elements: impl Iterator<Item = (usize, [u32; N], Mat<f64, D>, f64)>,
+    elements: &Elastic<D, N>,
     x: &[f64],
     dx: &[f64],
 ) -> f64 {
     /// What is taken of the way.
     const MARGIN: f64 = 0.9;
     let mut step: f64 = 1.0;
-    for (_, vertices, _, _) in elements {
-        let now = edge_matrix(&super::points_of::<D, N>(x, &vertices));
-        let change = edge_matrix(&super::points_of::<D, N>(dx, &vertices));
-        step = step.min(MARGIN * first_root(&now, &change));
+    for (_, vertices, pack, lane) in elements.elements() {
+        let now = elements.points(x, &vertices, pack, lane);
+        let change = elements.points(dx, &vertices, pack, lane);
+        for ([now, _], [change, _]) in now.iter().zip(&change) {
+            step = step.min(MARGIN * first_root(now, change));
+        }
     }
     step
 }

@@ -1,60 +1,161 @@
-//! Hyperelastic elements: the energy `sum_e w_e Psi(F_e)`.
+//! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for linear ones.
 
+mod block;
 mod hessian;
 mod kernels;
+mod simplex;
 
 use std::ops::Range;
 
-use kernels::{DeformationKernel, EnergyKernel, GradientKernel, HessianKernel};
+use block::{Block, BlockMaterial};
+use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
+use simplex::{Fused, SimplexForces};
 
-use super::patch::{Patches, Workspace};
+use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
 use crate::diagnostics::ElementState;
-use crate::element::{SimplexPack, edge_matrix, simplex_rest};
-use crate::lanes::{dispatch, dispatch_compact};
+use crate::element::{
+    QuadraticPositions, SimplexPack, edge_matrix, jacobian, order, quadrature_count, quadrature_position,
+};
+use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact};
 use crate::material::{Domain, Material, Psd};
 use crate::mesh::order::along_curve;
 use crate::scene::Stress;
 
-/// Linear simplices of `N = D + 1` vertices filled with one material.
-pub struct Elastic<M, const D: usize, const N: usize> {
+/// Simplices of `N` vertices filled with one material: `N = 3` and `4` linear, `6` and `10` quadratic.
+pub struct Elastic<const D: usize, const N: usize> {
     body: String,
-    material: M,
+    material: Box<dyn BlockMaterial<D>>,
     stress: Stress,
+    /// The shorter way to the forces of linear elements whose stress has a closed form.
+    fused: Option<Box<dyn SimplexForces<D, N>>>,
     patches: Patches<N>,
-    packs: Vec<SimplexPack<D>>,
+    /// Rest data of every pack, one after the other those of its quadrature points.
+    rest: Vec<SimplexPack<D>>,
     workspace: Workspace<D>,
 }
 
-impl<M: Material<D>, const D: usize, const N: usize> Elastic<M, D, N> {
-    /// Elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m], their
-    /// stress computed as `stress` says.
+impl<const D: usize, const N: usize> Elastic<D, N> {
+    /// Linear elements `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m],
+    /// their stress computed as `stress` says.
     ///
     /// # Panics
     /// If `N` is not `D + 1`, or an element has no positive area or volume: meshes are checked before.
-    pub fn new(body: &str, material: M, stress: Stress, elements: &[[u32; N]], rest: &[f64]) -> Self {
-        assert_eq!(N, D + 1, "a simplex has one vertex more than dimensions");
-        let patches =
-            Patches::new::<D>(elements, &along_curve::<D>(&centroids(elements, rest)), rest.len() / D);
-        let mut packs = vec![SimplexPack::new(); patches.index.len()];
-        for (element, vertices, pack, lane) in patches.stencils() {
-            let (inverse_rest, weight) = simplex_rest(&points_of(rest, &vertices));
-            assert!(weight > 0.0, "element {element} of {body} has volume {weight}");
-            packs[pack].set(lane, &inverse_rest, weight);
-        }
-        for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
-            pack.fill_up(stencils.iter().flatten().count());
-        }
-        Elastic { body: body.into(), material, stress, workspace: Workspace::new(&patches), patches, packs }
+    pub fn linear<M: Material<D> + Material<3> + Clone>(
+        body: &str,
+        material: M,
+        stress: Stress,
+        elements: &[[u32; N]],
+        rest: &[f64],
+    ) -> Self {
+        assert_eq!(order::<D, N>(), 1, "a linear simplex has one vertex more than dimensions");
+        let fused: Option<Box<dyn SimplexForces<D, N>>> = match stress {
+            Stress::Analytic => Some(Box::new(Fused(material.clone()))),
+            Stress::Autodiff => None,
+        };
+        Self { fused, ..Self::on_blocks(body, Box::new(material), stress, elements, rest) }
     }
 
-    /// The elements with their global vertices and rest data, in the order of the patches, one at a time.
-    fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], Mat<f64, D>, f64)> {
-        self.patches.stencils().map(|(element, vertices, pack, lane)| {
-            let (inverse_rest, weight) = self.packs[pack].lane(lane);
-            (element, vertices, inverse_rest, weight)
-        })
+    /// Quadratic elements, likewise: corners first, then the vertices in the middle of the edges.
+    ///
+    /// # Panics
+    /// If `N` is not 6 in 2D or 10 in 3D, or `det J` is not positive at all quadrature points: meshes are checked before.
+    pub fn quadratic<M: Material<D> + Material<3>>(
+        body: &str,
+        material: M,
+        stress: Stress,
+        elements: &[[u32; N]],
+        rest: &[f64],
+    ) -> Self {
+        assert_eq!(order::<D, N>(), 2, "a quadratic simplex has 6 vertices in 2D, 10 in 3D");
+        Self::on_blocks(body, Box::new(material), stress, elements, rest)
+    }
+
+    fn on_blocks(
+        body: &str,
+        material: Box<dyn BlockMaterial<D>>,
+        stress: Stress,
+        elements: &[[u32; N]],
+        rest: &[f64],
+    ) -> Self {
+        let patches =
+            Patches::new::<D>(elements, &along_curve::<D>(&centroids(elements, rest)), rest.len() / D);
+        let points = quadrature_count::<D, N>();
+        let mut packs = vec![SimplexPack::new(); patches.index.len() * points];
+        for (element, vertices, pack, lane) in patches.stencils() {
+            let nodes = points_of(rest, &vertices);
+            for q in 0..points {
+                let j = jacobian(&nodes, &quadrature_position::<D, N>(q));
+                let weight = j.determinant() / (if D == 2 { 2.0 } else { 6.0 } * points as f64);
+                assert!(weight > 0.0, "element {element} of {body} has volume {weight} at point {q}");
+                packs[pack * points + q].set(lane, &j.inverse(), weight);
+            }
+        }
+        for (packs, stencils) in packs.chunks_exact_mut(points).zip(&patches.stencil) {
+            packs.iter_mut().for_each(|pack| pack.fill_up(stencils.iter().flatten().count()));
+        }
+        let workspace = Workspace::new(&patches);
+        Elastic { body: body.into(), material, stress, fused: None, workspace, patches, rest: packs }
+    }
+
+    /// The elements with their global vertices, in the order of the patches: `(element, vertices, pack, lane)`.
+    fn elements(&self) -> impl Iterator<Item = (usize, [u32; N], usize, usize)> {
+        self.patches.stencils()
+    }
+
+    /// `dx/dxi` and `J^-1` at the quadrature points of one element.
+    fn points(&self, x: &[f64], vertices: &[u32; N], pack: usize, lane: usize) -> Vec<[Mat<f64, D>; 2]> {
+        let x = points_of::<D, N>(x, vertices);
+        let count = quadrature_count::<D, N>();
+        let inverse = |q: usize| self.rest[pack * count + q].lane(lane).0;
+        if order::<D, N>() == 1 {
+            return vec![[edge_matrix(&x), inverse(0)]];
+        }
+        let positions = QuadraticPositions::new(x);
+        (0..count).map(|q| [positions.at(q), inverse(q)]).collect()
+    }
+}
+
+/// The work of one patch in pieces of a few packs.
+struct Pieces<'a, const D: usize, const N: usize> {
+    patches: &'a Patches<N>,
+    rest: &'a [SimplexPack<D>],
+    patch: &'a Patch,
+}
+
+impl<'a, const D: usize, const N: usize> Pieces<'a, D, N> {
+    /// Rest data and vertices of each piece.
+    fn iter(&self) -> impl Iterator<Item = (&'a [SimplexPack<D>], &'a [[[u16; WIDTH]; N]])> {
+        let (points, at_once) = (quadrature_count::<D, N>(), packs_at_once::<D, N>());
+        let packs = self.patch.packs.clone();
+        let rest = &self.rest[packs.start * points..packs.end * points];
+        rest.chunks(at_once * points).zip(self.patches.index[packs].chunks(at_once))
+    }
+}
+
+/// Deformation gradients of a piece: of positions, or of a direction, in which they are linear.
+fn deform<'a, const D: usize, const N: usize>(
+    (rest, index): (&[SimplexPack<D>], &[[[u16; WIDTH]; N]]),
+    rows: &RowSlice<D>,
+    f: &'a mut [Block<D>; BLOCKS],
+) -> &'a mut [Block<D>] {
+    let f = &mut f[..rest.len()];
+    dispatch(DeformationKernel { rest, index, rows, f });
+    f
+}
+
+/// Keeps the gradient of a patch in `scratch`, the stresses from the deformation gradients by `material`.
+fn add_forces<const D: usize, const N: usize>(
+    pieces: &Pieces<'_, D, N>,
+    scratch: &mut Scratch<D>,
+    material: impl Fn(&mut [Block<D>]),
+) {
+    let mut blocks = [Block::ZERO; BLOCKS];
+    for piece @ (rest, index) in pieces.iter() {
+        let f = deform(piece, &scratch.position, &mut blocks);
+        material(f);
+        dispatch(ForceKernel { rest, index, stress: f, gradient: &mut scratch.gradient });
     }
 }
 
@@ -83,7 +184,7 @@ pub(crate) fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u
     points
 }
 
-impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm for Elastic<M, D, N> {
+impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     fn name(&self) -> String {
         format!("elements of `{}`", self.body)
     }
@@ -93,20 +194,27 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let Elastic { patches, packs, material, workspace, .. } = self;
+        let Elastic { patches, rest, material, workspace, .. } = self;
         patches.sum(workspace, x, |patch, scratch| {
-            dispatch_compact(EnergyKernel { material, patches, packs, patch, scratch })
+            let (mut blocks, mut psi) = ([Block::ZERO; BLOCKS], [[0.0; WIDTH]; BLOCKS]);
+            let mut sum = [0.0; WIDTH];
+            for piece @ (rest, _) in (Pieces { patches, rest, patch }).iter() {
+                let psi = &mut psi[..rest.len()];
+                material.density(deform(piece, &scratch.position, &mut blocks), psi);
+                dispatch_compact(EnergyKernel { rest, psi, sum: &mut sum });
+            }
+            Portable::load(&sum).horizontal_sum()
         })
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
-        let Elastic { patches, packs, material, workspace, stress, .. } = self;
-        match stress {
-            Stress::Analytic => patches.evaluate(workspace, x, None, |patch, scratch| {
-                dispatch(GradientKernel::<_, D, N, false> { material, patches, packs, patch, scratch });
+        let Elastic { patches, rest, material, fused, workspace, stress, .. } = self;
+        match fused {
+            Some(fused) => patches.evaluate(workspace, x, None, |patch, scratch| {
+                fused.add(patches, rest, patch, scratch);
             }),
-            Stress::Autodiff => patches.evaluate(workspace, x, None, |patch, scratch| {
-                dispatch(GradientKernel::<_, D, N, true> { material, patches, packs, patch, scratch });
+            None => patches.evaluate(workspace, x, None, |patch, scratch| {
+                add_forces(&Pieces { patches, rest, patch }, scratch, |f| material.stress(*stress, f));
             }),
         }
     }
@@ -116,9 +224,15 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
     }
 
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let Elastic { patches, packs, material, workspace, .. } = self;
+        let Elastic { patches, rest, material, workspace, .. } = self;
         patches.evaluate(workspace, x, Some(p), |patch, scratch| {
-            dispatch_compact(HessianKernel { material, patches, packs, patch, scratch });
+            let (mut f, mut df) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+            for piece @ (rest, index) in (Pieces { patches, rest, patch }).iter() {
+                let f = deform(piece, &scratch.position, &mut f);
+                let df = deform(piece, &scratch.direction, &mut df);
+                material.derivative(f, df);
+                dispatch(ForceKernel { rest, index, stress: df, gradient: &mut scratch.gradient });
+            }
         });
         patches.add_rows(workspace, 0, y);
     }
@@ -128,52 +242,42 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        hessian::fill(&self.material, &self.patches, &self.packs, stencils, x, psd, out);
+        hessian::fill(self, stencils, x, psd, out);
     }
 
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        match Material::<D>::domain(&self.material) {
+        match self.material.domain() {
             Domain::Everywhere => 1.0,
-            Domain::PositiveJ => hessian::step_to_collapse(self.elements(), x, dx),
+            Domain::PositiveJ => hessian::step_to_collapse(self, x, dx),
         }
     }
 
+    /// Of elements with several quadrature points, `J` at the first that is at fault.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
-        self.elements().find_map(|(element, vertices, inverse_rest, _)| {
-            let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
-            let j = f.determinant();
-            let outside =
-                Material::<D>::domain(&self.material) == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
-            let finite = self.material.pk1(&f).norm_squared().is_finite();
-            (outside || !finite).then(|| Fault::Element { body: self.body.clone(), element, j })
+        self.elements().find_map(|(element, vertices, pack, lane)| {
+            let f = self.points(x, &vertices, pack, lane).into_iter().map(|[dx, inverse]| dx.mul(&inverse));
+            let fault = f.filter(|f| self.material.is_at_fault(f)).map(|f| f.determinant()).next();
+            fault.map(|j| Fault::Element { body: self.body.clone(), element, j })
         })
     }
 
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let Elastic { patches, packs, workspace, .. } = self;
+        let Elastic { patches, rest, workspace, .. } = self;
         let mut parts =
             vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
         patches.map(workspace, x, &mut parts, |patch, scratch| {
-            dispatch_compact(DeformationKernel { patches, packs, patch, scratch })
+            dispatch_compact(ExtremesKernel { patches, rest, patch, scratch })
         });
         parts.into_iter().reduce(DeformationExtremes::merge)
     }
 
+    /// Quadratic elements at their centroid, where strains are most accurate.
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
         let mut states: Vec<(usize, ElementState)> = self
             .elements()
-            .map(|(element, vertices, inverse_rest, _)| {
-                let f = edge_matrix(&points_of(x, &vertices)).mul(&inverse_rest);
-                // In plane strain the third axis is neither stretched nor turned, but carries stress; in plane stress it is stretched.
-                let mut in_space = Mat::<f64, 3>::identity();
-                for i in 0..D {
-                    in_space[i][..D].copy_from_slice(&f[i]);
-                }
-                if D == 2 {
-                    in_space[2][2] = self.material.out_of_plane_stretch(&f);
-                }
-                let first_piola = Material::<3>::pk1(&self.material, &in_space);
-                (element, ElementState { deformation_gradient: in_space, first_piola })
+            .map(|(element, vertices, pack, lane)| {
+                let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
+                (element, self.material.state(&f))
             })
             .collect();
         states.sort_unstable_by_key(|(element, _)| *element);
@@ -181,6 +285,22 @@ impl<M: Material<D> + Material<3>, const D: usize, const N: usize> EnergyTerm fo
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.packs[..]) + self.workspace.bytes()
+        self.patches.bytes() + size_of_val(&self.rest[..]) + self.workspace.bytes()
     }
 }
+
+/// `F` at the centroid of an element: both `dx/dxi` and `J` are linear there, their means over the points are their values.
+fn centroid_deformation<const D: usize>(points: &[[Mat<f64, D>; 2]]) -> Mat<f64, D> {
+    if let [[dx, inverse]] = points {
+        return dx.mul(inverse);
+    }
+    let (mut dx, mut j) = (Mat::zero(), Mat::zero());
+    for [at_point, inverse] in points {
+        dx += *at_point;
+        j += inverse.inverse();
+    }
+    dx.mul(&j.inverse())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,11 +1,15 @@
 //! Whatever stores energy by one number measured at a few vertices: the length of a spring, the angle of a hinge.
 
+mod curvature;
+mod hinge;
 mod kernels;
 mod length;
 mod stencils;
 #[cfg(test)]
 mod tests;
 
+pub use curvature::Curvature;
+pub use hinge::HingeAngle;
 pub use length::Length;
 pub use stencils::{Constants, Stencils};
 

@@ -28,6 +28,8 @@ fn topology(vertex_count: u32) -> Topology {
         edges: Vec::new(),
         triangles: Vec::new(),
         tetrahedra: Vec::new(),
+        triangle_middles: Vec::new(),
+        tetrahedron_middles: Vec::new(),
         surface: Vec::new(),
     };
     let solid = BodyTopology {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
+use super::{BendingSpec, DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
 use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
 
@@ -27,12 +27,21 @@ pub struct Body {
     /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic: Option<MaterialSpec>,
+    /// Order of the elements of `elastic`: 1 linear (the default), or 2 quadratic, with a node in the middle of every edge, which
+    /// bend without locking. Files of second order keep their nodes, curved sides included; all other meshes gain straight ones,
+    /// numbered after the corners, and selections by place and by group hold them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 2))]
+    pub order: Option<u8>,
     /// How the stress of `elastic` is computed; by the closed form without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Stress>,
     /// Springs along the mesh's edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<Springs>,
+    /// Resistance to bending of a sheet in 3D, at every edge between two triangles, or of a strand, at every vertex between two edges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending: Option<BendingSpec>,
     /// What takes energy out of its deformation; nothing without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<DampingSpec>,
@@ -84,7 +93,7 @@ pub struct Springs {
 #[serde(rename_all = "snake_case")]
 pub enum MassSpec {
     /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; springs without cells: kg/m of edge): each element gives
-    /// an equal share to its vertices.
+    /// an equal share to its vertices, one of second order positive shares in proportion to the diagonal of its mass matrix.
     Density(
         #[serde(with = "As::<Density>")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -233,14 +242,23 @@ impl Body {
         self.name.clone().unwrap_or_else(|| format!("body{index}"))
     }
 
-    /// Number of vertices, copies included; `None` for a file, and for more than can be counted.
+    /// Number of vertices, copies included; `None` for a file, with nodes in the middle of edges, and for more than can be
+    /// counted.
     pub fn vertex_count(&self) -> Option<u64> {
+        if self.is_quadratic() {
+            return None;
+        }
         self.mesh.vertex_count()?.checked_mul(self.copies())
     }
 
     /// Number of copies of the mesh; saturates.
     pub fn copies(&self) -> u64 {
         self.repeat.as_ref().map_or(1, RepeatSpec::copies)
+    }
+
+    /// Whether its elements are of second order.
+    pub fn is_quadratic(&self) -> bool {
+        self.order == Some(2)
     }
 
     /// How the stress of `elastic` is computed.

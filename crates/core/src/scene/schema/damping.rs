@@ -17,7 +17,7 @@ pub struct DampingSpec {
     #[schemars(range(min = 0.0))]
     pub dashpot: Option<f64>,
     /// Time constant `beta` [s] of Rayleigh's `C = beta K` for small strains: elements get the viscosities `beta mu` and
-    /// `beta lambda`, springs the dashpot `beta k`. A mode of angular frequency `omega` has the damping ratio
+    /// `beta lambda`, springs the dashpot `beta k`, hinges and joints `beta` times their stiffness. A mode of angular frequency `omega` has the damping ratio
     /// `beta omega / 2`: fast motion dies first.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(range(min = 0.0))]

@@ -158,6 +158,8 @@ measured! {
     Number: NUMBER;
     /// Which of them is right shows when the body is built.
     Density: DENSITY | AREA_DENSITY | LINEAR_DENSITY;
+    /// As of the density.
+    BendingStiffness: PLATE_STIFFNESS | BEAM_STIFFNESS;
 }
 
 impl<M: Measured> ReadAs<f64> for M {

@@ -138,7 +138,8 @@ pub struct DiskSpec {
 pub struct FileSpec {
     /// Path, relative to the scene file.
     pub path: PathBuf,
-    /// Whether only the corners of cells of second order are used; without it such cells are an error.
+    /// Whether only the corners of cells of second order are used; without it such cells are an error, unless the body says
+    /// `order = 2` and uses them as they are. With both, the sides become straight.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_mid_nodes: bool,
 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrator::IntegratorSpec;
 
+mod bending;
 mod body;
 mod damping;
 mod load;
@@ -23,6 +24,7 @@ mod shapes;
 mod solver;
 mod transform;
 
+pub use bending::*;
 pub use body::*;
 pub use damping::*;
 pub use load::*;

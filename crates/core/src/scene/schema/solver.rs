@@ -11,7 +11,7 @@ use crate::solver::{LinearSolver, SolverOptions};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Newton's method ends where its next correction would move no coordinate by more than this [m]; 1e-8 of the size of the scene
+    /// Newton's method ends where its next correction would move no coordinate by more than this [m]; 1e-9 of the size of the scene
     /// without it.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]

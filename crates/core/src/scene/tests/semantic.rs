@@ -579,3 +579,76 @@ fn materials() {
     let mistyped = error(&sheet.replace("\"stress\"", "\"stres\""));
     assert_eq!(mistyped.problems()[0].help[0], "did you mean `stress`?");
 }
+
+#[test]
+fn damping_and_bending() {
+    const SPRINGS: &str = "springs = { stiffness = 100.0 }";
+    let with = |line: &str| format!("{SPRINGS}\n{line}");
+    for (line, expected) in [
+        ("damping = {}", &["15:1 body.0.damping: `damping` names no kind of damping"][..]),
+        (
+            "damping = { dashpot = -1.0 }",
+            &["15:23 body.0.damping.dashpot: `dashpot` must be 0 or more, and finite, got -1.0 [N s/m]"],
+        ),
+        (
+            "damping = { strain_rate = { shear = 1.0 } }",
+            &[
+                "15:13 body.0.damping.strain_rate: `strain_rate` damps finite elements, and this body does not have `elastic`",
+            ],
+        ),
+        (
+            "bending = { young = 1e6 }",
+            &["15:1 body.0.bending: `bending` takes either `stiffness`, or `young` [Pa] and `thickness` [m]"],
+        ),
+        (
+            "bending = { stiffness = 1.0, rest = { angle = 4.0 } }",
+            &["15:47 body.0.bending.rest.angle: a rest angle must be between -pi and pi, got 4.0 [rad]"],
+        ),
+        (
+            "bending = { young = 1e6, thickness = 0.1, poisson = 0.7 }",
+            &["15:53 body.0.bending.poisson: `poisson` must be above -1 and at most 0.5, got 0.7"],
+        ),
+    ] {
+        let failed = error(&changed(SPRINGS, &with(line)));
+        assert_eq!(briefly(&failed), *expected, "{line}");
+    }
+}
+
+// What only the mesh shows: a plane has no hinges.
+#[test]
+fn bending_of_what_cannot_bend() {
+    const SPRINGS: &str = "springs = { stiffness = 100.0 }";
+    let scene = read(&changed(SPRINGS, &format!("{SPRINGS}\nbending = {{ stiffness = 1.0 }}"))).unwrap();
+    let problems = scene.assemble(crate::assembly::UnstableStep::Accept).err().unwrap();
+    assert!(problems[0].message.starts_with("`bending` acts between two triangles"), "{problems:?}");
+}
+
+/// Only finite elements have an order, and it is 1 or 2.
+#[test]
+fn orders() {
+    let springs = format!("springs = {SPRINGS}");
+    let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }";
+    assert!(read(&changed(&springs, &format!("{elastic}\norder = 1"))).is_ok());
+    let quadratic = read(&changed(&springs, &format!("{elastic}\norder = 2"))).unwrap();
+    assert!(quadratic.body[0].is_quadratic());
+    let table = [
+        (format!("{elastic}\norder = 3"), "15:9 body.0.order: `order` must be 1 or 2, got 3"),
+        (
+            format!("{springs}\norder = 2"),
+            "15:9 body.0.order: `order` is that of finite elements: it needs `elastic`, which this body does not have",
+        ),
+        (
+            format!("{elastic}\n{springs}\norder = 2"),
+            "16:9 body.0.order: `springs` run from corner to corner and know no nodes in the middle of edges: a body of \
+             `order` 2 has none",
+        ),
+    ];
+    for (text, expected) in table {
+        assert_eq!(briefly(&error(&changed(&springs, &text))), [expected]);
+    }
+    let damped =
+        format!("{elastic}\norder = 2\ndamping = {{ strain_rate = {{ shear = 1.0, second = 0.0 }} }}");
+    let damped = error(&changed(&springs, &damped));
+    let message = "`strain_rate` damps linear elements only, and this body is of `order` 2";
+    assert!(briefly(&damped).iter().any(|problem| problem.ends_with(message)), "{:?}", briefly(&damped));
+}

@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{damping, loads, mesh, motion, pins, transform};
+use super::{bending, damping, loads, mesh, motion, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -54,6 +54,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
             Problem::semantic(path, "`plane` is for scenes of two dimensions, and `dimension` is 3");
         check.report(problem.with_help("remove `plane`"));
     }
+    order(check, &path.key("order"), body);
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =
             Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");
@@ -61,6 +62,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     }
     if let Some(springs) = &body.springs {
         self::springs(check, &path.key("springs"), springs, has.edge_count);
+    }
+    if let Some(bending) = &body.bending {
+        bending::bending(check, &path.key("bending"), bending, body);
     }
     if let Some(damping) = &body.damping {
         damping::damping(check, &path.key("damping"), damping, body);
@@ -73,6 +77,27 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     }
     if let Some(velocity) = &body.velocity {
         motion::velocity(check, &path.key("velocity"), velocity, body.vertex_count());
+    }
+}
+
+/// First or second, and second only of finite elements.
+fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
+    let Some(order) = body.order else { return };
+    if !(1..=2).contains(&order) {
+        let message = format!("`order` must be 1 or 2, got {order}");
+        check.report(Problem::semantic(path.clone(), message));
+    } else if body.elastic.is_none() {
+        let problem = Problem::semantic(
+            path.clone(),
+            "`order` is that of finite elements: it needs `elastic`, which this body does not have",
+        );
+        check.report(problem.with_help("remove `order`, or add `elastic`"));
+    } else if order == 2 && body.springs.is_some() {
+        let problem = Problem::semantic(
+            path.clone(),
+            "`springs` run from corner to corner and know no nodes in the middle of edges: a body of `order` 2 has none",
+        );
+        check.report(problem.with_help("remove `springs`, or use `order = 1`"));
     }
 }
 

@@ -3,6 +3,7 @@
 //! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh of a
 //! million points that are all wrong is one mistake.
 
+mod bending;
 mod body;
 mod check;
 mod damping;

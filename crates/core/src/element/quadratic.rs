@@ -1,0 +1,184 @@
+//! The simplex of second order at its quadrature points, for kernels.
+//!
+//! At quadrature point `q` one barycentric coordinate is `n` ([`near`]), the others are `f` ([`far`]). With `S_i` the sum of the
+//! nodes in the middle of the edges at corner `i`, and `y_iq` the node between the corners `i` and `q`, which is the corner itself
+//! for `i = q`, the derivative of the position by `lambda_i` is
+//!
+//! `A_i = (4 f - 1) x_i + 4 f S_i + 4 (n - f) y_iq`,
+//!
+//! and column `k` of `dx/dxi` is `A_k - A_0`. Only the last term depends on `q`. The gradient is the transpose of that.
+
+use super::quadrature::{far, near};
+use crate::algebra::Mat;
+use crate::scalar::Scalar;
+
+/// The node between two corners; the corner itself where they are one.
+#[inline(always)]
+const fn between<const D: usize>(i: usize, q: usize) -> usize {
+    const TRIANGLE: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    const TETRAHEDRON: [[usize; 4]; 4] = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]];
+    if D == 2 { TRIANGLE[i][q] } else { TETRAHEDRON[i][q] }
+}
+
+/// Positions of an element, prepared for its quadrature points.
+pub(crate) struct QuadraticPositions<S, const D: usize, const N: usize> {
+    /// `4 (n - f)` times the positions, from the first corner.
+    nodes: [[S; D]; N],
+    /// What does not depend on `q`: entry `k - 1` is `(4 f - 1)(x_k - x_0) + 4 f (S_k - S_0)`.
+    common: [[S; D]; D],
+}
+
+impl<S: Scalar, const D: usize, const N: usize> QuadraticPositions<S, D, N> {
+    #[inline(always)]
+    pub(crate) fn new(mut x: [[S; D]; N]) -> Self {
+        // Measured from the first corner: what is far from the origin loses no digits.
+        for a in 1..N {
+            for c in 0..D {
+                x[a][c] -= x[0][c];
+            }
+        }
+        x[0] = [S::zero(); D];
+        let mut common = [[S::zero(); D]; D];
+        let middle = S::splat(4.0 * far::<D>());
+        let corner = S::splat(4.0 * far::<D>() - 1.0);
+        for c in 0..D {
+            let mut first = x[between::<D>(0, 1)][c];
+            for j in 2..D + 1 {
+                first += x[between::<D>(0, j)][c];
+            }
+            for k in 1..D + 1 {
+                let mut sum = -first;
+                for j in 0..D + 1 {
+                    if j != k {
+                        sum += x[between::<D>(k, j)][c];
+                    }
+                }
+                common[k - 1][c] = corner.mul_add(x[k][c], middle * sum);
+            }
+        }
+        let own = S::splat(4.0 * (near::<D>() - far::<D>()));
+        for a in 1..N {
+            for c in 0..D {
+                x[a][c] = own * x[a][c];
+            }
+        }
+        QuadraticPositions { nodes: x, common }
+    }
+
+    /// `dx/dxi` at quadrature point `q`.
+    #[inline(always)]
+    pub(crate) fn at(&self, q: usize) -> Mat<S, D> {
+        let first = &self.nodes[between::<D>(0, q)];
+        let mut m = Mat::zero();
+        for k in 1..D + 1 {
+            let own = &self.nodes[between::<D>(k, q)];
+            for c in 0..D {
+                m[c][k - 1] = self.common[k - 1][c] + (own[c] - first[c]);
+            }
+        }
+        m
+    }
+}
+
+/// Gradient of an element at its nodes, in the making.
+pub(crate) struct QuadraticGradients<S, const D: usize, const N: usize> {
+    /// Sums of what the quadrature points give to `y_iq`.
+    nodes: [[S; D]; N],
+    /// Sums over all `q` of the columns `1 .. D`.
+    common: [[S; D]; D],
+}
+
+impl<S: Scalar, const D: usize, const N: usize> QuadraticGradients<S, D, N> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        QuadraticGradients { nodes: [[S::zero(); D]; N], common: [[S::zero(); D]; D] }
+    }
+
+    /// Adds quadrature point `q`, given `H = w P J^-T` there.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, q: usize, h: &Mat<S, D>) {
+        for c in 0..D {
+            let mut sum = h[c][0];
+            for k in 1..D {
+                sum += h[c][k];
+            }
+            self.nodes[between::<D>(0, q)][c] -= sum;
+            for k in 0..D {
+                self.nodes[between::<D>(k + 1, q)][c] += h[c][k];
+                self.common[k][c] += h[c][k];
+            }
+        }
+    }
+
+    /// The gradients at the nodes. That of the first corner is minus the sum of all others: elements push nothing but themselves.
+    #[inline(always)]
+    pub(crate) fn finish(self) -> [[S; D]; N] {
+        let QuadraticGradients { nodes: mut g, common } = self;
+        let middle = S::splat(4.0 * far::<D>());
+        let corner = S::splat(4.0 * far::<D>() - 1.0);
+        let own = S::splat(4.0 * (near::<D>() - far::<D>()));
+        for c in 0..D {
+            let mut first = common[0][c];
+            for k in 1..D {
+                first += common[k][c];
+            }
+            for k in 1..D + 1 {
+                g[k][c] = own.mul_add(g[k][c], corner * common[k - 1][c]);
+                let node = between::<D>(0, k);
+                g[node][c] = own.mul_add(g[node][c], middle * (common[k - 1][c] - first));
+                for j in k + 1..D + 1 {
+                    let node = between::<D>(k, j);
+                    g[node][c] = own.mul_add(g[node][c], middle * (common[k - 1][c] + common[j - 1][c]));
+                }
+            }
+            let mut sum = g[1][c];
+            for a in 2..N {
+                sum += g[a][c];
+            }
+            g[0][c] = -sum;
+        }
+        g
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::tests::sample::Random;
+    use crate::element::shape::middle_edges;
+    use crate::element::{jacobian, quadrature_position, reference_gradients};
+
+    fn agrees<const D: usize, const N: usize>() {
+        for (k, [i, j]) in middle_edges::<D, N>().iter().enumerate() {
+            assert_eq!([between::<D>(*i, *j), between::<D>(*j, *i)], [D + 1 + k; 2]);
+        }
+        let mut random = Random(5);
+        let x: [[f64; D]; N] = std::array::from_fn(|_| std::array::from_fn(|_| random.uniform(-1.0, 1.0)));
+        let positions = QuadraticPositions::new(x);
+        let mut gradients = QuadraticGradients::<f64, D, N>::new();
+        let mut expected = [[0.0; D]; N];
+        for q in 0..=D {
+            let lambda = quadrature_position::<D, N>(q);
+            let error = (positions.at(q) - jacobian(&x, &lambda)).norm_squared().sqrt();
+            assert!(error < 1e-14, "point {q}: dx/dxi off by {error:e}");
+            let h = random.gaussian::<D>();
+            gradients.add(q, &h);
+            for (e, n) in expected.iter_mut().zip(reference_gradients::<D, N>(&lambda)) {
+                let pull = h.mul_vec(&n);
+                (0..D).for_each(|c| e[c] += pull[c]);
+            }
+        }
+        let found = gradients.finish();
+        for a in 0..N {
+            for c in 0..D {
+                assert!((found[a][c] - expected[a][c]).abs() < 2e-14, "{D}D, node {a}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_short_forms_for_kernels_are_the_sums_over_shape_gradients() {
+        agrees::<2, 6>();
+        agrees::<3, 10>();
+    }
+}

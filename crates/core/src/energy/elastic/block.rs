@@ -1,0 +1,230 @@
+//! Materials on blocks of deformation gradients: what every kind of element has in common.
+//!
+//! An element writes the `F` of its quadrature points, eight elements side by side, into a few blocks; the material turns them
+//! into stresses, and the element those into forces. So a material is compiled once, not once for each element, and an element
+//! not once for each material. The linear elements' forces alone are too short for that way: they have a kernel of their own.
+
+use crate::algebra::{Dual, Mat, Vect};
+use crate::diagnostics::ElementState;
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, dispatch_compact};
+use crate::material::{Domain, Material, Psd, Spectrum, Tangent, autodiff_stress};
+use crate::scene::Stress;
+
+/// Matrices of `WIDTH` elements side by side, `[row][column][lane]`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct Block<const D: usize>([[[f64; WIDTH]; D]; D]);
+
+impl<const D: usize> Block<D> {
+    pub(super) const ZERO: Self = Block([[[0.0; WIDTH]; D]; D]);
+
+    #[inline(always)]
+    pub(super) fn load<L: Lanes>(&self) -> Mat<L, D> {
+        let mut m = Mat::zero();
+        for i in 0..D {
+            for j in 0..D {
+                m[i][j] = L::load(&self.0[i][j]);
+            }
+        }
+        m
+    }
+
+    #[inline(always)]
+    pub(super) fn store<L: Lanes>(&mut self, m: &Mat<L, D>) {
+        for i in 0..D {
+            for j in 0..D {
+                m[i][j].store(&mut self.0[i][j]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn lane(&self, lane: usize) -> Mat<f64, D> {
+        let mut m = Mat::zero();
+        for i in 0..D {
+            for j in 0..D {
+                m[i][j] = self.0[i][j][lane];
+            }
+        }
+        m
+    }
+
+    #[inline(always)]
+    pub(super) fn set_lane(&mut self, lane: usize, m: &Mat<f64, D>) {
+        for i in 0..D {
+            for j in 0..D {
+                self.0[i][j][lane] = m[i][j];
+            }
+        }
+    }
+}
+
+/// A material as elements see it.
+pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
+    /// Overwrites each `F` by `P` [Pa].
+    fn stress(&self, how: Stress, f: &mut [Block<D>]);
+    /// Overwrites each `dF` by `dP = dP/dF : dF` [Pa] at the `F` of the same index, from dual numbers: exact, without a Hessian.
+    fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]);
+    /// Writes the energy densities [J/m^3].
+    fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
+    /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that is no function of them.
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>>;
+    /// `dP/dF` [Pa].
+    fn tangent(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
+    /// Where the model is defined.
+    fn domain(&self) -> Domain;
+    /// Whether energy or stress are not finite at `f`, or `f` is outside of the domain.
+    fn is_at_fault(&self, f: &Mat<f64, D>) -> bool;
+    /// `F` and `P` in space.
+    fn state(&self, f: &Mat<f64, D>) -> ElementState;
+}
+
+impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
+    fn stress(&self, how: Stress, f: &mut [Block<D>]) {
+        match how {
+            Stress::Analytic => dispatch_compact(StressKernel::<M, D, false> { material: self, f }),
+            Stress::Autodiff => dispatch(StressKernel::<M, D, true> { material: self, f }),
+        }
+    }
+
+    fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]) {
+        dispatch_compact(DerivativeKernel { material: self, f, df });
+    }
+
+    fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]) {
+        dispatch_compact(DensityKernel { material: self, f, psi });
+    }
+
+    fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
+        Material::<D>::spectrum(self, sigma)
+    }
+
+    fn tangent(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
+        self.hessian(f, psd)
+    }
+
+    fn domain(&self) -> Domain {
+        Material::<D>::domain(self)
+    }
+
+    fn is_at_fault(&self, f: &Mat<f64, D>) -> bool {
+        let j = f.determinant();
+        let outside = Material::<D>::domain(self) == Domain::PositiveJ && j.is_nan() | (j <= 0.0);
+        outside || !stress_of_lane(self, f).norm_squared().is_finite()
+    }
+
+    fn state(&self, f: &Mat<f64, D>) -> ElementState {
+        // In plane strain the third axis is neither stretched nor turned, but carries stress; in plane stress it is stretched.
+        let mut in_space = Mat::<f64, 3>::identity();
+        for i in 0..D {
+            in_space[i][..D].copy_from_slice(&f[i]);
+        }
+        if D == 2 {
+            in_space[2][2] = self.out_of_plane_stretch(f);
+        }
+        let first_piola = Material::<3>::pk1(self, &in_space);
+        ElementState { deformation_gradient: in_space, first_piola }
+    }
+}
+
+struct StressKernel<'a, M, const D: usize, const AUTODIFF: bool> {
+    material: &'a M,
+    f: &'a mut [Block<D>],
+}
+
+/// `P`; one function for all that work lane by lane.
+#[inline(never)]
+pub(super) fn stress_of_lane<M: Material<D>, const D: usize>(material: &M, f: &Mat<f64, D>) -> Mat<f64, D> {
+    material.pk1(f)
+}
+
+impl<M: Material<D>, const D: usize, const AUTODIFF: bool> StressKernel<'_, M, D, AUTODIFF> {
+    fn of_lane(material: &M, f: &Mat<f64, D>) -> Mat<f64, D> {
+        if AUTODIFF { autodiff_stress_of_lane(material, f) } else { stress_of_lane(material, f) }
+    }
+}
+
+#[inline(never)]
+fn autodiff_stress_of_lane<M: Material<D>, const D: usize>(material: &M, f: &Mat<f64, D>) -> Mat<f64, D> {
+    autodiff_stress(material, f)
+}
+
+impl<M: Material<D>, const D: usize, const AUTODIFF: bool> Kernel for StressKernel<'_, M, D, AUTODIFF> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for block in self.f {
+            if L::BY_LANE {
+                for l in 0..WIDTH {
+                    block.set_lane(l, &Self::of_lane(self.material, &block.lane(l)));
+                }
+            } else {
+                let f = block.load::<L>();
+                let p = if AUTODIFF { autodiff_stress(self.material, &f) } else { self.material.pk1(&f) };
+                block.store(&p);
+            }
+        }
+    }
+}
+
+struct DerivativeKernel<'a, M, const D: usize> {
+    material: &'a M,
+    f: &'a [Block<D>],
+    df: &'a mut [Block<D>],
+}
+
+impl<M: Material<D>, const D: usize> DerivativeKernel<'_, M, D> {
+    #[inline(never)]
+    fn of_lane(material: &M, f: &Mat<f64, D>, df: &Mat<f64, D>) -> Mat<f64, D> {
+        Dual::parts(&material.pk1(&Dual::along(f, df))).1
+    }
+}
+
+impl<M: Material<D>, const D: usize> Kernel for DerivativeKernel<'_, M, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (f, df) in self.f.iter().zip(self.df) {
+            if L::BY_LANE {
+                for l in 0..WIDTH {
+                    df.set_lane(l, &Self::of_lane(self.material, &f.lane(l), &df.lane(l)));
+                }
+            } else {
+                let (f, along) = (f.load::<L>(), df.load::<L>());
+                df.store(&Dual::parts(&self.material.pk1(&Dual::along(&f, &along))).1);
+            }
+        }
+    }
+}
+
+struct DensityKernel<'a, M, const D: usize> {
+    material: &'a M,
+    f: &'a [Block<D>],
+    psi: &'a mut [[f64; WIDTH]],
+}
+
+impl<M: Material<D>, const D: usize> DensityKernel<'_, M, D> {
+    #[inline(never)]
+    fn of_lane(material: &M, f: &Mat<f64, D>) -> f64 {
+        material.psi(f)
+    }
+}
+
+impl<M: Material<D>, const D: usize> Kernel for DensityKernel<'_, M, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (f, psi) in self.f.iter().zip(self.psi) {
+            if L::BY_LANE {
+                for l in 0..WIDTH {
+                    psi[l] = Self::of_lane(self.material, &f.lane(l));
+                }
+            } else {
+                self.material.psi(&f.load::<L>()).store(psi);
+            }
+        }
+    }
+}

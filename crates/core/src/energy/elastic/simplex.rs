@@ -1,0 +1,208 @@
+//! Forces of linear elements, fused: positions, stress in closed form and forces in one kernel, two packs at a time.
+//!
+//! Compiled for every material and every instruction set, which is why nothing else is, see [`block`](super::block).
+
+use super::block::{Block, stress_of_lane};
+use super::kernels::{gather, scatter};
+use crate::algebra::Mat;
+use crate::element::{SimplexPack, edge_matrix, vertex_gradients};
+use crate::energy::patch::{PackIndex, Patch, Patches, Scratch};
+use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch};
+use crate::material::Material;
+use crate::scalar::Scalar;
+
+/// The forces of linear elements of some material.
+pub(super) trait SimplexForces<const D: usize, const N: usize>: Send + Sync {
+    /// Adds the gradient rows of `patch` in `scratch`, which holds its positions.
+    fn add(&self, patches: &Patches<N>, packs: &[SimplexPack<D>], patch: &Patch, scratch: &mut Scratch<D>);
+}
+
+/// Those of `M`.
+pub(super) struct Fused<M>(pub(super) M);
+
+impl<M: Material<D>, const D: usize, const N: usize> SimplexForces<D, N> for Fused<M> {
+    fn add(&self, patches: &Patches<N>, packs: &[SimplexPack<D>], patch: &Patch, scratch: &mut Scratch<D>) {
+        dispatch(GradientKernel { material: &self.0, patches, packs, patch, scratch });
+    }
+}
+
+/// Deformation gradient of the elements of one pack from the vertices in `rows`; linear in them.
+#[inline(always)]
+fn deformation_gradient<L: Lanes, const D: usize, const N: usize>(
+    rows: &RowSlice<D>,
+    index: &PackIndex<N>,
+    inverse_rest: &Mat<L, D>,
+) -> Mat<L, D> {
+    edge_matrix(&gather::<L, D, N>(rows, index)).mul(inverse_rest)
+}
+
+/// Adds the gradients at the vertices of one pack, given `H = w P D_m^-T`.
+#[inline(always)]
+fn add_gradients<L: Lanes, const D: usize, const N: usize>(
+    rows: &mut RowSlice<D>,
+    index: &PackIndex<N>,
+    h: &Mat<L, D>,
+) {
+    scatter(rows, index, vertex_gradients::<L, D, N>(h));
+}
+
+pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
+    pub(super) material: &'a M,
+    pub(super) patches: &'a Patches<N>,
+    pub(super) packs: &'a [SimplexPack<D>],
+    pub(super) patch: &'a Patch,
+    pub(super) scratch: &'a mut Scratch<D>,
+}
+
+/// What is done with one pack, or two.
+struct Stress<'a, M, const D: usize, const N: usize>(&'a M);
+
+impl<M: Material<D>, const D: usize, const N: usize> Stress<'_, M, D, N> {
+    /// `H = w P D_m^-T`.
+    #[inline(always)]
+    fn weighted_stress<S: Scalar>(&self, f: &Mat<S, D>, inverse_rest: &Mat<S, D>, weight: S) -> Mat<S, D> {
+        self.0.pk1(f).scale(weight).mul_transpose(inverse_rest)
+    }
+
+    #[inline(always)]
+    fn one_pack<L: Lanes>(
+        &self,
+        pack: &SimplexPack<D>,
+        index: &PackIndex<N>,
+        position: &RowSlice<D>,
+        gradient: &mut RowSlice<D>,
+    ) {
+        let rest = pack.inverse_rest::<L>();
+        let f = deformation_gradient(position, index, &rest);
+        let weight = pack.weight::<L>();
+        if !L::BY_LANE {
+            return add_gradients(gradient, index, &self.weighted_stress(&f, &rest, weight));
+        }
+        let mut stress = Block::ZERO;
+        stress.store(&f);
+        for l in 0..WIDTH {
+            stress.set_lane(l, &stress_of_lane(self.0, &stress.lane(l)));
+        }
+        let p = stress.load::<L>();
+        add_gradients(gradient, index, &p.scale(weight).mul_transpose(&rest));
+    }
+
+    /// Two packs a turn: the latency of divisions and roots in one hides behind the other. They are added one after the
+    /// other, the second to the rows `into`, so that the sums are those of one pack a turn.
+    #[inline(always)]
+    fn two_packs<L: Lanes>(
+        &self,
+        packs: [&SimplexPack<D>; 2],
+        index: [&PackIndex<N>; 2],
+        into: &PackIndex<N>,
+        position: &RowSlice<D>,
+        gradient: &mut RowSlice<D>,
+    ) {
+        let rest = both(&packs[0].inverse_rest::<L>(), &packs[1].inverse_rest::<L>());
+        let (rest_a, rest_b) = Pair::unzip_rows(&rest.0);
+        let f_a = deformation_gradient(position, index[0], &Mat(rest_a));
+        let f_b = deformation_gradient(position, index[1], &Mat(rest_b));
+        let weight = Pair(packs[0].weight::<L>(), packs[1].weight::<L>());
+        let h = self.weighted_stress(&both(&f_a, &f_b), &rest, weight);
+        let (h_a, h_b) = Pair::unzip_rows(&h.0);
+        add_gradients(gradient, index[0], &Mat(h_a));
+        add_gradients(gradient, into, &Mat(h_b));
+    }
+}
+
+impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'_, M, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let stress = Stress::<M, D, N>(self.material);
+        let (position, gradient) = (&*self.scratch.position, &mut *self.scratch.gradient);
+        let index = &self.patches.index[self.patch.packs.clone()];
+        let packs = &self.packs[self.patch.packs.clone()];
+        // One of the two loops is compiled, so that a material's stress is inlined once.
+        if L::PAIRS_PAY {
+            // The last pack of an odd number goes with itself, and is added a second time where nobody looks. Not left out: around
+            // a branch the compiler moves all of the second pack's work behind it, and the two no longer overlap.
+            let nowhere = [[Rows::<D>::SPARE; WIDTH]; N];
+            for (packs, index) in packs.chunks(2).zip(index.chunks(2)) {
+                let (second, into) =
+                    if let [_, second] = index { (second, second) } else { (&index[0], &nowhere) };
+                let packs = [&packs[0], &packs[packs.len() - 1]];
+                stress.two_packs::<L>(packs, [&index[0], second], into, position, gradient);
+            }
+        } else {
+            for (pack, index) in packs.iter().zip(index) {
+                stress.one_pack::<L>(pack, index, position, gradient);
+            }
+        }
+    }
+}
+
+/// The matrix of pairs `(a, b)`.
+#[inline(always)]
+fn both<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> Mat<Pair<S>, D> {
+    Mat(Pair::zip_rows(&a.0, &b.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::tests::sample::Random;
+    use crate::element::simplex_rest;
+    use crate::lanes::{Level, dispatch_at};
+    use crate::material::{Corotated, Isotropic, Model, Parameters};
+
+    /// The gradient rows of `count` tetrahedra with vertices in common, turned and deformed.
+    fn gradient(level: Level, count: usize) -> Vec<u64> {
+        let mut random = Random(8);
+        let vertices = 2 * count + 4;
+        let rest: Vec<[f64; 3]> = (0..vertices).map(|_| random.gaussian::<3>()[0]).collect();
+        let mut elements = vec![];
+        for i in 0..count as u32 {
+            let mut element = [i, i + 1, 2 * i + 2, 2 * i + 3];
+            if simplex_rest(&element.map(|v| rest[v as usize])).1 < 0.0 {
+                element.swap(2, 3);
+            }
+            elements.push(element);
+        }
+        let order: Vec<u32> = (0..count as u32).collect();
+        let patches = Patches::new::<3>(&elements, &order, vertices);
+        let mut packs = vec![SimplexPack::<3>::new(); patches.index.len()];
+        for (element, _, pack, lane) in patches.stencils() {
+            let (inverse_rest, weight) = simplex_rest(&elements[element].map(|v| rest[v as usize]));
+            packs[pack].set(lane, &inverse_rest, weight);
+        }
+        for (pack, stencils) in packs.iter_mut().zip(&patches.stencil) {
+            pack.fill_up(stencils.iter().flatten().count());
+        }
+        let turn = random.rotation::<3>();
+        let position: Vec<f64> =
+            rest.iter().flat_map(|x| turn.mul_vec(x).map(|y| 1.1 * y + 0.1 * y * y)).collect();
+        let (material, patch) = (Corotated::new(&Isotropic::example()), &patches.patches[0]);
+        let mut scratch = Scratch::new();
+        for (row, &v) in patches.vertices.iter().enumerate() {
+            scratch.position.load(row, &position[3 * v as usize..][..3]);
+        }
+        let kernel = GradientKernel::<_, 3, 4> {
+            material: &material,
+            patches: &patches,
+            packs: &packs,
+            patch,
+            scratch: &mut scratch,
+        };
+        dispatch_at(level, kernel);
+        scratch.gradient.as_slice()[..4 * vertices].iter().map(|x| x.to_bits()).collect()
+    }
+
+    /// An even and an odd number of packs, the last one full or not.
+    #[test]
+    fn forces_have_the_same_bits_on_every_level_for_any_number_of_packs() {
+        for count in [1, 8, 13, 16, 23, 24, 33] {
+            let expected = gradient(Level::Portable, count);
+            assert!(expected.iter().any(|&bits| f64::from_bits(bits) != 0.0));
+            for level in Level::ALL {
+                assert_eq!(gradient(level, count), expected, "{level:?}, {count} elements");
+            }
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Quadratic elements with curved sides, against sums over their quadrature points.
+
+use super::*;
+use crate::algebra::tests::sample::Random;
+use crate::element::{QuadraturePoint, least_jacobian, quadrature_points};
+use crate::energy::EnergyTerm;
+use crate::material::{Isotropic, Model, NeoHookean, Parameters, Psd};
+
+/// A grid of curved elements: nodes in the middle of edges off their edge. Rest positions, flat, and the elements.
+fn curved<const D: usize, const N: usize>(cells: [usize; D]) -> (Vec<f64>, Vec<[u32; N]>) {
+    let grid = crate::scene::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
+    let spec = crate::scene::MeshSpec::Grid(grid);
+    let linear = crate::mesh::build(&spec, D, ".".as_ref()).unwrap();
+    let mut mesh = linear.promoted_to_quadratic().unwrap();
+    let mut random = Random(21);
+    for x in &mut mesh.points[linear.points.len()..] {
+        *x += random.uniform(-0.006, 0.006);
+    }
+    let elements = mesh.elements::<N>();
+    assert!(
+        elements.iter().all(|e| (0.3..0.99).contains(&least_jacobian(&points_of::<D, N>(&mesh.points, e))))
+    );
+    (mesh.points, elements)
+}
+
+fn material() -> NeoHookean {
+    NeoHookean::new(&Isotropic::example())
+}
+
+/// A smooth deformation with `det F > 0` everywhere.
+fn deformed<const D: usize>(rest: &[f64]) -> Vec<f64> {
+    let mut x = vec![];
+    for row in rest.chunks_exact(D) {
+        let mut y = [0.0; D];
+        for c in 0..D {
+            y[c] = 1.2 * row[c] + 0.3 * row[(c + 1) % D] + 0.8 * row[c] * row[(c + 1) % D] + 0.4;
+        }
+        x.extend(y);
+    }
+    x
+}
+
+/// Energy, gradient and product with the Hessian, element by element from [`quadrature_points`].
+fn plainly<const D: usize, const N: usize>(
+    rest: &[f64],
+    elements: &[[u32; N]],
+    x: &[f64],
+    p: &[f64],
+) -> (f64, Vec<f64>, Vec<f64>) {
+    let (mut energy, mut gradient, mut product) = (0.0, vec![0.0; x.len()], vec![0.0; x.len()]);
+    for element in elements {
+        for point in quadrature_points(&points_of::<D, N>(rest, element)) {
+            let QuadraturePoint { weight, gradients } = point;
+            let f = point.deformation_gradient(&points_of(x, element));
+            let df = point.deformation_gradient(&points_of(p, element));
+            energy += weight * Material::<D>::psi(&material(), &f);
+            let stress = Material::<D>::pk1(&material(), &f);
+            let change = Material::<D>::hessian(&material(), &f, Psd::Exact).apply(&df);
+            for (v, b) in element.iter().zip(&gradients) {
+                for c in 0..D {
+                    gradient[*v as usize * D + c] += weight * stress.mul_vec(b)[c];
+                    product[*v as usize * D + c] += weight * change.mul_vec(b)[c];
+                }
+            }
+        }
+    }
+    (energy, gradient, product)
+}
+
+fn agrees_with_the_plain_sum<const D: usize, const N: usize>(cells: [usize; D]) {
+    let (rest, elements) = curved::<D, N>(cells);
+    let x = deformed::<D>(&rest);
+    let mut random = Random(4);
+    let p: Vec<f64> = x.iter().map(|_| random.uniform(-1.0, 1.0)).collect();
+    let (energy, gradient, product) = plainly::<D, N>(&rest, &elements, &x, &p);
+    for stress in [Stress::Analytic, Stress::Autodiff] {
+        let mut term = Elastic::<D, N>::quadratic("block", material(), stress, &elements, &rest);
+        assert!((term.energy(&x) / energy - 1.0).abs() < 1e-13);
+        let (mut g, mut k) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        assert!(term.evaluate(&x));
+        term.add_rows(0, &mut g);
+        term.add_hessian_product(&x, &p, &mut k);
+        for (found, expected) in [(&g, &gradient), (&k, &product)] {
+            let scale = expected.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+            let error = found.iter().zip(expected).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+            assert!(error < 1e-12 * scale, "{D}D, {stress:?}: off by {error:e} of {scale:e}");
+        }
+    }
+}
+
+#[test]
+fn forces_and_products_of_curved_elements_are_sums_over_their_quadrature_points() {
+    agrees_with_the_plain_sum::<2, 6>([5, 3]);
+    agrees_with_the_plain_sum::<3, 10>([3, 2, 2]);
+}
+
+/// `F` of an affine motion is the same at every point of every element, curved or not; C1.
+fn affine_motion<const D: usize, const N: usize>(cells: [usize; D]) {
+    let (rest, elements) = curved::<D, N>(cells);
+    let g = [[0.1, 0.2, -0.1], [-0.15, 0.3, 0.05], [0.2, -0.1, -0.2]];
+    let f: [[f64; D]; D] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j)) + g[i][j]));
+    let f = Mat(f);
+    let x: Vec<f64> =
+        rest.as_chunks::<D>().0.iter().flat_map(|row| f.mul_vec(row).map(|y| y + 0.3)).collect();
+    let mut term = Elastic::<D, N>::quadratic("block", material(), Stress::Analytic, &elements, &rest);
+    for (element, vertices, pack, lane) in term.elements() {
+        for [dx, inverse] in term.points(&x, &vertices, pack, lane) {
+            let error = (dx.mul(&inverse) - f).norm_squared().sqrt();
+            assert!(error < 4e-14, "element {element}: F off by {error:e}");
+        }
+    }
+    for state in term.element_states(&x) {
+        assert!((state.j() - f.determinant()).abs() < 1e-13);
+    }
+    // The energy is that of one point of material times the volume between the curved sides.
+    let volume: f64 = elements.iter().map(|e| crate::element::volume(&points_of::<D, N>(&rest, e))).sum();
+    let density = Material::<D>::psi(&material(), &f);
+    let error = (term.energy(&x) / (volume * density) - 1.0).abs();
+    // det J has degree D: in 3D the rule, exact to degree 2, is off by its cubic part.
+    assert!(error < if D == 2 { 1e-13 } else { 1e-3 }, "{D}D: energy off by {error:e}");
+    let extremes = term.deformation(&x).unwrap();
+    assert!((extremes.min_j - f.determinant()).abs() < 1e-13 && extremes.inverted == 0);
+}
+
+#[test]
+fn affine_motions_strain_curved_elements_uniformly() {
+    affine_motion::<2, 6>([5, 3]);
+    affine_motion::<3, 10>([3, 2, 2]);
+}
+
+/// One node in the middle of an edge is drawn through its element: not at the corners, but at quadrature points `det F < 0`.
+#[test]
+fn an_element_that_is_inverted_at_one_quadrature_point_is_counted_and_named() {
+    let (rest, elements) = curved::<2, 6>([5, 3]);
+    let mut term = Elastic::<2, 6>::quadratic("block", material(), Stress::Analytic, &elements, &rest);
+    assert_eq!(term.fault(&rest), None);
+    let mut x = rest.clone();
+    // The last node of the last element's edges is on the boundary: it belongs to that element alone.
+    let own = |v: &u32| elements.iter().filter(|e| e.contains(v)).count() == 1;
+    let (element, vertex) = (elements.iter().enumerate())
+        .find_map(|(i, e)| e[3..].iter().find(|v| own(v)).map(|v| (i, *v as usize)))
+        .unwrap();
+    let centre: [f64; 2] = std::array::from_fn(|c| {
+        elements[element][..3].iter().map(|v| rest[2 * *v as usize + c]).sum::<f64>() / 3.0
+    });
+    for c in 0..2 {
+        x[2 * vertex + c] += 2.5 * (centre[c] - x[2 * vertex + c]);
+    }
+    let extremes = term.deformation(&x).unwrap();
+    assert!(extremes.min_j < 0.0 && extremes.inverted == 1, "{extremes:?}");
+    assert!(!term.evaluate(&x) || term.energy(&x).is_infinite());
+    match term.fault(&x) {
+        Some(Fault::Element { element: found, j, .. }) => assert!(found == element && j < 0.0),
+        other => panic!("{other:?}"),
+    }
+}

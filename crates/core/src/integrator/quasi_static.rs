@@ -1,0 +1,76 @@
+//! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly change.
+//!
+//! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
+//! minimum that Newton's method reaches from the last one.
+use super::implicit::{Next, Solve, StageSolver};
+use super::{Documentation, Integrator, Method, Scheme, StepFault};
+use crate::solver::{SolverOptions, SolverWork, Velocity};
+use crate::state::State;
+use crate::system::{ForceId, System};
+
+/// The scheme and what is known of it.
+pub const METHOD: Method = Method {
+    documentation: Documentation {
+        name: "quasi-static",
+        summary: "No dynamics: static equilibrium under the loads and the prescribed motion of each step",
+        order: 0,
+        force_evaluations: 0,
+        solves: 1,
+        stability_limit: f64::INFINITY,
+        symplectic: false,
+        conserves: "nothing: there is no inertia",
+        source: "Nocedal, Wright 2006, Numerical optimization, algorithm 3.2",
+    },
+    scheme: Scheme::QuasiStatic,
+};
+
+/// Runs it.
+pub struct QuasiStatic {
+    solver: StageSolver,
+    next: Next,
+    origin: Vec<f64>,
+}
+
+impl QuasiStatic {
+    /// A runner on `unknowns` coordinates.
+    pub fn new(unknowns: usize, options: SolverOptions) -> Self {
+        QuasiStatic { solver: StageSolver::new(options), next: Next::new(unknowns), origin: vec![0.0; unknowns] }
+    }
+}
+
+impl Integrator for QuasiStatic {
+    fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        let time = state.time + h;
+        self.next.x.copy_from_slice(state.x());
+        self.next.v.fill(0.0);
+        if !system.prescribe(time, &mut self.next.x, &mut self.next.v) {
+            return Err(StepFault::at(system, &self.next.x, &self.next.v));
+        }
+        // What dissipates resists the step from the last equilibrium to this one.
+        self.origin.copy_from_slice(state.x());
+        self.solver.target(state.x().len()).copy_from_slice(state.x());
+        let solve = Solve {
+            inertia: 0.0,
+            stiffness: 1.0,
+            time,
+            velocity: Velocity { origin: &self.origin, rate: 1.0 / h },
+            acceleration: None,
+            single_iteration: false,
+        };
+        self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
+        let force = system.force();
+        self.next.commit(system, state, h, force)
+    }
+
+    fn undo(&mut self, state: &mut State) {
+        state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+    }
+
+    fn work(&self) -> SolverWork {
+        self.solver.work()
+    }
+
+    fn bytes(&self) -> usize {
+        8 * self.origin.len() + self.next.bytes() + self.solver.bytes()
+    }
+}
