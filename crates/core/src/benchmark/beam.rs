@@ -61,3 +61,9 @@ pub(super) fn noisy(cells: [usize; 3], noise: f64) -> Result<Scene, BenchmarkErr
         }
     })
 }
+
+/// At rest, then let go: `4n x n x n` cells, steps of 0.01 s by implicit Euler.
+pub(super) fn falling(n: usize) -> Result<Scene, BenchmarkError> {
+    let text = text([4 * n, n, n], "stable-neo-hookean-log", "analytic", 0.01);
+    Ok(Scene::from_toml(&text.replace("symplectic-euler", "implicit-euler"))?)
+}

@@ -7,6 +7,9 @@
 
 mod autodiff;
 mod beam;
+mod cloth_implicit;
+mod hessian_stable_neo_hookean;
+mod implicit_euler;
 mod measure;
 mod nbody_direct;
 #[cfg(feature = "mcap")]
@@ -42,6 +45,9 @@ pub fn rows() -> Vec<Row> {
         svd::ROW,
         autodiff::ROW,
         threads::ROW,
+        hessian_stable_neo_hookean::ROW,
+        implicit_euler::ROW,
+        cloth_implicit::ROW,
         #[cfg(feature = "mcap")]
         recording::ROW,
     ]

@@ -5,6 +5,7 @@
 
 pub mod alpha;
 mod amplification;
+pub mod collocation;
 pub mod dirk;
 mod implicit;
 pub mod runge_kutta;
@@ -86,6 +87,9 @@ register! {
     sdirk3 => Sdirk3,
     crouzeix3 => Crouzeix3,
     sdirk4 => Sdirk4,
+    gauss2 => Gauss2,
+    radau2 => RadauIia2,
+    radau3 => RadauIia3,
     quasi_static => QuasiStatic,
 }
 
@@ -139,6 +143,8 @@ pub enum Scheme {
     Alpha(alpha::AlphaCoefficients),
     /// Backward differentiation over two steps, started so.
     Bdf2(bdf2::Bdf2Start),
+    /// Fully implicit, all stages at once.
+    Collocation(collocation::CollocationTableau),
     /// Static equilibrium, step after step.
     QuasiStatic,
 }
@@ -164,6 +170,9 @@ impl Method {
             Scheme::Dirk(tableau) => Box::new(dirk::Dirk::new(tableau, false, unknowns, options)),
             Scheme::Linearised(tableau) => Box::new(dirk::Dirk::new(tableau, true, unknowns, options)),
             Scheme::Alpha(coefficients) => Box::new(alpha::Alpha::new(coefficients, unknowns, options)),
+            Scheme::Collocation(tableau) => {
+                Box::new(collocation::Collocation::new(tableau, unknowns, options))
+            }
             Scheme::QuasiStatic => Box::new(quasi_static::QuasiStatic::new(unknowns, options)),
             Scheme::Bdf2(start) => Box::new(bdf2::Bdf2::new(start, unknowns, options)),
         }

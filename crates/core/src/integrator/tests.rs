@@ -85,6 +85,10 @@ fn coefficients_sum_to_one() {
                 let second_order = (c.gamma - (0.5 - c.alpha_m + c.alpha_f)).abs() < 1e-15;
                 assert_eq!(second_order, method.documentation.order == 2, "{name}");
             }
+            Scheme::Collocation(tableau) => {
+                assert!((tableau.b.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{name}");
+                assert!(tableau.a.iter().all(|row| row.len() == tableau.b.len()), "{name}");
+            }
             Scheme::Bdf2(_) | Scheme::QuasiStatic => {}
         }
     }

@@ -3,6 +3,7 @@
 pub mod block_matrix;
 pub mod cholesky;
 pub mod conjugate_gradients;
+pub(crate) mod coupled;
 pub mod hessian;
 mod iterative;
 pub mod multigrid;

@@ -1,0 +1,30 @@
+//! Steps of implicit Euler, solved to the end.
+
+use super::beam::falling;
+use super::stepping::Stepping;
+use super::{Case, Figure, Part, Row, goal};
+
+pub(super) const ROW: Row = Row {
+    name: "implicit-euler",
+    summary: "steps of 0.01 s of a beam of tetrahedra that falls, stable neo-Hookean with its log term, by the solver chosen for its size",
+    cases,
+};
+
+fn cases(threads: Option<usize>) -> Vec<Case> {
+    let mut cases = vec![];
+    // Cells across the beam, and what a step is to take on the reference machine [us].
+    for (n, reach) in [(6, 4e3), (11, 25e3), (16, 95e3)] {
+        let counts = threads.map_or_else(|| if n == 16 { vec![1, 2] } else { vec![1] }, |t| vec![t]);
+        for threads in counts {
+            cases.push(Case {
+                size: 24 * n * n * n,
+                items: "tets",
+                case: String::new(),
+                figure: Figure::StepTime,
+                parts: vec![Part::new("", threads, move || Stepping::new(&falling(n as usize)?))],
+                reference: if threads == 1 { goal(reach) } else { None },
+            });
+        }
+    }
+    cases
+}

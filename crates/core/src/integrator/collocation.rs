@@ -1,0 +1,144 @@
+//! Fully implicit Runge-Kutta methods of collocation type, all stages solved together.
+//!
+//! With `Z_i = X_i - x_n` the stages of `(x, v)' = (v, a(x, v, t) - c v)` are `V = (B/h) Z` and
+//! `V' = (B^2/h^2) Z - (B 1) v_n / h`, `B = A^-1`, so that the unknowns are positions alone:
+//!
+//! ```text
+//! M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0
+//! ```
+//!
+//! They are solved by Newton's method with a sparse LU factorisation, for the matrix is not symmetric. Hairer, Wanner 1996, *Solving
+//! Ordinary Differential Equations II*, section IV.8.
+use super::implicit::Next;
+use super::{Integrator, StepFault};
+use crate::solver::coupled::{CoupledNewton, Stages, coupled_newton};
+use crate::solver::{SolverOptions, SolverWork};
+use crate::state::State;
+use crate::system::{ForceId, System};
+
+/// A Butcher tableau without zeros; the nodes are the sums of the rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CollocationTableau {
+    /// Row `i` holds `a_ij`.
+    pub a: &'static [&'static [f64]],
+    /// Weights; the last row of `a` for methods whose last stage is the new state.
+    pub b: &'static [f64],
+}
+
+/// Runs any such tableau.
+pub struct Collocation {
+    tableau: CollocationTableau,
+    /// `A^-1`, by rows.
+    inverse: Vec<Vec<f64>>,
+    options: SolverOptions,
+    newton: Option<Box<dyn CoupledNewton>>,
+    /// Positions and velocities of the stages.
+    x: Vec<Vec<f64>>,
+    v: Vec<Vec<f64>>,
+    next: Next,
+}
+
+impl Collocation {
+    /// A runner for `tableau` on `unknowns` coordinates.
+    ///
+    /// # Panics
+    /// If the tableau is singular.
+    pub fn new(tableau: CollocationTableau, unknowns: usize, options: SolverOptions) -> Self {
+        let stages = vec![vec![0.0; unknowns]; tableau.b.len()];
+        Collocation {
+            inverse: inverse(tableau.a),
+            tableau,
+            options,
+            newton: None,
+            x: stages.clone(),
+            v: stages,
+            next: Next::new(unknowns),
+        }
+    }
+}
+
+/// The inverse of a small matrix, by Gauss-Jordan elimination with row exchanges.
+fn inverse(a: &[&[f64]]) -> Vec<Vec<f64>> {
+    let n = a.len();
+    let mut left: Vec<Vec<f64>> = a.iter().map(|row| row.to_vec()).collect();
+    let mut right: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| if i == j { 1.0 } else { 0.0 }).collect()).collect();
+    for k in 0..n {
+        let pivot = (k..n).fold(k, |p, i| if left[i][k].abs() > left[p][k].abs() { i } else { p });
+        assert!(left[pivot][k] != 0.0, "the tableau is not singular");
+        left.swap(k, pivot);
+        right.swap(k, pivot);
+        let scale = 1.0 / left[k][k];
+        for j in 0..n {
+            left[k][j] *= scale;
+            right[k][j] *= scale;
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = left[i][k];
+            for j in 0..n {
+                left[i][j] -= factor * left[k][j];
+                right[i][j] -= factor * right[k][j];
+            }
+        }
+    }
+    right
+}
+
+impl Integrator for Collocation {
+    fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        let CollocationTableau { a, b } = self.tableau;
+        let nodes: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
+        let times: Vec<f64> = nodes.iter().map(|c| state.time + c * h).collect();
+        for (i, time) in times.iter().enumerate() {
+            for (x, (from, v)) in self.x[i].iter_mut().zip(state.x().iter().zip(state.v())) {
+                *x = from + nodes[i] * h * v;
+            }
+            let held = system.inverse_mass().iter().zip(state.x()).enumerate();
+            held.filter(|(_, (w, _))| **w == 0.0).for_each(|(n, (_, x))| self.x[i][n] = *x);
+            self.v[i].fill(0.0);
+            if !system.prescribe(*time, &mut self.x[i], &mut self.v[i]) {
+                return Err(StepFault::at(system, &self.x[i], &self.v[i]));
+            }
+        }
+        let newton = self.newton.get_or_insert_with(|| coupled_newton(system.dimension(), self.options));
+        let stages = Stages { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
+        newton.solve(system, &stages, &mut self.x, &mut self.v)?;
+        let last = b.len() - 1;
+        let mut force = ForceId::NONE;
+        if a[last] == b {
+            self.next.x.copy_from_slice(&self.x[last]);
+            self.next.v.copy_from_slice(&self.v[last]);
+            force = system.force();
+        } else {
+            let weight = system.inverse_mass();
+            for n in 0..self.next.x.len() {
+                let (mut x, mut v) = (state.x()[n], state.v()[n]);
+                if weight[n] > 0.0 {
+                    for i in 0..b.len() {
+                        x += h * b[i] * self.v[i][n];
+                        // h V'_i = sum_j B_ij (V_j - v_n)
+                        let rate: f64 =
+                            (0..b.len()).map(|j| self.inverse[i][j] * (self.v[j][n] - state.v()[n])).sum();
+                        v += b[i] * rate;
+                    }
+                }
+                (self.next.x[n], self.next.v[n]) = (x, v);
+            }
+        }
+        self.next.commit(system, state, h, force)
+    }
+
+    fn undo(&mut self, state: &mut State) {
+        state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+    }
+
+    fn work(&self) -> SolverWork {
+        self.newton.as_ref().map_or(SolverWork::default(), |newton| newton.work())
+    }
+
+    fn bytes(&self) -> usize {
+        16 * self.x.len() * self.next.x.len()
+            + self.next.bytes()
+            + self.newton.as_ref().map_or(0, |newton| newton.bytes())
+    }
+}

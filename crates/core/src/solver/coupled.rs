@@ -1,0 +1,402 @@
+//! Newton's method for stages that are solved together.
+
+use faer::MatMut;
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+
+use super::hessian::{Assembler, At, Weights};
+use super::ordering::nested_dissection;
+use super::{SolveError, SolverOptions, SolverWork, Verdict};
+use crate::integrator::StepFault;
+use crate::material::Psd;
+use crate::state::diagonal;
+use crate::system::System;
+
+/// Halvings of a step that does not lower the residual.
+const MAX_HALVINGS: u32 = 10;
+/// A factor at hand is kept while each correction is at most this part of the one before.
+const CONTRACTION: f64 = 0.25;
+
+/// The equations of all stages, `B = A^-1`:
+/// `M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stages<'a> {
+    /// `A^-1`, by rows.
+    pub(crate) inverse: &'a [Vec<f64>],
+    /// Times of the stages [s].
+    pub(crate) times: &'a [f64],
+    /// Step size [s].
+    pub(crate) h: f64,
+    /// Positions at the beginning of the step, flat [m].
+    pub(crate) x: &'a [f64],
+    /// Velocities there, flat [m/s].
+    pub(crate) v: &'a [f64],
+}
+
+impl Stages<'_> {
+    fn count(&self) -> usize {
+        self.times.len()
+    }
+
+    /// `(B^2)_ij`.
+    fn square(&self, i: usize, j: usize) -> f64 {
+        (0..self.count()).map(|k| self.inverse[i][k] * self.inverse[k][j]).sum()
+    }
+
+    /// `(B 1)_i`.
+    fn row_sum(&self, i: usize) -> f64 {
+        self.inverse[i].iter().sum()
+    }
+}
+
+/// Solves [`Stages`] of one system, keeping structure and factorisations between them.
+pub(crate) trait CoupledNewton: Send + Sync {
+    /// Solves the equations from the start `x`, positions of the stages, and writes velocities to `v`. Held coordinates of both are
+    /// what they are.
+    fn solve(
+        &mut self,
+        system: &mut System,
+        stages: &Stages<'_>,
+        x: &mut [Vec<f64>],
+        v: &mut [Vec<f64>],
+    ) -> Result<(), StepFault>;
+
+    /// Work done so far.
+    fn work(&self) -> SolverWork;
+
+    /// Bytes held, the factors of faer excepted.
+    fn bytes(&self) -> usize;
+}
+
+/// One for systems of `dimension` coordinates per vertex.
+pub(crate) fn coupled_newton(dimension: usize, options: SolverOptions) -> Box<dyn CoupledNewton> {
+    match dimension {
+        1 => Box::new(Coupled::<1>::new(options)),
+        2 => Box::new(Coupled::<2>::new(options)),
+        _ => Box::new(Coupled::<3>::new(options)),
+    }
+}
+
+struct Coupled<const D: usize> {
+    options: SolverOptions,
+    size: f64,
+    structure: Option<Structure<D>>,
+    lu: Option<Lu<usize, f64>>,
+    /// The step that `lu` is for.
+    factorized: f64,
+    residual: Vec<Vec<f64>>,
+    force: Vec<f64>,
+    trial: Vec<Vec<f64>>,
+    trial_v: Vec<Vec<f64>>,
+    right: Vec<f64>,
+    work: SolverWork,
+}
+
+/// Where everything is in the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the vertex that is
+/// eliminated `k`-th.
+struct Structure<const D: usize> {
+    stages: usize,
+    assembler: Assembler<D>,
+    damped: bool,
+    /// Place of each vertex in the order of elimination.
+    place: Vec<usize>,
+    column_start: Vec<usize>,
+    row: Vec<usize>,
+    value: Vec<f64>,
+    symbolic: SymbolicLu<usize>,
+}
+
+impl<const D: usize> Structure<D> {
+    /// `None` where the factor would not fit memory.
+    fn new(system: &mut System, stages: usize, x: &[f64]) -> Option<Self> {
+        let assembler = Assembler::<D>::new(system);
+        let damped = system.is_damped();
+        let matrix = assembler.matrix();
+        let order = nested_dissection(matrix, x);
+        let mut place = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(k, v)| place[*v as usize] = k);
+        let (mut column_start, mut row) = (vec![0], vec![]);
+        for &vertex in &order {
+            let mut neighbours: Vec<usize> = matrix.row(vertex as usize).map(|(c, _)| place[c]).collect();
+            neighbours.sort_unstable();
+            for j in 0..stages {
+                for c in 0..D {
+                    for &k in &neighbours {
+                        for i in 0..stages {
+                            for r in 0..D {
+                                if Self::is_entry(damped, k == place[vertex as usize], (i, r), (j, c)) {
+                                    row.push((k * stages + i) * D + r);
+                                }
+                            }
+                        }
+                    }
+                    column_start.push(row.len());
+                }
+            }
+        }
+        let n = column_start.len() - 1;
+        let symbolic =
+            SymbolicLu::try_new(SymbolicSparseColMatRef::new_checked(n, n, &column_start, None, &row))
+                .ok()?;
+        let value = vec![0.0; row.len()];
+        Some(Structure { stages, assembler, damped, place, column_start, row, value, symbolic })
+    }
+
+    /// Stages are joined by masses and by damping; the Hessians are of each alone.
+    fn is_entry(damped: bool, same_vertex: bool, (i, r): (usize, usize), (j, c): (usize, usize)) -> bool {
+        i == j || damped || same_vertex && r == c
+    }
+
+    /// Adds `factor` times the matrix last assembled to the entries of stages `(i, j)`.
+    fn add(&mut self, i: usize, j: usize, factor: f64) {
+        let s = self.stages;
+        for vertex in 0..self.place.len() {
+            for (other, block) in self.assembler.matrix().row(vertex) {
+                for r in 0..D {
+                    for c in 0..D {
+                        let row = (self.place[vertex] * s + i) * D + r;
+                        let column = (self.place[other] * s + j) * D + c;
+                        let entries = self.column_start[column]..self.column_start[column + 1];
+                        let at = self.row[entries.clone()].binary_search(&row);
+                        self.value[entries.start + at.expect("the structure has it")] += factor * block[r][c];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds `m` times the identity in coordinate `c` of `vertex` to the entry of stages `(i, j)`.
+    fn add_diagonal(&mut self, vertex: usize, c: usize, (i, j): (usize, usize), m: f64) {
+        let row = (self.place[vertex] * self.stages + i) * D + c;
+        let column = (self.place[vertex] * self.stages + j) * D + c;
+        let entries = self.column_start[column]..self.column_start[column + 1];
+        let at = self.row[entries.clone()].binary_search(&row);
+        self.value[entries.start + at.expect("the structure has it")] += m;
+    }
+}
+
+impl<const D: usize> Coupled<D> {
+    fn new(options: SolverOptions) -> Self {
+        Coupled {
+            options,
+            size: 0.0,
+            structure: None,
+            lu: None,
+            factorized: 0.0,
+            residual: vec![],
+            force: vec![],
+            trial: vec![],
+            trial_v: vec![],
+            right: vec![],
+            work: SolverWork::default(),
+        }
+    }
+
+    /// Velocities of the stages, where they are free.
+    fn velocities(system: &System, stages: &Stages<'_>, x: &[Vec<f64>], v: &mut [Vec<f64>]) {
+        let weight = system.inverse_mass();
+        for (i, v) in v.iter_mut().enumerate() {
+            for (n, v) in v.iter_mut().enumerate().filter(|(n, _)| weight[*n] > 0.0) {
+                let sum: f64 =
+                    (0..stages.count()).map(|j| stages.inverse[i][j] * (x[j][n] - stages.x[n])).sum();
+                *v = sum / stages.h;
+            }
+        }
+    }
+
+    /// The residual of all stages, divided by the masses, and its norm; infinite where a force is not finite.
+    fn residual(&mut self, system: &mut System, stages: &Stages<'_>, x: &[Vec<f64>], v: &[Vec<f64>]) -> f64 {
+        let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
+        let mut square = 0.0;
+        for i in 0..s {
+            system.set_time(stages.times[i]);
+            if system.evaluate(&x[i]).is_none() {
+                return f64::INFINITY;
+            }
+            system.evaluate_dissipation(&x[i], &v[i]);
+            system.accelerations(&mut self.force);
+            let weight = system.inverse_mass();
+            for n in 0..self.force.len() {
+                let mut r = -h * stages.row_sum(i) * stages.v[n] - h * h * self.force[n];
+                for j in 0..s {
+                    r += (stages.square(i, j) + h * drag * stages.inverse[i][j]) * (x[j][n] - stages.x[n]);
+                }
+                let r = if weight[n] == 0.0 { 0.0 } else { r };
+                self.residual[i][n] = r;
+                square += r * r * system.mass()[n / D];
+            }
+        }
+        if square.is_finite() { square.sqrt() } else { f64::INFINITY }
+    }
+
+    /// Assembles and factorises at these stages; false where the matrix is singular.
+    fn factorize(
+        &mut self,
+        system: &mut System,
+        stages: &Stages<'_>,
+        x: &[Vec<f64>],
+        v: &[Vec<f64>],
+    ) -> bool {
+        let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
+        let Some(structure) = &mut self.structure else { return false };
+        structure.value.fill(0.0);
+        for i in 0..s {
+            system.set_time(stages.times[i]);
+            let at = At { x: &x[i], v: &v[i], psd: Psd::Exact };
+            let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
+            structure.assembler.assemble(system, at, stiffness);
+            structure.add(i, i, 1.0);
+            if structure.damped {
+                let damping = Weights { inertia: 0.0, stiffness: 0.0, damping: h };
+                structure.assembler.assemble(system, at, damping);
+                for j in 0..s {
+                    structure.add(i, j, stages.inverse[i][j]);
+                }
+            }
+            for n in (0..stages.x.len()).filter(|n| system.inverse_mass()[*n] > 0.0) {
+                let m = system.mass()[n / D];
+                for j in 0..s {
+                    let factor = stages.square(i, j) + h * drag * stages.inverse[i][j];
+                    structure.add_diagonal(n / D, n % D, (i, j), factor * m);
+                }
+            }
+        }
+        self.work.hessians += s as u64;
+        self.work.factorizations += 1;
+        let n = structure.column_start.len() - 1;
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(n, n, &structure.column_start, None, &structure.row);
+        let matrix = SparseColMatRef::new(pattern, &structure.value);
+        self.lu = Lu::try_new_with_symbolic(structure.symbolic.clone(), matrix).ok();
+        self.factorized = h;
+        self.lu.is_some()
+    }
+
+    /// `right` becomes the correction of the residual at hand; its largest component.
+    fn correction(&mut self, system: &System, stages: usize) -> f64 {
+        let (Some(structure), Some(lu)) = (&self.structure, &self.lu) else { return f64::NAN };
+        let place = |n: usize, i: usize| (structure.place[n / D] * stages + i) * D + n % D;
+        for i in 0..stages {
+            for (n, r) in self.residual[i].iter().enumerate() {
+                self.right[place(n, i)] = -r * system.mass()[n / D];
+            }
+        }
+        let n = self.right.len();
+        lu.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.right, n, 1));
+        // In the order of the residual again.
+        for i in 0..stages {
+            for n in 0..self.residual[i].len() {
+                self.residual[i][n] = self.right[place(n, i)];
+            }
+        }
+        self.right.iter().fold(0.0, |m: f64, d| if d.is_nan() { *d } else { m.max(d.abs()) })
+    }
+}
+
+impl<const D: usize> CoupledNewton for Coupled<D> {
+    fn solve(
+        &mut self,
+        system: &mut System,
+        stages: &Stages<'_>,
+        x: &mut [Vec<f64>],
+        v: &mut [Vec<f64>],
+    ) -> Result<(), StepFault> {
+        let (s, unknowns) = (stages.count(), stages.x.len());
+        if self.size == 0.0 {
+            let reach = stages.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            let size = diagonal(stages.x, D);
+            self.size = [size, reach, 1.0].into_iter().find(|l| *l > 0.0).unwrap_or(1.0);
+        }
+        self.force.resize(unknowns, 0.0);
+        self.right.resize(s * unknowns, 0.0);
+        for rows in [&mut self.residual, &mut self.trial, &mut self.trial_v] {
+            rows.resize(s, vec![]);
+            rows.iter_mut().for_each(|row| row.resize(unknowns, 0.0));
+        }
+        if !self.structure.as_ref().is_some_and(|structure| structure.assembler.fits(system)) {
+            (self.structure, self.lu) = (Structure::new(system, s, stages.x), None);
+        }
+        let tolerance = self.options.tolerance.unwrap_or(1e-9 * self.size);
+        let fail = |system: &System, x: &[f64], v: &[f64], verdict, iterations, correction| {
+            let solve = Some(SolveError { verdict, iterations, correction });
+            Err(StepFault { solve, ..StepFault::at(system, x, v) })
+        };
+        Self::velocities(system, stages, x, v);
+        let mut norm = self.residual(system, stages, x, v);
+        if norm == f64::INFINITY {
+            return fail(system, &x[0], &v[0], Verdict::Infeasible, 0, norm);
+        }
+        let (mut keep, mut before) = (true, f64::INFINITY);
+        for iteration in 0..self.options.max_iterations {
+            if norm == 0.0 {
+                return Ok(());
+            }
+            let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
+            let residual = self.residual.clone();
+            let correction = loop {
+                if !old_factor && !self.factorize(system, stages, x, v) {
+                    return fail(system, &x[0], &v[0], Verdict::Indefinite, iteration, before);
+                }
+                let correction = self.correction(system, s);
+                if old_factor && !(correction <= CONTRACTION * before) {
+                    old_factor = false;
+                    self.residual.clone_from(&residual);
+                    continue;
+                }
+                break correction;
+            };
+            if !correction.is_finite() {
+                return fail(system, &x[0], &v[0], Verdict::Indefinite, iteration, correction);
+            }
+            self.work.newton_iterations += 1;
+            let direction = self.residual.clone();
+            let (mut step, mut halvings) = (1.0, 0);
+            let there = loop {
+                let (mut trial, mut trial_v) =
+                    (std::mem::take(&mut self.trial), std::mem::take(&mut self.trial_v));
+                for i in 0..s {
+                    trial_v[i].copy_from_slice(&v[i]);
+                    for n in 0..unknowns {
+                        trial[i][n] = x[i][n] + step * direction[i][n];
+                    }
+                }
+                Self::velocities(system, stages, &trial, &mut trial_v);
+                let there = self.residual(system, stages, &trial, &trial_v);
+                (self.trial, self.trial_v) = (trial, trial_v);
+                // Near the solution the residual is rounding, and need not fall.
+                if there < norm || there.is_finite() && correction <= tolerance {
+                    break there;
+                }
+                if halvings == MAX_HALVINGS {
+                    return fail(system, &x[0], &v[0], Verdict::Stalled, iteration, correction);
+                }
+                halvings += 1;
+                step *= 0.5;
+            };
+            self.work.halvings += u64::from(halvings);
+            for i in 0..s {
+                x[i].copy_from_slice(&self.trial[i]);
+                v[i].copy_from_slice(&self.trial_v[i]);
+            }
+            (norm, keep, before) = (there, halvings == 0, correction);
+            if halvings == 0 && correction <= tolerance && (iteration > 0 || !old_factor) {
+                return Ok(());
+            }
+        }
+        fail(system, &x[0], &v[0], Verdict::IterationCap, self.options.max_iterations, before)
+    }
+
+    fn work(&self) -> SolverWork {
+        self.work
+    }
+
+    fn bytes(&self) -> usize {
+        let rows =
+            [&self.residual, &self.trial, &self.trial_v].map(|rows| rows.iter().map(Vec::len).sum::<usize>());
+        let structure = self.structure.as_ref().map_or(0, |s| {
+            s.assembler.bytes() + 8 * (s.place.len() + s.column_start.len() + s.row.len() + s.value.len())
+        });
+        8 * (rows.iter().sum::<usize>() + self.force.len() + self.right.len()) + structure
+    }
+}
