@@ -101,7 +101,8 @@ impl Factorising {
     fn new(n: usize) -> Result<Factorising, BenchmarkError> {
         let System { matrix, x, .. } = System::new(n)?;
         let cholesky = Cholesky::new(&matrix, &x);
-        let cholesky = cholesky.ok_or_else(|| BenchmarkError::Run("the factor does not fit memory".into()))?;
+        let cholesky =
+            cholesky.ok_or_else(|| BenchmarkError::Run("the factor does not fit memory".into()))?;
         Ok(Factorising { matrix, cholesky })
     }
 }

@@ -33,8 +33,9 @@ pub(crate) struct Newton<const D: usize> {
     /// The weights of the matrix that `cholesky` last factorised.
     factorized: Option<Weights>,
     iterative: Option<Iterative<D>>,
-    /// Conjugate gradients stalled in this step: the rest of it is left to the factorisation.
-    stalled: bool,
+    /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at the last time:
+    /// they are tried again after twice as many.
+    direct: (u64, u64),
     /// Memory of the matrix-free solver.
     cg: ConjugateGradients,
     /// Size of the scene when the first objective was met [m].
@@ -65,7 +66,7 @@ impl<const D: usize> Newton<D> {
             cholesky: None,
             factorized: None,
             iterative: None,
-            stalled: false,
+            direct: (0, 0),
             cg: ConjugateGradients::default(),
             size: 0.0,
             residual: vec![],
@@ -98,7 +99,7 @@ impl<const D: usize> Newton<D> {
             (self.cholesky, self.factorized) = (None, None);
             self.iterative = None;
         }
-        self.stalled = false;
+        self.direct.0 = self.direct.0.saturating_sub(1);
         if let Some(iterative) = &mut self.iterative {
             iterative.new_step();
         }
@@ -114,7 +115,7 @@ impl<const D: usize> Newton<D> {
         old_factor: bool,
     ) -> Direction {
         let weights = weights(objective);
-        let linear = self.options.linear.choose(x.len()).0;
+        let linear = self.options.linear.choose(system);
         if system.is_damped() {
             self.velocity_at(system, objective, x);
         }
@@ -134,10 +135,14 @@ impl<const D: usize> Newton<D> {
         }
         self.work.hessians += 1;
         let matrix = assembler.matrix();
-        if linear != LinearSolver::Cholesky && !self.stalled {
+        if linear != LinearSolver::Cholesky && self.direct.0 == 0 {
             if self.iterative.is_none() {
                 self.iterative = match linear {
-                    LinearSolver::Multigrid => Iterative::multigrid(matrix, x, assembler.held()),
+                    LinearSolver::Multigrid => {
+                        // Where vertices are at the start may be anything; the lattices are for where they belong.
+                        let rest = system.rest_positions().unwrap_or(x);
+                        Iterative::multigrid(matrix, rest, assembler.held())
+                    }
                     _ => Some(Iterative::jacobi()),
                 };
             }
@@ -152,7 +157,9 @@ impl<const D: usize> Newton<D> {
             if report.end == CgEnd::Indefinite && psd == Psd::Exact {
                 return Direction::Indefinite;
             }
-            self.stalled = true;
+            // The rest of this solve, and the next ones.
+            let pause = 2 * self.direct.1.max(1);
+            self.direct = (pause, pause);
             self.work.fallbacks += 1;
         }
         if self.cholesky.is_none() {

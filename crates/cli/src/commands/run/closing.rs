@@ -6,6 +6,7 @@ use pliant::assembly::Report;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
+use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
 use crate::failure::Status;
@@ -170,6 +171,9 @@ impl<'a> Closing<'a> {
         if !parts.is_empty() {
             line("work", parts.join(", "));
         }
+        if let Some(solver) = &work.solver {
+            line("solver", solver_work(solver));
+        }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
             let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
@@ -207,6 +211,7 @@ impl<'a> Closing<'a> {
                 "steps": work.steps,
                 "planned_steps": self.report.steps,
                 "force_evaluations": work.force_evaluations,
+                "solver": work.solver,
                 "wall_seconds": self.wall.as_secs_f64(),
                 "steps_per_second": self.steps_per_second(),
                 "relative_energy_drift": self.summary.relative_energy_drift(),
@@ -264,6 +269,21 @@ impl<'a> Closing<'a> {
         .collect();
         if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) }
     }
+}
+
+/// What the solvers of implicit steps did.
+fn solver_work(work: &SolverWork) -> String {
+    let mut facts = vec![counted(work.newton_iterations, "Newton iteration", "Newton iterations")];
+    let counts = [
+        (work.factorizations, "factorisation", "factorisations"),
+        (work.cg_iterations, "iteration of conjugate gradients", "iterations of conjugate gradients"),
+    ];
+    facts.extend(counts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(n, one, many)));
+    if work.fallbacks > 0 {
+        let solves = counted(work.fallbacks, "solve", "solves");
+        facts.push(format!("{solves} by conjugate gradients stalled and fell back to a factorisation"));
+    }
+    facts.join(", ")
 }
 
 /// A part of a whole: `1.2e-5`, or in per cent where that is more telling.

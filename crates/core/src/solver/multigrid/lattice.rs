@@ -49,9 +49,8 @@ pub(super) fn coarsen<const D: usize>(
     (0..D).for_each(|k| origin[k] -= (0.37 + 0.1 * k as f64) * spacing);
     let piece = pieces(matrix);
     let alone = |i: usize| matrix.row_start[i + 1] - matrix.row_start[i] == 1;
-    let far_off = |i: usize| {
-        matrix.row(i).all(|(j, _)| j == i || distance(&x[i], &x[j]) > CARRIED_OVER * spacing)
-    };
+    let far_off =
+        |i: usize| matrix.row(i).all(|(j, _)| j == i || distance(&x[i], &x[j]) > CARRIED_OVER * spacing);
     let mut carried: Vec<bool> = (0..rows).map(|i| !alone(i) && far_off(i)).collect();
     // The corners that every row takes part in, with their weights.
     let mut corners = vec![];

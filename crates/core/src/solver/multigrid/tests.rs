@@ -40,7 +40,11 @@ impl<const D: usize> Problem<D> {
 
     /// A load that is the same everywhere.
     fn load(&self) -> Vec<f64> {
-        self.held.iter().enumerate().map(|(i, held)| if *held || i % D != D - 1 { 0.0 } else { 1.0 }).collect()
+        self.held
+            .iter()
+            .enumerate()
+            .map(|(i, held)| if *held || i % D != D - 1 { 0.0 } else { 1.0 })
+            .collect()
     }
 
     /// Solves to 1e-6 and sees that the matrix agrees.
@@ -350,7 +354,8 @@ fn cloth_and_many_small_bodies_converge() {
             let mut cube = body(3, grid(&[2, 2, 2], &[0.1, 0.1, 0.1]), 0.4);
             cube["pin"] = json!([]);
             cube["name"] = json!(format!("cube{i}"));
-            cube["transform"] = json!([{ "translate": [0.3 * f64::from(i % 6), 0.37 * f64::from(i / 6), 0.0] }]);
+            cube["transform"] =
+                json!([{ "translate": [0.3 * f64::from(i % 6), 0.37 * f64::from(i / 6), 0.0] }]);
             cube
         })
         .collect();
