@@ -355,7 +355,7 @@ fn cloth_and_many_small_bodies_converge() {
             cube["pin"] = json!([]);
             cube["name"] = json!(format!("cube{i}"));
             cube["transform"] =
-                json!([{ "translate": [0.3 * f64::from(i % 6), 0.37 * f64::from(i / 6), 0.0] }]);
+                json!({ "translate": [0.3 * f64::from(i % 6), 0.37 * f64::from(i / 6), 0.0] });
             cube
         })
         .collect();
