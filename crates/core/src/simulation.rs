@@ -174,7 +174,7 @@ impl Simulation {
 
     /// Which linear solver the steps of an implicit scheme take, and why.
     pub fn linear_solver(&self) -> String {
-        self.solver.linear.choose(self.state.x().len()).1
+        self.solver.linear.explain(&self.system)
     }
 
     /// Takes one step.

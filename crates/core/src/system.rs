@@ -13,6 +13,8 @@ use crate::pass::{Pass, Passed, Surroundings};
 pub struct System {
     dimension: usize,
     mass: Vec<f64>,
+    /// Flat [m], where a solver asks for them.
+    rest_positions: Option<Vec<f64>>,
     /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: Vec<f64>,
     /// Those that have not let go.
@@ -61,6 +63,7 @@ impl System {
             inverse_mass: mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, dimension)).collect(),
             dimension,
             mass,
+            rest_positions: None,
             holds: vec![],
             constraint_set: 0,
             moves: false,
@@ -227,6 +230,16 @@ impl System {
     /// Whether vertex `i` is pinned.
     pub fn is_pinned(&self, i: usize) -> bool {
         self.inverse_mass[i * self.dimension..][..self.dimension].iter().all(|w| *w == 0.0)
+    }
+
+    /// Says where vertices are at rest, flat [m], for solvers that ask.
+    pub(crate) fn set_rest_positions(&mut self, rest: Vec<f64>) {
+        self.rest_positions = Some(rest);
+    }
+
+    /// Where vertices are at rest, if anybody said.
+    pub(crate) fn rest_positions(&self) -> Option<&[f64]> {
+        self.rest_positions.as_deref()
     }
 
     /// The potentials.
@@ -492,7 +505,7 @@ impl System {
 
     /// Bytes held by masses and terms.
     pub fn bytes(&self) -> usize {
-        8 * (self.mass.len() + self.inverse_mass.len())
+        8 * (self.mass.len() + self.inverse_mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
             + self.holds.iter().map(Hold::bytes).sum::<usize>()
             + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
             + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()

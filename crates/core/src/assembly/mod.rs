@@ -23,6 +23,7 @@ use crate::probe::Probe;
 use crate::run::Plan;
 use crate::scene::{KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
+use crate::solver::LinearSolver;
 use crate::state::State;
 use crate::system::System;
 use crate::topology::Topology;
@@ -123,11 +124,17 @@ fn assemble<const D: usize, const N: usize>(
     }
     system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
 
+    let method = scene.time.integrator.method();
+    let options = scene.time.solver_options();
+    if method.documentation.solves > 0 && options.linear.choose(&system) == LinearSolver::Multigrid {
+        system.set_rest_positions(rest);
+    }
+
     let state = State::new(position, velocity);
-    let mut simulation = Simulation::new(system, state, scene.time.integrator.method(), scene.time.step);
+    let mut simulation = Simulation::new(system, state, method, scene.time.step);
     simulation.set_numbering(numbering);
     simulation.set_points(points);
-    simulation.set_solver(scene.time.solver_options());
+    simulation.set_solver(options);
     // A scheme that is stable at any step is looked at only by who wants to look.
     let limited = simulation.method().documentation.stability_limit.is_finite();
     let stability = (limited || unstable == UnstableStep::Accept)

@@ -35,7 +35,7 @@ pub struct Measurement {
     pub best: f64,
     /// Rounds: timings of each part.
     pub rounds: usize,
-    /// Median of the seconds that a repetition takes, for each part.
+    /// Median of the seconds that a repetition takes, or of what is counted instead, for each part.
     pub seconds: Vec<f64>,
     /// Bytes that a repetition of the first part passes through, 0 where nobody counts them.
     pub bytes: usize,
@@ -95,9 +95,10 @@ impl TimedPart {
         self.pool.install(|| workload.time(repetitions))
     }
 
-    /// Seconds of a repetition.
+    /// Seconds of a repetition, or what the workload counts instead.
     fn seconds(&mut self, repetitions: u64) -> Result<f64, BenchmarkError> {
-        Ok(self.time(repetitions)?.as_secs_f64() / repetitions as f64)
+        let seconds = self.time(repetitions)?.as_secs_f64() / repetitions as f64;
+        Ok(self.workload.quantity(seconds))
     }
 
     /// Warms up, and finds how many repetitions fill `sample`.

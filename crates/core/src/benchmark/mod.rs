@@ -15,6 +15,8 @@ mod nbody_direct;
 #[cfg(feature = "mcap")]
 mod recording;
 mod scatter;
+mod solve;
+mod solve_growth;
 mod springs;
 mod stepping;
 mod stream;
@@ -44,6 +46,8 @@ pub fn rows() -> Vec<Row> {
         nbody_direct::ROW,
         svd::ROW,
         autodiff::ROW,
+        solve::ROW,
+        solve_growth::ROW,
         threads::ROW,
         hessian_stable_neo_hookean::ROW,
         implicit_euler::ROW,
@@ -113,6 +117,8 @@ pub enum Figure {
     },
     /// Microseconds a repetition takes.
     StepTime,
+    /// Milliseconds a repetition takes, where it is no step.
+    Time,
     /// How many times as long the first part takes as the second, where that is to be large.
     Speedup,
     /// How many times as long the first part takes as the second, where that is to be small.
@@ -127,6 +133,7 @@ impl Figure {
         match self {
             Figure::Rate { unit, .. } => unit,
             Figure::StepTime => "us/step",
+            Figure::Time => "ms",
             Figure::Speedup | Figure::Slowdown => "times",
             Figure::Share => "%",
         }
@@ -137,6 +144,7 @@ impl Figure {
         match self {
             Figure::Rate { per_repetition, scale, .. } => scale * per_repetition / seconds[0],
             Figure::StepTime => 1e6 * seconds[0],
+            Figure::Time => 1e3 * seconds[0],
             Figure::Speedup | Figure::Slowdown => seconds[0] / seconds[1],
             Figure::Share => 100.0 * (1.0 - seconds[1] / seconds[0]),
         }
@@ -191,6 +199,11 @@ pub trait Workload: Send {
     /// # Errors
     /// What keeps the work from being done.
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError>;
+
+    /// What goes into the figure: the seconds of a repetition, unless it counts something else.
+    fn quantity(&self, seconds: f64) -> f64 {
+        seconds
+    }
 
     /// Bytes that a repetition passes through at least once; 0 where nobody counts them.
     fn bytes(&self) -> usize {

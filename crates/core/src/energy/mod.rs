@@ -142,6 +142,11 @@ pub trait EnergyTerm: Send + Sync {
     /// Which sum of the diagnostics this belongs to.
     fn kind(&self) -> EnergyKind;
 
+    /// Whether each of its vertices acts on all others: matrices are then full.
+    fn couples_all(&self) -> bool {
+        false
+    }
+
     /// Whether the potential depends on time; [`set_time`](Self::set_time) is called only if it does.
     fn changes_with_time(&self) -> bool {
         false

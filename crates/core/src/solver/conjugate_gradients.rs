@@ -1,11 +1,15 @@
 //! Preconditioned conjugate gradients.
 
 use super::block_matrix::{Block, BlockMatrix};
+use super::cholesky::NotPositiveDefinite;
 
 /// Something that approximates `A^-1`: symmetric and positive definite.
 pub trait Preconditioner<const D: usize>: Send + Sync {
     /// Takes note of a new matrix.
-    fn update(&mut self, matrix: &BlockMatrix<D>);
+    ///
+    /// # Errors
+    /// The matrix was seen not to be positive definite.
+    fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite>;
 
     /// `z = P r`.
     fn apply(&mut self, r: &[f64], z: &mut [f64]);
@@ -21,9 +25,10 @@ pub struct BlockJacobi<const D: usize> {
 }
 
 impl<const D: usize> Preconditioner<D> for BlockJacobi<D> {
-    fn update(&mut self, matrix: &BlockMatrix<D>) {
+    fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
         self.inverse.clear();
         self.inverse.extend(matrix.diagonal.iter().map(|at| inverse(&matrix.value[*at as usize])));
+        Ok(())
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
@@ -41,7 +46,7 @@ impl<const D: usize> Preconditioner<D> for BlockJacobi<D> {
 }
 
 /// The inverse of a positive definite block by Cholesky; where it is none, of its diagonal.
-fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
+pub(super) fn inverse<const D: usize>(a: &Block<D>) -> Block<D> {
     let mut l = [[0.0; D]; D];
     for i in 0..D {
         for j in 0..=i {

@@ -154,6 +154,11 @@ impl<const D: usize> Assembler<D> {
         self.held.iter().zip(system.inverse_mass()).all(|(held, w)| *held == (*w == 0.0))
     }
 
+    /// Whether each coordinate is held: its row and column are zero but for the diagonal.
+    pub fn held(&self) -> &[bool] {
+        &self.held
+    }
+
     /// The matrix last assembled.
     pub fn matrix(&self) -> &BlockMatrix<D> {
         &self.matrix

@@ -5,6 +5,8 @@ pub mod cholesky;
 pub mod conjugate_gradients;
 pub(crate) mod coupled;
 pub mod hessian;
+mod iterative;
+pub mod multigrid;
 mod newton;
 mod options;
 pub mod ordering;
@@ -115,6 +117,8 @@ pub struct SolverWork {
     pub factorizations: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
+    /// Solves by conjugate gradients that stalled and were left to a factorisation.
+    pub fallbacks: u64,
 }
 
 impl SolverWork {
@@ -128,6 +132,7 @@ impl SolverWork {
             hessians: self.hessians + other.hessians,
             factorizations: self.factorizations + other.factorizations,
             cg_iterations: self.cg_iterations + other.cg_iterations,
+            fallbacks: self.fallbacks + other.fallbacks,
         }
     }
 }

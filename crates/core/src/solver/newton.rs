@@ -1,8 +1,9 @@
 //! Newton's method for the equations of an implicit step, as a minimisation.
 
-use super::cholesky::Cholesky;
-use super::conjugate_gradients::{BlockJacobi, CgEnd, ConjugateGradients, Preconditioner, dot};
+use super::cholesky::{Cholesky, NotPositiveDefinite};
+use super::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditioner, dot};
 use super::hessian::{Assembler, At, Weights};
+use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Iterate, Objective, SolveError, SolverWork, Verdict};
 use crate::integrator::StepFault;
@@ -30,8 +31,6 @@ const NEAR: f64 = 1e-3;
 const STATIC_SHIFT: f64 = 1e-9;
 /// In statics, a body so many sizes of the scene away from its last equilibrium is one that nothing holds.
 const RUNAWAY: f64 = 1e3;
-/// The smallest relative residual that is asked of conjugate gradients.
-const CG_TOLERANCE: f64 = 1e-6;
 
 /// Minimises objectives of one system, keeping structure and factorisations between them.
 pub(crate) struct Newton<const D: usize> {
@@ -40,7 +39,11 @@ pub(crate) struct Newton<const D: usize> {
     cholesky: Option<Cholesky>,
     /// The weights of the matrix that `cholesky` last factorised.
     factorized: Option<Weights>,
-    jacobi: BlockJacobi<D>,
+    iterative: Option<Iterative<D>>,
+    /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at the last time:
+    /// they are tried again after twice as many.
+    direct: (u64, u64),
+    /// Memory of the matrix-free solver.
     cg: ConjugateGradients,
     /// Size of the scene when the first objective was met [m].
     size: f64,
@@ -73,7 +76,8 @@ impl<const D: usize> Newton<D> {
             assembler: None,
             cholesky: None,
             factorized: None,
-            jacobi: BlockJacobi::default(),
+            iterative: None,
+            direct: (0, 0),
             cg: ConjugateGradients::default(),
             size: 0.0,
             residual: vec![],
@@ -107,6 +111,11 @@ impl<const D: usize> Newton<D> {
         if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
             self.assembler = Some(Assembler::new(system));
             (self.cholesky, self.factorized) = (None, None);
+            self.iterative = None;
+        }
+        self.direct.0 = self.direct.0.saturating_sub(1);
+        if let Some(iterative) = &mut self.iterative {
+            iterative.new_step();
         }
     }
 
@@ -121,7 +130,7 @@ impl<const D: usize> Newton<D> {
     ) -> Direction {
         let weights = weights(objective);
         let x = &at.x;
-        let linear = self.options.linear.choose(x.len()).0;
+        let linear = self.options.linear.choose(system);
         if system.is_damped() {
             self.velocity_at(system, objective, at);
         }
@@ -141,35 +150,46 @@ impl<const D: usize> Newton<D> {
         }
         self.work.hessians += 1;
         let matrix = assembler.matrix();
-        if linear == LinearSolver::Cholesky {
-            if self.cholesky.is_none() {
-                self.cholesky = Cholesky::new(matrix, x);
+        if linear != LinearSolver::Cholesky && self.direct.0 == 0 {
+            if self.iterative.is_none() {
+                self.iterative = match linear {
+                    LinearSolver::Multigrid => {
+                        // Where vertices are at the start may be anything; the lattices are for where they belong.
+                        let rest = system.rest_positions().unwrap_or(x);
+                        Iterative::multigrid(matrix, rest, assembler.held())
+                    }
+                    _ => Some(Iterative::jacobi()),
+                };
             }
-            let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
-            self.work.factorizations += 1;
-            self.factorized = None;
-            if cholesky.factorize(matrix).is_err() {
+            let Some(iterative) = &mut self.iterative else { return Direction::Failed };
+            let report = iterative.solve(matrix, (weights, psd), &self.direction, &mut self.solution);
+            self.work.cg_iterations += report.iterations;
+            if report.end == CgEnd::Converged {
+                std::mem::swap(&mut self.direction, &mut self.solution);
+                return Direction::Descent;
+            }
+            // Before anything else the negative eigenvalues of elements are removed.
+            if report.end == CgEnd::Indefinite && psd == Psd::Exact {
                 return Direction::Indefinite;
             }
-            // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
-            self.factorized = (psd == Psd::Exact).then_some(weights);
-            cholesky.solve(&mut self.direction);
-            return Direction::Descent;
+            // The rest of this solve, and the next ones.
+            let pause = 2 * self.direct.1.max(1);
+            self.direct = (pause, pause);
+            self.work.fallbacks += 1;
         }
-        self.jacobi.update(matrix);
-        let right = std::mem::take(&mut self.direction);
-        let mut solution = std::mem::take(&mut self.solution);
-        let iterations = 10 * right.len() as u64 + 1000;
-        let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report =
-            self.cg.solve(product, &mut self.jacobi, &right, &mut solution, CG_TOLERANCE, iterations);
-        (self.direction, self.solution) = (solution, right);
-        self.work.cg_iterations += report.iterations;
-        match report.end {
-            CgEnd::Converged => Direction::Descent,
-            CgEnd::Indefinite => Direction::Indefinite,
-            CgEnd::Stalled => Direction::Failed,
+        if self.cholesky.is_none() {
+            self.cholesky = Cholesky::new(matrix, x);
         }
+        let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
+        self.work.factorizations += 1;
+        self.factorized = None;
+        if cholesky.factorize(matrix).is_err() {
+            return Direction::Indefinite;
+        }
+        // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
+        self.factorized = (psd == Psd::Exact).then_some(weights);
+        cholesky.solve(&mut self.direction);
+        Direction::Descent
     }
 
     /// Conjugate gradients by products of the exact Hessian, preconditioned by the masses.
@@ -289,7 +309,9 @@ fn weights(objective: &Objective<'_>) -> Weights {
 struct Nothing;
 
 impl<const D: usize> Preconditioner<D> for Nothing {
-    fn update(&mut self, _: &super::block_matrix::BlockMatrix<D>) {}
+    fn update(&mut self, _: &super::block_matrix::BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        Ok(())
+    }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         z.copy_from_slice(r);
@@ -455,7 +477,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             + self.trial.bytes()
             + self.assembler.as_ref().map_or(0, Assembler::bytes)
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
-            + self.jacobi.bytes()
+            + self.iterative.as_ref().map_or(0, Iterative::bytes)
             + self.cg.bytes()
     }
 }

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::system::System;
+
 /// How nonlinear and linear systems are solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
@@ -32,28 +34,62 @@ pub enum LinearSolver {
     Cholesky,
     /// Conjugate gradients on the assembled matrix, preconditioned by its diagonal blocks.
     Cg,
+    /// Conjugate gradients on the assembled matrix, preconditioned by multigrid: coarser lattices over the bodies.
+    Multigrid,
     /// Conjugate gradients without a matrix: products with the exact Hessian, element by element.
     MatrixFree,
 }
 
-/// Up to so many unknowns `auto` takes Cholesky.
-const AUTO_CHOLESKY_UP_TO: usize = 60_000;
+/// From so many unknowns on `auto` takes multigrid, in 1, 2 and 3 dimensions. The factor of a solid grows like the 4/3rd power
+/// of the unknowns, that of a plane body hardly faster than the matrix.
+const MULTIGRID_FROM: [usize; 3] = [usize::MAX, 200_000, 12_000];
 
 impl LinearSolver {
-    /// The solver for so many unknowns, itself never [`Auto`](Self::Auto), and why.
-    pub fn choose(self, unknowns: usize) -> (LinearSolver, String) {
+    /// The solver for `system`, itself never [`Auto`](Self::Auto).
+    pub fn choose(self, system: &System) -> LinearSolver {
         match self {
-            LinearSolver::Auto if unknowns <= AUTO_CHOLESKY_UP_TO => (
-                LinearSolver::Cholesky,
-                format!("sparse Cholesky, chosen for {unknowns} unknowns (up to {AUTO_CHOLESKY_UP_TO})"),
-            ),
-            LinearSolver::Auto => (
-                LinearSolver::Cg,
-                format!("conjugate gradients, chosen for {unknowns} unknowns (above {AUTO_CHOLESKY_UP_TO})"),
-            ),
-            LinearSolver::Cholesky => (self, "sparse Cholesky".into()),
-            LinearSolver::Cg => (self, "conjugate gradients with block-Jacobi preconditioner".into()),
-            LinearSolver::MatrixFree => (self, "matrix-free conjugate gradients".into()),
+            LinearSolver::Auto if is_full(system) || unknowns(system) < multigrid_from(system) => {
+                LinearSolver::Cholesky
+            }
+            LinearSolver::Auto => LinearSolver::Multigrid,
+            chosen => chosen,
         }
     }
+
+    /// That, and why.
+    pub fn explain(self, system: &System) -> String {
+        let what = match self.choose(system) {
+            LinearSolver::Multigrid => "conjugate gradients with multigrid preconditioner",
+            LinearSolver::Cg => "conjugate gradients with block-Jacobi preconditioner",
+            LinearSolver::MatrixFree => "matrix-free conjugate gradients",
+            LinearSolver::Cholesky | LinearSolver::Auto => "sparse Cholesky",
+        };
+        let (unknowns, from) = (unknowns(system), multigrid_from(system));
+        match self {
+            LinearSolver::Auto if is_full(system) => {
+                format!("{what}, chosen because every particle acts on every other")
+            }
+            LinearSolver::Auto if from == usize::MAX => format!("{what}, chosen for one dimension"),
+            LinearSolver::Auto if unknowns < from => {
+                format!("{what}, chosen for {unknowns} unknowns (below {from} in {}D)", system.dimension())
+            }
+            LinearSolver::Auto => {
+                format!("{what}, chosen for {unknowns} unknowns (from {from} on in {}D)", system.dimension())
+            }
+            _ => what.into(),
+        }
+    }
+}
+
+fn unknowns(system: &System) -> usize {
+    system.inverse_mass().len()
+}
+
+fn multigrid_from(system: &System) -> usize {
+    MULTIGRID_FROM[system.dimension() - 1]
+}
+
+/// Whether the matrix is full.
+fn is_full(system: &System) -> bool {
+    system.terms().iter().any(|term| term.couples_all())
 }

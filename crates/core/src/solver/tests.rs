@@ -5,6 +5,7 @@ use crate::assembly::UnstableStep;
 use crate::material::{MaterialSpec, Psd};
 use crate::scene::Scene;
 use crate::simulation::Simulation;
+use crate::solver::LinearSolver;
 
 /// A grid of one material, wavy, its first column held, one coordinate of its last vertex held too.
 fn grid(dimension: usize, material: &MaterialSpec, order: usize) -> Simulation {
@@ -67,4 +68,59 @@ fn the_matrix_of_every_material_is_its_hessian() {
             assert!(space < 1e-11, "{} of order {order} in 3D: {space:e}", material.name());
         }
     }
+}
+
+/// A beam of 648 tetrahedra that begins to fall, after two steps with this linear solver.
+fn fallen(linear: LinearSolver, nu: f64) -> Simulation {
+    let scene: Scene = serde_json::from_value(serde_json::json!({
+        "dimension": 3,
+        "time": {
+            "integrator": "implicit-euler", "step": 0.01, "duration": 1.0, "solver": { "linear": linear },
+        },
+        "world": { "gravity": [0.0, 0.0, -9.81] },
+        "body": [{
+            "mesh": { "grid": { "cells": [12, 3, 3], "size": [0.4, 0.1, 0.1] } },
+            "elastic": { "stable-neo-hookean-log": { "young": 5e5, "poisson": nu } },
+            "mass": { "density": 1000.0 },
+            "pin": [{ "half_space": { "normal": [1.0, 0.0, 0.0], "offset": 1e-9 } }],
+        }],
+    }))
+    .unwrap();
+    let mut simulation = scene.assemble(UnstableStep::Refuse).unwrap().simulation;
+    (0..2).for_each(|_| simulation.step().unwrap());
+    simulation
+}
+
+/// Largest difference of the positions.
+fn apart(a: &Simulation, b: &Simulation) -> f64 {
+    a.state().x().iter().zip(b.state().x()).fold(0.0, |m, (a, b)| f64::max(m, (a - b).abs()))
+}
+
+#[test]
+fn linear_solvers_take_the_same_steps() {
+    let cholesky = fallen(LinearSolver::Cholesky, 0.4);
+    let fall = apart(&cholesky, &fallen(LinearSolver::Auto, 0.3));
+    assert!(fall > 1e-5, "{fall}");
+    for linear in [LinearSolver::Cg, LinearSolver::Multigrid, LinearSolver::MatrixFree] {
+        let other = fallen(linear, 0.4);
+        let solver = other.work().solver.unwrap();
+        assert!(
+            solver.cg_iterations > 0 && solver.fallbacks == 0 && solver.factorizations == 0,
+            "{solver:?}"
+        );
+        // Newton stops at corrections of 1e-8 of the size of the scene.
+        let apart = apart(&cholesky, &other);
+        assert!(apart < 1e-8, "{linear:?}: {apart:e}");
+    }
+}
+
+// Volumetric locking: the coarse levels cannot move without a change of volume, and the stiffness against that is a million times
+// the other one.
+#[test]
+fn conjugate_gradients_that_stall_leave_the_solve_to_a_factorisation() {
+    let fallen_back = fallen(LinearSolver::Multigrid, 0.499_999_9);
+    let solver = fallen_back.work().solver.unwrap();
+    assert!(solver.fallbacks > 0 && solver.factorizations > 0, "{solver:?}");
+    let apart = apart(&fallen_back, &fallen(LinearSolver::Cholesky, 0.499_999_9));
+    assert!(apart < 1e-8, "{apart:e}");
 }

@@ -7,6 +7,7 @@ use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
+use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
 use crate::failure::Status;
@@ -195,24 +196,8 @@ impl<'a> Closing<'a> {
                 line(name, said);
             }
         }
-        if let Some(solver) = self.summary.work.solver {
-            let iterations = counted(solver.newton_iterations, "Newton iteration", "Newton iterations");
-            let linear = match (solver.factorizations, solver.cg_iterations) {
-                (0, cg) => counted(cg, "CG iteration", "CG iterations"),
-                (factors, 0) => counted(factors, "factorisation", "factorisations"),
-                (factors, cg) => format!(
-                    "{}, {}",
-                    counted(factors, "factorisation", "factorisations"),
-                    counted(cg, "CG iteration", "CG iterations")
-                ),
-            };
-            line(
-                "solver",
-                format!(
-                    "{iterations}, {linear}, {} halved in line searches",
-                    counted(solver.halvings, "step", "steps")
-                ),
-            );
+        if let Some(solver) = &self.summary.work.solver {
+            line("solver", solver_work(solver));
         }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
@@ -332,6 +317,21 @@ impl<'a> Closing<'a> {
         .collect();
         if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) }
     }
+}
+
+/// What the solvers of implicit steps did.
+fn solver_work(work: &SolverWork) -> String {
+    let mut facts = vec![counted(work.newton_iterations, "Newton iteration", "Newton iterations")];
+    let counts = [
+        (work.factorizations, "factorisation", "factorisations"),
+        (work.cg_iterations, "iteration of conjugate gradients", "iterations of conjugate gradients"),
+    ];
+    facts.extend(counts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(n, one, many)));
+    if work.fallbacks > 0 {
+        let solves = counted(work.fallbacks, "solve", "solves");
+        facts.push(format!("{solves} by conjugate gradients stalled and fell back to a factorisation"));
+    }
+    facts.join(", ")
 }
 
 /// A part of a whole: `1.2e-5`, or in per cent where that is more telling.

@@ -120,6 +120,10 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         format!("mutual gravity of {} particles", self.vertices.len())
     }
 
+    fn couples_all(&self) -> bool {
+        true
+    }
+
     fn kind(&self) -> EnergyKind {
         EnergyKind::Gravitational
     }

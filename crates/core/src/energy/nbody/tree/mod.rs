@@ -203,6 +203,10 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         format!("mutual gravity of {} particles by a tree", self.vertices.len())
     }
 
+    fn couples_all(&self) -> bool {
+        true
+    }
+
     fn kind(&self) -> EnergyKind {
         EnergyKind::Gravitational
     }

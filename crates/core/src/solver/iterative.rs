@@ -1,0 +1,95 @@
+//! Preconditioned conjugate gradients for the matrices of Newton's method, and when their preconditioner is computed anew.
+
+use super::block_matrix::BlockMatrix;
+use super::conjugate_gradients::{BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
+use super::hessian::Weights;
+use super::multigrid::Multigrid;
+use crate::material::Psd;
+
+/// The smallest relative residual that is asked of conjugate gradients.
+pub(super) const CG_TOLERANCE: f64 = 1e-6;
+/// Iterations with multigrid before a factorisation takes over: a V-cycle costs some ten products, so this many cost more.
+const MULTIGRID_ITERATIONS: u64 = 300;
+/// The levels are computed anew where a solve takes so many times the iterations of the first solve with them, and some.
+const WORN_OUT: f64 = 1.5;
+
+/// Conjugate gradients with a preconditioner, kept from one matrix to the next.
+pub(super) struct Iterative<const D: usize> {
+    kind: Kind<D>,
+    cg: ConjugateGradients,
+}
+
+enum Kind<const D: usize> {
+    /// Computed anew for every matrix.
+    Jacobi(BlockJacobi<D>),
+    /// Computed anew once in a step, and where it no longer fits.
+    Multigrid { levels: Box<Multigrid<D>>, made_for: Option<(Weights, Psd)>, first_iterations: Option<u64> },
+}
+
+impl<const D: usize> Iterative<D> {
+    pub(super) fn jacobi() -> Self {
+        Iterative { kind: Kind::Jacobi(BlockJacobi::default()), cg: ConjugateGradients::default() }
+    }
+
+    /// Arguments and result as those of [`Multigrid::new`].
+    pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
+        let levels = Box::new(Multigrid::new(matrix, x, held)?);
+        let kind = Kind::Multigrid { levels, made_for: None, first_iterations: None };
+        Some(Iterative { kind, cg: ConjugateGradients::default() })
+    }
+
+    /// A new step begins: a preconditioner that was made in the last one is out of date.
+    pub(super) fn new_step(&mut self) {
+        if let Kind::Multigrid { made_for, .. } = &mut self.kind {
+            *made_for = None;
+        }
+    }
+
+    /// Solves `matrix solution = right`, a matrix made with these weights and this treatment of elements.
+    pub(super) fn solve(
+        &mut self,
+        matrix: &BlockMatrix<D>,
+        of: (Weights, Psd),
+        right: &[f64],
+        solution: &mut [f64],
+    ) -> CgReport {
+        let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
+        let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
+            Kind::Jacobi(jacobi) => {
+                if jacobi.update(matrix).is_err() {
+                    return indefinite;
+                }
+                (jacobi, 10 * right.len() as u64 + 1000)
+            }
+            Kind::Multigrid { levels, made_for, first_iterations } => {
+                if *made_for != Some(of) {
+                    (*made_for, *first_iterations) = (None, None);
+                    if levels.update(matrix).is_err() {
+                        return indefinite;
+                    }
+                    *made_for = Some(of);
+                }
+                (&mut **levels, MULTIGRID_ITERATIONS)
+            }
+        };
+        let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
+        let report = self.cg.solve(product, preconditioner, right, solution, CG_TOLERANCE, most);
+        if let Kind::Multigrid { made_for, first_iterations, .. } = &mut self.kind {
+            let first = *first_iterations.get_or_insert(report.iterations);
+            let worn_out = report.iterations as f64 > WORN_OUT * first as f64 + 1.0;
+            if worn_out || report.end != CgEnd::Converged {
+                *made_for = None;
+            }
+        }
+        report
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let preconditioner = match &self.kind {
+            Kind::Jacobi(jacobi) => jacobi.bytes(),
+            Kind::Multigrid { levels, .. } => levels.bytes(),
+        };
+        self.cg.bytes() + preconditioner
+    }
+}

@@ -1,0 +1,230 @@
+//! The matrix of a coarse level, `P^T A P`: structure once, numbers as often as `A` changes.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::prolongation::Prolongation;
+use crate::solver::block_matrix::{Block, BlockMatrix};
+
+/// Coarse rows in a task.
+const TASK_ROWS: usize = 512;
+
+/// Where every product of `P^T A P` goes.
+///
+/// A task makes some rows of the coarse matrix, from all fine rows that they reach; a fine row that reaches rows of two tasks is
+/// multiplied twice. Every entry is a sum in the order of the fine rows, whoever makes it.
+#[derive(Debug)]
+pub(super) struct Galerkin<const D: usize> {
+    /// The columns of row `i` of `A P` are `start[i]..start[i + 1]`.
+    start: Vec<u32>,
+    column: Vec<u32>,
+    /// The products of entry `k` of `P` with row `i` of `A P`, those in the upper triangle, go to the blocks
+    /// `target[target_start[k]..target_start[k + 1]]`: they belong to the last columns of that row.
+    target_start: Vec<u32>,
+    target: Vec<u32>,
+    /// For every block below the diagonal, in order, the one that it is the transpose of.
+    mirrored: Vec<u32>,
+    tasks: Vec<Task<D>>,
+}
+
+#[derive(Debug)]
+struct Task<const D: usize> {
+    /// Coarse rows.
+    coarse: Range<usize>,
+    /// The fine rows that they reach.
+    fine: Vec<u32>,
+    /// Where in a row of `A P` a column is.
+    position: Vec<u32>,
+    /// A row of `A P`.
+    row: Vec<Block<D>>,
+}
+
+impl<const D: usize> Galerkin<D> {
+    /// For matrices of the structure of `fine`, and the structure of the coarse matrix.
+    pub(super) fn new(fine: &BlockMatrix<D>, p: &Prolongation) -> (Self, BlockMatrix<D>) {
+        let coarse_rows = p.columns();
+        let mut seen = vec![u32::MAX; coarse_rows];
+        let (mut start, mut column) = (vec![0], vec![]);
+        for i in 0..p.rows() {
+            let first = column.len();
+            if p.start[i] < p.start[i + 1] {
+                for (j, _) in fine.row(i) {
+                    for (c, _) in p.row(j) {
+                        if std::mem::replace(&mut seen[c], i as u32) != i as u32 {
+                            column.push(c as u32);
+                        }
+                    }
+                }
+            }
+            column[first..].sort_unstable();
+            start.push(column.len() as u32);
+        }
+        let of_row = |i: usize| &column[start[i] as usize..start[i + 1] as usize];
+        seen.fill(u32::MAX);
+        let (mut coarse_start, mut coarse_column) = (vec![0], vec![]);
+        for c in 0..coarse_rows {
+            let first = coarse_column.len();
+            for &i in p.support(c) {
+                for &other in of_row(i as usize) {
+                    if std::mem::replace(&mut seen[other as usize], c as u32) != c as u32 {
+                        coarse_column.push(other);
+                    }
+                }
+            }
+            coarse_column[first..].sort_unstable();
+            coarse_start.push(coarse_column.len() as u32);
+        }
+        let coarse = BlockMatrix::<D>::zero(coarse_start, coarse_column);
+        let blocks = |c: usize| coarse.row_start[c] as usize..coarse.row_start[c + 1] as usize;
+        let (mut target_start, mut target) = (vec![0], vec![]);
+        for i in 0..p.rows() {
+            for (c, _) in p.row(i) {
+                let mut at = coarse.diagonal[c];
+                for &other in of_row(i).iter().filter(|other| **other >= c as u32) {
+                    while coarse.column[at as usize] < other {
+                        at += 1;
+                    }
+                    target.push(at);
+                }
+                target_start.push(target.len() as u32);
+            }
+        }
+        let mut next: Vec<u32> = coarse.diagonal.iter().map(|at| at + 1).collect();
+        let mut mirrored = vec![];
+        for c in 0..coarse_rows {
+            for &other in &coarse.column[blocks(c).start..coarse.diagonal[c] as usize] {
+                // Rows ascend, and with them the columns of the row that is mirrored.
+                mirrored.push(next[other as usize]);
+                next[other as usize] += 1;
+            }
+        }
+        let widest = (0..p.rows()).map(|i| of_row(i).len()).max().unwrap_or(0);
+        let tasks = (0..coarse_rows).step_by(TASK_ROWS).map(|first| {
+            let coarse = first..(first + TASK_ROWS).min(coarse_rows);
+            let mut fine: Vec<u32> = coarse.clone().flat_map(|c| p.support(c)).copied().collect();
+            fine.sort_unstable();
+            fine.dedup();
+            Task { coarse, fine, position: vec![0; coarse_rows], row: vec![[[0.0; D]; D]; widest] }
+        });
+        let tasks = tasks.collect();
+        (Galerkin { start, column, target_start, target, mirrored, tasks }, coarse)
+    }
+
+    /// `coarse = P^T fine P`, without the diagonal entries of `fine` at held coordinates: bit `k` of `held[i]` says that component
+    /// `k` of row `i` is; an empty slice, that none is.
+    pub(super) fn compute(
+        &mut self,
+        fine: &BlockMatrix<D>,
+        p: &Prolongation,
+        held: &[u8],
+        coarse: &mut BlockMatrix<D>,
+    ) {
+        let Galerkin { start, column, target_start, target, mirrored, tasks } = self;
+        let map = Map { start, column, target_start, target };
+        let BlockMatrix { row_start, value, diagonal, .. } = coarse;
+        if rayon::current_num_threads() == 1 || tasks.len() == 1 {
+            tasks.iter_mut().for_each(|task| {
+                let blocks = row_start[task.coarse.start] as usize..row_start[task.coarse.end] as usize;
+                task.run(&map, fine, p, held, blocks.start, &mut value[blocks.clone()]);
+            });
+        } else {
+            let mut rest = &mut value[..];
+            let mut parts = Vec::with_capacity(tasks.len());
+            for task in tasks.iter_mut() {
+                let (first, end) = (row_start[task.coarse.start], row_start[task.coarse.end]);
+                let (own, others) = rest.split_at_mut((end - first) as usize);
+                parts.push((task, first as usize, own));
+                rest = others;
+            }
+            parts.into_par_iter().for_each(|(task, first, own)| task.run(&map, fine, p, held, first, own));
+        }
+        let mut next = mirrored.iter();
+        for (row, diagonal) in diagonal.iter().enumerate() {
+            for (at, from) in (row_start[row] as usize..*diagonal as usize).zip(&mut next) {
+                let block = value[*from as usize];
+                for k in 0..D {
+                    for l in 0..D {
+                        value[at][k][l] = block[l][k];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let lists = self.start.len() + self.column.len() + self.target_start.len() + self.target.len();
+        let tasks =
+            self.tasks.iter().map(|t| 4 * (t.fine.len() + t.position.len()) + size_of_val(&t.row[..]));
+        4 * (lists + self.mirrored.len()) + tasks.sum::<usize>()
+    }
+}
+
+/// The lists of a [`Galerkin`].
+struct Map<'a> {
+    start: &'a [u32],
+    column: &'a [u32],
+    target_start: &'a [u32],
+    target: &'a [u32],
+}
+
+impl<const D: usize> Task<D> {
+    /// Makes its rows of the coarse matrix, those from block `first` on.
+    fn run(
+        &mut self,
+        map: &Map<'_>,
+        fine: &BlockMatrix<D>,
+        p: &Prolongation,
+        held: &[u8],
+        first: usize,
+        out: &mut [Block<D>],
+    ) {
+        let Task { coarse, fine: fine_rows, position, row } = self;
+        out.fill([[0.0; D]; D]);
+        for i in fine_rows.iter().map(|i| *i as usize) {
+            let columns = &map.column[map.start[i] as usize..map.start[i + 1] as usize];
+            columns.iter().enumerate().for_each(|(at, c)| position[*c as usize] = at as u32);
+            let row = &mut row[..columns.len()];
+            row.fill([[0.0; D]; D]);
+            for (j, block) in fine.row(i) {
+                let free;
+                let mut block = block;
+                if j == i && held.get(i).is_some_and(|held| *held != 0) {
+                    free = without_held(block, held[i]);
+                    block = &free;
+                }
+                for (c, weight) in p.row(j) {
+                    add(&mut row[position[c] as usize], weight, block);
+                }
+            }
+            for k in p.start[i] as usize..p.start[i + 1] as usize {
+                if coarse.contains(&(p.column[k] as usize)) {
+                    let targets = &map.target[map.target_start[k] as usize..map.target_start[k + 1] as usize];
+                    let row = &row[columns.len() - targets.len()..];
+                    for (target, block) in targets.iter().zip(row) {
+                        add(&mut out[*target as usize - first], p.weight[k], block);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A diagonal block with zeros for held components.
+fn without_held<const D: usize>(block: &Block<D>, held: u8) -> Block<D> {
+    let mut free = *block;
+    for k in (0..D).filter(|k| held >> k & 1 == 1) {
+        free[k][k] = 0.0;
+    }
+    free
+}
+
+#[inline(always)]
+fn add<const D: usize>(sum: &mut Block<D>, weight: f64, block: &Block<D>) {
+    for k in 0..D {
+        for l in 0..D {
+            sum[k][l] += weight * block[k][l];
+        }
+    }
+}

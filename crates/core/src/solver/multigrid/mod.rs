@@ -1,0 +1,196 @@
+//! A preconditioner that takes about the same number of iterations for a mesh of any size: multigrid.
+//!
+//! Errors that vary slowly from vertex to vertex, which a smoother hardly touches, are solved for on coarser levels. Each is the
+//! Galerkin product `P^T A P` of the one before; `P` interpolates from a lattice of twice the spacing (`lattice.rs`), and is made
+//! once from positions and structure. One application is a symmetric V-cycle with Chebyshev smoothing (`smoother.rs`), in single
+//! precision, and a sparse Cholesky solution where few unknowns are left. Briggs, Henson, McCormick 2000, *A multigrid tutorial*,
+//! chapters 3 and 10.
+
+mod coarsest;
+mod galerkin;
+mod lattice;
+mod prolongation;
+mod smoother;
+#[cfg(test)]
+mod tests;
+
+use coarsest::Coarsest;
+use galerkin::Galerkin;
+use lattice::{Coarsening, coarsen, mean_edge};
+use prolongation::Prolongation;
+use smoother::Smoother;
+
+use super::block_matrix::BlockMatrix;
+use super::cholesky::NotPositiveDefinite;
+use super::conjugate_gradients::Preconditioner;
+
+/// So few unknowns are solved for directly.
+const DIRECT: usize = 300;
+/// The spacing of the first lattice, in mean lengths of an edge.
+const FIRST_SPACING: f64 = 2.0;
+/// A level must have this part of the rows of the one before at most.
+const COARSER: f64 = 0.7;
+/// Nodes may depend on others to rounding: the diagonal of the coarsest matrix grows by this part.
+const SHIFT: f64 = 1e-9;
+
+/// Approximates `A^-1` by one V-cycle.
+pub struct Multigrid<const D: usize> {
+    levels: Vec<Level<D>>,
+    coarsest: Coarsest<D>,
+    held: Held,
+    /// A power of two: all levels are those of so many times the matrix.
+    scale: f64,
+}
+
+/// A level and the way to the next.
+struct Level<const D: usize> {
+    smoother: Smoother<D>,
+    prolongation: Prolongation,
+    galerkin: Galerkin<D>,
+    /// The matrix of the next level.
+    coarse: BlockMatrix<D>,
+}
+
+/// Coordinates whose rows and columns are zero but for the diagonal: they are solved for apart.
+struct Held {
+    coordinates: Vec<u32>,
+    /// `1 / A_ii` of each.
+    inverse: Vec<f64>,
+    /// Bit `k` of number `i`: component `k` of vertex `i` is held. Empty where no vertex is held in part.
+    mask: Vec<u8>,
+}
+
+impl<const D: usize> Multigrid<D> {
+    /// The levels for matrices of the structure of `matrix`, whose vertices are at `x` (flat). `held` says of every coordinate
+    /// whether its row and column are zero but for the diagonal; a vertex that is held in all its coordinates has no other block.
+    /// `None` where the factor of the coarsest level would not fit memory.
+    pub fn new(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
+        let mut positions = x.as_chunks::<D>().0.to_vec();
+        let mut spacing = FIRST_SPACING * mean_edge(matrix, &positions);
+        let extent = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+        let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), extent);
+        let mut levels: Vec<Level<D>> = vec![];
+        loop {
+            let fine = levels.last().map_or(matrix, |level| &level.coarse);
+            // Where everything is within a cube or two, a wider lattice is no coarser.
+            if fine.rows() * D <= DIRECT || !(spacing > 0.0 && spacing <= 4.0 * (high - low)) {
+                break;
+            }
+            let Coarsening { prolongation, positions: nodes } = coarsen(fine, &positions, spacing);
+            spacing *= 2.0;
+            if nodes.is_empty() || nodes.len() as f64 > COARSER * fine.rows() as f64 {
+                continue;
+            }
+            let (galerkin, coarse) = Galerkin::new(fine, &prolongation);
+            levels.push(Level { smoother: Smoother::new(fine), prolongation, galerkin, coarse });
+            positions = nodes;
+        }
+        let last = levels.last().map_or(matrix, |level| &level.coarse);
+        let coarsest = Coarsest::new(last, positions.as_flattened())?;
+        Some(Multigrid { levels, coarsest, held: Held::new::<D>(held), scale: 1.0 })
+    }
+
+    /// Rows of every level, the finest first.
+    pub fn rows(&self) -> Vec<usize> {
+        let levels = self.levels.iter().map(|level| level.prolongation.rows());
+        levels.chain([self.coarsest.rows()]).collect()
+    }
+
+    /// Solves roughly for the right-hand side of the first level.
+    fn cycle(&mut self) {
+        let Multigrid { levels, coarsest, held, .. } = self;
+        for l in 0..levels.len() {
+            let (before, after) = levels.split_at_mut(l + 1);
+            let Level { smoother, prolongation, .. } = &mut before[l];
+            smoother.smooth_from_zero();
+            let next = after.first_mut().map_or(&mut coarsest.x, |level| &mut level.smoother.b);
+            prolongation.restrict(&smoother.r, next);
+        }
+        coarsest.solve();
+        for l in (0..levels.len()).rev() {
+            let (before, after) = levels.split_at_mut(l + 1);
+            let Level { smoother, prolongation, .. } = &mut before[l];
+            let next = after.first().map_or(&coarsest.x, |level| &level.smoother.x);
+            prolongation.add(next, &mut smoother.x);
+            if l == 0 && !held.mask.is_empty() {
+                for i in &held.coordinates {
+                    smoother.x[*i as usize / D][*i as usize % D] = 0.0;
+                }
+            }
+            smoother.smooth();
+        }
+    }
+}
+
+impl Held {
+    fn new<const D: usize>(held: &[bool]) -> Self {
+        let bits = |vertex: &[bool; D]| (0..D).map(|k| u8::from(vertex[k]) << k).sum();
+        let mut mask: Vec<u8> = held.as_chunks::<D>().0.iter().map(bits).collect();
+        let all = (1 << D) - 1;
+        if mask.iter().all(|mask| *mask == 0 || *mask == all) {
+            mask = vec![];
+        }
+        let coordinates: Vec<u32> = (0..held.len()).filter(|i| held[*i]).map(|i| i as u32).collect();
+        Held { inverse: vec![1.0; coordinates.len()], coordinates, mask }
+    }
+}
+
+impl<const D: usize> Preconditioner<D> for Multigrid<D> {
+    fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        let Multigrid { levels, coarsest, held, scale } = self;
+        for (i, inverse) in held.coordinates.iter().zip(&mut held.inverse) {
+            let (vertex, k) = (*i as usize / D, *i as usize % D);
+            *inverse = 1.0 / matrix.value[matrix.diagonal[vertex] as usize][k][k];
+        }
+        // A power of two that brings the largest entries near 1, within what single precision can hold.
+        let diagonal = matrix.diagonal.iter().map(|at| matrix.value[*at as usize]);
+        let largest = diagonal.flat_map(|block| (0..D).map(move |k| block[k][k])).fold(0.0, f64::max);
+        *scale = if largest > 0.0 { (-largest.log2().floor()).clamp(-120.0, 120.0).exp2() } else { 1.0 };
+        let mut fine = matrix;
+        for (l, Level { smoother, prolongation, galerkin, coarse }) in levels.iter_mut().enumerate() {
+            smoother.set(fine, *scale);
+            galerkin.compute(fine, prolongation, if l == 0 { &held.mask } else { &[] }, coarse);
+            fine = coarse;
+        }
+        if let Some(Level { coarse, .. }) = levels.last_mut() {
+            for at in &coarse.diagonal {
+                (0..D).for_each(|k| coarse.value[*at as usize][k][k] *= 1.0 + SHIFT);
+            }
+        }
+        coarsest.set(levels.last().map_or(matrix, |level| &level.coarse), *scale)
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        if self.levels.is_empty() {
+            return self.coarsest.solve_flat(r, z);
+        }
+        // Residuals of any size fit single precision.
+        let largest = r.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+        if !(largest > 0.0 && largest.is_finite()) {
+            return z.copy_from_slice(r);
+        }
+        let smoother = &mut self.levels[0].smoother;
+        for (b, r) in smoother.b.iter_mut().zip(r.as_chunks::<D>().0) {
+            (0..D).for_each(|k| b[k] = (r[k] / largest) as f32);
+        }
+        for i in &self.held.coordinates {
+            smoother.b[*i as usize / D][*i as usize % D] = 0.0;
+        }
+        self.cycle();
+        let factor = largest * self.scale;
+        for (x, z) in self.levels[0].smoother.x.iter().zip(z.as_chunks_mut::<D>().0) {
+            (0..D).for_each(|k| z[k] = factor * f64::from(x[k]));
+        }
+        for (i, inverse) in self.held.coordinates.iter().zip(&self.held.inverse) {
+            z[*i as usize] = inverse * r[*i as usize];
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let level = |l: &Level<D>| {
+            l.smoother.bytes() + l.prolongation.bytes() + l.galerkin.bytes() + l.coarse.bytes()
+        };
+        let held = 4 * self.held.coordinates.len() + 8 * self.held.inverse.len() + self.held.mask.len();
+        self.levels.iter().map(level).sum::<usize>() + self.coarsest.bytes() + held
+    }
+}
