@@ -15,6 +15,7 @@ mod damping;
 mod determinism;
 mod integrators;
 mod measuring;
+mod membranes;
 mod numbering;
 mod properties;
 mod scenes;

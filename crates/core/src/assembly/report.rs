@@ -6,7 +6,7 @@ use super::body::Parts;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
 use crate::lanes;
-use crate::material::{AboutPreset, MaterialSpec, Preset};
+use crate::material::{AboutPreset, MaterialSpec, Plane, Preset};
 use crate::mesh::Quality;
 use crate::scene::{Channel, MassSpec, Scene, Stress};
 use crate::simulation::Simulation;
@@ -110,11 +110,10 @@ impl Report {
 impl BodyReport {
     fn new(body: &Parts) -> Self {
         let mesh = &body.mesh;
-        let elements = if mesh.dimension == 2 { mesh.triangles.len() } else { mesh.tetrahedra.len() };
         BodyReport {
             name: body.name.clone(),
             vertices: body.mass.len(),
-            elements: if body.elastic { elements } else { 0 },
+            elements: body.element_count(),
             springs: body.springs.len(),
             pinned: body.pinned().len(),
             mass: body.mass.iter().sum(),
@@ -154,6 +153,20 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
         "quadratic elements: no body has `order = 2`",
     );
+    let membranes: Vec<String> = scene
+        .body
+        .iter()
+        .zip(bodies)
+        .filter_map(|(spec, body)| {
+            let membrane = spec.membrane.as_ref()?;
+            let plane = match membrane.plane_or_default() {
+                Plane::Stress => "plane stress: the thickness follows",
+                Plane::Strain => "plane strain: the thickness stays",
+            };
+            Some(format!("`{}` is a membrane, {} m thick, in {plane}", body.name, membrane.thickness))
+        })
+        .collect();
+    say(!membranes.is_empty(), membranes.join("; "), "membranes: no body is one");
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,

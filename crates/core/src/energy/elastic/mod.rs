@@ -2,7 +2,11 @@
 
 mod block;
 mod kernels;
+mod membrane;
 mod simplex;
+
+pub(crate) use membrane::flattened;
+pub use membrane::{Membrane, Sheet};
 
 use block::{Block, BlockMaterial};
 use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};

@@ -652,3 +652,65 @@ fn orders() {
     let message = "`strain_rate` damps linear elements only, and this body is of `order` 2";
     assert!(briefly(&damped).iter().any(|problem| problem.ends_with(message)), "{:?}", briefly(&damped));
 }
+
+/// Sheets of finite elements: what they are made of, and where.
+#[test]
+fn membranes() {
+    let cloth = "mesh = { cloth = { cells = [2, 2], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] } }";
+    let grid = "mesh = { grid = { cells = [2, 2, 2], spacing = 0.1 } }";
+    let stvk = "elastic = { stvk = { young = 1e5, poisson = 0.3 } }";
+    let membrane = "membrane = { thickness = 1e-3 }";
+    let scene = |lines: &[&str]| {
+        let lines = lines.join("\n");
+        format!(
+            "dimension = 3\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 }}\n[[body]]\n{lines}\nmass = {{ density = 1 }}\n"
+        )
+    };
+    assert!(read(&scene(&[cloth, stvk, membrane])).is_ok());
+    let bending = "bending = { stiffness = 1 }";
+    assert!(read(&scene(&[cloth, stvk, membrane, bending])).is_ok());
+    let help = error(&scene(&[cloth, stvk])).problems()[0].help.join("; ");
+    assert!(
+        help.contains("add `membrane = { thickness = \"1 mm\" }`") && help.contains("`springs`"),
+        "{help}"
+    );
+    let table: [(&[&str], &str); 7] = [
+        (
+            &[cloth, stvk, "membrane = { thickness = 0 }"],
+            "6:26 body.0.membrane.thickness: `thickness` must be positive and finite, got 0.0 [m]",
+        ),
+        (
+            &[cloth, stvk, "membrane = { thickness = '1 kg' }"],
+            "6:26 body.0.membrane.thickness: `thickness`: `1 kg` is a mass [kg], not a length [m]",
+        ),
+        (
+            &[cloth, "springs = { stiffness = 1 }", membrane],
+            "6:1 body.0.membrane: `membrane` needs `elastic`, which this body does not have",
+        ),
+        (
+            &[cloth, "elastic = { linear = { young = 1e5, poisson = 0.3 } }", membrane],
+            "5:13 body.0.elastic.linear: `linear` depends on how an element is turned, and triangles of a sheet have no \
+             direction to be compared with",
+        ),
+        (
+            &[cloth, "elastic = { dirichlet = { stiffness = 1e5 } }", membrane],
+            "6:1 body.0.membrane: `dirichlet` has no rest shape: nothing keeps a sheet of it from becoming infinitely thin",
+        ),
+        (
+            &[cloth, stvk, membrane, "order = 2"],
+            "7:1 body.0.order: elements of a `membrane` are linear, and this body is of `order` 2",
+        ),
+        (
+            &[grid, stvk, membrane],
+            "6:1 body.0.membrane: `membrane` is made of triangles in 3D, and this grid has none of its own",
+        ),
+    ];
+    for (lines, expected) in table {
+        let failed = error(&scene(lines));
+        assert!(briefly(&failed).contains(&expected.to_owned()), "{expected}:\n{:?}", briefly(&failed));
+    }
+    let flat = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }\nmembrane = { thickness = 1e-3 }";
+    let failed = error(&changed(&format!("springs = {SPRINGS}"), flat));
+    let message = "15:1 body.0.membrane: `membrane` is for sheets in three dimensions, and `dimension` is 2";
+    assert_eq!(briefly(&failed), [message]);
+}

@@ -8,6 +8,7 @@ mod body;
 mod check;
 mod damping;
 mod loads;
+mod membrane;
 mod mesh;
 mod motion;
 mod pins;
