@@ -9,6 +9,7 @@
 
 mod support;
 
+mod attachments;
 mod bending;
 mod cli;
 mod damping;

@@ -42,21 +42,21 @@ impl Parts {
             let plane =
                 spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
             let viscosity = viscosity(damping, material, plane);
-            if viscosity == Viscosity::default() {
-            } else if let Some(thickness) = self.thickness {
-                let Viscosity { shear, second } = viscosity;
-                let viscosity = Viscosity { shear: thickness * shear, second: thickness * second };
-                let triangles: Vec<[u32; 3]> = self.elements(numbering);
-                let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
-                system.add_dissipation(Box::new(StrainRate::<3, 2, 3>::new(
-                    name, viscosity, &triangles, rest, shape,
-                )));
-            } else {
-                let elements: Vec<[u32; N]> = self.elements(numbering);
-                let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-                system.add_dissipation(Box::new(StrainRate::<D, D, N>::new(
-                    name, viscosity, &elements, rest, shape,
-                )));
+            if viscosity != Viscosity::default() {
+                system.add_dissipation(match self.thickness {
+                    None => {
+                        let elements: Vec<[u32; N]> = self.elements(numbering);
+                        let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+                        Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
+                    }
+                    Some(h) => {
+                        let Viscosity { shear, second } = viscosity;
+                        let viscosity = Viscosity { shear: h * shear, second: h * second };
+                        let triangles: Vec<[u32; 3]> = self.elements(numbering);
+                        let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
+                        Box::new(StrainRate::<3, 2, 3>::new(name, viscosity, &triangles, rest, shape))
+                    }
+                });
             }
         }
         let beta = damping.stiffness_proportional.unwrap_or(0.0);

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::attachments::Tied;
 use super::body::Parts;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
@@ -76,6 +77,7 @@ impl Report {
         scene: &Scene,
         simulation: &Simulation,
         bodies: &[Parts],
+        attachments: &[Tied],
         stability: StabilityLimit,
         tree_force_error: Option<ForceError>,
     ) -> Self {
@@ -84,7 +86,7 @@ impl Report {
         let free = system.inverse_mass().iter().filter(|w| **w > 0.0).count();
         let plan = scene.plan();
         let h = simulation.step_size();
-        let (uses, left_out) = uses(scene, bodies, simulation);
+        let (uses, left_out) = uses(scene, bodies, attachments, simulation);
         Report {
             title: scene.title.clone(),
             dimension: d,
@@ -130,7 +132,12 @@ fn extent(x: &[f64], d: usize) -> Vec<f64> {
 }
 
 /// What is used and what is not, each in words.
-fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String>, Vec<String>) {
+fn uses(
+    scene: &Scene,
+    bodies: &[Parts],
+    attachments: &[Tied],
+    simulation: &Simulation,
+) -> (Vec<String>, Vec<String>) {
     let (mut uses, mut left_out) = (vec![], vec![]);
     let mut say = |used: bool, yes: String, no: &str| {
         if used {
@@ -208,6 +215,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     let loads: Vec<String> =
         bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
     say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");
+    let ties: Vec<String> = attachments.iter().map(Tied::described).collect();
+    say(!ties.is_empty(), ties.join("; "), "attachments: nothing is tied to a place or to another body");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();

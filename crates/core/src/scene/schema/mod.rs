@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrator::IntegratorSpec;
 
+mod attachment;
 mod bending;
 mod body;
 mod damping;
@@ -24,6 +25,7 @@ mod probe;
 mod shapes;
 mod transform;
 
+pub use attachment::*;
 pub use bending::*;
 pub use body::*;
 pub use damping::*;
@@ -58,6 +60,9 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub body: Vec<Body>,
+    /// Vertices tied to places or to other bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attachment: Vec<AttachmentSpec>,
     /// Points that are followed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<ProbeSpec>,

@@ -196,7 +196,7 @@ impl EnergyTerm for Membrane {
         self.patches.stencils().find_map(|(element, vertices, pack, lane)| {
             let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
             let j = g.determinant();
-            let fault = !(j > 0.0) || self.material.is_at_fault(&g);
+            let fault = j.is_nan() || j <= 0.0 || self.material.is_at_fault(&g);
             fault.then(|| Fault::Element { body: self.body.clone(), element, j })
         })
     }
