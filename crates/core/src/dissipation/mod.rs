@@ -11,6 +11,7 @@ mod tests;
 
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
+pub(crate) use strain_rate::simplex_packs;
 pub use strain_rate::{StrainRate, Viscosity};
 
 use std::ops::Range;

@@ -3,9 +3,13 @@
 mod block;
 mod hessian;
 mod kernels;
+mod membrane;
 mod simplex;
 
 use std::ops::Range;
+
+pub(crate) use membrane::flattened;
+pub use membrane::{Membrane, Sheet};
 
 use block::{Block, BlockMaterial};
 use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
