@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::load::add_rows;
-use super::{EnergyKind, EnergyTerm, Fault};
+use super::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::dissipation::DissipativeTerm;
+use crate::material::Psd;
 
 /// One tie: a mixture of vertices less a place, `d = sum_i w_i x_i - a`. To a place the weights add up to 1; between points, with
 /// negative weights for the second, to 0, and `a = 0`.
@@ -69,6 +70,38 @@ impl Ties {
         }
     }
 
+    /// The vertices of each tie, as many as the largest has; the last is repeated, without weight.
+    fn stencils(&self) -> Stencils {
+        let size = self.ties.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
+        let mut vertices = vec![];
+        for (range, _) in &self.ties {
+            let own = &self.shares[range.clone()];
+            vertices.extend((0..size).map(|k| self.vertices[own[k.min(own.len() - 1)].0 as usize]));
+        }
+        Stencils { size, vertices }
+    }
+
+    /// Writes the blocks `w_a w_b K` of the pairs `a <= b` of each of these ties, `K` the second derivative by `d`.
+    fn blocks(&self, ties: Range<usize>, out: &mut [f64], k: impl Fn(usize) -> [[f64; 3]; 3]) {
+        let size = self.ties.iter().map(|(range, _)| range.len()).max().unwrap_or(0);
+        let d = self.dimension;
+        let mut blocks = out.chunks_exact_mut(d * d);
+        for i in ties {
+            let (k, own) = (k(i), &self.shares[self.ties[i].0.clone()]);
+            let weight = |a: usize| own.get(a).map_or(0.0, |(_, weight)| *weight);
+            for a in 0..size {
+                for b in a..size {
+                    let block = blocks.next().expect("a block for each pair");
+                    for r in 0..d {
+                        for c in 0..d {
+                            block[r * d + c] = weight(a) * weight(b) * k[r][c];
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     fn fault(&self, i: usize) -> Fault {
         Fault::Stencil { what: "tie", body: self.name.clone(), index: i }
     }
@@ -84,6 +117,17 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 fn scaled(a: [f64; 3], s: f64) -> [f64; 3] {
     a.map(|a| s * a)
+}
+
+/// `s I + p d d^T`.
+fn matrix(s: f64, p: f64, d: [f64; 3]) -> [[f64; 3]; 3] {
+    let mut m = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            m[i][j] = p * d[i] * d[j] + if i == j { s } else { 0.0 };
+        }
+    }
+    m
 }
 
 /// `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth where the two meet; the forces of a tie between
@@ -166,6 +210,21 @@ impl EnergyTerm for Attachment {
         add_rows(&self.ties.vertices, &self.product, 1.0, 0, y, self.ties.dimension);
     }
 
+    fn stencils(&mut self) -> Stencils {
+        self.ties.stencils()
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        self.ties.blocks(stencils, out, |i| {
+            let d = self.ties.difference(i, x);
+            let squared = dot(d, d);
+            let across = if self.rest_length == 0.0 { 1.0 } else { 1.0 - self.rest_length / squared.sqrt() };
+            let across = if psd == Psd::Projected && across < 0.0 { 0.0 } else { across };
+            let along = if squared > 0.0 { (1.0 - across) / squared } else { 0.0 };
+            matrix(self.stiffness * across, self.stiffness * along, d)
+        });
+    }
+
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let finite = |i: &usize| self.force(self.ties.difference(*i, x)).iter().all(|f| f.is_finite());
         (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
@@ -221,6 +280,22 @@ impl DissipativeTerm for AttachmentDashpots {
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
         add_rows(&self.ties.vertices, &self.gradient, 1.0, first, g, self.ties.dimension);
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        self.ties.stencils()
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
+        self.ties.blocks(stencils, out, |i| {
+            let d = self.ties.difference(i, x);
+            let squared = dot(d, d);
+            if squared == 0.0 {
+                matrix(self.constant, 0.0, d)
+            } else {
+                matrix(0.0, self.constant / squared, d)
+            }
+        });
     }
 
     fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
