@@ -130,7 +130,7 @@ fn conjugate_gradients_that_stall_leave_the_solve_to_a_factorisation() {
 fn the_matrix_of_every_other_term_is_its_hessian_and_its_damping() {
     for name in ["hair", "bending_cloth", "awning", "pavilion", "damped_jelly", "quadratic_beams_2d"] {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
-        let scene = Scene::from_path(format!("{path}{name}.toml").as_ref()).unwrap();
+        let scene = Scene::from_path(format!("{path}{name}.toml")).unwrap();
         let mut simulation =
             scene.assemble(UnstableStep::Accept).map_err(|p| format!("{p:?}")).unwrap().simulation;
         let size = simulation.size();
