@@ -80,7 +80,13 @@ fn the_balance_of_energy_closes_for_every_load_and_scheme() {
                 assert!(end.kinetic + end.elastic > 1.0 && supplied.abs() > 0.5, "{load}: {end:?}");
                 (end.total - supplied - start.total).abs()
             };
-            let steps = [4000, 500, 1000][if order < 1.5 { 0 } else if order < 3.5 { 1 } else { 2 }];
+            let steps = [4000, 500, 1000][if order < 1.5 {
+                0
+            } else if order < 3.5 {
+                1
+            } else {
+                2
+            }];
             let measured = (residual(steps) / residual(2 * steps)).log2();
             // At small amplitudes the energy of some schemes is one order better than their positions; a NaN does not agree.
             assert!(measured > order - 0.3, "{load} by {name}: order {measured:.3}, documented {order}");

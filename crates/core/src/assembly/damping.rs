@@ -1,7 +1,9 @@
 //! The damping of a body.
 
 use super::body::{Parts, renumbered};
-use crate::dissipation::{MassProportional, MeasuredRate, StrainRate, Viscosity};
+use crate::dissipation::{
+    DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate, Viscosity,
+};
 use crate::energy::elastic::points_of;
 use crate::energy::measure::{Constants, Length};
 use crate::material::{MaterialSpec, Plane};
@@ -41,11 +43,22 @@ impl Parts {
         if let Some(material) = &spec.elastic {
             let viscosity = viscosity(damping, material);
             if viscosity != Viscosity::default() {
-                let elements: Vec<[u32; N]> = self.elements(numbering);
-                let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-                system.add_dissipation(Box::new(StrainRate::<D, D, N>::new(
-                    name, viscosity, &elements, rest, shape,
-                )));
+                let term: Box<dyn DissipativeTerm> = match (self.mesh.order(), D) {
+                    (1, _) => {
+                        let elements: Vec<[u32; N]> = self.elements(numbering);
+                        let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+                        Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
+                    }
+                    (_, 2) => {
+                        let elements = self.elements(numbering);
+                        Box::new(QuadraticStrainRate::<2, 6>::new(name, viscosity, &elements, rest))
+                    }
+                    _ => {
+                        let elements = self.elements(numbering);
+                        Box::new(QuadraticStrainRate::<3, 10>::new(name, viscosity, &elements, rest))
+                    }
+                };
+                system.add_dissipation(term);
             }
         }
         let beta = damping.stiffness_proportional.unwrap_or(0.0);
