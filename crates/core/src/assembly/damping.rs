@@ -1,7 +1,9 @@
 //! The damping of a body.
 
 use super::body::{Parts, renumbered};
-use crate::dissipation::{MassProportional, MeasuredRate, StrainRate, Viscosity};
+use crate::dissipation::{
+    DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate, Viscosity,
+};
 use crate::energy::elastic::{flattened, points_of};
 use crate::energy::measure::{Constants, Length};
 use crate::material::{MaterialSpec, Plane};
@@ -43,20 +45,29 @@ impl Parts {
                 spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
             let viscosity = viscosity(damping, material, plane);
             if viscosity != Viscosity::default() {
-                system.add_dissipation(match self.thickness {
-                    None => {
-                        let elements: Vec<[u32; N]> = self.elements(numbering);
-                        let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-                        Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
-                    }
-                    Some(h) => {
+                let term: Box<dyn DissipativeTerm> = match (self.thickness, self.mesh.order(), D) {
+                    (Some(h), ..) => {
                         let Viscosity { shear, second } = viscosity;
                         let viscosity = Viscosity { shear: h * shear, second: h * second };
                         let triangles: Vec<[u32; 3]> = self.elements(numbering);
                         let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
                         Box::new(StrainRate::<3, 2, 3>::new(name, viscosity, &triangles, rest, shape))
                     }
-                });
+                    (None, 1, _) => {
+                        let elements: Vec<[u32; N]> = self.elements(numbering);
+                        let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+                        Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
+                    }
+                    (None, _, 2) => {
+                        let elements = self.elements(numbering);
+                        Box::new(QuadraticStrainRate::<2, 6>::new(name, viscosity, &elements, rest))
+                    }
+                    _ => {
+                        let elements = self.elements(numbering);
+                        Box::new(QuadraticStrainRate::<3, 10>::new(name, viscosity, &elements, rest))
+                    }
+                };
+                system.add_dissipation(term);
             }
         }
         let beta = damping.stiffness_proportional.unwrap_or(0.0);

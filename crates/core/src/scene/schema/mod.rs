@@ -202,7 +202,7 @@ pub enum Channel {
     /// Force [N] and moment [N m] with which every pin holds its vertices, on `/reactions`.
     Reactions,
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
-    /// third axis is out of the plane, here and in the channels below.
+    /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
     DeformationGradient,
     /// `J = det F` of every finite element, on `/elements/jacobian`.
     Jacobian,

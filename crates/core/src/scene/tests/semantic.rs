@@ -648,9 +648,7 @@ fn orders() {
     }
     let damped =
         format!("{elastic}\norder = 2\ndamping = {{ strain_rate = {{ shear = 1.0, second = 0.0 }} }}");
-    let damped = error(&changed(&springs, &damped));
-    let message = "`strain_rate` damps linear elements only, and this body is of `order` 2";
-    assert!(briefly(&damped).iter().any(|problem| problem.ends_with(message)), "{:?}", briefly(&damped));
+    assert!(read(&changed(&springs, &damped)).is_ok());
 }
 
 /// Sheets of finite elements: what they are made of, and where.
