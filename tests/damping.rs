@@ -186,7 +186,9 @@ fn damped_chain(method: Method, beta: f64, h: f64) -> Simulation {
 // stiffness the fastest motion is the one damped most.
 #[test]
 fn the_limit_of_a_damped_system_is_sharp() {
-    for method in methods().filter(|m| m.documentation.stability_limit > 0.0) {
+    let limited =
+        |m: &Method| m.documentation.stability_limit > 0.0 && m.documentation.stability_limit.is_finite();
+    for method in methods().filter(limited) {
         let name = method.documentation.name;
         for beta in [1e-3, 0.02, 0.2] {
             let limit = damped_chain(method, beta, 1.0).stability_limit(1.0);

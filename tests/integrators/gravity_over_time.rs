@@ -34,7 +34,9 @@ fn errors(method: Method, steps: usize) -> [f64; 2] {
 #[test]
 fn every_scheme_has_its_order_under_gravity_that_changes_with_time() {
     for method in methods() {
-        let (name, order) = (method.documentation.name, f64::from(method.documentation.order));
+        let name = method.documentation.name;
+        // Of a force that depends on time alone a scheme is a quadrature, and Crouzeix' one that of Gauss.
+        let order = if name == "crouzeix3" { 4.0 } else { f64::from(method.documentation.order) };
         let steps = if order < 2.5 { 400 } else { 40 };
         let (coarse, fine) = (errors(method, steps), errors(method, 2 * steps));
         for (quantity, (coarse, fine)) in ["position", "velocity"].iter().zip(coarse.iter().zip(fine)) {

@@ -65,13 +65,20 @@ fn the_fourth_order_schemes_reach_the_states_of_keplers_equation() {
 #[test]
 fn errors_at_e_06_are_those_of_an_independent_implementation() {
     let (_, time, x, _) = STATES[1];
-    let rows: [(&str, [u32; 3], [f64; 3]); 6] = [
+    let rows: [(&str, [u32; 3], [f64; 3]); 13] = [
         ("forward-euler", [50_000, 100_000, 200_000], [7.00e-2, 3.5432e-2, 1.78217e-2]),
         ("symplectic-euler", [8000, 16_000, 32_000], [7.36585e-3, 3.74078e-3, 1.88490e-3]),
         ("rk2-midpoint", [4000, 8000, 16_000], [1.89959e-4, 4.85752e-5, 1.22831e-5]),
         ("velocity-verlet", [2000, 4000, 8000], [1.952e-3, 4.881e-4, 1.220e-4]),
         ("rk4", [500, 1000, 2000], [2.068e-5, 1.113e-6, 6.40e-8]),
         ("yoshida4", [500, 1000, 2000], [3.053e-4, 1.921e-5, 1.203e-6]),
+        ("implicit-midpoint", [2000, 4000, 8000], [2.592e-3, 6.479e-4, 1.620e-4]),
+        ("generalised-alpha", [2000, 4000, 8000], [2.486e-3, 6.212e-4, 1.553e-4]),
+        ("bdf2", [2000, 4000, 8000], [1.177e-2, 3.008e-3, 7.595e-4]),
+        ("tr-bdf2", [2000, 4000, 8000], [1.481e-3, 3.712e-4, 9.290e-5]),
+        ("sdirk2", [2000, 4000, 8000], [1.929e-4, 4.823e-5, 1.206e-5]),
+        ("sdirk3", [2000, 4000, 8000], [4.18e-5, 5.22e-6, 6.53e-7]),
+        ("sdirk4", [500, 1000, 2000], [5.735e-6, 3.303e-7, 1.978e-8]),
     ];
     for (name, steps, expected) in rows {
         let mut errors = [0.0; 3];
@@ -95,7 +102,8 @@ fn exactly_the_symplectic_schemes_conserve_angular_momentum_at_any_step() {
             let mut simulation = kepler(method, 0.6, TAU / steps_per_period);
             let start = simulation.diagnostics().angular_momentum[2];
             assert!((start - 0.8).abs() < 1e-15, "L = sqrt(1 - e^2)");
-            advance(&mut simulation, 1000);
+            // At large steps those that damp fall into the sun, with the energy that they take.
+            advance(&mut simulation, if method.documentation.symplectic { 1000 } else { 12 });
             let change = (simulation.diagnostics().angular_momentum[2] / start - 1.0).abs();
             let name = method.documentation.name;
             if method.documentation.symplectic {

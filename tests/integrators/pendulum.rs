@@ -3,7 +3,7 @@
 use pliant::run::Outcome;
 
 use crate::support::particles::spring_pendulum;
-use crate::support::{advance, distance, method, run_watched};
+use crate::support::{advance, assert_relative, distance, method, run_watched};
 
 // lecture 9; A6: Taylor series to two tolerances, 13 digits.
 #[test]
@@ -62,5 +62,85 @@ fn explicit_schemes_hold_the_stiff_pendulum_below_their_limit_and_report_above()
         };
         assert!(error.to_string().contains("above the stability limit"), "{error}");
         assert!(simulation.state().x().iter().all(|x| x.is_finite()), "the state is the last good one");
+    }
+}
+
+/// What the stiff pendulum, k = 1e6, has done after 10 s: its angle less that of the inextensible one, and the energy gained [J].
+fn after_ten_seconds(name: &str, steps: usize) -> (f64, f64) {
+    let mut simulation = spring_pendulum(method(name), 1e6, 10.0 / steps as f64);
+    let start = simulation.diagnostics().total;
+    advance(&mut simulation, steps);
+    let x = simulation.state().x();
+    (x[2].atan2(-x[3]) + 0.651_863_046_741_975_93, simulation.diagnostics().total - start)
+}
+
+// A6: h = 0.01 is ten times what the stiff spring would need, an independent implementation of each scheme; two digits are known.
+#[test]
+fn implicit_schemes_swing_the_stiff_pendulum_as_an_independent_code_finds() {
+    let rows = [
+        ("implicit-euler", 0.83, -3.55),
+        ("bdf2", -1.5e-2, -1.3e-2),
+        ("tr-bdf2", -2.5e-3, -7.0e-4),
+        ("implicit-midpoint", -4.4e-3, 2.9e-3),
+        ("trapezoid", -4.7e-3, -7.1e-4),
+        ("generalised-alpha", -4.6e-3, 2.7e-3),
+        ("sdirk2", 0.173, -0.62),
+        ("sdirk3", 0.208, -0.74),
+        ("crouzeix3", -5.8e-4, -8.9e-4),
+        ("sdirk4", -0.62, 2.62),
+    ];
+    for (name, angle, energy) in rows {
+        let (measured_angle, measured_energy) = after_ten_seconds(name, 1000);
+        assert_relative(measured_angle, angle, 0.05, &format!("{name}: angle"));
+        assert_relative(measured_energy, energy, 0.05, &format!("{name}: energy"));
+    }
+}
+
+// A6: h omega of 31, 50 and 100, every step solved. Schemes without damping gain energy without bound, however well their steps
+// are solved; implicit Euler, BDF2 and TR-BDF2 never do.
+#[test]
+fn at_large_steps_damping_schemes_lose_energy_and_undamped_ones_gain_it() {
+    let rows = [
+        ("implicit-euler", [-4.755, -4.880, -4.905]),
+        ("bdf2", [-0.300_09, -0.969_79, -3.1683]),
+        ("tr-bdf2", [-0.023_202, -0.092_236, -0.578_86]),
+    ];
+    for (name, expected) in rows {
+        for (steps, expected) in [320, 200, 100].into_iter().zip(expected) {
+            let (_, energy) = after_ten_seconds(name, steps);
+            assert_relative(energy, expected, 0.01, &format!("{name} in {steps} steps"));
+        }
+    }
+    for name in ["implicit-midpoint", "trapezoid"] {
+        for steps in [200, 100] {
+            let mut simulation = spring_pendulum(method(name), 1e6, 10.0 / steps as f64);
+            let start = simulation.diagnostics().total;
+            let mut highest = 0.0f64;
+            for _ in 0..steps {
+                simulation.step().unwrap();
+                highest = highest.max(simulation.diagnostics().total - start);
+            }
+            assert!(highest > 10.0, "{name} in {steps} steps gains {highest} J");
+        }
+    }
+}
+
+// A step that fails, or is taken back because the force at its end is not finite, leaves state and memory as they were.
+#[test]
+fn a_step_from_elsewhere_that_fails_leaves_the_memory_of_a_scheme() {
+    for name in ["implicit-euler", "newmark", "generalised-alpha", "bdf2", "tr-bdf2", "sdirk4"] {
+        let build = || spring_pendulum(method(name), 1e4, 0.01);
+        let (mut simulation, mut undisturbed) = (build(), build());
+        advance(&mut simulation, 7);
+        advance(&mut undisturbed, 7);
+        let (x, v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
+        let (mut far, mut fast) = (vec![0.0, 0.0, f64::NAN, 0.0], v.clone());
+        assert!(simulation.advance(&mut far, &mut fast).is_err(), "{name}");
+        simulation.state_mut().x_mut().copy_from_slice(&x);
+        simulation.state_mut().v_mut().copy_from_slice(&v);
+        advance(&mut simulation, 5);
+        advance(&mut undisturbed, 5);
+        assert_eq!(simulation.state().x(), undisturbed.state().x(), "{name}");
+        assert_eq!(simulation.state().v(), undisturbed.state().v(), "{name}");
     }
 }

@@ -7,7 +7,7 @@ use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
 
-use crate::support::{advance, distance};
+use crate::support::{advance, distance, solve_to_rounding};
 
 const MASS: f64 = 2.0;
 const STIFFNESS: f64 = 18.0;
@@ -15,13 +15,20 @@ const STIFFNESS: f64 = 18.0;
 const OMEGA: f64 = 3.0;
 const DRIVE: f64 = 2.0;
 
+/// Every scheme but static equilibrium.
+fn dynamic() -> impl Iterator<Item = IntegratorSpec> {
+    IntegratorSpec::ALL.iter().copied().filter(|spec| spec.method().documentation.order > 0)
+}
+
 /// A spring of rest length zero from the origin, held as said, to a mass at rest at (1, 0).
 fn on_a_spring(spec: IntegratorSpec, h: f64, hold: impl Fn(Hold, &[f64]) -> Hold) -> Simulation {
     let mut system = System::new(2, vec![1.0, MASS]);
     system.add_term(Box::new(Springs::<2>::new("spring", &[[0, 1]], &[STIFFNESS], &[0.0], 2)));
     let start = vec![0.0, 0.0, 1.0, 0.0];
     system.hold(hold(Hold::new("end", vec![0]), &start));
-    Simulation::new(system, State::new(start, vec![0.0; 4]), spec.method(), h)
+    let mut simulation = Simulation::new(system, State::new(start, vec![0.0; 4]), spec.method(), h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }
 
 /// The end goes along `0.5 sin(2 t)` in x, and in y on a circle of radius 0.2 about (-0.2, 0) seen from the side.
@@ -71,11 +78,11 @@ fn errors(spec: IntegratorSpec, steps: usize) -> [f64; 3] {
 // A8: the stages of a step see the moving end where it is at their times, and its work is known as well as the state.
 #[test]
 fn every_scheme_keeps_its_order_with_a_moving_end() {
-    for spec in IntegratorSpec::ALL {
+    for spec in dynamic() {
         let documentation = spec.method().documentation;
         let (name, order) = (documentation.name, f64::from(documentation.order));
         let steps = if order < 2.5 { 400 } else { 80 };
-        let (coarse, fine) = (errors(*spec, steps), errors(*spec, 2 * steps));
+        let (coarse, fine) = (errors(spec, steps), errors(spec, 2 * steps));
         let quantities = ["position", "velocity", "balance of energy"];
         for (quantity, (coarse, fine)) in quantities.iter().zip(coarse.iter().zip(fine)) {
             let measured = (coarse / fine).log2();
@@ -119,8 +126,8 @@ fn a_hold_lets_go_at_the_step_nearest_to_its_end() {
 /// One coordinate held, the other free: a bead on a wire.
 #[test]
 fn single_coordinates_are_held() {
-    for spec in IntegratorSpec::ALL {
-        let mut simulation = on_a_spring(*spec, 0.01, |hold, _| hold.along([true, false, true]));
+    for spec in dynamic() {
+        let mut simulation = on_a_spring(spec, 0.01, |hold, _| hold.along([true, false, true]));
         simulation.state_mut().x_mut()[3] = 0.5;
         advance(&mut simulation, 20);
         let x = simulation.state().x();
@@ -142,8 +149,8 @@ fn the_stability_limit_is_that_after_the_release() {
 /// A motion without a value is a step that cannot be taken.
 #[test]
 fn a_motion_that_is_not_finite_ends_the_run_at_its_vertex() {
-    for spec in IntegratorSpec::ALL {
-        let mut simulation = on_a_spring(*spec, 0.1, |hold, start| {
+    for spec in dynamic() {
+        let mut simulation = on_a_spring(spec, 0.1, |hold, start| {
             let path = |t: f64| ([(0.45 - t).sqrt(), 0.0, 0.0], [0.0; 3]);
             hold.moving(Motion::new().along(path), start, start, 2)
         });

@@ -12,6 +12,7 @@ use pliant::integrator::{IntegratorSpec, Method};
 use pliant::observer::{Frame, Observer, ObserverError};
 use pliant::run::{Plan, Summary, run};
 use pliant::simulation::Simulation;
+use pliant::solver::SolverOptions;
 
 /// Every scheme of the registry that moves things; statics has no order and no inertia.
 pub(crate) fn methods() -> impl Iterator<Item = Method> {
@@ -22,6 +23,11 @@ pub(crate) fn methods() -> impl Iterator<Item = Method> {
 pub(crate) fn method(name: &str) -> Method {
     let mut all = IntegratorSpec::ALL.iter().map(|spec| spec.method());
     all.find(|m| m.documentation.name == name).unwrap_or_else(|| panic!("no scheme is called {name}"))
+}
+
+/// Solves the equations of implicit schemes to rounding, so that what is measured is the scheme; explicit ones do not care.
+pub(crate) fn solve_to_rounding(simulation: &mut Simulation) {
+    simulation.set_solver(SolverOptions { tolerance: Some(1e-15), ..SolverOptions::default() });
 }
 
 /// Takes `steps` steps, none of which may fail.

@@ -1,16 +1,53 @@
 //! The oscillator `x'' = -omega^2 x`: what each scheme does to it, in closed form.
 
+use nalgebra::Complex;
 use pliant::energy::spring::Springs;
 use pliant::integrator::Method;
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
 
+use super::solve_to_rounding;
+
 /// A 2x2 matrix acting on `(x, v / omega)`.
 pub(crate) type Matrix = [[f64; 2]; 2];
 
+/// `(x, v / omega)` after so many steps with `z = h omega` from `(1, 0)`, derived by hand from the definition of the scheme.
+pub(crate) fn from_rest(name: &str, z: f64, steps: usize) -> [f64; 2] {
+    match name {
+        "bdf2" => bdf2(z, steps),
+        "generalised-alpha" => generalised_alpha(0.8, z, steps),
+        _ => power_applied(closed_form(name, z), steps, [1.0, 0.0]),
+    }
+}
+
+/// BDF2 after a step of TR-BDF2: `(3 - 2 i z) u_(n+1) = 4 u_n - u_(n-1)`, where `(x, v / omega) = (Re u, -Im u)`.
+fn bdf2(z: f64, steps: usize) -> [f64; 2] {
+    let [[re, im], _] = closed_form("tr-bdf2", z);
+    let (mut before, mut now) = (Complex::new(1.0, 0.0), Complex::new(re, im));
+    for _ in 1..steps {
+        (before, now) = (now, (now * 4.0 - before) / Complex::new(3.0, -2.0 * z));
+    }
+    [now.re, -now.im]
+}
+
+/// Chung and Hulbert's formulas for `x'' = -x` with `h = z`, the acceleration at the start that of the force.
+pub(crate) fn generalised_alpha(rho: f64, z: f64, steps: usize) -> [f64; 2] {
+    let (m, f) = ((2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0));
+    let (gamma, beta) = (0.5 - m + f, 0.25 * (1.0 - m + f).powi(2));
+    let (mut x, mut v, mut a) = (1.0, 0.0, -1.0);
+    for _ in 0..steps {
+        let predicted = x + z * v + z * z * (0.5 - beta) * a;
+        let new = -((1.0 - f) * predicted + f * x + m * a) / (1.0 - m + (1.0 - f) * beta * z * z);
+        x = predicted + z * z * beta * new;
+        v += z * ((1.0 - gamma) * a + gamma * new);
+        a = new;
+    }
+    [x, v]
+}
+
 /// The matrix that one step with `z = h omega` applies to `(x, v / omega)`, derived by hand from the definition of the
-/// scheme (Runge-Kutta: the stability polynomial at `i z`).
+/// scheme (Runge-Kutta: the stability function at `i z`).
 pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
     let z2 = z * z;
     let rotation = |even: f64, odd: f64| [[even, odd], [-odd, even]];
@@ -24,8 +61,34 @@ pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
             let outer = 1.0 / (2.0 - 2f64.cbrt());
             product(verlet(outer * z), product(verlet((1.0 - 2.0 * outer) * z), verlet(outer * z)))
         }
+        "implicit-euler" | "linearised-implicit-euler" => rational(&[1.0], (1.0, 1), z),
+        // Newmark's method with its default coefficients is the trapezoidal rule.
+        "implicit-midpoint" | "trapezoid" | "newmark" => rational(&[1.0, 0.5], (0.5, 1), z),
+        "tr-bdf2" | "sdirk2" => {
+            let g = 1.0 - 0.5f64.sqrt();
+            rational(&[1.0, 1.0 - 2.0 * g], (g, 2), z)
+        }
+        "sdirk3" => {
+            let g = 0.435_866_521_508_459;
+            rational(&[1.0, 1.0 - 3.0 * g, 0.5 - 3.0 * g + 3.0 * g * g], (g, 3), z)
+        }
+        "crouzeix3" => {
+            let g = 0.5 + 3f64.sqrt() / 6.0;
+            rational(&[1.0, 1.0 - 2.0 * g, 0.5 - 2.0 * g + g * g], (g, 2), z)
+        }
+        // Hairer, Wanner 1996, table IV.6.5: 4 (768 - 192 w - 96 w^2 + 8 w^3 + 7 w^4) / (3 (4 - w)^5).
+        "sdirk4" => rational(&[1.0, -0.25, -0.125, 8.0 / 768.0, 7.0 / 768.0], (0.25, 5), z),
         _ => panic!("{name} has no closed form here: add the matrix that one step applies to the oscillator"),
     }
+}
+
+/// A stability function at `w = i z`: a polynomial over `(1 - g w)^n`. As `i` turns `(x, v / omega)` by a right angle, `p + i q` is a
+/// matrix.
+fn rational(numerator: &[f64], (g, n): (f64, i32), z: f64) -> Matrix {
+    let w = Complex::new(0.0, z);
+    let polynomial = numerator.iter().rev().fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c);
+    let value = polynomial / (Complex::new(1.0, 0.0) - w * g).powi(n);
+    [[value.re, value.im], [-value.im, value.re]]
 }
 
 fn verlet(z: f64) -> Matrix {
@@ -56,5 +119,8 @@ pub(crate) fn oscillator(method: Method, mass: f64, stiffness: f64, h: f64) -> S
     let mut system = System::new(2, vec![1.0, mass]);
     system.add_term(Box::new(Springs::<2>::new("oscillator", &[[0, 1]], &[stiffness], &[0.0], 2)));
     system.pin(&[0]);
-    Simulation::new(system, State::new(vec![0.0, 0.0, 1.0, 0.0], vec![0.0; 4]), method, h)
+    let mut simulation =
+        Simulation::new(system, State::new(vec![0.0, 0.0, 1.0, 0.0], vec![0.0; 4]), method, h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }

@@ -8,6 +8,8 @@ use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
 
+use super::solve_to_rounding;
+
 /// A body around a sun of mass 1 held at the origin, `G = 1`, semi-major axis 1, from perihelion. Vertex 0 is the sun.
 pub(crate) fn kepler(method: Method, eccentricity: f64, h: f64) -> Simulation {
     let speed = ((1.0 + eccentricity) / (1.0 - eccentricity)).sqrt();
@@ -15,7 +17,9 @@ pub(crate) fn kepler(method: Method, eccentricity: f64, h: f64) -> Simulation {
     system.add_term(Box::new(NBody::<2>::new(vec![0, 1], vec![1.0, 1.0], 1.0, 0.0)));
     system.pin(&[0]);
     let state = State::new(vec![0.0, 0.0, 1.0 - eccentricity, 0.0], vec![0.0, 0.0, 0.0, speed]);
-    Simulation::new(system, state, method, h)
+    let mut simulation = Simulation::new(system, state, method, h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }
 
 /// Three gravitating bodies in the plane, `G = 1`.
@@ -84,7 +88,9 @@ pub(crate) fn spring_pendulum(method: Method, stiffness: f64, h: f64) -> Simulat
     system.add_term(Box::new(UniformGravity::new(&[0.0, -9.81], &mass)));
     system.pin(&[0]);
     let (s, c) = std::f64::consts::FRAC_PI_3.sin_cos();
-    Simulation::new(system, State::new(vec![0.0, 0.0, s, -c], vec![0.0; 4]), method, h)
+    let mut simulation = Simulation::new(system, State::new(vec![0.0, 0.0, s, -c], vec![0.0; 4]), method, h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }
 
 /// Two masses on soft springs below a pin, all terms nonlinear, no motion stiff: where orders show at once. The time
@@ -97,7 +103,9 @@ pub(crate) fn soft_double_pendulum(method: Method, h: f64) -> Simulation {
     system.add_term(Box::new(UniformGravity::new(&[0.0, -9.81], &mass)));
     system.pin(&[0]);
     let state = State::new(vec![0.0, 0.0, 1.1, -0.2, 1.7, 0.4], vec![0.0, 0.0, 0.0, 0.5, -1.0, 0.0]);
-    Simulation::new(system, state, method, h)
+    let mut simulation = Simulation::new(system, state, method, h);
+    solve_to_rounding(&mut simulation);
+    simulation
 }
 
 /// Positions of the two masses of [`soft_double_pendulum`] at `t = 1`: Taylor series of degree 20 and 24 in 30 digits

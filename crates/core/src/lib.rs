@@ -52,6 +52,7 @@ pub mod integrator;
 pub mod lanes;
 pub mod material;
 pub mod mesh;
+pub mod modes;
 pub mod numbering;
 pub mod observer;
 mod pass;

@@ -5,6 +5,7 @@ mod check;
 mod export;
 mod info;
 mod list;
+mod modes;
 mod recover;
 mod run;
 mod schema;
@@ -28,6 +29,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
     let result = match command {
         Command::Run(arguments) => run::execute(&arguments, terminal),
         Command::Check(arguments) => check::execute(&arguments, terminal),
+        Command::Modes(arguments) => modes::execute(&arguments, terminal),
         Command::List(arguments) => list::execute(&arguments, terminal),
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),

@@ -286,7 +286,8 @@ impl Oscillator {
     /// The largest stable step, and whether it is one of growth.
     fn limit(self, method: &Method, ether_drag: f64, duration: f64) -> (f64, bool) {
         let Oscillator { frequency, damping } = self;
-        if frequency == 0.0 {
+        // What is stable at any step without damping is so with it: all of the left half-plane is stable.
+        if frequency == 0.0 || method.documentation.stability_limit == f64::INFINITY {
             return (f64::INFINITY, false);
         }
         let radius =

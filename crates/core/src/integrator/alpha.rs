@@ -33,8 +33,8 @@ pub struct Alpha {
     before: Vec<f64>,
     /// The set of held coordinates that it belongs to; `None` where there is no history.
     known: Option<u64>,
-    /// Where the vertices would be without the velocity of the stage.
-    origin: Vec<f64>,
+    /// How far the vertices would go without the velocity of the stage.
+    drift: Vec<f64>,
     next: Next,
 }
 
@@ -48,19 +48,13 @@ impl Alpha {
             acceleration: vec![0.0; unknowns],
             before: vec![0.0; unknowns],
             known: None,
-            origin: vec![0.0; unknowns],
+            drift: vec![0.0; unknowns],
             next: Next::new(unknowns),
         }
     }
 
-    /// Makes sure of the acceleration at the state: the one remembered, or that of the force there.
+    /// Takes the acceleration at the state from the force there.
     fn start(&mut self, system: &mut System, state: &mut State) -> Result<(), StepFault> {
-        if self.known == Some(system.constraint_set())
-            && self.after.x == state.x()
-            && self.after.v == state.v()
-        {
-            return Ok(());
-        }
         if !state.ensure_force(system, state.time) {
             return Err(StepFault::at(system, state.x(), state.v()));
         }
@@ -74,63 +68,16 @@ impl Alpha {
 
 impl Integrator for Alpha {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        self.start(system, state)?;
-        self.known = None;
-        let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;
-        let (x, v, a) = (state.x(), state.v(), &self.acceleration);
-        let drag = system.ether_drag();
-        // With X = x_(n+1-alpha_f), x_(n+1) = (X - alpha_f x_n)/(1 - alpha_f), a_(n+1) = (x_(n+1) - p)/(beta h^2) and
-        // v_(n+1) = q + gamma h a_(n+1), the equation of motion is `inertia (X - target) = s a(X)`.
-        let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
-        let inertia = 1.0 + new_f * gamma * h * drag / new_m;
-        let s = beta * h * h * new_f / new_m;
-        // The velocity at X is that of `origin` at X = origin, and grows with `rate`.
-        let rate = gamma / (beta * h);
-        let target = self.solver.target(x.len());
-        for i in 0..x.len() {
-            let p = x[i] + h * v[i] + h * h * (0.5 - beta) * a[i];
-            let q = v[i] + h * (1.0 - gamma) * a[i];
-            // What does not depend on X: old acceleration, and the drag of old velocities.
-            let old = alpha_m * a[i] + drag * (new_f * q + alpha_f * v[i]);
-            target[i] = new_f * p + alpha_f * x[i] - s / inertia * old;
-            self.origin[i] = alpha_f * x[i] + new_f * p - (new_f * q + alpha_f * v[i]) / rate;
+        let known = self.known.take().filter(|set| {
+            *set == system.constraint_set() && self.after.x == state.x() && self.after.v == state.v()
+        });
+        if known.is_none() {
+            self.start(system, state)?;
         }
-        let time = state.time + new_f * h;
-        self.next.x.copy_from_slice(x);
-        self.next.v.fill(0.0);
-        if !system.prescribe(time, &mut self.next.x, &mut self.next.v) {
-            return Err(StepFault::at(system, &self.next.x, &self.next.v));
-        }
-        let solve = Solve {
-            inertia,
-            stiffness: s,
-            time,
-            velocity: Velocity { origin: &self.origin, rate },
-            acceleration: Some(a),
-            single_iteration: false,
-        };
-        self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
-        let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
-        std::mem::swap(&mut self.acceleration, &mut self.before);
-        let (a, weight) = (&self.before, system.inverse_mass());
-        for i in 0..x.len() {
-            if weight[i] == 0.0 {
-                (self.next.v[i], self.acceleration[i]) = (0.0, 0.0);
-                continue;
-            }
-            let p = x[i] + h * v[i] + h * h * (0.5 - beta) * a[i];
-            // x_(n+1) - p without the cancellation of adding alpha_f x_n and taking it off again.
-            let to = (self.next.x[i] - alpha_f * x[i]) / new_f;
-            let acceleration = (to - p) / (beta * h * h);
-            self.next.x[i] = to;
-            self.next.v[i] = v[i] + h * ((1.0 - gamma) * a[i] + gamma * acceleration);
-            self.acceleration[i] = acceleration;
-        }
-        self.next.commit(system, state, h, force)?;
-        self.after.x.copy_from_slice(state.x());
-        self.after.v.copy_from_slice(state.v());
-        self.known = Some(system.constraint_set());
-        Ok(())
+        let end = self.advance(system, state, h);
+        // A step that fails leaves the memory as it was.
+        self.known = if end.is_ok() { Some(system.constraint_set()) } else { known };
+        end
     }
 
     fn undo(&mut self, state: &mut State) {
@@ -146,5 +93,68 @@ impl Integrator for Alpha {
 
     fn bytes(&self) -> usize {
         24 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
+    }
+}
+
+impl Alpha {
+    /// A step from a state whose acceleration is known.
+    fn advance(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;
+        let (x, v, a) = (state.x(), state.v(), &self.acceleration);
+        let drag = system.ether_drag();
+        // With X = x_(n+1-alpha_f), x_(n+1) - x_n = (X - x_n)/(1 - alpha_f), a_(n+1) = (x_(n+1) - x_n - p)/(beta h^2) and
+        // v_(n+1) = q + gamma h a_(n+1), the equation of motion is `inertia (X - target) = s a(X)`.
+        let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
+        let inertia = 1.0 + new_f * gamma * h * drag / new_m;
+        let s = beta * h * h * new_f / new_m;
+        // The velocity at X vanishes where X - x_n is the drift, and grows with `rate`.
+        let rate = gamma / (beta * h);
+        let target = self.solver.target(x.len());
+        for i in 0..x.len() {
+            let p = h * v[i] + h * h * (0.5 - beta) * a[i];
+            let q = v[i] + h * (1.0 - gamma) * a[i];
+            // What does not depend on X: old acceleration, and the drag of old velocities.
+            let old = alpha_m * a[i] + drag * (new_f * q + alpha_f * v[i]);
+            target[i] = new_f * p - s / inertia * old;
+            self.drift[i] = new_f * p - (new_f * q + alpha_f * v[i]) / rate;
+        }
+        let time = state.time + new_f * h;
+        self.next.x.copy_from_slice(x);
+        self.next.v.fill(0.0);
+        if !system.prescribe(time, &mut self.next.x, &mut self.next.v) {
+            return Err(StepFault::at(system, &self.next.x, &self.next.v));
+        }
+        let solve = Solve {
+            inertia,
+            stiffness: s,
+            time,
+            velocity: Velocity { origin: x, rate, drift: &self.drift },
+            acceleration: Some(a),
+            single_iteration: false,
+        };
+        self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
+        let force = if alpha_f == 0.0 { system.force() } else { ForceId::NONE };
+        std::mem::swap(&mut self.acceleration, &mut self.before);
+        let (a, weight) = (&self.before, system.inverse_mass());
+        for i in 0..x.len() {
+            if weight[i] == 0.0 {
+                (self.next.v[i], self.acceleration[i]) = (0.0, 0.0);
+                continue;
+            }
+            let p = h * v[i] + h * h * (0.5 - beta) * a[i];
+            let q = v[i] + h * (1.0 - gamma) * a[i];
+            let u = self.solver.increments()[i] / new_f;
+            let acceleration = (u - p) / (beta * h * h);
+            self.next.x[i] = x[i] + u;
+            self.next.v[i] = q + h * gamma * acceleration;
+            self.acceleration[i] = acceleration;
+        }
+        if let Err(fault) = self.next.commit(system, state, h, force) {
+            std::mem::swap(&mut self.acceleration, &mut self.before);
+            return Err(fault);
+        }
+        self.after.x.copy_from_slice(state.x());
+        self.after.v.copy_from_slice(state.v());
+        Ok(())
     }
 }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dirk::Dirk;
-use super::implicit::{Next, Stage, StageSolver};
+use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
 use super::{BadParameter, Documentation, Integrator, Method, Scheme, StepFault, implicit_euler, tr_bdf2};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
@@ -105,6 +105,7 @@ impl Bdf2 {
         }
     }
 
+    /// Notes where a step has led.
     fn remember(&mut self, system: &System, state: &State, h: f64) {
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
@@ -115,28 +116,18 @@ impl Bdf2 {
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let known = self.step == Some((h, system.constraint_set())) && self.after.x == state.x() && self.after.v == state.v();
-        self.step = None;
         std::mem::swap(&mut self.before, &mut self.older);
-        self.started = !known;
         self.before.x.copy_from_slice(state.x());
         self.before.v.copy_from_slice(state.v());
-        if !known {
-            self.start.step(system, state, h)?;
+        let end = if known { self.advance(system, state, h) } else { self.start.step(system, state, h) };
+        if end.is_ok() {
+            self.started = !known;
             self.remember(system, state, h);
-            return Ok(());
+        } else {
+            // A step that fails leaves the memory as it was.
+            std::mem::swap(&mut self.before, &mut self.older);
         }
-        for i in 0..self.z.len() {
-            self.z[i] = (4.0 * state.x()[i] - self.older.x[i]) / 3.0;
-            self.w[i] = (4.0 * state.v()[i] - self.older.v[i]) / 3.0;
-        }
-        let stage = Stage { z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
-        let Next { x, v } = &mut self.next;
-        x.copy_from_slice(state.x());
-        self.solver.solve(system, &stage, x, v, &mut self.acceleration, false)?;
-        let force = system.force();
-        self.next.commit(system, state, h, force)?;
-        self.remember(system, state, h);
-        Ok(())
+        end
     }
 
     fn undo(&mut self, state: &mut State) {
@@ -159,5 +150,22 @@ impl Integrator for Bdf2 {
     fn bytes(&self) -> usize {
         let next = [&self.before, &self.after, &self.next, &self.older];
         24 * self.z.len() + next.iter().map(|n| n.bytes()).sum::<usize>() + self.solver.bytes() + self.start.bytes()
+    }
+}
+
+impl Bdf2 {
+    /// A step whose last state is known, in `older`.
+    fn advance(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        for i in 0..self.z.len() {
+            self.z[i] = (state.x()[i] - self.older.x[i]) / 3.0;
+            self.w[i] = (4.0 * state.v()[i] - self.older.v[i]) / 3.0;
+        }
+        let stage = Stage { x: state.x(), z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
+        let Next { x, v } = &mut self.next;
+        x.copy_from_slice(state.x());
+        guess_acceleration(system, state, &mut self.acceleration);
+        self.solver.solve(system, &stage, x, v, &mut self.acceleration, false)?;
+        let force = system.force();
+        self.next.commit(system, state, h, force)
     }
 }

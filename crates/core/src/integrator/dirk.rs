@@ -1,6 +1,6 @@
 //! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, one stage after another.
 
-use super::implicit::{Next, Stage, StageSolver};
+use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
 use super::{Integrator, StepFault};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
@@ -52,9 +52,9 @@ impl Dirk {
         }
     }
 
-    /// `z = x_n + h sum_j c_j V_j`, `w = v_n + h sum_j c_j A_j`.
+    /// `z = h sum_j c_j V_j`, `w = v_n + h sum_j c_j A_j`.
     fn combine(&mut self, state: &State, h: f64, coefficients: &[f64]) {
-        self.z.copy_from_slice(state.x());
+        self.z.fill(0.0);
         self.w.copy_from_slice(state.v());
         for (j, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
             let stage = self.velocity[j].iter().zip(&self.acceleration[j]);
@@ -66,34 +66,41 @@ impl Dirk {
     }
 }
 
+/// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be beside it.
+fn node(row: &[f64]) -> f64 {
+    let sum = row.iter().sum::<f64>();
+    if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
+}
+
 impl Integrator for Dirk {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let DirkTableau { a, b } = self.tableau;
         let mut force = ForceId::NONE;
         self.next.x.copy_from_slice(state.x());
         for (i, row) in a.iter().enumerate() {
-            let time = state.time + row.iter().sum::<f64>() * h;
+            let time = state.time + node(row) * h;
             if row[i] == 0.0 {
                 // Explicit stages come first, where the force may be known.
                 self.combine(state, h, &row[..i]);
                 system.set_time(time);
-                system.prescribe(time, &mut self.z, &mut self.w);
+                let x = &mut self.next.x;
+                x.iter_mut().zip(state.x()).zip(&self.z).for_each(|((x, old), z)| *x = old + z);
+                let prescribed = system.prescribe(time, x, &mut self.w);
                 let known = i == 0 && system.holds(state.force);
-                if !known && system.evaluate(&self.z).is_none() {
-                    return Err(StepFault::at(system, &self.z, &self.w));
+                if !prescribed || !known && system.evaluate(x).is_none() {
+                    return Err(StepFault::at(system, x, &self.w));
                 }
-                system.evaluate_dissipation(&self.z, &self.w);
+                system.evaluate_dissipation(x, &self.w);
                 system.accelerations(&mut self.acceleration[i]);
                 let drag = system.ether_drag();
                 self.velocity[i].copy_from_slice(&self.w);
                 if drag != 0.0 {
                     self.acceleration[i].iter_mut().zip(&self.w).for_each(|(a, v)| *a -= drag * v);
                 }
-                self.next.x.copy_from_slice(&self.z);
                 continue;
             }
             self.combine(state, h, &row[..i]);
-            let stage = Stage { z: &self.z, w: &self.w, g: h * row[i], time };
+            let stage = Stage { x: state.x(), z: &self.z, w: &self.w, g: h * row[i], time };
             let (v, acceleration) = (&mut self.velocity[i], &mut self.acceleration[i]);
             if i > 0 {
                 // The last stage's acceleration is the better guess.
@@ -101,6 +108,7 @@ impl Integrator for Dirk {
                 own[0].copy_from_slice(&before[i - 1]);
                 self.solver.solve(system, &stage, &mut self.next.x, v, &mut own[0], self.linearised)?;
             } else {
+                guess_acceleration(system, state, acceleration);
                 self.solver.solve(system, &stage, &mut self.next.x, v, acceleration, self.linearised)?;
             }
             force = system.force();
@@ -112,7 +120,8 @@ impl Integrator for Dirk {
             }
         } else {
             self.combine(state, h, b);
-            std::mem::swap(&mut self.next.x, &mut self.z);
+            let positions = self.next.x.iter_mut().zip(state.x()).zip(&self.z);
+            positions.for_each(|((x, old), z)| *x = old + z);
             std::mem::swap(&mut self.next.v, &mut self.w);
             force = ForceId::NONE;
         }

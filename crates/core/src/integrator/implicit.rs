@@ -1,15 +1,17 @@
 //! What implicit schemes have in common: stages that are solved, and the memory of a step.
 
 use super::{StepFault, all_finite};
-use crate::solver::{Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
+use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// The equations `X = z + g V`, `V = w + g (a(X) - c V)` of one stage, `c` the ether drag.
+/// The equations `X = x_n + z + g V`, `V = w + g (a(X) - c V)` of one stage, `c` the ether drag.
 ///
-/// Eliminated: `(1 + g c) (X - y) = g^2 a(X)` with `y = z + g w / (1 + g c)`, the minimum of an [`Objective`].
+/// Eliminated: `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and `y = z + g w / (1 + g c)`, the minimum of an [`Objective`].
 pub(super) struct Stage<'a> {
-    /// Where the vertices are without the stage's velocity, flat [m].
+    /// The old positions, flat [m].
+    pub(super) x: &'a [f64],
+    /// How far the vertices are from there without the stage's velocity, flat [m].
     pub(super) z: &'a [f64],
     /// Their velocity without the stage's acceleration, flat [m/s].
     pub(super) w: &'a [f64],
@@ -26,7 +28,7 @@ pub(super) struct Solve<'a> {
     /// Time at which forces are evaluated [s].
     pub(super) time: f64,
     pub(super) velocity: Velocity<'a>,
-    /// Of the last step, for a start.
+    /// For a start.
     pub(super) acceleration: Option<&'a [f64]>,
     pub(super) single_iteration: bool,
 }
@@ -36,12 +38,19 @@ pub(super) struct StageSolver {
     options: SolverOptions,
     minimizer: Option<Box<dyn Minimizer>>,
     target: Vec<f64>,
-    guess: Vec<f64>,
+    at: Iterate,
+    guess: Iterate,
 }
 
 impl StageSolver {
     pub(super) fn new(options: SolverOptions) -> Self {
-        StageSolver { options, minimizer: None, target: vec![], guess: vec![] }
+        StageSolver {
+            options,
+            minimizer: None,
+            target: vec![],
+            at: Iterate::default(),
+            guess: Iterate::default(),
+        }
     }
 
     /// Solves `stage` into `x` and `v`, and writes `(V - w)/g`, the whole acceleration. `x` is the start on entry: a
@@ -55,7 +64,7 @@ impl StageSolver {
         acceleration: &mut [f64],
         single_iteration: bool,
     ) -> Result<(), StepFault> {
-        let Stage { z, w, g, time } = *stage;
+        let Stage { x: origin, z, w, g, time } = *stage;
         let inertia = 1.0 + g * system.ether_drag();
         self.target.resize(x.len(), 0.0);
         for i in 0..x.len() {
@@ -70,7 +79,7 @@ impl StageSolver {
             inertia,
             stiffness: g * g,
             time,
-            velocity: Velocity { origin: z, rate: 1.0 / g },
+            velocity: Velocity { origin, rate: 1.0 / g, drift: z },
             acceleration: Some(acceleration),
             single_iteration,
         };
@@ -80,21 +89,21 @@ impl StageSolver {
             if weight[i] == 0.0 {
                 acceleration[i] = 0.0;
             } else {
-                v[i] = (x[i] - z[i]) / g;
+                v[i] = (self.at.u[i] - z[i]) / g;
                 acceleration[i] = (v[i] - w[i]) / g;
             }
         }
         Ok(())
     }
 
-    /// Where the vertices would go without force, to be filled before [`minimize`](Self::minimize).
+    /// Where the vertices would go without force, from the old positions, to be filled before [`minimize`](Self::minimize).
     pub(super) fn target(&mut self, unknowns: usize) -> &mut Vec<f64> {
         self.target.resize(unknowns, 0.0);
         &mut self.target
     }
 
-    /// Minimises an objective from the best of three starts: `x`, the target, and the target moved on by the acceleration of the last
-    /// step, where there is one. `v` has the velocities of held coordinates.
+    /// Minimises an objective, and writes where the minimum is to `x`, from the best of three starts: `x`, the target, and the target moved on by an acceleration, where
+    /// there is one. `v` has the velocities of held coordinates.
     pub(super) fn minimize(
         &mut self,
         system: &mut System,
@@ -104,38 +113,40 @@ impl StageSolver {
     ) -> Result<(), StepFault> {
         let Solve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;
         system.set_time(time);
-        let objective = Objective {
-            inertia,
-            target: &self.target,
-            stiffness,
-            velocity,
-            held_velocity: v,
-            single_iteration,
-        };
-        let minimizer = self.minimizer.get_or_insert_with(|| minimizer(system.dimension(), self.options));
+        let StageSolver { options, minimizer: kept, target, at, guess } = self;
+        let objective =
+            Objective { inertia, target, stiffness, velocity, held_velocity: v, single_iteration };
+        let minimizer = kept.get_or_insert_with(|| minimizer(system.dimension(), *options));
+        for buffer in [&mut at.x, &mut at.u, &mut guess.x, &mut guess.u] {
+            buffer.resize(x.len(), 0.0);
+        }
+        at.x.copy_from_slice(x);
+        for i in 0..x.len() {
+            at.u[i] = x[i] - velocity.origin[i];
+        }
         // In statics there is no other start than the last equilibrium.
         if !single_iteration && inertia > 0.0 {
-            let mut best = minimizer.objective(system, &objective, x);
+            let mut best = minimizer.objective(system, &objective, at);
             for acceleration in [None, acceleration] {
-                self.guess.clear();
-                self.guess.extend_from_slice(&self.target);
-                if let Some(a) = acceleration {
-                    self.guess.iter_mut().zip(a).for_each(|(x, a)| *x += stiffness / inertia * a);
+                for (i, held) in system.inverse_mass().iter().map(|w| *w == 0.0).enumerate() {
+                    guess.u[i] = target[i] + acceleration.map_or(0.0, |a| stiffness / inertia * a[i]);
+                    guess.x[i] = if held { x[i] } else { velocity.origin[i] + guess.u[i] };
                 }
-                let held = system.inverse_mass().iter().zip(&*x);
-                self.guess
-                    .iter_mut()
-                    .zip(held)
-                    .filter(|(_, (w, _))| **w == 0.0)
-                    .for_each(|(g, (_, x))| *g = *x);
-                let there = minimizer.objective(system, &objective, &self.guess);
+                let there = minimizer.objective(system, &objective, guess);
                 if there < best {
                     best = there;
-                    std::mem::swap(x, &mut self.guess);
+                    std::mem::swap(at, guess);
                 }
             }
         }
-        minimizer.minimize(system, &objective, x)
+        let end = minimizer.minimize(system, &objective, at);
+        x.copy_from_slice(&at.x);
+        end
+    }
+
+    /// What the last minimum is away from the old positions, more exactly than its own positions say; flat [m].
+    pub(super) fn increments(&self) -> &[f64] {
+        &self.at.u
     }
 
     pub(super) fn work(&self) -> SolverWork {
@@ -143,8 +154,21 @@ impl StageSolver {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        8 * (self.target.len() + self.guess.len()) + self.minimizer.as_ref().map_or(0, |m| m.bytes())
+        8 * self.target.len()
+            + self.at.bytes()
+            + self.guess.bytes()
+            + self.minimizer.as_ref().map_or(0, |m| m.bytes())
     }
+}
+
+/// Writes the acceleration at the beginning of a step to `a`, where to start the first solve from: like the step itself it depends on
+/// the state alone, and not on steps before.
+pub(super) fn guess_acceleration(system: &mut System, state: &State, a: &mut [f64]) {
+    if !system.holds(state.force) {
+        return a.fill(0.0);
+    }
+    system.evaluate_dissipation(state.x(), state.v());
+    system.accelerations(a);
 }
 
 /// The new state of a step, swapped with the old one at its end.

@@ -29,12 +29,15 @@ pub struct QuasiStatic {
     solver: StageSolver,
     next: Next,
     origin: Vec<f64>,
+    /// None: zero.
+    drift: Vec<f64>,
 }
 
 impl QuasiStatic {
     /// A runner on `unknowns` coordinates.
     pub fn new(unknowns: usize, options: SolverOptions) -> Self {
-        QuasiStatic { solver: StageSolver::new(options), next: Next::new(unknowns), origin: vec![0.0; unknowns] }
+        let zero = || vec![0.0; unknowns];
+        QuasiStatic { solver: StageSolver::new(options), next: Next::new(unknowns), origin: zero(), drift: zero() }
     }
 }
 
@@ -48,12 +51,12 @@ impl Integrator for QuasiStatic {
         }
         // What dissipates resists the step from the last equilibrium to this one.
         self.origin.copy_from_slice(state.x());
-        self.solver.target(state.x().len()).copy_from_slice(state.x());
+        self.solver.target(state.x().len()).fill(0.0);
         let solve = Solve {
             inertia: 0.0,
             stiffness: 1.0,
             time,
-            velocity: Velocity { origin: &self.origin, rate: 1.0 / h },
+            velocity: Velocity { origin: &self.origin, rate: 1.0 / h, drift: &self.drift },
             acceleration: None,
             single_iteration: false,
         };
@@ -71,6 +74,6 @@ impl Integrator for QuasiStatic {
     }
 
     fn bytes(&self) -> usize {
-        8 * self.origin.len() + self.next.bytes() + self.solver.bytes()
+        16 * self.origin.len() + self.next.bytes() + self.solver.bytes()
     }
 }

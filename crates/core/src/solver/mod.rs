@@ -19,31 +19,36 @@ use crate::integrator::StepFault;
 use crate::system::System;
 use newton::Newton;
 
-/// The velocities `v(x) = rate (x - origin)` that a scheme gives a configuration at the end of a stage.
+/// The velocities `v = rate (u - drift)`, `u = x - origin`, that a scheme gives a configuration at the end of a stage.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Velocity<'a> {
-    /// Flat [m].
+    /// Where increments begin: the old positions, flat [m].
     pub(crate) origin: &'a [f64],
     /// [1/s].
     pub(crate) rate: f64,
+    /// How far the scheme moves what has no velocity in the stage, flat [m].
+    pub(crate) drift: &'a [f64],
 }
 
 /// The incremental potential of an implicit step or stage,
-/// `Phi(x) = inertia/2 (x - target)^T M (x - target) + stiffness E(x)`, in the coordinates that are free to move.
+/// `Phi(u) = inertia/2 (u - target)^T M (u - target) + stiffness E(origin + u)`, in the coordinates that are free to move.
 ///
-/// With dissipation, `stiffness / rate R(x_k, v(x))` is added, `x_k` the last iterate.
+/// With dissipation, `stiffness / rate R(x_k, v(u))` is added, `x_k` the last iterate; with forces that have no energy the work of
+/// the force at the last iterate. Both have the right gradient there.
 ///
-/// Its minimum solves `inertia M (x - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski, Grinspun, Gross 2011,
-/// "Example-based elastic materials", eq. 4.
+/// Its minimum solves `inertia M (u - target) + stiffness (dE/dx + dR/dv) = 0`; Martin, Thomaszewski, Grinspun, Gross 2011,
+/// "Example-based elastic materials", eq. 4. The unknowns are increments `u = x - origin`, not positions: velocities are their
+/// quotients by the step, accelerations by its square, and the rounding of positions would be felt in both; Hairer, Wanner 1996,
+/// section IV.8.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Objective<'a> {
     /// Factor of the inertia: 1 without drag, 0 in statics.
     pub(crate) inertia: f64,
-    /// Where the vertices would go without force, flat [m].
+    /// Where the vertices would go without force, from the origin, flat [m].
     pub(crate) target: &'a [f64],
     /// Factor of the energy [s^2].
     pub(crate) stiffness: f64,
-    /// What the velocities of a configuration are, where something dissipates.
+    /// Where increments begin, and what velocities they are.
     pub(crate) velocity: Velocity<'a>,
     /// The velocities of held coordinates, flat [m/s]; the others are not looked at.
     pub(crate) held_velocity: &'a [f64],
@@ -51,19 +56,35 @@ pub(crate) struct Objective<'a> {
     pub(crate) single_iteration: bool,
 }
 
+/// A configuration, twice: positions `x = origin + u` where free to move, and the increments, in which they are known better.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Iterate {
+    /// Positions, flat [m].
+    pub(crate) x: Vec<f64>,
+    /// Increments, flat [m]; of held coordinates not looked at.
+    pub(crate) u: Vec<f64>,
+}
+
+impl Iterate {
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        8 * (self.x.len() + self.u.len())
+    }
+}
+
 /// Minimises [`Objective`]s. What was learnt about one system is kept for the next.
 pub(crate) trait Minimizer: Send + Sync {
-    /// Moves the free coordinates of `x` to a minimum. The system holds the force there, unless the objective asks for a single
+    /// Moves the free coordinates to a minimum. The system holds the force there, unless the objective asks for a single
     /// iteration.
     fn minimize(
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
-        x: &mut Vec<f64>,
+        at: &mut Iterate,
     ) -> Result<(), StepFault>;
 
-    /// The objective at `x`; `+inf` outside the domain of a material.
-    fn objective(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64;
+    /// The objective at a configuration; `+inf` outside the domain of a material.
+    fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64;
 
     /// Work done so far.
     fn work(&self) -> SolverWork;

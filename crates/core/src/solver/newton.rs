@@ -5,7 +5,7 @@ use super::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditioner, dot}
 use super::hessian::{Assembler, At, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
-use super::{Objective, SolveError, SolverWork, Verdict};
+use super::{Iterate, Objective, SolveError, SolverWork, Verdict};
 use crate::integrator::StepFault;
 use crate::material::Psd;
 use crate::state::diagonal;
@@ -14,6 +14,13 @@ use crate::system::System;
 /// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006, *Numerical
 /// optimization*, eq. 3.4.
 const ARMIJO: f64 = 1e-4;
+/// What the objective may change by, relative to itself, where it says less about a step than its slope does; Hager, Zhang 2005, "A
+/// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
+const ROUNDING: f64 = 1e-10;
+/// The slope at the end of such a step may be this part of that at its beginning, either way; ibid., with delta = 0.1.
+const FLATTER: f64 = 0.8;
+/// Corrections of so many units in the last place of the positions may be rounding: they are where they no longer shrink.
+const ULPS: f64 = 64.0;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
 /// A factor at hand is kept while each correction is at most this part of the one before.
@@ -42,9 +49,13 @@ pub(crate) struct Newton<const D: usize> {
     size: f64,
     residual: Vec<f64>,
     direction: Vec<f64>,
-    trial: Vec<f64>,
+    trial: Iterate,
+    /// Solutions of conjugate gradients.
+    solution: Vec<f64>,
     /// Velocities, where something dissipates.
     velocity: Vec<f64>,
+    /// Gradient of the terms that have no energy, at the last iterate; empty where there are none.
+    follower: Vec<f64>,
     work: SolverWork,
 }
 
@@ -71,8 +82,10 @@ impl<const D: usize> Newton<D> {
             size: 0.0,
             residual: vec![],
             direction: vec![],
-            trial: vec![],
+            trial: Iterate::default(),
+            solution: vec![],
             velocity: vec![],
+            follower: vec![],
             work: SolverWork::default(),
         }
     }
@@ -90,7 +103,8 @@ impl<const D: usize> Newton<D> {
                 1.0
             };
         }
-        for v in [&mut self.residual, &mut self.direction, &mut self.trial] {
+        let trial = &mut self.trial;
+        for v in [&mut self.residual, &mut self.direction, &mut self.solution, &mut trial.x, &mut trial.u] {
             v.resize(x.len(), 0.0);
         }
         let matrix_free = self.options.linear == LinearSolver::MatrixFree;
@@ -110,14 +124,15 @@ impl<const D: usize> Newton<D> {
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
-        x: &[f64],
+        at: &Iterate,
         psd: Psd,
         old_factor: bool,
     ) -> Direction {
         let weights = weights(objective);
+        let x = &at.x;
         let linear = self.options.linear.choose(system);
         if system.is_damped() {
-            self.velocity_at(system, objective, x);
+            self.velocity_at(system, objective, at);
         }
         self.direction.iter_mut().zip(&self.residual).for_each(|(d, r)| *d = -r);
         if linear == LinearSolver::MatrixFree {
@@ -147,10 +162,10 @@ impl<const D: usize> Newton<D> {
                 };
             }
             let Some(iterative) = &mut self.iterative else { return Direction::Failed };
-            let report = iterative.solve(matrix, (weights, psd), &self.direction, &mut self.trial);
+            let report = iterative.solve(matrix, (weights, psd), &self.direction, &mut self.solution);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {
-                std::mem::swap(&mut self.direction, &mut self.trial);
+                std::mem::swap(&mut self.direction, &mut self.solution);
                 return Direction::Descent;
             }
             // Before anything else the negative eigenvalues of elements are removed.
@@ -171,7 +186,8 @@ impl<const D: usize> Newton<D> {
         if cholesky.factorize(matrix).is_err() {
             return Direction::Indefinite;
         }
-        self.factorized = Some(weights);
+        // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
+        self.factorized = (psd == Psd::Exact).then_some(weights);
         cholesky.solve(&mut self.direction);
         Direction::Descent
     }
@@ -179,7 +195,7 @@ impl<const D: usize> Newton<D> {
     /// Conjugate gradients by products of the exact Hessian, preconditioned by the masses.
     fn matrix_free(&mut self, system: &mut System, weights: Weights, x: &[f64]) -> Direction {
         let right = std::mem::take(&mut self.direction);
-        let mut solution = std::mem::take(&mut self.trial);
+        let mut solution = std::mem::take(&mut self.solution);
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let (velocity, mut damped) = (&self.velocity, vec![0.0; x.len()]);
         let product = |p: &[f64], q: &mut [f64]| {
@@ -201,7 +217,7 @@ impl<const D: usize> Newton<D> {
         let iterations = 10 * right.len() as u64 + 1000;
         let report =
             self.cg.solve::<D>(product, &mut Nothing, &right, &mut solution, CG_TOLERANCE, iterations);
-        (self.direction, self.trial) = (solution, right);
+        (self.direction, self.solution) = (solution, right);
         self.work.cg_iterations += report.iterations;
         match report.end {
             CgEnd::Converged => Direction::Descent,
@@ -210,50 +226,74 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Writes the gradient of the objective at `x`, zero at held coordinates; false where it is not finite. The system holds the
-    /// force at `x` afterwards.
-    fn residual(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> bool {
-        let finite = system.evaluate(x).is_some();
+    /// Writes the gradient of the objective at `at`, zero at held coordinates; false where it is not finite. The system holds the
+    /// force there afterwards.
+    fn residual(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> bool {
+        let finite = system.evaluate(&at.x).is_some();
         if system.is_damped() {
-            self.velocity_at(system, objective, x);
-            system.evaluate_dissipation(x, &self.velocity);
+            self.velocity_at(system, objective, at);
+            system.evaluate_dissipation(&at.x, &self.velocity);
+        }
+        self.follower.clear();
+        for term in system.terms().iter().filter(|term| !term.is_conservative()) {
+            self.follower.resize(at.x.len(), 0.0);
+            term.add_rows(0, &mut self.follower);
         }
         system.accelerations(&mut self.residual);
         let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
         for (i, r) in self.residual.iter_mut().enumerate() {
-            let inertia = objective.inertia * (x[i] - objective.target[i]);
+            let inertia = objective.inertia * (at.u[i] - objective.target[i]);
             *r = if weight[i] == 0.0 { 0.0 } else { mass[i / d] * (inertia - objective.stiffness * *r) };
         }
         finite
     }
 
-    /// Computes the velocities that belong to `x`; those of held coordinates are prescribed, and stay.
-    fn velocity_at(&mut self, system: &System, objective: &Objective<'_>, x: &[f64]) {
-        let super::Velocity { origin, rate } = objective.velocity;
-        self.velocity.resize(x.len(), 0.0);
-        let held = system.inverse_mass();
-        for i in 0..x.len() {
+    /// Computes the velocities that belong to `at`; those of held coordinates are prescribed, and stay.
+    fn velocity_at(&mut self, system: &System, objective: &Objective<'_>, at: &Iterate) {
+        self.velocity.resize(at.u.len(), 0.0);
+        let (held, super::Velocity { rate, drift, .. }) = (system.inverse_mass(), objective.velocity);
+        for i in 0..at.u.len() {
             self.velocity[i] =
-                if held[i] == 0.0 { objective.held_velocity[i] } else { rate * (x[i] - origin[i]) };
+                if held[i] == 0.0 { objective.held_velocity[i] } else { rate * (at.u[i] - drift[i]) };
         }
     }
 
-    /// The objective at `x`; what dissipates does so at the configuration `last`.
-    fn value(&mut self, system: &mut System, objective: &Objective<'_>, last: &[f64], x: &[f64]) -> f64 {
+    /// The objective at `at`, seen from the iterate `last`: what dissipates does so there, and forces without energy are those there.
+    fn value(&mut self, system: &mut System, objective: &Objective<'_>, last: &Iterate, at: &Iterate) -> f64 {
         let (mass, weight, d) = (system.mass(), system.inverse_mass(), system.dimension());
         let square = |i: usize| {
-            let away = x[i] - objective.target[i];
+            let away = at.u[i] - objective.target[i];
             if weight[i] == 0.0 { 0.0 } else { mass[i / d] * away * away }
         };
-        let inertia: f64 = if objective.inertia == 0.0 { 0.0 } else { (0..x.len()).map(square).sum() };
+        let inertia: f64 = if objective.inertia == 0.0 { 0.0 } else { (0..at.u.len()).map(square).sum() };
+        let work = |(i, g): (usize, &f64)| if weight[i] == 0.0 { 0.0 } else { g * (at.u[i] - last.u[i]) };
+        let work: f64 = self.follower.iter().enumerate().map(work).sum();
         self.work.energies += 1;
-        let mut potential = system.potential_energy(x);
+        let mut potential = system.potential_energy(&at.x) + work;
         if system.is_damped() {
-            self.velocity_at(system, objective, x);
+            self.velocity_at(system, objective, at);
             // Dissipation functions are quadratic in the velocities: R is half the power.
-            potential += 0.5 / objective.velocity.rate * system.dissipated_power(last, &self.velocity);
+            potential += 0.5 / objective.velocity.rate * system.dissipated_power(&last.x, &self.velocity);
         }
         0.5 * objective.inertia * inertia + objective.stiffness * potential
+    }
+
+    /// Makes `trial` the iterate a part of the direction away from `at`.
+    fn go(&mut self, system: &System, objective: &Objective<'_>, at: &Iterate, step: f64) {
+        let held = system.inverse_mass();
+        for i in 0..at.u.len() {
+            let u = at.u[i] + step * self.direction[i];
+            self.trial.u[i] = u;
+            self.trial.x[i] = if held[i] == 0.0 { at.x[i] } else { objective.velocity.origin[i] + u };
+        }
+    }
+
+    /// Makes the residual that at the trial; whether it is finite.
+    fn residual_at_trial(&mut self, system: &mut System, objective: &Objective<'_>) -> bool {
+        let trial = std::mem::take(&mut self.trial);
+        let finite = self.residual(system, objective, &trial);
+        self.trial = trial;
+        finite
     }
 }
 
@@ -287,17 +327,21 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
-        x: &mut Vec<f64>,
+        at: &mut Iterate,
     ) -> Result<(), StepFault> {
-        self.prepare(system, x);
-        let tolerance = self.options.tolerance.unwrap_or(1e-9 * self.size);
-        let fail = |system: &System, x: &[f64], verdict, iterations, correction| {
+        self.prepare(system, &at.x);
+        let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
+        let (tolerance, floor) =
+            (self.options.tolerance.unwrap_or(1e-9 * self.size), ULPS * f64::EPSILON * reach);
+        let fail = |system: &System, at: &Iterate, verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
-            Err(StepFault { solve, ..StepFault::at(system, x, x) })
+            Err(StepFault { solve, ..StepFault::at(system, &at.x, &at.x) })
         };
-        if !self.residual(system, objective, x) {
-            return fail(system, x, Verdict::Infeasible, 0, f64::INFINITY);
+        if !self.residual(system, objective, at) {
+            return fail(system, at, Verdict::Infeasible, 0, f64::INFINITY);
         }
+        // With dissipation, or forces without energy, the objective is another one in every iteration.
+        let changes = system.is_damped() || !self.follower.is_empty();
         let mut value = None;
         let mut psd = Psd::Exact;
         let mut correction = f64::INFINITY;
@@ -311,11 +355,11 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
             let mut old_factor = keep && self.factorized == Some(weights(objective));
             let slope = loop {
-                let slope = match self.solve_linear(system, objective, x, psd, old_factor) {
+                let slope = match self.solve_linear(system, objective, at, psd, old_factor) {
                     Direction::Descent => dot(&self.direction, &self.residual),
                     Direction::Indefinite => f64::NAN,
                     Direction::Failed => {
-                        return fail(system, x, Verdict::LinearSolver, iteration, correction);
+                        return fail(system, at, Verdict::LinearSolver, iteration, correction);
                     }
                 };
                 correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -326,42 +370,55 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 if slope < 0.0 {
                     break slope;
                 }
+                if slope == 0.0 && correction <= tolerance.max(floor) {
+                    // So near that the product underflows.
+                    return Ok(());
+                }
                 if psd == Psd::Projected || self.options.linear == LinearSolver::MatrixFree {
-                    return fail(system, x, Verdict::Indefinite, iteration, correction);
+                    return fail(system, at, Verdict::Indefinite, iteration, correction);
                 }
                 // From here on to the end of this solve: a Hessian that was indefinite once will be again.
                 psd = Psd::Projected;
             };
             self.work.newton_iterations += 1;
             if objective.inertia == 0.0 {
-                let away =
-                    x.iter().zip(objective.target).fold(0.0, |m: f64, (x, from)| m.max((x - from).abs()));
+                let away = at.u.iter().zip(system.inverse_mass());
+                let away = away.fold(0.0, |m: f64, (u, w)| if *w == 0.0 { m } else { m.max(u.abs()) });
                 if correction.max(away) > RUNAWAY * self.size {
-                    return fail(system, x, Verdict::Indefinite, iteration, correction);
+                    return fail(system, at, Verdict::Indefinite, iteration, correction);
                 }
             }
             if objective.single_iteration {
-                x.iter_mut().zip(&self.direction).for_each(|(x, d)| *x += d);
+                self.go(system, objective, at, 1.0);
+                std::mem::swap(at, &mut self.trial);
                 return Ok(());
             }
-            // With dissipation the objective is another one in every iteration.
             let start = match value {
-                Some(value) if !system.is_damped() => value,
-                _ => self.value(system, objective, x, x),
+                Some(value) if !changes => value,
+                _ => self.value(system, objective, at, at),
             };
-            let mut step = system.max_step(x, &self.direction);
+            let mut step = system.max_step(&at.x, &self.direction);
             let mut halvings = 0;
+            // Whether the residual is that of the trial already, and finite.
+            let mut evaluated = None;
             let accepted = loop {
-                self.trial.iter_mut().zip(&*x).zip(&self.direction).for_each(|((t, x), d)| *t = x + step * d);
+                self.go(system, objective, at, step);
                 let trial = std::mem::take(&mut self.trial);
-                let there = self.value(system, objective, x, &trial);
+                let there = self.value(system, objective, at, &trial);
                 self.trial = trial;
-                // Below the rounding of the objective its decrease cannot be seen; the step is then as good as any.
-                let noise = 1e-14 * (start.abs() + there.abs());
-                if there <= start + ARMIJO * step * slope
-                    || (step * slope).abs() <= noise && there <= start + noise
-                {
+                if there <= start + ARMIJO * step * slope {
                     break Some(there);
+                }
+                // A decrease that drowns in the rounding of the objective shows in its slope.
+                if (there - start).abs() <= ROUNDING * (start.abs() + there.abs()) {
+                    let finite = self.residual_at_trial(system, objective);
+                    let end = dot(&self.direction, &self.residual);
+                    if finite && (end.abs() <= FLATTER * slope.abs() || correction <= tolerance.max(floor)) {
+                        evaluated = Some(finite);
+                        break Some(there);
+                    }
+                    // The way on, or back, is from the iterate.
+                    self.residual(system, objective, at);
                 }
                 if halvings == MAX_HALVINGS {
                     break None;
@@ -370,7 +427,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 step *= 0.5;
             };
             let Some(there) = accepted else {
-                if correction <= tolerance {
+                if correction <= tolerance.max(floor) {
                     return Ok(());
                 }
                 if old_factor {
@@ -381,7 +438,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     psd = Psd::Projected;
                     continue;
                 }
-                return fail(system, x, Verdict::Stalled, iteration, correction);
+                return fail(system, at, Verdict::Stalled, iteration, correction);
             };
             self.work.halvings += u64::from(halvings);
             keep = halvings == 0;
@@ -390,24 +447,24 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 psd = Psd::Exact;
             }
             value = Some(there);
-            std::mem::swap(x, &mut self.trial);
-            let trial = std::mem::take(&mut self.trial);
-            let finite = self.residual(system, objective, x);
-            self.trial = trial;
+            let finite = evaluated.unwrap_or_else(|| self.residual_at_trial(system, objective));
+            std::mem::swap(at, &mut self.trial);
             if !finite {
-                return fail(system, x, Verdict::Infeasible, iteration, correction);
+                return fail(system, at, Verdict::Infeasible, iteration, correction);
             }
             // The first correction by a factor of an earlier solve says little about the next.
             let known = iteration > 0 || !old_factor;
-            if step * correction <= tolerance && halvings == 0 && known {
+            let rounding = correction <= floor && correction >= 0.5 * before;
+            if (correction <= tolerance || rounding) && known {
                 return Ok(());
             }
         }
-        fail(system, x, Verdict::IterationCap, self.options.max_iterations, correction)
+        fail(system, at, Verdict::IterationCap, self.options.max_iterations, correction)
     }
 
-    fn objective(&mut self, system: &mut System, objective: &Objective<'_>, x: &[f64]) -> f64 {
-        self.value(system, objective, x, x)
+    fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64 {
+        self.follower.clear();
+        self.value(system, objective, at, at)
     }
 
     fn work(&self) -> SolverWork {
@@ -415,7 +472,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     }
 
     fn bytes(&self) -> usize {
-        8 * (self.residual.len() + self.direction.len() + self.trial.len())
+        let vectors = [&self.residual, &self.direction, &self.solution, &self.velocity, &self.follower];
+        8 * vectors.iter().map(|v| v.len()).sum::<usize>()
+            + self.trial.bytes()
             + self.assembler.as_ref().map_or(0, Assembler::bytes)
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
             + self.iterative.as_ref().map_or(0, Iterative::bytes)

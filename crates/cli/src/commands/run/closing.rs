@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use pliant::assembly::Report;
+use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
-use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
 use crate::failure::Status;
@@ -66,6 +66,24 @@ impl<'a> Closing<'a> {
             return vec![];
         }
         let scale = self.summary.energy_scale;
+        let method = self.scene.time.integrator.method();
+        if method.documentation.order == 0 {
+            // Statics has no motion whose energy could be kept.
+            return vec![];
+        }
+        // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
+        let damps = method.documentation.solves > 0
+            && amplification(&method, 1.0, 0.0, 0.0).spectral_radius() < 1.0 - 1e-9;
+        if damps && self.summary.end.total < self.summary.start.total {
+            return vec![format!(
+                "the scheme `{}` damps motion by itself: it took up to {} of the {} J in play, although nothing in the scene takes \
+                 energy; a smaller step than {} s takes less, `implicit-midpoint` next to nothing",
+                method.documentation.name,
+                share(error),
+                number(scale),
+                number(self.report.step),
+            )];
+        }
         vec![format!(
             "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
              takes or gives energy; a smaller step than {} s would be more accurate",
@@ -171,8 +189,26 @@ impl<'a> Closing<'a> {
         if !parts.is_empty() {
             line("work", parts.join(", "));
         }
-        if let Some(solver) = &work.solver {
-            line("solver", solver_work(solver));
+        if let Some(solver) = work.solver {
+            let iterations = counted(solver.newton_iterations, "Newton iteration", "Newton iterations");
+            let linear = match (solver.factorizations, solver.cg_iterations) {
+                (0, cg) => counted(cg, "CG iteration", "CG iterations"),
+                (factors, 0) => counted(factors, "factorisation", "factorisations"),
+                (factors, cg) => format!(
+                    "{}, {}",
+                    counted(factors, "factorisation", "factorisations"),
+                    counted(cg, "CG iteration", "CG iterations")
+                ),
+            };
+            let halved = counted(solver.halvings, "step", "steps");
+            let stalled = match solver.fallbacks {
+                0 => String::new(),
+                n => format!(
+                    "; {} by CG stalled and fell back to a factorisation",
+                    counted(n, "solve", "solves")
+                ),
+            };
+            line("solver", format!("{iterations}, {linear}, {halved} halved in line searches{stalled}"));
         }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
@@ -236,6 +272,7 @@ impl<'a> Closing<'a> {
         match &self.summary.outcome {
             Outcome::Failed(StepError::NotFinite { .. }) => "not_finite",
             Outcome::Failed(StepError::Unstable { .. }) => "unstable",
+            Outcome::Failed(StepError::Unsolved { .. }) => "unsolved",
             Outcome::ObserverFailed(_) => "recording",
             Outcome::Interrupted => "interrupted",
             _ => "failed",
@@ -269,21 +306,6 @@ impl<'a> Closing<'a> {
         .collect();
         if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) }
     }
-}
-
-/// What the solvers of implicit steps did.
-fn solver_work(work: &SolverWork) -> String {
-    let mut facts = vec![counted(work.newton_iterations, "Newton iteration", "Newton iterations")];
-    let counts = [
-        (work.factorizations, "factorisation", "factorisations"),
-        (work.cg_iterations, "iteration of conjugate gradients", "iterations of conjugate gradients"),
-    ];
-    facts.extend(counts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(n, one, many)));
-    if work.fallbacks > 0 {
-        let solves = counted(work.fallbacks, "solve", "solves");
-        facts.push(format!("{solves} by conjugate gradients stalled and fell back to a factorisation"));
-    }
-    facts.join(", ")
 }
 
 /// A part of a whole: `1.2e-5`, or in per cent where that is more telling.

@@ -1,0 +1,137 @@
+//! Block Lanczos with a basis that is kept orthogonal.
+
+use faer::{Mat, Side};
+
+use crate::solver::conjugate_gradients::dot;
+
+/// Vectors in a block: modes of equal frequency that are found at once.
+const BLOCK: usize = 8;
+/// Directions shorter than this part of what they were are in the basis already.
+const DEPENDENT: f64 = 1e-12;
+
+/// An eigenpair of `T = A^-1 M`.
+pub(super) struct Pair {
+    /// The eigenvalue.
+    pub(super) value: f64,
+    /// `|T u - value u|_M / value`.
+    pub(super) residual: f64,
+    /// `u^T M u = 1`.
+    pub(super) vector: Vec<f64>,
+}
+
+/// What was found.
+pub(super) struct Found {
+    /// The largest pairs, largest first.
+    pub(super) pairs: Vec<Pair>,
+    /// Products with `A^-1`.
+    pub(super) solves: usize,
+}
+
+/// The `count` largest eigenpairs of `A^-1 M`, `M` diagonal with zeros where nothing moves: those whose residual
+/// is at most `tolerance` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
+pub(super) fn largest(
+    mass: &[f64],
+    count: usize,
+    tolerance: f64,
+    mut solve: impl FnMut(&mut [f64]),
+) -> Found {
+    let free = mass.iter().filter(|m| **m > 0.0).count();
+    let most = free.min(20 * count + 200);
+    // The basis q_k, and T q_k.
+    let (mut basis, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
+    let mut seed = 0;
+    let mut candidates: Vec<Vec<f64>> = vec![];
+    loop {
+        // Fill up with directions of no symmetry, where the block has run out of new ones.
+        while candidates.len() < BLOCK && seed < 4 * BLOCK + most {
+            candidates.push(start(mass, seed));
+            seed += 1;
+        }
+        let first = basis.len();
+        for candidate in candidates.drain(..) {
+            if basis.len() < most
+                && let Some(q) = orthonormal(candidate, &basis, mass)
+            {
+                basis.push(q);
+            }
+        }
+        for q in &basis[first..] {
+            let mut image: Vec<f64> = q.iter().zip(mass).map(|(q, m)| q * m).collect();
+            solve(&mut image);
+            image.iter_mut().zip(mass).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
+            images.push(image);
+        }
+        let pairs = ritz(&basis, &images, mass, count, tolerance);
+        let exhausted = basis.len() == most || basis.len() == first;
+        if pairs.len() == count || exhausted {
+            return Found { pairs, solves: images.len() };
+        }
+        candidates = images[first..].to_vec();
+    }
+}
+
+/// Component `i` of start vector `seed`: equidistributed in (-1, 1).
+fn start(mass: &[f64], seed: usize) -> Vec<f64> {
+    let component = |i: usize| {
+        let n = (i * 64 + seed % 64) as f64 + 1.0 + seed as f64 * 0.318;
+        2.0 * (0.5 + n * 0.754_877_666_246_692_7).fract() - 1.0
+    };
+    mass.iter().enumerate().map(|(i, m)| if *m > 0.0 { component(i) } else { 0.0 }).collect()
+}
+
+fn inner(a: &[f64], b: &[f64], mass: &[f64]) -> f64 {
+    let weighted: Vec<f64> = a.iter().zip(mass).map(|(a, m)| a * m).collect();
+    dot(&weighted, b)
+}
+
+/// `v` made orthogonal to the basis and of length one; `None` if it is in its span.
+fn orthonormal(mut v: Vec<f64>, basis: &[Vec<f64>], mass: &[f64]) -> Option<Vec<f64>> {
+    let before = inner(&v, &v, mass).sqrt();
+    // Twice is enough: Parlett 1998, The symmetric eigenvalue problem, section 6.9.
+    for _ in 0..2 {
+        for q in basis {
+            let part = inner(q, &v, mass);
+            v.iter_mut().zip(q).for_each(|(v, q)| *v -= part * q);
+        }
+    }
+    let length = inner(&v, &v, mass).sqrt();
+    if length.is_nan() || length <= DEPENDENT * before {
+        return None;
+    }
+    v.iter_mut().for_each(|v| *v /= length);
+    Some(v)
+}
+
+/// The largest Ritz pairs, as long as they have converged, at most `count`.
+fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize, tolerance: f64) -> Vec<Pair> {
+    let k = basis.len();
+    if k < count {
+        return vec![];
+    }
+    let projected = Mat::<f64>::from_fn(k, k, |i, j| {
+        // Symmetric but for rounding.
+        0.5 * (inner(&basis[i], &images[j], mass) + inner(&basis[j], &images[i], mass))
+    });
+    let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return vec![] };
+    let mut pairs = vec![];
+    for column in (k - count..k).rev() {
+        let value = eigen.S()[column];
+        let combine = |rows: &[Vec<f64>]| {
+            let mut sum = vec![0.0; mass.len()];
+            for (i, row) in rows.iter().enumerate() {
+                let weight = eigen.U()[(i, column)];
+                sum.iter_mut().zip(row).for_each(|(s, r)| *s += weight * r);
+            }
+            sum
+        };
+        let vector = combine(basis);
+        let mut rest = combine(images);
+        rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
+        let residual = inner(&rest, &rest, mass).sqrt() / value.abs();
+        if residual.is_nan() || residual > tolerance {
+            break;
+        }
+        pairs.push(Pair { value, residual, vector });
+    }
+    pairs
+}
