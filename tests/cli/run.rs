@@ -147,11 +147,17 @@ velocity = { per_vertex = [[0.0, 0.0], [0.0, 0.16]] }
     let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
     assert_eq!(json["warnings"].as_array().unwrap().len(), 1);
     assert!(json["summary"]["relative_energy_error"].as_f64().unwrap() > 1e-3);
-    // Where something takes energy by intention there is nothing to warn of, nor where it is kept.
-    for change in ["world.ether_drag=0.1", "time.step=1e-5"] {
-        let ended = bench.pliant(["scene.toml", "--force", "--set", change]).succeeded();
-        assert_eq!(ended.stderr, "", "{change}");
-        assert!(logged(&bench.path("scene.mcap")).is_empty(), "{change}");
+    // What drag takes is known, and is no error; where nobody asks for it, there is nothing to warn of.
+    for (changes, warned) in [
+        (["time.step=1e-5", "world.ether_drag=0"], false),
+        (["time.step=1e-5", "world.ether_drag=0.1"], false),
+        (["time.step=0.02", "world.ether_drag=0.1"], true),
+        (["output.channels=['state']", "world.ether_drag=0.1"], false),
+    ] {
+        let [first, second] = changes;
+        let ended = bench.pliant(["scene.toml", "--force", "--set", first, "--set", second]).succeeded();
+        assert_eq!(!ended.stderr.is_empty(), warned, "{changes:?}: {}", ended.stderr);
+        assert_eq!(!logged(&bench.path("scene.mcap")).is_empty(), warned, "{changes:?}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Time integrators against closed forms and high-precision solutions.
 
+mod balance;
 mod chain;
 mod gravity_over_time;
 mod kepler;

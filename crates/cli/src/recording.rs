@@ -37,6 +37,7 @@ impl Recording {
             channels: input.scene.output.channels.clone(),
             title: input.scene.title.clone(),
             probes: assembly.probes.clone(),
+            pins: assembly.simulation.pin_names(),
             scene_text: input.source.text().to_owned(),
             ..Options::default()
         };

@@ -1,6 +1,6 @@
 //! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
 
-use crate::diagnostics::{Diagnostics, ElementState};
+use crate::diagnostics::{Diagnostics, ElementState, Reaction};
 use crate::solver::SolverWork;
 
 /// Work done since the start of the run, in counts that do not depend on the machine.
@@ -35,6 +35,10 @@ pub struct Frame<'a> {
     /// Deformation and stress of every finite element, body after body, each in the order of its mesh; `None` where no observer
     /// asked for them.
     pub elements: Option<&'a [ElementState]>,
+    /// Deformation and stress at the points of elements that probes have named; `None` where no observer asked for them.
+    pub points: Option<&'a [ElementState]>,
+    /// The forces with which pins hold their vertices, of those that have not let go; `None` where no observer asked for them.
+    pub reactions: Option<&'a [Reaction]>,
     /// Work counters.
     pub work: Work,
 }
@@ -48,6 +52,16 @@ pub trait Observer {
 
     /// Whether this observer reads [`Frame::elements`]; they are computed only if one does.
     fn wants_elements(&self) -> bool {
+        false
+    }
+
+    /// Whether this observer reads [`Frame::points`]; they are computed only if one does.
+    fn wants_points(&self) -> bool {
+        false
+    }
+
+    /// Whether this observer reads [`Frame::reactions`]; they are computed only if one does.
+    fn wants_reactions(&self) -> bool {
         false
     }
 

@@ -110,12 +110,16 @@ pub fn run(
     observers: &mut [&mut dyn Observer],
     interrupt: &AtomicBool,
 ) -> Summary {
+    // The guard against growing energy does without what is lost.
+    simulation.count_losses(observers.iter().any(|o| o.wants_diagnostics()));
     let start = simulation.diagnostics();
     let energy_scale = energy_scale(simulation, &start);
     let last_good = start.clone();
     let mut run = Run {
         simulation,
         measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
+        measures_points: observers.iter().any(|o| o.wants_points()),
+        measures_reactions: observers.iter().any(|o| o.wants_reactions()),
         measures_elements: observers.iter().any(|o| o.wants_elements()),
         observers,
         start,
@@ -149,6 +153,10 @@ struct Run<'a, 'b> {
     observers: &'a mut [&'b mut dyn Observer],
     /// Whether any observer reads the measurements of a frame.
     measures_frames: bool,
+    /// Whether any observer reads the states at points.
+    measures_points: bool,
+    /// Whether any observer reads the forces of pins.
+    measures_reactions: bool,
     /// Whether any observer reads the states of elements.
     measures_elements: bool,
     start: Diagnostics,
@@ -220,7 +228,9 @@ impl Run<'_, '_> {
         if diagnostics.as_ref().is_some_and(|d| !d.total.is_finite()) {
             return Err(Outcome::Failed(self.simulation.not_finite_here()));
         }
+        let reactions = self.measures_reactions.then(|| self.simulation.reactions());
         let state = self.simulation.state();
+        let points = self.measures_points.then(|| self.simulation.point_states());
         let elements = self.measures_elements.then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
@@ -232,6 +242,8 @@ impl Run<'_, '_> {
             v: &v,
             diagnostics: diagnostics.as_ref(),
             elements: elements.as_deref(),
+            points: points.as_deref(),
+            reactions: reactions.as_deref(),
             work: self.simulation.work(),
         };
         for observer in self.observers.iter_mut() {
@@ -249,7 +261,7 @@ impl Run<'_, '_> {
         }
         self.last_good.clone_from(diagnostics);
         let change = diagnostics.conserved() - self.start.conserved();
-        let supplied = diagnostics.balance.map_or(0.0, |balance| balance.net().abs());
+        let supplied = diagnostics.balance.map_or(0.0, |balance| balance.turnover());
         self.energy_scale = self.energy_scale.max(self.scale_at_start + supplied);
         self.largest_energy_change = self.largest_energy_change.max(change.abs());
         if change <= ENERGY_GROWTH_BOUND * self.energy_scale {

@@ -6,6 +6,7 @@ use crate::diagnostics::{
     Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
     stability_limit, strongest_damping,
 };
+use crate::element::Barycentric;
 use crate::energy::Fault;
 use crate::integrator::{Integrator, Method, StepFault};
 use crate::numbering::Numbering;
@@ -26,6 +27,10 @@ pub struct Simulation {
     step_size: f64,
     /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
     ledger: Option<Ledger>,
+    /// Whether it holds what is lost.
+    counts_losses: bool,
+    /// Points of elements whose state is asked for.
+    points: Vec<(usize, Barycentric)>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
 }
@@ -155,6 +160,8 @@ impl Simulation {
             solver: SolverOptions::default(),
             step_size,
             ledger: None,
+            counts_losses: true,
+            points: vec![],
             stability: None,
         }
     }
@@ -197,7 +204,8 @@ impl Simulation {
         self.state.time = time;
         if let Some(ledger) = &mut self.ledger {
             self.system.set_time(time);
-            ledger.advance(&mut self.system, h, self.state.x(), self.state.v());
+            let State { force, .. } = self.state;
+            ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
         }
         Ok(())
     }
@@ -206,7 +214,9 @@ impl Simulation {
     fn open_ledger(&mut self, released: bool) {
         let (system, state) = (&mut self.system, &self.state);
         match &mut self.ledger {
-            None if state.step == 0 => self.ledger = Ledger::new(system, state.x(), state.v()),
+            None if state.step == 0 => {
+                self.ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+            }
             Some(ledger) if released => ledger.release(system, state.x(), state.v()),
             _ => {}
         }
@@ -271,9 +281,12 @@ impl Simulation {
         let from = self.numbering.to_internal(x, d);
         // From where the last step ended, the force is known.
         if self.state.x() != &from[..] {
-            self.state.x_mut().copy_from_slice(&from);
+            self.state_mut().x_mut().copy_from_slice(&from);
         }
-        self.state.v_mut().copy_from_slice(&self.numbering.to_internal(v, d));
+        let from = self.numbering.to_internal(v, d);
+        if self.state.v() != &from[..] {
+            self.state_mut().v_mut().copy_from_slice(&from);
+        }
         self.step()?;
         x.copy_from_slice(&self.positions());
         v.copy_from_slice(&self.velocities());
@@ -285,8 +298,11 @@ impl Simulation {
         &self.state
     }
 
-    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering).
+    /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of energy ends here,
+    /// and begins anew only at step 0.
     pub fn state_mut(&mut self) -> &mut State {
+        self.ledger = None;
+        self.system.count_walls(false);
         &mut self.state
     }
 
@@ -332,8 +348,17 @@ impl Simulation {
 
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
-        let balance = self.ledger.as_ref().map(Ledger::balance);
-        Diagnostics { balance, ..Diagnostics::measure_state(&mut self.system, &self.state) }
+        let diagnostics = Diagnostics::measure_state(&mut self.system, &self.state);
+        let system = &mut self.system;
+        let balance = self.ledger.as_ref().map(|ledger| ledger.balance(system, self.state.x()));
+        Diagnostics { balance, ..diagnostics }
+    }
+
+    /// Says, before the first step, whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
+    /// which they do unless told otherwise. It costs a look at the velocities in every step with drag, one more evaluation of
+    /// the damping in every step with damping, and one of the energy in every step in which a wall puts a vertex back.
+    pub fn count_losses(&mut self, counts_losses: bool) {
+        self.counts_losses = counts_losses;
     }
 
     /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
@@ -353,9 +378,35 @@ impl Simulation {
         reactions(&mut self.system, time, span, self.state.x(), self.state.v())
     }
 
+    /// Names of the pins that have not let go, `body/pin`.
+    pub fn pin_names(&self) -> Vec<String> {
+        self.system.constraints().iter().map(|hold| hold.name().to_owned()).collect()
+    }
+
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
     pub fn element_states(&self) -> Vec<ElementState> {
         self.system.terms().iter().flat_map(|t| t.element_states(self.state.x())).collect()
+    }
+
+    /// Names points of elements, each by the number of the element among [`element_states`](Self::element_states).
+    pub(crate) fn set_points(&mut self, points: Vec<(usize, Barycentric)>) {
+        self.points = points;
+    }
+
+    /// Deformation and stress at the points that probes have named, now, in their order.
+    pub fn point_states(&self) -> Vec<ElementState> {
+        let state = |(element, at): &(usize, Barycentric)| {
+            let mut element = *element;
+            self.system.terms().iter().find_map(|term| {
+                let count = term.element_count();
+                if element < count {
+                    return term.state_at(self.state.x(), element, at);
+                }
+                element -= count;
+                None
+            })
+        };
+        self.points.iter().filter_map(state).collect()
     }
 
     /// Diagonal of the bounding box of all vertices, now [m].

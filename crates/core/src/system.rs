@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Wall};
+use crate::diagnostics::BeforeWalls;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{Pass, Passed, Surroundings};
@@ -28,6 +29,9 @@ pub struct System {
     /// Whether any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
+    /// Whether what they take is counted, and the state that they changed last, until somebody takes it.
+    counts_walls: bool,
+    before_walls: Option<BeforeWalls>,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
@@ -67,6 +71,8 @@ impl System {
             dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
+            counts_walls: false,
+            before_walls: None,
             ether_drag: 0.0,
             force: ForceId::NONE,
             force_evaluations: 0,
@@ -171,6 +177,36 @@ impl System {
         self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
+    /// Says whether what walls take is counted: [`take_before_walls`](Self::take_before_walls) then tells.
+    pub(crate) fn count_walls(&mut self, counts_walls: bool) {
+        self.counts_walls = counts_walls;
+        self.before_walls = None;
+    }
+
+    /// The state that walls changed at the end of the last step, once; `None` if they did not.
+    pub(crate) fn take_before_walls(&mut self) -> Option<BeforeWalls> {
+        self.before_walls.take()
+    }
+
+    /// Whether a [pass](Self::pass) can let walls act: vertices have come to their places in it, and nothing is counted.
+    pub(crate) fn walls_in_passes(&self) -> bool {
+        !(self.counts_walls || self.moves)
+    }
+
+    /// Lets walls act on the state at the end of a step, `time` [s]; whether any position changed.
+    pub(crate) fn apply_walls(&mut self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        self.before_walls = None;
+        if !self.walls.iter().any(|wall| wall.is_crossed(&self.inverse_mass, x)) {
+            return false;
+        }
+        if self.counts_walls {
+            self.set_time(time);
+            self.before_walls = Some(BeforeWalls::of(self, x, v));
+        }
+        let walls = self.walls.iter();
+        walls.fold(false, |moved, wall| moved | wall.apply(&self.inverse_mass, x, v))
+    }
+
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
     pub fn set_ether_drag(&mut self, ether_drag: f64) {
         self.ether_drag = ether_drag;
@@ -248,6 +284,13 @@ impl System {
         terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
     }
 
+    /// Potential energy of all terms [J] at `x`, where the force is `force`: nothing that came with it is computed again.
+    pub(crate) fn potential_total(&mut self, x: &[f64], force: ForceId) -> f64 {
+        let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
+        let terms = self.terms.iter_mut().enumerate();
+        terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
+    }
+
     /// Says whether the states that come next will be measured.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
         self.to_be_measured = to_be_measured;
@@ -301,7 +344,7 @@ impl System {
         let mut finite = true;
         self.energies.clear();
         for term in &mut self.terms {
-            if self.to_be_measured {
+            if self.to_be_measured || self.before_walls.is_some() {
                 let (is_finite, energy) = term.evaluate_with_energy(x);
                 self.energies.push(energy);
                 finite &= is_finite;
@@ -360,7 +403,12 @@ impl System {
         self.surroundings().visit_gradient(vertices, self.mass.len(), visit);
     }
 
-    /// The power [W] that comes in through those terms that are `asked`, at the time last said.
+    /// Potential energy [J] of those terms that are `asked`.
+    pub(crate) fn potential_of(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64]) -> f64 {
+        self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.energy(x)).sum()
+    }
+
+    /// The power [W] of the forces of those terms that are `asked`, at the time last said.
     pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
         self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.power(x, v)).sum()
     }

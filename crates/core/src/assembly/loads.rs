@@ -3,7 +3,7 @@
 use super::body::Parts;
 use crate::element::{face_points, vector_area};
 use crate::energy::EnergyTerm;
-use crate::energy::load::{DeadLoad, Pressure, PressureField, Sample, VectorField, rim};
+use crate::energy::load::{DeadLoad, Pressure, PressureField, Sample, VectorField, image, nodes, rim};
 use crate::mesh::{Mesh, select};
 use crate::numbering::Numbering;
 use crate::scene::{Body, KeyPath, Load, OverTime, Problem, Selection};
@@ -23,6 +23,8 @@ enum On {
     Vertices(Vec<u32>),
     Edges(Vec<[u32; 2]>),
     Triangles(Vec<[u32; 3]>),
+    QuadraticEdges(Vec<[u32; 3]>),
+    QuadraticTriangles(Vec<[u32; 6]>),
 }
 
 /// The loads on a body with this mesh.
@@ -50,12 +52,12 @@ pub(super) fn placed(
 fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
     let selection = load.selections().pop();
     if matches!(key, "traction" | "pressure") {
-        if !(mesh.triangle_middles.is_empty() && mesh.tetrahedron_middles.is_empty()) {
-            return Err(format!("`{key}` acts on straight faces, and this mesh is of second order"));
-        }
-        return match mesh.dimension {
-            2 => mesh.select_faces(selection.as_ref()).map(On::Edges),
-            _ => mesh.select_faces(selection.as_ref()).map(On::Triangles),
+        let selection = selection.as_ref();
+        return match (mesh.dimension, mesh.order()) {
+            (2, 1) => mesh.select_faces(selection).map(On::Edges),
+            (2, _) => mesh.select_faces::<2>(selection).map(|f| On::QuadraticEdges(mesh.quadratic_faces(&f))),
+            (_, 1) => mesh.select_faces(selection).map(On::Triangles),
+            _ => mesh.select_faces::<3>(selection).map(|f| On::QuadraticTriangles(mesh.quadratic_faces(&f))),
         }
         .map_err(|error| error.to_string());
     }
@@ -74,16 +76,18 @@ impl Placed {
         let changes = if self.changes() { ", changes with time" } else { "" };
         match &self.on {
             On::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
-            On::Edges(faces) => self.described_faces(faces, held) + changes,
-            On::Triangles(faces) => self.described_faces(faces, held) + changes,
+            On::Edges(faces) => self.described_faces::<2, 2>(faces, held) + changes,
+            On::Triangles(faces) => self.described_faces::<3, 3>(faces, held) + changes,
+            On::QuadraticEdges(faces) => self.described_faces::<2, 3>(faces, held) + changes,
+            On::QuadraticTriangles(faces) => self.described_faces::<3, 6>(faces, held) + changes,
         }
     }
 
-    fn described_faces<const D: usize>(&self, faces: &[[u32; D]], held: &[u32]) -> String {
+    fn described_faces<const D: usize, const N: usize>(&self, faces: &[[u32; N]], held: &[u32]) -> String {
         let kind = match &self.spec.pressure {
             None => "",
             Some(pressure) if pressure.depends_on_place() => ", follows the surface, no potential",
-            Some(_) if rim(faces).iter().all(|v| held.binary_search(v).is_ok()) => {
+            Some(_) if rim::<D, N>(faces).iter().all(|v| held.binary_search(v).is_ok()) => {
                 ", follows the surface, with a potential"
             }
             Some(_) => ", follows the surface, no potential (its rim is free to move)",
@@ -120,40 +124,36 @@ impl Placed {
                     shares.iter().map(|share| (point(rest, share.0, parts.mesh.dimension), vec![*share]));
                 self.dead(samples.collect(), rest, parts.mesh.dimension)
             }
-            On::Edges(faces) => self.on_faces(faces, global, held, rest),
-            On::Triangles(faces) => self.on_faces(faces, global, held, rest),
+            On::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
+            On::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),
+            On::QuadraticEdges(faces) => self.on_faces::<2, 3>(faces, global, held, rest),
+            On::QuadraticTriangles(faces) => self.on_faces::<3, 6>(faces, global, held, rest),
         }
     }
 
-    fn on_faces<const D: usize>(
+    fn on_faces<const D: usize, const N: usize>(
         &self,
-        faces: &[[u32; D]],
+        faces: &[[u32; N]],
         global: impl Fn(u32) -> u32,
         held: &[u32],
         rest: &[f64],
     ) -> Box<dyn EnergyTerm> {
-        let global: Vec<[u32; D]> = faces.iter().map(|face| face.map(&global)).collect();
+        let global: Vec<[u32; N]> = faces.iter().map(|face| face.map(&global)).collect();
         if let Some(pressure) = self.spec.pressure.clone() {
-            let rim_stays = rim(faces).iter().all(|v| held.binary_search(v).is_ok());
+            let rim_stays = rim::<D, N>(faces).iter().all(|v| held.binary_search(v).is_ok());
             let (changes, varies) = (self.changes(), pressure.depends_on_place());
-            let field = Box::new(move |x, t| (pressure.value(x, t), pressure.rate(x, t)));
+            let field = Box::new(move |x, t| pressure.value(x, t));
             let pressure = PressureField { field, changes, varies };
-            return Box::new(Pressure::new(self.name.clone(), &global, rest, rim_stays, pressure));
+            return Box::new(Pressure::<D, N>::new(self.name.clone(), &global, rest, rim_stays, pressure));
         }
-        let quadrature = face_points::<D>();
+        let quadrature = face_points::<D, N>();
         let mut samples = vec![];
         for face in &global {
-            let corners = face.map(|v| {
-                let mut corner = [0.0; D];
-                corner.copy_from_slice(&rest[v as usize * D..][..D]);
-                corner
-            });
-            let measure = vector_area(&corners).iter().map(|c| c * c).sum::<f64>().sqrt();
+            let at_rest = nodes::<D, N>(rest, *face);
             for q in &quadrature {
-                let mut at = [0.0; 3];
-                (0..D).for_each(|i| (0..D).for_each(|c| at[c] += q.shape[i] * corners[i][c]));
-                let shares = (0..D).map(|i| (face[i], q.weight * q.shape[i] * measure)).collect();
-                samples.push((at, shares));
+                let measure = vector_area(&at_rest, q).iter().map(|c| c * c).sum::<f64>().sqrt();
+                let shares = (0..N).map(|i| (face[i], q.weight * q.shape[i] * measure)).collect();
+                samples.push((image(&at_rest, q), shares));
             }
         }
         self.dead(samples, rest, D)
@@ -181,9 +181,9 @@ impl Placed {
         });
         let samples = samples.collect();
         let field: VectorField = Box::new(move |x, t| {
-            let mut force = ([0.0; 3], [0.0; 3]);
-            for (c, component) in components.iter().enumerate() {
-                (force.0[c], force.1[c]) = (component.value(x, t), component.rate(x, t));
+            let mut force = [0.0; 3];
+            for (force, component) in force.iter_mut().zip(&components) {
+                *force = component.value(x, t);
             }
             force
         });

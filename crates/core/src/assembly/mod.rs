@@ -85,7 +85,7 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
-    let probes = probes::probes::<D, N>(scene, &bodies)?;
+    let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
     let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
@@ -133,6 +133,7 @@ fn assemble<const D: usize, const N: usize>(
     let state = State::new(position, velocity);
     let mut simulation = Simulation::new(system, state, method, scene.time.step);
     simulation.set_numbering(numbering);
+    simulation.set_points(points);
     simulation.set_solver(options);
     // A scheme that is stable at any step is looked at only by who wants to look.
     let limited = simulation.method().documentation.stability_limit.is_finite();

@@ -207,8 +207,13 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");
     say(
         channel(Channel::Energy),
-        "output /energy: energies and momenta at every frame".into(),
-        "output /energy: energies are looked at every 128 steps only, to catch a blow-up",
+        "output /energy: energies, their balance with all losses, and momenta at every frame".into(),
+        "output /energy: energies are looked at every 128 steps only, to catch a blow-up, and nobody asks what is lost",
+    );
+    say(
+        channel(Channel::Reactions),
+        "output /reactions: force and moment of every pin".into(),
+        "output /reactions: forces of pins are looked at once, at the end",
     );
     let measures: Vec<&str> = MEASURES.iter().filter(|m| channel(m.channel)).map(|m| m.name).collect();
     say(

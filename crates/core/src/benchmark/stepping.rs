@@ -37,7 +37,8 @@ impl Start {
 impl Stepping {
     /// Steps of `scene`.
     pub(super) fn new(scene: &Scene) -> Result<Stepping, BenchmarkError> {
-        let simulation = assemble(scene)?.simulation;
+        let mut simulation = assemble(scene)?.simulation;
+        simulation.count_losses(false);
         let start = Start::of(&simulation);
         Ok(Stepping { simulation, start })
     }

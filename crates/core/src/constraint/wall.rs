@@ -29,6 +29,15 @@ impl Wall {
         self.offset
     }
 
+    /// Whether [`apply`](Self::apply) would put any vertex back.
+    pub fn is_crossed(&self, inverse_mass: &[f64], x: &[f64]) -> bool {
+        let d = self.normal.len();
+        x.chunks_exact(d).zip(inverse_mass.chunks_exact(d)).any(|(x, w)| {
+            let yields = |c: usize| w[c] != 0.0 && self.normal[c] != 0.0;
+            self.offset - dot(&self.normal, x) > 0.0 && (0..d).any(yields)
+        })
+    }
+
     /// Puts vertices back, and returns whether any position changed. Held coordinates (zero inverse mass; one number per
     /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
     pub fn apply(&self, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
@@ -83,7 +92,9 @@ mod tests {
     fn a_vertex_that_crossed_is_put_back_and_keeps_its_tangential_velocity() {
         let wall = Wall::new(&[2.0, 0.0], 0.1);
         let (mut x, mut v) = (vec![0.05, 0.7, 0.2, 0.7, 0.0, 0.0], vec![-3.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
-        assert!(wall.apply(&[1.0, 1.0, 1.0, 1.0, 0.0, 0.0], &mut x, &mut v));
+        let free = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+        assert!(wall.is_crossed(&free, &x) && wall.apply(&free, &mut x, &mut v));
+        assert!(!wall.is_crossed(&free, &x));
         assert_eq!(x, [0.1, 0.7, 0.2, 0.7, 0.0, 0.0]);
         assert_eq!(v, [0.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
         let mut leaving = vec![3.0, 0.0];

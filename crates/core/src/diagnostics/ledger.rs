@@ -1,30 +1,44 @@
-//! Where energy comes from and where it goes.
+//! Keeps the balance of energy beside the steps.
 
+use super::Balance;
 use super::integral::Integral;
-use crate::energy::EnergyKind;
-use crate::system::System;
+use crate::energy::{EnergyKind, EnergyTerm};
+use crate::system::{ForceId, System};
 
-/// Energy brought into a system and taken out of it since the start [J]: what there is now, kinetic and potential, less
-/// [`net`](Self::net), stays what it was at the start, to the order of the scheme. `None` where a scene has no such thing, and
-/// where nobody asked.
-///
-/// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step (a formula or
-/// keyframes with a kink) costs one order for each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Balance {
-    /// Work of prescribed motion: `1/2 m v^2` of what moves now, less at the start, plus the integral of `dE/dx . v` over
-    /// these coordinates.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub motion: Option<f64>,
-    /// Of loads that change with time or have no potential; those that stay the same are in the potential energy.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub loads: Option<f64>,
+/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
+/// with time, and what is lost; zero where a scene has no such thing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Flows {
+    loads: f64,
+    gravity: f64,
+    ether_drag: f64,
+    damping: f64,
 }
 
-impl Balance {
-    /// The sum of all [J].
-    pub fn net(&self) -> f64 {
-        [self.motion, self.loads].into_iter().flatten().sum()
+/// Which flows are looked at.
+#[derive(Clone, Copy, Debug)]
+struct Looked {
+    loads: bool,
+    gravity: bool,
+    losses: bool,
+}
+
+/// A state that walls are about to change.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BeforeWalls {
+    kinetic: f64,
+    potential: f64,
+    flows: Flows,
+    /// Potential energy of loads, and of gravity, that change with time [J].
+    changing: [f64; 2],
+}
+
+impl BeforeWalls {
+    /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
+    pub(crate) fn of(system: &mut System, x: &[f64], v: &[f64]) -> Self {
+        let potential = system.potential_total(x, ForceId::NONE);
+        let flows = Flows::of(system, Looked { loads: true, gravity: true, losses: true }, x, v);
+        BeforeWalls { kinetic: system.kinetic(v), potential, flows, changing: changing(system, x) }
     }
 }
 
@@ -33,6 +47,13 @@ impl Balance {
 pub(crate) struct Ledger {
     motion: Option<Motion>,
     loads: Option<Integral>,
+    gravity: Option<Integral>,
+    /// Potential energy of both at the start, and by how much walls have changed it since [J].
+    changing: [f64; 2],
+    ether_drag: Option<Integral>,
+    damping: Option<Integral>,
+    walls: Option<f64>,
+    looked: Looked,
 }
 
 #[derive(Clone, Debug)]
@@ -43,84 +64,161 @@ struct Motion {
     less: f64,
 }
 
-/// What a ledger reads.
-#[derive(Clone, Copy)]
-struct Rates {
-    motion: f64,
-    kinetic: f64,
-    loads: f64,
-}
-
 impl Ledger {
-    /// A ledger for `system`, which holds the force at `x`, at its beginning; `None` where nothing would be written into it.
-    pub(crate) fn new(system: &mut System, x: &[f64], v: &[f64]) -> Option<Self> {
-        let loads = system.terms().iter().any(|term| is_fed(term.as_ref()));
+    /// A ledger for `system`, which holds the force at `x`, at its beginning, with what is lost where `losses` are asked for; `None`
+    /// where nothing would be written into it.
+    pub(crate) fn new(system: &mut System, losses: bool, x: &[f64], v: &[f64]) -> Option<Self> {
+        let any = |system: &System, asked: fn(&dyn EnergyTerm) -> bool| {
+            system.terms().iter().any(|term| asked(term.as_ref()))
+        };
+        let looked = Looked { loads: any(system, feeds), gravity: any(system, is_changing_gravity), losses };
+        let walls = losses && !system.walls().is_empty();
+        let drags = losses && system.ether_drag() != 0.0;
+        let damped = losses && system.is_damped();
         let moves = system.has_prescribed_motion();
-        if !(loads || moves) {
+        if !(looked.loads || looked.gravity || walls || drags || damped || moves) {
             return None;
         }
-        let rates = Rates::of(system, x, v);
-        let motion =
-            Motion { power: Integral::new(rates.motion), kinetic: rates.kinetic, less: rates.kinetic };
-        Some(Ledger { motion: moves.then_some(motion), loads: loads.then_some(Integral::new(rates.loads)) })
+        system.count_walls(walls);
+        let motion = moves.then(|| {
+            let (power, kinetic) = motion(system, x, v);
+            Motion { power: Integral::new(power), kinetic, less: kinetic }
+        });
+        let flows = Flows::of(system, looked, x, v);
+        Some(Ledger {
+            motion,
+            loads: looked.loads.then(|| Integral::new(flows.loads)),
+            gravity: looked.gravity.then(|| Integral::new(flows.gravity)),
+            changing: changing(system, x),
+            ether_drag: drags.then(|| Integral::new(flows.ether_drag)),
+            damping: damped.then(|| Integral::new(flows.damping)),
+            walls: walls.then_some(0.0),
+            looked,
+        })
     }
 
-    /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force.
-    pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64]) {
-        let rates = Rates::of(system, x, v);
-        if let Some(motion) = &mut self.motion {
-            motion.power.advance(h, rates.motion);
-            motion.kinetic = rates.kinetic;
+    /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force `force`.
+    pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64], force: ForceId) {
+        if let Some(own) = &mut self.motion {
+            let (power, kinetic) = motion(system, x, v);
+            own.power.advance(h, power);
+            own.kinetic = kinetic;
         }
-        if let Some(loads) = &mut self.loads {
-            loads.advance(h, rates.loads);
+        let flows = Flows::of(system, self.looked, x, v);
+        let Some(before) = system.take_before_walls() else {
+            self.each(flows, |integral, rate| integral.advance(h, rate));
+            return;
+        };
+        // Walls act at the end of a step, at once: the step led to the state before.
+        self.each(before.flows, |integral, rate| integral.advance(h, rate));
+        self.each(flows, Integral::jump);
+        let after = changing(system, x);
+        (0..2).for_each(|i| self.changing[i] += after[i] - before.changing[i]);
+        if let Some(walls) = &mut self.walls {
+            let potential = before.potential - system.potential_total(x, force);
+            *walls += before.kinetic - system.kinetic(v);
+            if potential.is_finite() {
+                *walls += potential;
+            }
         }
     }
 
     /// Goes on from the same state after some of what was held has been let go.
     pub(crate) fn release(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
-        let rates = Rates::of(system, x, v);
-        if let Some(motion) = &mut self.motion {
+        if let Some(own) = &mut self.motion {
+            let (power, kinetic) = motion(system, x, v);
             // What flies on takes its energy along.
-            motion.less -= motion.kinetic - rates.kinetic;
-            motion.kinetic = rates.kinetic;
-            motion.power.jump(rates.motion);
+            own.less -= own.kinetic - kinetic;
+            own.kinetic = kinetic;
+            own.power.jump(power);
+        }
+        let flows = Flows::of(system, self.looked, x, v);
+        self.each(flows, Integral::jump);
+    }
+
+    /// Each integral there is, with its rate.
+    fn each(&mut self, flows: Flows, mut go: impl FnMut(&mut Integral, f64)) {
+        let Ledger { loads, gravity, ether_drag, damping, .. } = self;
+        let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping];
+        for (integral, rate) in [loads, gravity, ether_drag, damping].into_iter().zip(rates) {
+            if let Some(integral) = integral {
+                go(integral, rate);
+            }
         }
     }
 
-    pub(crate) fn balance(&self) -> Balance {
+    /// The balance in the state with the positions `x`, at the time last said.
+    pub(crate) fn balance(&self, system: &mut System, x: &[f64]) -> Balance {
+        let value = |integral: &Option<Integral>| integral.as_ref().map(Integral::value);
+        // The integral of dE/dt at fixed x is the growth of E and the work that it has done. Unlike dE/dt, the power of a force
+        // that jumps is finite.
+        let now = changing(system, x);
+        let fed =
+            |work: &Option<Integral>, i: usize| value(work).map(|work| work + now[i] - self.changing[i]);
         Balance {
             motion: self.motion.as_ref().map(|motion| motion.power.value() + motion.kinetic - motion.less),
-            loads: self.loads.as_ref().map(Integral::value),
+            loads: fed(&self.loads, 0),
+            gravity: fed(&self.gravity, 1),
+            ether_drag: value(&self.ether_drag),
+            damping: value(&self.damping),
+            walls: self.walls,
         }
     }
 }
 
-/// Whether energy comes in through this term otherwise than from its own store, and whether it is a load.
-fn is_fed(term: &dyn crate::energy::EnergyTerm) -> bool {
-    term.kind() == EnergyKind::Load && term.supplies()
+/// Potential energy [J] of what [`feeds`], and of gravity that changes; loads without a potential have none.
+fn changing(system: &mut System, x: &[f64]) -> [f64; 2] {
+    [system.potential_of(feeds, x), system.potential_of(is_changing_gravity, x)]
 }
 
-impl Rates {
-    fn of(system: &mut System, x: &[f64], v: &[f64]) -> Self {
-        let (mut motion, mut kinetic) = (0.0, 0.0);
-        let (d, drag) = (system.dimension(), system.ether_drag());
-        if system.has_prescribed_motion() && !system.dissipation().is_empty() {
-            // What moves carries its part of these forces, as they are now.
-            system.evaluate_dissipation(x, v);
+/// Whether energy comes in through this term otherwise than from its own store, and it is gravity.
+fn is_changing_gravity(term: &dyn EnergyTerm) -> bool {
+    term.kind() == EnergyKind::Gravitational && term.supplies()
+}
+
+/// The same, and it is not.
+fn feeds(term: &dyn EnergyTerm) -> bool {
+    term.kind() != EnergyKind::Gravitational && term.supplies()
+}
+
+impl Flows {
+    /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
+    fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
+        let mut flows = Flows::default();
+        if looked.loads {
+            flows.loads = system.power(feeds, x, v);
         }
-        for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
-            let axes = hold.axes();
-            system.visit_gradient(hold.vertices(), |vertex, gradient| {
-                let m = system.mass()[vertex];
-                for c in (0..d).filter(|c| axes[*c]) {
-                    let v = v[vertex * d + c];
-                    motion += (gradient[c] + drag * m * v) * v;
-                    kinetic += 0.5 * m * v * v;
-                }
-            });
+        if looked.gravity {
+            flows.gravity = system.power(is_changing_gravity, x, v);
         }
-        let loads = system.power(|term| is_fed(term), x, v);
-        Rates { motion, kinetic, loads }
+        if looked.losses && system.ether_drag() != 0.0 {
+            flows.ether_drag = 2.0 * system.ether_drag() * system.kinetic(v);
+        }
+        if looked.losses && system.is_damped() {
+            flows.damping = system.dissipated_power(x, v);
+        }
+        flows
     }
+}
+
+/// The power of prescribed motion [W], but for what it gives to the kinetic energy of what moves; and that [J].
+fn motion(system: &mut System, x: &[f64], v: &[f64]) -> (f64, f64) {
+    let (mut power, mut kinetic) = (0.0, 0.0);
+    let (d, drag) = (system.dimension(), system.ether_drag());
+    if system.has_prescribed_motion() && system.is_damped() {
+        // What moves carries its part of these forces, as they are now.
+        system.evaluate_dissipation(x, v);
+    }
+    for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
+        let axes = hold.axes();
+        system.visit_gradient(hold.vertices(), |vertex, gradient| {
+            let m = system.mass()[vertex];
+            for c in (0..d).filter(|c| axes[*c]) {
+                let v = v[vertex * d + c];
+                power += (gradient[c] + drag * m * v) * v;
+                kinetic += 0.5 * m * v * v;
+            }
+        });
+    }
+    (power, kinetic)
 }

@@ -31,6 +31,7 @@ pub struct Diagnostics {
     pub inverted: Option<u64>,
 }
 
+mod balance;
 mod elements;
 mod integral;
 mod ledger;
@@ -38,9 +39,9 @@ mod measures;
 mod reaction;
 mod stability;
 
+pub use balance::Balance;
 pub use elements::ElementState;
-pub use ledger::Balance;
-pub(crate) use ledger::Ledger;
+pub(crate) use ledger::{BeforeWalls, Ledger};
 pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;
 pub(crate) use reaction::reactions;

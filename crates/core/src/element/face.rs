@@ -1,58 +1,135 @@
-//! Faces of elements, for what acts on a surface: edges in two dimensions, triangles in three. This is the one place that knows
-//! their shape functions and quadrature.
+//! Faces of elements, for what acts on a surface: edges in two dimensions, triangles in three, of first and second order. This is
+//! the one place that knows their shape functions and quadrature.
+//!
+//! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, 3 and 6 in 3D. A face of second order
+//! has its corners first, then the nodes in the middle of its edges in the order `01, 12, 20`, and may be curved.
 
-/// A point of a reference face: its weight, as a share of the measure of the face, and the shape function of every vertex there.
+use crate::mesh::TRIANGLE_EDGES;
+
+/// A point of a reference face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FacePoint<const D: usize> {
-    /// Weights of a face sum to 1.
+pub struct FacePoint<const N: usize> {
+    /// Weight, as a share of the measure of the face; those of a face sum to 1.
     pub weight: f64,
-    /// Shape functions of a point sum to 1.
-    pub shape: [f64; D],
+    /// The shape function of every node; their sum is 1.
+    pub shape: [f64; N],
+    /// Their derivatives by the coordinates of the face `xi_k = lambda_k`, `k = 1 .. D - 1`; one in 2D, the second then 0.
+    pub slopes: [[f64; 2]; N],
 }
 
-/// Quadrature on a linear face with `D` vertices, exact for polynomials of degree 5 (edges: Gauss, 3 points) and 4 (triangles, 6
-/// points: Dunavant 1985, *High degree efficient symmetrical Gaussian quadrature rules for the triangle*, Int. J. Numer. Meth.
-/// Eng. 21, 1129, degree 4).
+/// Corners of the edges whose middle nodes a face of second order has, in their order.
+pub(crate) const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
+    match (D, N) {
+        (2, 2) | (3, 3) => &[],
+        (2, 3) => &[[0, 1]],
+        (3, 6) => &TRIANGLE_EDGES,
+        _ => panic!("a face has 2 or 3 nodes in 2D, 3 or 6 in 3D"),
+    }
+}
+
+/// The point with the barycentric coordinates `lambda`.
+fn face_point<const D: usize, const N: usize>(weight: f64, lambda: [f64; 3]) -> FacePoint<N> {
+    let edges = face_edges::<D, N>();
+    let (mut shape, mut slopes) = ([0.0; N], [[0.0; 2]; N]);
+    // Adds `slope` times the derivative of `lambda_i`.
+    let add = |slopes: &mut [f64; 2], i: usize, slope: f64| {
+        for (k, entry) in slopes.iter_mut().enumerate().take(D - 1) {
+            *entry += if i == 0 {
+                -slope
+            } else if i == k + 1 {
+                slope
+            } else {
+                0.0
+            };
+        }
+    };
+    for i in 0..D {
+        let l = lambda[i];
+        let (value, slope) = if edges.is_empty() { (l, 1.0) } else { (l * (2.0 * l - 1.0), 4.0 * l - 1.0) };
+        shape[i] = value;
+        add(&mut slopes[i], i, slope);
+    }
+    for (a, &[i, j]) in (D..).zip(edges) {
+        shape[a] = 4.0 * lambda[i] * lambda[j];
+        add(&mut slopes[a], i, 4.0 * lambda[j]);
+        add(&mut slopes[a], j, 4.0 * lambda[i]);
+    }
+    FacePoint { weight, shape, slopes }
+}
+
+/// Quadrature on a face, exact for polynomials of degree 5 (edges: Gauss, 3 points) and 4 (triangles, 6 points: Dunavant 1985,
+/// *High degree efficient symmetrical Gaussian quadrature rules for the triangle*, Int. J. Numer. Meth. Eng. 21, 1129, degree 4).
+/// That is all there is in the force of a uniform pressure on a curved face of second order, and in the volume behind it.
 ///
 /// # Panics
-/// If `D` is neither 2 nor 3.
-pub fn face_points<const D: usize>() -> Vec<FacePoint<D>> {
-    let point = |weight: f64, coordinates: &[f64]| {
-        let mut shape = [0.0; D];
-        shape.copy_from_slice(coordinates);
-        FacePoint { weight, shape }
-    };
-    match D {
-        2 => {
-            let far = 0.5 * (1.0 - 0.6_f64.sqrt());
-            let points = [(5.0 / 18.0, far), (4.0 / 9.0, 0.5), (5.0 / 18.0, 1.0 - far)];
-            points.iter().map(|(w, s)| point(*w, &[1.0 - s, *s])).collect()
-        }
-        3 => {
-            let orbits = [
-                (0.223_381_589_678_011_47, 0.445_948_490_915_964_9),
-                (0.109_951_743_655_321_87, 0.091_576_213_509_770_74),
-            ];
-            let three = orbits.iter().flat_map(|&(w, a)| (0..3).map(move |corner| (w, a, corner)));
-            let shape =
-                |a: f64, corner: usize| [0, 1, 2].map(|i| if i == corner { 1.0 - 2.0 * a } else { a });
-            three.map(|(w, a, corner)| point(w, &shape(a, corner))).collect()
-        }
-        _ => unreachable!("faces are edges or triangles"),
+/// If there is no such face.
+pub fn face_points<const D: usize, const N: usize>() -> Vec<FacePoint<N>> {
+    if D == 2 {
+        let far = 0.5 * (1.0 - 0.6_f64.sqrt());
+        let points = [(5.0 / 18.0, far), (4.0 / 9.0, 0.5), (5.0 / 18.0, 1.0 - far)];
+        return points.iter().map(|(w, s)| face_point::<D, N>(*w, [1.0 - s, *s, 0.0])).collect();
     }
+    let orbits = [
+        (0.223_381_589_678_011_47, 0.445_948_490_915_964_9),
+        (0.109_951_743_655_321_87, 0.091_576_213_509_770_74),
+    ];
+    let three = orbits.iter().flat_map(|&(w, a)| (0..3).map(move |corner| (w, a, corner)));
+    let lambda = |a: f64, corner: usize| [0, 1, 2].map(|i| if i == corner { 1.0 - 2.0 * a } else { a });
+    three.map(|(w, a, corner)| face_point::<D, N>(w, lambda(a, corner))).collect()
 }
 
-/// The vector area `n dA` of a linear face, out of the body: its edges run counter-clockwise about the body in two dimensions
-/// (length [m]), its triangles are counter-clockwise seen from outside in three (area [m^2]).
-pub fn vector_area<const D: usize>(x: &[[f64; D]; D]) -> [f64; D] {
+/// The middle of a face, which stands for all of it.
+pub(crate) fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
+    face_point::<D, N>(1.0, [1.0 / D as f64; 3])
+}
+
+/// The vector area `n dA` of a face with the nodes `x`, out of the body, as if it were everywhere what it is at `point`: so it is
+/// on a face of first order. Edges run counter-clockwise about the body in two dimensions (length [m]), triangles are
+/// counter-clockwise seen from outside in three (area [m^2]).
+pub fn vector_area<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; D] {
+    let [s, t] = tangents(x, point);
     let mut area = [0.0; D];
     if D == 2 {
-        (area[0], area[1]) = (x[1][1] - x[0][1], x[0][0] - x[1][0]);
+        (area[0], area[1]) = (s[1], -s[0]);
     } else {
-        let edge = |i: usize| [0, 1, 2].map(|c| x[i][c] - x[0][c]);
-        area.copy_from_slice(&cross(edge(1), edge(2)).map(|c| 0.5 * c));
+        area.copy_from_slice(&cross(s, t).map(|c| 0.5 * c));
     }
     area
+}
+
+/// The derivatives of the place on a face by its coordinates.
+fn tangents<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint<N>) -> [[f64; 3]; 2] {
+    let mut tangents = [[0.0; 3]; 2];
+    // Measured from the first corner: what is far from the origin loses no digits.
+    for (x_a, slopes) in x.iter().zip(&point.slopes).skip(1) {
+        for c in 0..D {
+            (0..2).for_each(|k| tangents[k][c] += slopes[k] * (x_a[c] - x[0][c]));
+        }
+    }
+    tangents
+}
+
+/// The derivative of [`vector_area`] by the place of node `j`, applied to `u`, or its transpose.
+pub(crate) fn area_rate<const D: usize, const N: usize>(
+    x: &[[f64; D]; N],
+    point: &FacePoint<N>,
+    j: usize,
+    u: [f64; D],
+    transposed: bool,
+) -> [f64; D] {
+    let mut rate = [0.0; D];
+    let sign = if transposed { -1.0 } else { 1.0 };
+    let slope = point.slopes[j];
+    if D == 2 {
+        // The quarter turn to the right, which its transpose undoes.
+        (rate[0], rate[1]) = (sign * slope[0] * u[1], -sign * slope[0] * u[0]);
+    } else {
+        // 1/2 (slope_0 u x t + s x slope_1 u).
+        let [s, t] = tangents(x, point);
+        let across = [0, 1, 2].map(|c| sign * 0.5 * (slope[1] * s[c] - slope[0] * t[c]));
+        rate.copy_from_slice(&cross(across, [0, 1, 2].map(|c| u[c])));
+    }
+    rate
 }
 
 /// Cross product.
@@ -69,14 +146,52 @@ mod tests {
     fn polynomials_are_integrated_exactly() {
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
         for degree in 0..=5 {
-            let found: f64 = face_points::<2>().iter().map(|p| p.weight * p.shape[1].powi(degree)).sum();
+            let found: f64 = face_points::<2, 2>().iter().map(|p| p.weight * p.shape[1].powi(degree)).sum();
             assert!((found - 1.0 / f64::from(degree + 1)).abs() < 1e-15, "{degree}: {found}");
         }
         for (a, b) in (0..=4).flat_map(|a| (0..=4 - a).map(move |b| (a, b))) {
             let value = |p: &FacePoint<3>| p.shape[1].powi(a as i32) * p.shape[2].powi(b as i32);
-            let found: f64 = face_points::<3>().iter().map(|p| p.weight * value(p)).sum();
+            let found: f64 = face_points::<3, 3>().iter().map(|p| p.weight * value(p)).sum();
             let exact = factorial(a) * factorial(b) * 2.0 / factorial(a + b + 2);
             assert!((found - exact).abs() < 1e-15, "{a} {b}: {found} {exact}");
         }
+    }
+
+    fn is_a_lagrange_basis<const D: usize, const N: usize>() {
+        let corner = |i: usize| [0, 1, 2].map(|k| f64::from(u8::from(k == i)));
+        let mut nodes: Vec<[f64; 3]> = (0..D).map(corner).collect();
+        for [i, j] in face_edges::<D, N>() {
+            nodes.push([0, 1, 2].map(|k| 0.5 * (nodes[*i][k] + nodes[*j][k])));
+        }
+        for (a, node) in nodes.iter().enumerate() {
+            let shape = face_point::<D, N>(1.0, *node).shape;
+            assert!(
+                (0..N).all(|b| shape[b] == f64::from(u8::from(a == b))),
+                "{D}D, {N} nodes: {a} {shape:?}"
+            );
+        }
+        for point in face_points::<D, N>() {
+            assert!((point.shape.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        }
+        // Of quadratic functions central differences are exact.
+        let lambda = [0.5, 0.3, if D == 2 { 0.0 } else { 0.2 }];
+        for k in 0..D - 1 {
+            let moved = |step: f64| {
+                let mut at = lambda;
+                (at[0], at[k + 1]) = (at[0] - step, at[k + 1] + step);
+                face_point::<D, N>(1.0, at).shape
+            };
+            let (ahead, behind, found) =
+                (moved(0.125), moved(-0.125), face_point::<D, N>(1.0, lambda).slopes);
+            assert!((0..N).all(|a| (found[a][k] - 4.0 * (ahead[a] - behind[a])).abs() < 1e-14));
+        }
+    }
+
+    #[test]
+    fn shape_functions_are_one_at_their_node_and_zero_at_the_others_and_have_these_slopes() {
+        is_a_lagrange_basis::<2, 2>();
+        is_a_lagrange_basis::<3, 3>();
+        is_a_lagrange_basis::<2, 3>();
+        is_a_lagrange_basis::<3, 6>();
     }
 }

@@ -13,10 +13,12 @@ mod simplex;
 mod tangents;
 mod validity;
 
-pub(crate) use face::cross;
 pub use face::{FacePoint, face_points, vector_area};
+pub(crate) use face::{area_rate, cross, face_edges, face_middle};
 pub use mass::{MassMatrix, mass_rule};
-pub use quadrature::{QuadraturePoint, quadrature_count, quadrature_points, quadrature_position};
+pub use quadrature::{
+    QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
+};
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
 pub use validity::{least_jacobian, volume};
 

@@ -67,6 +67,12 @@ impl EnergyTerm for GravityOverTime {
         energy
     }
 
+    /// `sum_i m_i g(t) . v_i`.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        // Minus the energy, with velocities for places.
+        -self.energy(v)
+    }
+
     /// By the largest gravity: it may begin at zero.
     fn scale(&mut self, x: &[f64]) -> f64 {
         self.field.total_mass() * self.largest * crate::state::diagonal(x, self.dimension())

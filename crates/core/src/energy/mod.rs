@@ -13,6 +13,7 @@ pub mod spring;
 use std::ops::Range;
 
 use crate::diagnostics::ElementState;
+use crate::element::Barycentric;
 use crate::material::Psd;
 
 /// Which sum of the diagnostics an energy belongs to.
@@ -232,8 +233,7 @@ pub trait EnergyTerm: Send + Sync {
         self.changes_with_time() || !self.is_conservative()
     }
 
-    /// The power that comes in from outside at the time last said [W]: `dE/dt` at fixed `x` of a potential that changes with time,
-    /// `f . v` of a force that has none. Asked only if it [`supplies`](Self::supplies) energy.
+    /// The power of its force, `f . v` [W], at the time last said. Asked only if it [`supplies`](Self::supplies) energy.
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         let _ = (x, v);
         0.0
@@ -252,6 +252,17 @@ pub trait EnergyTerm: Send + Sync {
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
         let _ = x;
         vec![]
+    }
+
+    /// How many elements there are.
+    fn element_count(&self) -> usize {
+        0
+    }
+
+    /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is no such element.
+    fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
+        let _ = (x, element, at);
+        None
     }
 
     /// Bytes held, for the memory report.

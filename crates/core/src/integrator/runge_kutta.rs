@@ -98,9 +98,7 @@ impl Integrator for RungeKutta {
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        for wall in system.walls() {
-            wall.apply(system.inverse_mass(), &mut self.x, &mut self.v);
-        }
+        system.apply_walls(state.time + h, &mut self.x, &mut self.v);
         state.swap(&mut self.x, &mut self.v, ForceId::NONE);
         Ok(())
     }

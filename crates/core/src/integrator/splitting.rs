@@ -86,7 +86,7 @@ impl Integrator for Splitting {
                 next += 1;
             }
             let last = next == stages.len();
-            pass.walls = last;
+            pass.walls = last && system.walls_in_passes();
             if first {
                 pass.drag_before = half_drag;
             }
@@ -110,7 +110,11 @@ impl Integrator for Splitting {
             if !(passed.finite && prescribed) {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
-            if pass.drift != 0.0 || passed.put_back {
+            let mut put_back = passed.put_back;
+            if last && !pass.walls {
+                put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+            }
+            if pass.drift != 0.0 || put_back {
                 force = ForceId::NONE;
             }
         }

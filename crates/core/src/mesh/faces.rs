@@ -1,6 +1,8 @@
 //! Faces of bodies: what loads on surfaces act on.
 
+use super::quadratic::sorted as ascending;
 use super::{Mesh, MeshError, select};
+use crate::element::face_edges;
 use crate::scene::Selection;
 
 impl Mesh {
@@ -47,6 +49,24 @@ impl Mesh {
         };
         let selected: Vec<[u32; N]> = faces.into_iter().filter(is_selected).collect();
         if selected.is_empty() { Err(MeshError::NoFace { whole: false }) } else { Ok(selected) }
+    }
+
+    /// These `faces` of a mesh of second order with the nodes in the middle of their edges, as [elements](crate::element::face_points)
+    /// have them: 3 nodes in two dimensions, 6 in three.
+    ///
+    /// # Panics
+    /// If the mesh is not of second order, or has no such faces.
+    pub fn quadratic_faces<const D: usize, const N: usize>(&self, faces: &[[u32; D]]) -> Vec<[u32; N]> {
+        let middles = self.middles();
+        let with_middles = |face: &[u32; D]| {
+            let mut nodes = [0; N];
+            nodes[..D].copy_from_slice(face);
+            for (node, [i, j]) in nodes[D..].iter_mut().zip(face_edges::<D, N>()) {
+                *node = middles[&ascending(face[*i], face[*j])];
+            }
+            nodes
+        };
+        faces.iter().map(with_middles).collect()
     }
 
     /// The cells of a group of faces, each with its vertices ascending, in order; `None` for any other selection.

@@ -20,7 +20,7 @@ pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [
 pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
 /// An edge by its ends, whichever way it runs.
-fn sorted(a: u32, b: u32) -> [u32; 2] {
+pub(super) fn sorted(a: u32, b: u32) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
 }
 
@@ -63,6 +63,16 @@ impl Mesh {
         if self.order() == 1 {
             return faces;
         }
+        let middles = self.middles();
+        let four = |[a, b, c]: [u32; 3]| {
+            let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]| middles[&sorted(a, b)]);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        faces.into_iter().flat_map(four).collect()
+    }
+
+    /// The vertex in the middle of each edge of a mesh of second order, by the ends of the edge, ascending.
+    pub(super) fn middles(&self) -> BTreeMap<[u32; 2], u32> {
         let mut middles = BTreeMap::new();
         for (cell, nodes) in self.tetrahedra.iter().zip(&self.tetrahedron_middles) {
             middles.extend(
@@ -73,11 +83,7 @@ impl Mesh {
             middles
                 .extend(TRIANGLE_EDGES.iter().zip(nodes).map(|([a, b], m)| (sorted(cell[*a], cell[*b]), *m)));
         }
-        let four = |[a, b, c]: [u32; 3]| {
-            let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[a, b]| middles[&sorted(a, b)]);
-            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-        };
-        faces.into_iter().flat_map(four).collect()
+        middles
     }
 
     /// 2 if there are nodes in the middle of the edges of cells, otherwise 1.

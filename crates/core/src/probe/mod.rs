@@ -21,8 +21,8 @@ pub struct Probe {
     pub weights: Vec<f64>,
     /// Place at rest [m]; in 2D the third is 0.
     pub rest: [f64; 3],
-    /// The finite element it is in, as [`Frame::elements`] numbers them.
-    pub element: Option<usize>,
+    /// Its number among [`Frame::points`], in a finite element.
+    pub point: Option<usize>,
 }
 
 /// What a probe shows at one moment.
@@ -45,12 +45,12 @@ pub struct Reading {
 }
 
 impl Probe {
-    /// What it shows in a frame; strain and stress where the frame has the states of elements.
+    /// What it shows in a frame; strain and stress where the frame has the states of points.
     pub fn read(&self, frame: &Frame<'_>) -> Reading {
         let position = self.mix(frame.x, frame.dimension);
         let mut displacement = position;
         displacement.iter_mut().zip(self.rest).for_each(|(u, rest)| *u -= rest);
-        let state = self.element.and_then(|element| frame.elements?.get(element));
+        let state = self.point.and_then(|point| frame.points?.get(point));
         Reading {
             time: frame.time,
             position,

@@ -36,7 +36,7 @@ impl<W: Write> Table<W> {
             add("", axes, "m");
             add("v", axes, "m/s");
             add("u", axes, "m");
-            if probe.element.is_some() {
+            if probe.point.is_some() {
                 add("E", &SYMMETRIC, "1");
                 add("s", &SYMMETRIC, "Pa");
             }
@@ -69,8 +69,8 @@ impl<W: Write> Table<W> {
 }
 
 impl<W: Write> Observer for Table<W> {
-    fn wants_elements(&self) -> bool {
-        self.probes.iter().any(|probe| probe.element.is_some())
+    fn wants_points(&self) -> bool {
+        self.probes.iter().any(|probe| probe.point.is_some())
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

@@ -20,6 +20,8 @@ pub(super) const ENERGY: (u16, &str) = (3, "/energy");
 pub(super) const TRANSFORM: (u16, &str) = (4, "/tf");
 /// Warnings.
 pub(super) const LOG: (u16, &str) = (5, "/log");
+/// Forces of pins.
+pub(super) const REACTIONS: (u16, &str) = (6, "/reactions");
 
 /// Number of the first channel about elements; one for each [measure](crate::diagnostics::MEASURES), recorded or not.
 pub(super) const ELEMENTS: u16 = 10;
@@ -35,7 +37,8 @@ pub(super) fn place_from_end(id: u16) -> Option<u16> {
     match id {
         _ if id == STATE.0 => Some(0),
         _ if id == ENERGY.0 => Some(1),
-        ELEMENTS..AFTER_ELEMENTS => Some(1 + AFTER_ELEMENTS - id),
+        _ if id == REACTIONS.0 => Some(2),
+        ELEMENTS..AFTER_ELEMENTS => Some(2 + AFTER_ELEMENTS - id),
         PROBES.. => Some(u16::MAX - id + AFTER_ELEMENTS),
         // Not in every frame, and therefore the first.
         _ if id == MESH.0 => Some(u16::MAX),

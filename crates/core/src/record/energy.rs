@@ -22,7 +22,9 @@ struct Row<'a> {
 /// Declares the channel, its schema taken from a row that has every field, so that it cannot fall behind [`Diagnostics`].
 pub(super) fn channel() -> Channel<'static> {
     let (id, topic) = ENERGY;
-    let balance = Balance { motion: Some(0.5), loads: Some(0.5) };
+    let some = Some(0.5);
+    let balance =
+        Balance { motion: some, loads: some, gravity: some, ether_drag: some, damping: some, walls: some };
     let full = Diagnostics {
         loads: Some(0.5),
         balance: Some(balance),

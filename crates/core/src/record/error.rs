@@ -67,6 +67,12 @@ pub enum RecordError {
         /// The frame.
         frame: u64,
     },
+    /// The channel of reactions was asked for and a frame came without them.
+    #[error("frame {frame} has no reactions, which the channel /reactions records")]
+    MissingReactions {
+        /// The frame.
+        frame: u64,
+    },
     /// A channel about elements was asked for and a frame came without their states, or with those of other elements.
     #[error("frame {frame} has the states of {found} elements, of {expected} that channels record")]
     MissingElements {

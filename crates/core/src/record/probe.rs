@@ -18,15 +18,15 @@ impl Probes {
         Probes { probes: (PROBES..).zip(probes).map(|(id, probe)| (id, probe.clone(), Vec::new())).collect() }
     }
 
-    /// Whether any of them reads the states of elements.
-    pub(super) fn wants_elements(&self) -> bool {
-        self.probes.iter().any(|(_, probe, _)| probe.element.is_some())
+    /// Whether any of them reads the states of points.
+    pub(super) fn wants_points(&self) -> bool {
+        self.probes.iter().any(|(_, probe, _)| probe.point.is_some())
     }
 
     /// Declares the channels, each with what its probe has.
     pub(super) fn channels(&self) -> impl Iterator<Item = Channel<'static>> {
         self.probes.iter().map(|(id, probe, _)| {
-            let in_element = probe.element.map(|_| [0.5; 6]);
+            let in_element = probe.point.map(|_| [0.5; 6]);
             let row = Reading { green_strain: in_element, cauchy_stress: in_element, ..Reading::default() };
             let row = serde_json::to_value(row).unwrap_or_default();
             json_channel(*id, &format!("/probe/{}", probe.name), "pliant.Probe", &row)

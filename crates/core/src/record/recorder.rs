@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use super::channel::{ENERGY, LOG, MESH, STATE, TRANSFORM};
+use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
 use super::clock::nanoseconds;
 use super::cloud::Cloud;
 use super::container::{Container, Message};
@@ -15,7 +15,7 @@ use super::outcome::{OUTCOME, Outcome, Status};
 use super::probe::Probes;
 use super::sink::Sink;
 use super::surface::Drawing;
-use super::{Level, RecordError, attachments, energy, paths, state, transform, warning};
+use super::{Level, RecordError, attachments, energy, paths, reactions, state, transform, warning};
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::probe::Probe;
 use crate::scene::Channel;
@@ -32,6 +32,8 @@ pub struct Options {
     pub title: Option<String>,
     /// Points that are followed, each on a channel of its own.
     pub probes: Vec<Probe>,
+    /// Names of the pins, `body/pin`, whose forces `/reactions` holds.
+    pub pins: Vec<String>,
     /// Text of the scene, attached as `scene.toml` unless empty.
     pub scene_text: String,
     /// More key-value pairs for the metadata record `pliant`; they take precedence over its own.
@@ -64,8 +66,9 @@ pub struct McapRecorder {
     elements: Option<Elements>,
     probes: Probes,
     records_energy: bool,
+    records_reactions: bool,
     drawing: Option<Drawing>,
-    buffers: [Vec<u8>; 3],
+    buffers: [Vec<u8>; 4],
     frames: u64,
     logged: u32,
     /// Of the last frame.
@@ -119,6 +122,9 @@ impl McapRecorder {
         let probes = Probes::new(&options.probes);
         channels.extend(probes.channels());
         channels.extend(elements.iter().flat_map(Elements::channels));
+        if asked(Channel::Reactions) {
+            channels.push(reactions::channel(&options.pins));
+        }
         if asked(Channel::Energy) {
             channels.push(energy::channel());
         }
@@ -138,6 +144,7 @@ impl McapRecorder {
             length: topology.vertex_count * topology.dimension,
             states: asked(Channel::State).then(state::cloud),
             records_energy: asked(Channel::Energy),
+            records_reactions: asked(Channel::Reactions),
             elements,
             probes,
             drawing,
@@ -163,7 +170,7 @@ impl McapRecorder {
     /// Records a frame. When this returns, a kill no longer loses it.
     ///
     /// # Errors
-    /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::Write`]; after the latter,
+    /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::MissingReactions`], [`RecordError::Write`]; after the latter,
     /// [`RecordError::Incomplete`].
     pub fn record(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
         self.ensure_sound()?;
@@ -175,7 +182,7 @@ impl McapRecorder {
         let log_time = nanoseconds(frame.time);
         // Sequence numbers are those of the frames, so that gaps in /mesh show.
         let sequence = self.frames as u32;
-        let [mesh, energies, states] = &mut self.buffers;
+        let [mesh, forces, energies, states] = &mut self.buffers;
         let mut group = Vec::with_capacity(3);
         if let Some(drawing) = &mut self.drawing
             && drawing.is_due(log_time)
@@ -198,6 +205,11 @@ impl McapRecorder {
             }
             elements.encode_frame(frame, states, log_time);
             group.extend(elements.messages(sequence, log_time));
+        }
+        if self.records_reactions {
+            let of_pins = frame.reactions.ok_or(RecordError::MissingReactions { frame: self.frames })?;
+            reactions::encode_frame(frame.time, of_pins, forces);
+            group.push(Message::new(REACTIONS.0, sequence, log_time, forces));
         }
         if self.records_energy {
             let diagnostics =
@@ -288,8 +300,16 @@ impl Observer for McapRecorder {
         self.records_energy
     }
 
+    fn wants_reactions(&self) -> bool {
+        self.records_reactions
+    }
+
     fn wants_elements(&self) -> bool {
-        self.elements.is_some() || self.probes.wants_elements()
+        self.elements.is_some()
+    }
+
+    fn wants_points(&self) -> bool {
+        self.probes.wants_points()
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

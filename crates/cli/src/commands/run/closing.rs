@@ -7,13 +7,15 @@ use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
+use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
 use crate::failure::Status;
 use crate::statistics::Statistics;
 use crate::text::{self, counted, entry, number};
 
-/// A scene without drag and walls should have its energy back at the end this well, relative to the energy that it turns over.
+/// A scene should have its energy back at the end this well, but for what is known to have come in and gone out, relative to the
+/// energy that it turns over.
 const ENERGY_DRIFT_BOUND: f64 = 1e-3;
 /// And should never be farther off on the way.
 const ENERGY_ERROR_BOUND: f64 = 1e-2;
@@ -50,19 +52,15 @@ impl<'a> Closing<'a> {
 
     /// What the user should know even if nobody reads the numbers.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        let world = &self.scene.world;
-        let damped = self.scene.body.iter().any(|body| body.damping.is_some());
-        let conservative = !damped
-            && world.walls.is_empty()
-            && world.ether_drag.unwrap_or(0.0) == 0.0
-            && !world.gravity_changes();
+        // What a scene brings in and takes away is known, but for losses that nobody asked for.
+        let known = !self.takes_energy() || self.loses_known();
         let error = self.summary.relative_energy_error();
         // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.
         let conserved =
             self.summary.relative_energy_drift() <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND;
         // A run that blew up says so already.
         let failed = self.status() == Status::Failed;
-        if !conservative || conserved || failed {
+        if !known || conserved || failed {
             return vec![];
         }
         let scale = self.summary.energy_scale;
@@ -86,10 +84,14 @@ impl<'a> Closing<'a> {
         }
         vec![format!(
             "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
-             takes or gives energy; a smaller step than {} s would be more accurate",
+             {}; a smaller step than {} s would be more accurate",
             share(error),
             number(scale),
             share(self.summary.relative_energy_drift()),
+            match self.summary.end.balance {
+                Some(_) => "accounts for it",
+                None => "takes or gives energy",
+            },
             number(self.report.step),
         )]
     }
@@ -162,11 +164,7 @@ impl<'a> Closing<'a> {
                 share(self.summary.relative_energy_drift()),
                 share(self.summary.relative_energy_error()),
                 number(self.summary.energy_scale),
-                if self.scene.world.gravity_changes() {
-                    ", the work of the gravity that changes with time included"
-                } else {
-                    ""
-                },
+                self.unaccounted(),
             ),
         );
         let change = number(self.summary.momentum_change());
@@ -180,35 +178,26 @@ impl<'a> Closing<'a> {
         let brought = end.balance.and_then(|balance| balance.loads);
         let potential = end.loads.map(|now| self.summary.start.loads.unwrap_or(0.0) - now);
         let by_loads = potential.map(|lost| lost + brought.unwrap_or(0.0));
-        let parts =
-            [(end.balance.and_then(|balance| balance.motion), "prescribed motion"), (by_loads, "loads")];
-        let parts: Vec<String> = parts
-            .iter()
-            .filter_map(|(work, name)| Some(format!("{} J by {name}", number((*work)?))))
-            .collect();
-        if !parts.is_empty() {
-            line("work", parts.join(", "));
+        let balance = end.balance.unwrap_or_default();
+        let by_gravity =
+            balance.gravity.map(|fed| fed + self.summary.start.gravitational - end.gravitational);
+        let parts = |word: &str, parts: &[(Option<f64>, &str)]| {
+            let said = |(energy, name): &(Option<f64>, &str)| {
+                energy.map(|energy| format!("{} J {word} {name}", number(energy)))
+            };
+            parts.iter().filter_map(said).collect::<Vec<_>>().join(", ")
+        };
+        let work =
+            [(balance.motion, "prescribed motion"), (by_loads, "loads"), (by_gravity, "changing gravity")];
+        let losses =
+            [(balance.ether_drag, "ether drag"), (balance.damping, "damping"), (balance.walls, "walls")];
+        for (name, said) in [("work", parts("by", &work)), ("lost", parts("to", &losses))] {
+            if !said.is_empty() {
+                line(name, said);
+            }
         }
-        if let Some(solver) = work.solver {
-            let iterations = counted(solver.newton_iterations, "Newton iteration", "Newton iterations");
-            let linear = match (solver.factorizations, solver.cg_iterations) {
-                (0, cg) => counted(cg, "CG iteration", "CG iterations"),
-                (factors, 0) => counted(factors, "factorisation", "factorisations"),
-                (factors, cg) => format!(
-                    "{}, {}",
-                    counted(factors, "factorisation", "factorisations"),
-                    counted(cg, "CG iteration", "CG iterations")
-                ),
-            };
-            let halved = counted(solver.halvings, "step", "steps");
-            let stalled = match solver.fallbacks {
-                0 => String::new(),
-                n => format!(
-                    "; {} by CG stalled and fell back to a factorisation",
-                    counted(n, "solve", "solves")
-                ),
-            };
-            line("solver", format!("{iterations}, {linear}, {halved} halved in line searches{stalled}"));
+        if let Some(solver) = &self.summary.work.solver {
+            line("solver", solver_work(solver));
         }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
@@ -266,6 +255,28 @@ impl<'a> Closing<'a> {
         })
     }
 
+    /// What the drift of the energy is without, or holds beside the errors of the scheme.
+    fn unaccounted(&self) -> &'static str {
+        let takes = self.takes_energy() && !self.loses_known();
+        match takes {
+            true => ", what damping, drag and walls took included: no `energy` among the channels",
+            false => "",
+        }
+    }
+
+    /// Whether anything in the scene takes energy away.
+    fn takes_energy(&self) -> bool {
+        let world = &self.scene.world;
+        let damped = self.scene.body.iter().any(|body| body.damping.is_some());
+        damped || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
+    }
+
+    /// Whether it is known how much.
+    fn loses_known(&self) -> bool {
+        let balance = self.summary.end.balance;
+        balance.is_some_and(|b| b.ether_drag.or(b.damping).or(b.walls).is_some())
+    }
+
     /// What went wrong, in a word, for programs.
     fn kind(&self) -> &'static str {
         use pliant::simulation::StepError;
@@ -306,6 +317,21 @@ impl<'a> Closing<'a> {
         .collect();
         if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) }
     }
+}
+
+/// What the solvers of implicit steps did.
+fn solver_work(work: &SolverWork) -> String {
+    let mut facts = vec![counted(work.newton_iterations, "Newton iteration", "Newton iterations")];
+    let counts = [
+        (work.factorizations, "factorisation", "factorisations"),
+        (work.cg_iterations, "iteration of conjugate gradients", "iterations of conjugate gradients"),
+    ];
+    facts.extend(counts.into_iter().filter(|(n, ..)| *n > 0).map(|(n, one, many)| counted(n, one, many)));
+    if work.fallbacks > 0 {
+        let solves = counted(work.fallbacks, "solve", "solves");
+        facts.push(format!("{solves} by conjugate gradients stalled and fell back to a factorisation"));
+    }
+    facts.join(", ")
 }
 
 /// A part of a whole: `1.2e-5`, or in per cent where that is more telling.

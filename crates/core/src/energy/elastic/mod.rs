@@ -16,7 +16,8 @@ use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
 use crate::diagnostics::ElementState;
 use crate::element::{
-    QuadraticPositions, SimplexPack, edge_matrix, jacobian, order, quadrature_count, quadrature_position,
+    Barycentric, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
+    quadrature_count, quadrature_position,
 };
 use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact};
 use crate::material::{Domain, Material, Psd};
@@ -282,6 +283,22 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
             .collect();
         states.sort_unstable_by_key(|(element, _)| *element);
         states.into_iter().map(|(_, state)| state).collect()
+    }
+
+    fn element_count(&self) -> usize {
+        self.elements().count()
+    }
+
+    fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
+        let (_, vertices, pack, lane) = self.elements().find(|(number, ..)| *number == element)?;
+        // Both dx/dxi and J are linear in the place.
+        let (mut dx, mut j) = (Mat::zero(), Mat::zero());
+        let weights = interpolation::<D, N>(at);
+        for ([at_point, inverse], weight) in self.points(x, &vertices, pack, lane).iter().zip(weights) {
+            dx += at_point.scale(weight);
+            j += inverse.inverse().scale(weight);
+        }
+        Some(self.material.state(&dx.mul(&j.inverse())))
     }
 
     fn bytes(&self) -> usize {

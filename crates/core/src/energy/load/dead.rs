@@ -60,7 +60,7 @@ impl DeadLoad {
         let (d, DeadLoad { samples, field, now, .. }) = (self.dimension, self);
         now.fill(0.0);
         for Sample { point, shares } in &*samples {
-            let (force, _) = field(*point, time);
+            let force = field(*point, time);
             for (slot, share) in shares {
                 for c in 0..d {
                     now[*slot as usize * d + c] += share * force[c];
@@ -119,18 +119,11 @@ impl EnergyTerm for DeadLoad {
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
 
-    /// `dE/dt = -sum_i f_i'(t) . (x_i - X_i)`.
-    fn power(&mut self, x: &[f64], _v: &[f64]) -> f64 {
-        let mut power = 0.0;
-        for Sample { point, shares } in &self.samples {
-            let (_, rate) = (self.field)(*point, self.time);
-            for (slot, share) in shares {
-                for (c, rate) in rate.iter().enumerate().take(self.dimension) {
-                    power -= share * rate * self.displacement(x, *slot as usize, c);
-                }
-            }
-        }
-        power
+    /// `sum_i f_i(t) . v_i`.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        let velocities =
+            self.vertices.iter().flat_map(|i| &v[*i as usize * self.dimension..][..self.dimension]);
+        self.now.iter().zip(velocities).map(|(f, v)| f * v).sum()
     }
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {

@@ -7,10 +7,10 @@ mod tests;
 
 pub use dead::{DeadLoad, Sample};
 pub use pressure::{Pressure, PressureField, rim};
+pub(crate) use pressure::{image, nodes};
 
-/// A vector that differs from place to place and changes with time: its value and its rate at the rest position `X` [m] and the
-/// time `t` [s].
-pub type VectorField = Box<dyn Fn([f64; 3], f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
+/// A vector that differs from place to place and changes with time, by the rest position `X` [m] and the time `t` [s].
+pub type VectorField = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;
 
 /// The places in `vertices`, ascending, of those from `first` on that have rows in an array of `count` rows.
 fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize> {

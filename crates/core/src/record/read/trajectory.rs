@@ -10,7 +10,7 @@ use super::series::Series;
 use super::source::Source;
 use crate::diagnostics::Measure;
 use crate::record::attachments::METADATA;
-use crate::record::channel::{ENERGY, MESH, STATE, last_of_frame};
+use crate::record::channel::{ENERGY, MESH, REACTIONS, STATE, last_of_frame};
 use crate::record::clock::seconds;
 use crate::record::elements::{BodyRows, PLACE, topic};
 use crate::record::error::read_error;
@@ -44,7 +44,7 @@ pub struct ElementRows {
     pub values: Vec<f64>,
 }
 
-/// One field of `/energy` or of a probe over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
+/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
 /// `work.steps`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
@@ -124,6 +124,14 @@ impl Trajectory {
     /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn energy(&mut self) -> Result<Vec<Column>, RecordError> {
         self.columns(ENERGY.1)
+    }
+
+    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has let go.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy).
+    pub fn reactions(&mut self) -> Result<Vec<Column>, RecordError> {
+        self.columns(REACTIONS.1)
     }
 
     /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.

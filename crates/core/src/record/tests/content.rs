@@ -108,6 +108,8 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
         v: &x,
         diagnostics: None,
         elements: None,
+        points: None,
+        reactions: None,
         work: Work::default(),
     };
     recorder.record(&frame).unwrap();

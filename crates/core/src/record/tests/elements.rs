@@ -166,6 +166,8 @@ fn a_frame_without_the_states_of_its_elements_is_refused() {
         v: &v,
         diagnostics: None,
         elements,
+        points: None,
+        reactions: None,
         work: crate::observer::Work::default(),
     };
     for (elements, count) in [(None, 0), (Some(&states[..7]), 7)] {

@@ -6,6 +6,7 @@ mod disk_full;
 mod elements;
 mod killed;
 mod probes;
+mod reactions;
 mod refusal;
 
 use std::fs;
@@ -82,6 +83,8 @@ impl Moment {
             v: &self.v,
             diagnostics: Some(&self.diagnostics),
             elements: None,
+            points: None,
+            reactions: None,
             work: Work { steps: 10 * self.index, force_evaluations: 20 * self.index, solver: None },
         }
     }

@@ -190,8 +190,10 @@ pub enum Channel {
     State,
     /// Triangles and lines for a viewer, on `/mesh`.
     Mesh,
-    /// Energies and momenta, on `/energy`.
+    /// Energies, what came in and what was lost, and momenta, on `/energy`.
     Energy,
+    /// Force [N] and moment [N m] with which every pin holds its vertices, on `/reactions`.
+    Reactions,
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
     /// third axis is out of the plane, here and in the channels below.
     DeformationGradient,

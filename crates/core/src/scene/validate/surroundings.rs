@@ -104,6 +104,11 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let message = format!("channel `{}` is listed twice", name(*channel));
             check.report(Problem::semantic(path.key("channels").index(index), message));
         }
+        if *channel == Channel::Reactions && scene.body.iter().all(|body| body.pin.is_empty()) {
+            let message = "channel `reactions` is about pins, and no body has any";
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out, or give a body a `pin`"));
+        }
         if Measure::of(*channel).is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
             let message =
                 format!("channel `{}` is about finite elements, and no body is `elastic`", name(*channel));

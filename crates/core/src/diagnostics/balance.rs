@@ -1,0 +1,55 @@
+//! Where energy comes from and where it goes.
+
+/// Energy brought into a system and taken out of it since the start [J]: what there is now, kinetic and potential, less
+/// [`net`](Self::net), stays what it was at the start, to the order of the scheme, and at most to fourth order; to second with
+/// ether drag, which schemes treat to that order. What still changes is the error of the scheme: an implicit one that damps
+/// numerically loses energy that nothing here accounts for. `None` where a scene has no such thing, and where nobody asked.
+///
+/// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step (a formula or
+/// keyframes with a kink) costs one order for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Balance {
+    /// Brought in by prescribed motion: `1/2 m v^2` of what moves now, less at the start, plus the integral of
+    /// `(dE/dx + dR/dv + c m v) . v` over these coordinates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<f64>,
+    /// Brought in by loads that change with time or have no potential, `dE/dt` at fixed `x` and `f . v`, integrated; those that stay
+    /// the same are in the potential energy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loads: Option<f64>,
+    /// Brought in by gravity that changes with time: the integral of `-sum m g'(t) . x`. With what the potential lost, it is the
+    /// work of gravity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<f64>,
+    /// Taken out by ether drag: the integral of `c sum m |v|^2`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ether_drag: Option<f64>,
+    /// Taken out by damping: the integral of `v . dR/dv`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Taken out by walls: kinetic and potential energy before a wall put vertices back, less after. Where there was no finite
+    /// energy before, the kinetic part alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub walls: Option<f64>,
+}
+
+impl Balance {
+    /// What came in, less what went out [J].
+    pub fn net(&self) -> f64 {
+        sum([self.motion, self.loads, self.gravity]) - self.lost()
+    }
+
+    /// What was taken out by drag, damping and walls [J].
+    pub fn lost(&self) -> f64 {
+        sum([self.ether_drag, self.damping, self.walls])
+    }
+
+    /// The sizes of what was brought in, added up [J].
+    pub(crate) fn turnover(&self) -> f64 {
+        sum([self.motion, self.loads, self.gravity].map(|work| work.map(f64::abs)))
+    }
+}
+
+fn sum(parts: [Option<f64>; 3]) -> f64 {
+    parts.into_iter().flatten().sum()
+}
