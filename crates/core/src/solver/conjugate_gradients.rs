@@ -87,7 +87,7 @@ fn diagonal_inverse<const D: usize>(a: &Block<D>) -> Block<D> {
 pub enum CgEnd {
     /// The residual is small enough.
     Converged,
-    /// A direction `p` with `p^T A p <= 0`: the matrix is not positive definite.
+    /// A direction `p` with `p^T A p <= 0`, or a preconditioned residual with `r^T P r <= 0`: the matrix is not positive definite.
     Indefinite,
     /// The residual no longer falls, or the iterations are used up.
     Stalled,
@@ -163,7 +163,8 @@ impl ConjugateGradients {
             preconditioner.apply(r, z);
             let next = dot(r, z);
             if next.is_nan() || next <= 0.0 {
-                return report(CgEnd::Stalled, iteration, residual);
+                let end = if next.is_nan() { CgEnd::Stalled } else { CgEnd::Indefinite };
+                return report(end, iteration, residual);
             }
             let beta = next / rz;
             rz = next;

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::conjugate_gradients::inverse;
 
-/// The components of a vertex; those beyond the dimension are zero.
+/// The components of a vertex. Those beyond the dimension are zero in solutions and directions; in right-hand sides and residuals
+/// they are anything, and not looked at.
 pub(super) type Row = [f32; 4];
 /// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
 pub(super) const TASK_ROWS: usize = 1024;
@@ -114,7 +115,8 @@ impl<const D: usize> Smoother<D> {
         eigenvalue
     }
 
-    /// Row `i` of `A x`.
+    /// Row `i` of `A x`; beyond the dimension stands what the next column of each block gives. To compute that is cheaper than not
+    /// to: a vector of three numbers is no register.
     #[inline(always)]
     fn product(&self, i: usize, x: &[Row]) -> Row {
         // A sum for every column of the blocks: they do not wait for each other.
@@ -132,7 +134,7 @@ impl<const D: usize> Smoother<D> {
         }
         let mut sum = [0.0; 4];
         for l in 0..D {
-            for k in 0..D {
+            for k in 0..4 {
                 sum[k] += sums[l][k];
             }
         }
