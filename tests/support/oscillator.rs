@@ -78,6 +78,10 @@ pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
         }
         // Hairer, Wanner 1996, table IV.6.5: 4 (768 - 192 w - 96 w^2 + 8 w^3 + 7 w^4) / (3 (4 - w)^5).
         "sdirk4" => rational(&[1.0, -0.25, -0.125, 8.0 / 768.0, 7.0 / 768.0], (0.25, 5), z),
+        "gauss2" => quotient(&[12.0, 6.0, 1.0], &[12.0, -6.0, 1.0], z),
+        "radau-iia2" => quotient(&[6.0, 2.0], &[6.0, -4.0, 1.0], z),
+        // Hairer, Wanner 1996, table IV.3.1: the Pade approximation of degrees 2 and 3.
+        "radau-iia3" => quotient(&[60.0, 24.0, 3.0], &[60.0, -36.0, 9.0, -1.0], z),
         _ => panic!("{name} has no closed form here: add the matrix that one step applies to the oscillator"),
     }
 }
@@ -86,8 +90,20 @@ pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
 /// matrix.
 fn rational(numerator: &[f64], (g, n): (f64, i32), z: f64) -> Matrix {
     let w = Complex::new(0.0, z);
-    let polynomial = numerator.iter().rev().fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c);
-    let value = polynomial / (Complex::new(1.0, 0.0) - w * g).powi(n);
+    as_matrix(polynomial(numerator, w) / (Complex::new(1.0, 0.0) - w * g).powi(n))
+}
+
+/// The same of two polynomials.
+fn quotient(numerator: &[f64], denominator: &[f64], z: f64) -> Matrix {
+    let w = Complex::new(0.0, z);
+    as_matrix(polynomial(numerator, w) / polynomial(denominator, w))
+}
+
+fn polynomial(coefficients: &[f64], w: Complex<f64>) -> Complex<f64> {
+    coefficients.iter().rev().fold(Complex::new(0.0, 0.0), |sum, c| sum * w + c)
+}
+
+fn as_matrix(value: Complex<f64>) -> Matrix {
     [[value.re, value.im], [-value.im, value.re]]
 }
 
