@@ -150,7 +150,7 @@ velocity = { per_vertex = [[0.0, 0.0], [0.0, 0.16]] }
     // What drag takes is known, and is no error; where nobody asks for it, there is nothing to warn of.
     for (changes, warned) in [
         (["time.step=1e-5", "world.ether_drag=0"], false),
-        (["time.step=1e-5", "world.ether_drag=0.1"], false),
+        (["time.step=1e-5", "world.ether_drag=0.001"], false),
         (["time.step=0.02", "world.ether_drag=0.1"], true),
         (["output.channels=['state']", "world.ether_drag=0.1"], false),
     ] {

@@ -79,9 +79,10 @@ impl Solid {
 
     /// At rest, to be advanced by `method` with steps of `h`.
     pub(crate) fn simulation(&self, method: Method, h: f64) -> Simulation {
+        let spec = IntegratorSpec::ALL.iter().find(|spec| spec.method() == method).expect("registered");
         let scene: Scene = serde_json::from_value(json!({
             "dimension": self.dimension,
-            "time": { "integrator": method.documentation.name, "step": h, "duration": 1.0 },
+            "time": { "integrator": spec, "step": h, "duration": 1.0 },
             "world": { "gravity": self.gravity },
             "body": [{
                 "mesh": self.mesh,

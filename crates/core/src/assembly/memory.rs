@@ -1,5 +1,6 @@
 //! Whether a scene fits into memory, before any of it is allocated.
 
+use crate::energy::nbody::TreeGravity;
 use crate::mesh::{MeshSize, predicted_body_size};
 use crate::scene::{KeyPath, Problem, Scene};
 
@@ -15,17 +16,21 @@ const BYTES_PER_COORDINATE: u64 = 120;
 /// Refuses a scene that asks for more memory than there is.
 pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
     let (mut total, mut problems) = (0u64, vec![]);
-    let mut vertices = 0u64;
+    let (mut vertices, mut particles) = (0u64, 0u64);
     for (i, body) in scene.body.iter().enumerate() {
         let path = KeyPath::root().key("body").index(i).key("mesh");
         match predicted_body_size(body, scene.dimension, &scene.directory) {
             Ok(size) => {
                 total = total.saturating_add(predicted_bytes(&size, scene.dimension));
                 vertices = vertices.saturating_add(size.vertices);
+                if body.elastic.is_none() && body.springs.is_none() {
+                    particles = particles.saturating_add(size.vertices);
+                }
             }
             Err(error) => problems.push(Problem::semantic(path, error.to_string())),
         }
     }
+    total = total.saturating_add(gravity_bytes(scene, particles));
     if vertices > u64::from(u32::MAX) {
         let message =
             format!("the bodies together have {vertices} vertices; at most {} can be numbered", u32::MAX);
@@ -40,6 +45,22 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
         problems.push(Problem::semantic(KeyPath::root().key("body"), message).with_help(help));
     }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array for each of 16 groups
+/// of them, and looks for the largest frequency by a tree.
+fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
+    let Some(nbody) = &scene.world.nbody else { return 0 };
+    // More cannot be numbered.
+    let n = particles.min(u64::from(u32::MAX));
+    let tree = |angle: f64| match scene.dimension {
+        2 => TreeGravity::<2>::predicted_bytes(n, angle),
+        _ => TreeGravity::<3>::predicted_bytes(n, angle),
+    };
+    match &nbody.tree {
+        Some(by_tree) => tree(by_tree.opening_angle),
+        None => n * 8 * 18 * scene.dimension as u64 + tree(0.5),
+    }
 }
 
 /// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.

@@ -1,8 +1,10 @@
 //! Dashpots: damping by the rate of a number measured at a few vertices.
 
+use std::ops::Range;
+
 use super::DissipativeTerm;
 use crate::energy::Fault;
-use crate::energy::measure::{Constants, Measure, RateKernel, Stencils};
+use crate::energy::measure::{Blocks, Constants, Measure, RateKernel, Stencils, fill};
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 
@@ -45,6 +47,14 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> DissipativeTerm for Measu
     fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
         self.evaluate(x, p);
         self.add_rows(0, y);
+    }
+
+    fn stencils(&mut self) -> crate::energy::Stencils {
+        self.stencils.patches.lanes()
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
+        fill(&self.stencils, stencils, x, Blocks::Rate, out);
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {

@@ -5,12 +5,15 @@
 
 mod mass_proportional;
 mod measured;
+mod quadratic_strain_rate;
 mod strain_rate;
 #[cfg(test)]
 mod tests;
 
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
+pub use quadratic_strain_rate::QuadraticStrainRate;
+pub(crate) use strain_rate::simplex_packs;
 pub use strain_rate::{StrainRate, Viscosity};
 
 use std::ops::Range;

@@ -20,6 +20,43 @@ pub struct Viscosity {
     pub second: f64,
 }
 
+impl Viscosity {
+    /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient` are the gradients of the shape
+    /// functions at rest, `f` the deformation gradient.
+    ///
+    /// With `dEdot = sym(F^T dFdot)` and `dFdot = e_k grad N_b^T` the stress `F (2 eta dEdot + zeta tr dEdot)` meets `grad N_a` in
+    /// `eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k + zeta (F grad N_a)_i (F grad N_b)_k`.
+    pub(super) fn add_blocks<const D: usize, const R: usize, const N: usize>(
+        &self,
+        weight: f64,
+        gradient: &[[f64; R]; N],
+        f: &[[f64; R]; D],
+        out: &mut [f64],
+    ) {
+        let pushed = gradient.map(|g| f.map(|row| dot(&row, &g)));
+        let mut stretch = [[0.0; D]; D];
+        for i in 0..D {
+            for k in 0..D {
+                stretch[i][k] = dot(&f[i], &f[k]);
+            }
+        }
+        let mut blocks = out.chunks_exact_mut(D * D);
+        for a in 0..N {
+            for b in a..N {
+                let block = blocks.next().expect("a block for each pair");
+                let both = dot(&gradient[a], &gradient[b]);
+                for i in 0..D {
+                    for k in 0..D {
+                        block[i * D + k] += weight
+                            * (self.shear * (stretch[i][k] * both + pushed[b][i] * pushed[a][k])
+                                + self.second * pushed[a][i] * pushed[b][k]);
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// A Kelvin-Voigt dashpot in every element: `R = sum_e w_e (eta Edot : Edot + 1/2 zeta tr(Edot)^2)` with the rate of Green's strain
 /// `Edot = sym(F^T Fdot)`.
 ///
@@ -101,7 +138,6 @@ impl<const D: usize, const R: usize, const N: usize> DissipativeTerm for StrainR
 
     fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
         let x = x.as_chunks::<D>().0;
-        let Viscosity { shear, second } = self.viscosity;
         let pairs = N * (N + 1) / 2;
         let lanes = self.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
         for ((vertices, pack, lane), out) in lanes {
@@ -123,30 +159,8 @@ impl<const D: usize, const R: usize, const N: usize> DissipativeTerm for StrainR
                     }
                 }
             }
-            // F grad N_a, and F F^T.
-            let pushed = gradient.map(|g| f.map(|row| dot(&row, &g)));
-            let mut stretch = [[0.0; D]; D];
-            for i in 0..D {
-                for k in 0..D {
-                    stretch[i][k] = dot(&f[i], &f[k]);
-                }
-            }
-            // With dEdot = sym(F^T dFdot) and dFdot = e_k grad N_b^T the stress F (2 eta dEdot + zeta tr dEdot) meets grad N_a in
-            // eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k + zeta (F grad N_a)_i (F grad N_b)_k.
-            let mut blocks = out.chunks_exact_mut(D * D);
-            for a in 0..N {
-                for b in a..N {
-                    let block = blocks.next().expect("a block for each pair");
-                    let both = dot(&gradient[a], &gradient[b]);
-                    for i in 0..D {
-                        for k in 0..D {
-                            block[i * D + k] = weight
-                                * (shear * (stretch[i][k] * both + pushed[b][i] * pushed[a][k])
-                                    + second * pushed[a][i] * pushed[b][k]);
-                        }
-                    }
-                }
-            }
+            out.fill(0.0);
+            self.viscosity.add_blocks(weight, &gradient, &f, out);
         }
     }
 

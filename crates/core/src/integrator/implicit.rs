@@ -59,7 +59,7 @@ impl StageSolver {
         &mut self,
         system: &mut System,
         stage: &Stage<'_>,
-        x: &mut Vec<f64>,
+        x: &mut [f64],
         v: &mut [f64],
         acceleration: &mut [f64],
         single_iteration: bool,
@@ -108,7 +108,7 @@ impl StageSolver {
         &mut self,
         system: &mut System,
         solve: &Solve<'_>,
-        x: &mut Vec<f64>,
+        x: &mut [f64],
         v: &[f64],
     ) -> Result<(), StepFault> {
         let Solve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;

@@ -124,3 +124,43 @@ fn conjugate_gradients_that_stall_leave_the_solve_to_a_factorisation() {
     let apart = apart(&fallen_back, &fallen(LinearSolver::Cholesky, 0.499_999_9));
     assert!(apart < 1e-8, "{apart:e}");
 }
+
+/// Springs, hinges, joints, membranes, attachments, and what damps them, where everything has moved a little.
+#[test]
+fn the_matrix_of_every_other_term_is_its_hessian_and_its_damping() {
+    for name in ["hair", "bending_cloth", "awning", "pavilion", "damped_jelly", "quadratic_beams_2d"] {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
+        let scene = Scene::from_path(format!("{path}{name}.toml")).unwrap();
+        let mut simulation =
+            scene.assemble(UnstableStep::Accept).map_err(|p| format!("{p:?}")).unwrap().simulation;
+        let size = simulation.size();
+        for (i, x) in simulation.state_mut().x_mut().iter_mut().enumerate() {
+            *x += 1e-3 * size * (i as f64 * 1.3).sin();
+        }
+        let (hessian, damping) = match scene.dimension {
+            2 => (defect::<2>(&mut simulation), damping_defect::<2>(&mut simulation)),
+            _ => (defect::<3>(&mut simulation), damping_defect::<3>(&mut simulation)),
+        };
+        assert!(hessian < 1e-11, "{name}: Hessian off by {hessian:e}");
+        assert!(damping < 1e-11, "{name}: damping off by {damping:e}");
+    }
+}
+
+/// The same for the damping matrix; zero where nothing dissipates.
+fn damping_defect<const D: usize>(simulation: &mut Simulation) -> f64 {
+    let x = simulation.state().x().to_vec();
+    let v: Vec<f64> = (0..x.len()).map(|i| (i as f64 * 0.3).cos()).collect();
+    let system = simulation.system_mut();
+    let free: Vec<bool> = system.inverse_mass().iter().map(|w| *w > 0.0).collect();
+    let p: Vec<f64> = (0..x.len()).map(|i| if free[i] { (i as f64 * 0.7).sin() } else { 0.0 }).collect();
+    let mut assembler = Assembler::<D>::new(system);
+    let weights = Weights { inertia: 0.0, stiffness: 0.0, damping: 2.0 };
+    assembler.assemble(system, At { x: &x, v: &v, psd: Psd::Exact }, weights);
+    let (mut assembled, mut exact) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    assembler.matrix().multiply(&p, &mut assembled);
+    system.damping_product(&x, &v, &p, &mut exact);
+    let largest = exact.iter().fold(0.0, |m: f64, y| m.max(2.0 * y.abs()));
+    let error = (0..x.len()).filter(|i| free[*i]).map(|i| (assembled[i] - 2.0 * exact[i]).abs());
+    let error = error.fold(0.0, f64::max);
+    if largest == 0.0 { error } else { error / largest }
+}

@@ -22,7 +22,7 @@ pub(super) const fn packs_at_once<const D: usize, const N: usize>() -> usize {
 
 /// Positions of the vertices of one pack.
 #[inline(always)]
-pub(super) fn gather<L: Lanes, const D: usize, const N: usize>(
+pub(crate) fn gather<L: Lanes, const D: usize, const N: usize>(
     rows: &RowSlice<D>,
     index: &PackIndex<N>,
 ) -> [[L; D]; N] {
@@ -44,7 +44,7 @@ pub(super) fn gather<L: Lanes, const D: usize, const N: usize>(
 
 /// Adds the gradients at the vertices of one pack.
 #[inline(always)]
-pub(super) fn scatter<L: Lanes, const D: usize, const N: usize>(
+pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
     rows: &mut RowSlice<D>,
     index: &PackIndex<N>,
     gradients: [[L; D]; N],

@@ -3,12 +3,17 @@
 mod block;
 mod hessian;
 mod kernels;
+mod membrane;
 mod simplex;
 
 use std::ops::Range;
 
+pub(crate) use membrane::flattened;
+pub use membrane::{Membrane, Sheet};
+
 use block::{Block, BlockMaterial};
 use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
+pub(crate) use kernels::{gather, scatter};
 use simplex::{Fused, SimplexForces};
 
 use super::patch::{Patch, Patches, Scratch, Workspace};
@@ -82,20 +87,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     ) -> Self {
         let patches =
             Patches::new::<D>(elements, &along_curve::<D>(&centroids(elements, rest)), rest.len() / D);
-        let points = quadrature_count::<D, N>();
-        let mut packs = vec![SimplexPack::new(); patches.index.len() * points];
-        for (element, vertices, pack, lane) in patches.stencils() {
-            let nodes = points_of(rest, &vertices);
-            for q in 0..points {
-                let j = jacobian(&nodes, &quadrature_position::<D, N>(q));
-                let weight = j.determinant() / (if D == 2 { 2.0 } else { 6.0 } * points as f64);
-                assert!(weight > 0.0, "element {element} of {body} has volume {weight} at point {q}");
-                packs[pack * points + q].set(lane, &j.inverse(), weight);
-            }
-        }
-        for (packs, stencils) in packs.chunks_exact_mut(points).zip(&patches.stencil) {
-            packs.iter_mut().for_each(|pack| pack.fill_up(stencils.iter().flatten().count()));
-        }
+        let packs = rest_packs::<D, N>(body, &patches, rest);
         let workspace = Workspace::new(&patches);
         Elastic { body: body.into(), material, stress, fused: None, workspace, patches, rest: packs }
     }
@@ -116,6 +108,32 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         let positions = QuadraticPositions::new(x);
         (0..count).map(|q| [positions.at(q), inverse(q)]).collect()
     }
+}
+
+/// The rest data of every pack, one after the other those of its quadrature points.
+///
+/// # Panics
+/// If `det J` is not positive at one of them.
+pub(crate) fn rest_packs<const D: usize, const N: usize>(
+    body: &str,
+    patches: &Patches<N>,
+    rest: &[f64],
+) -> Vec<SimplexPack<D>> {
+    let points = quadrature_count::<D, N>();
+    let mut packs = vec![SimplexPack::new(); patches.index.len() * points];
+    for (element, vertices, pack, lane) in patches.stencils() {
+        let nodes = points_of(rest, &vertices);
+        for q in 0..points {
+            let j = jacobian(&nodes, &quadrature_position::<D, N>(q));
+            let weight = j.determinant() / (if D == 2 { 2.0 } else { 6.0 } * points as f64);
+            assert!(weight > 0.0, "element {element} of {body} has volume {weight} at point {q}");
+            packs[pack * points + q].set(lane, &j.inverse(), weight);
+        }
+    }
+    for (packs, stencils) in packs.chunks_exact_mut(points).zip(&patches.stencil) {
+        packs.iter_mut().for_each(|pack| pack.fill_up(stencils.iter().flatten().count()));
+    }
+    packs
 }
 
 /// The work of one patch in pieces of a few packs.

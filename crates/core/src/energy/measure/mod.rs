@@ -1,5 +1,6 @@
 //! Whatever stores energy by one number measured at a few vertices: the length of a spring, the angle of a hinge.
 
+mod blocks;
 mod curvature;
 mod hinge;
 mod kernels;
@@ -8,16 +9,20 @@ mod stencils;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 pub use curvature::Curvature;
 pub use hinge::HingeAngle;
 pub use length::Length;
 pub use stencils::{Constants, Stencils};
 
+pub(crate) use self::blocks::{Blocks, fill};
 pub(crate) use self::kernels::RateKernel;
 use self::kernels::{EnergyKernel, GradientKernel, HessianKernel};
 use super::patch::Workspace;
 use super::{EnergyKind, EnergyTerm, Fault};
 use crate::lanes::{dispatch, dispatch_compact};
+use crate::material::Psd;
 use crate::scalar::Scalar;
 
 /// One number `s(x)` measured at `N` vertices, the same under every rigid motion.
@@ -82,6 +87,14 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
             dispatch_compact(HessianKernel { stencils, patch, scratch });
         });
         stencils.patches.add_rows(workspace, 0, y);
+    }
+
+    fn stencils(&mut self) -> crate::energy::Stencils {
+        self.stencils.patches.lanes()
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        fill(&self.stencils, stencils, x, Blocks::Hessian(psd), out);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {

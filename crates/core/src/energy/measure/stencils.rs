@@ -71,6 +71,12 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> Stencils<Q, D, N> {
         Stencils { patches, packs, measure: PhantomData }
     }
 
+    /// Stiffness and rest of one lane.
+    pub(crate) fn constants(&self, pack: usize, lane: usize) -> (f64, [f64; 2]) {
+        let Pack { stiffness, rest } = &self.packs[pack];
+        (stiffness[lane], [rest[0][lane], rest[1][lane]])
+    }
+
     /// What they are computed in.
     pub fn workspace(&self) -> Workspace<D> {
         Workspace::new(&self.patches)

@@ -10,11 +10,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrator::IntegratorSpec;
 
+mod attachment;
 mod bending;
 mod body;
 mod damping;
 mod load;
 mod measured;
+mod membrane;
 mod mesh;
 mod one_or_many;
 mod over_time;
@@ -24,11 +26,13 @@ mod shapes;
 mod solver;
 mod transform;
 
+pub use attachment::*;
 pub use bending::*;
 pub use body::*;
 pub use damping::*;
 pub use load::*;
 pub(crate) use measured::*;
+pub use membrane::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
@@ -58,6 +62,9 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub body: Vec<Body>,
+    /// Vertices tied to places or to other bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attachment: Vec<AttachmentSpec>,
     /// Points that are followed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<ProbeSpec>,
@@ -195,7 +202,7 @@ pub enum Channel {
     /// Force [N] and moment [N m] with which every pin holds its vertices, on `/reactions`.
     Reactions,
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
-    /// third axis is out of the plane, here and in the channels below.
+    /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
     DeformationGradient,
     /// `J = det F` of every finite element, on `/elements/jacobian`.
     Jacobian,

@@ -39,15 +39,6 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
             check.report(Problem::semantic(path, message).with_help("use `strain_rate`"));
         }
     }
-    let keys = [
-        ("strain_rate", damping.strain_rate.is_some()),
-        ("stiffness_proportional", damping.stiffness_proportional.is_some()),
-    ];
-    for (key, _) in keys.into_iter().filter(|(_, given)| *given && body.is_quadratic()) {
-        let message = format!("`{key}` damps linear elements only, and this body is of `order` 2");
-        let problem = Problem::semantic(path.key(key), message).at_key();
-        check.report(problem.with_help("use `mass_proportional`, or `order = 1`"));
-    }
     if let Some(alpha) = damping.mass_proportional {
         check.number(&path.key("mass_proportional"), alpha, Sign::NonNegative, "1/s");
     }

@@ -99,6 +99,16 @@ impl<const D: usize> TreeGravity<D> {
         }
     }
 
+    /// Bytes that the tree of `n` particles with this opening angle [rad] takes, roughly, the lists of all tasks included.
+    pub fn predicted_bytes(n: u64, opening_angle: f64) -> u64 {
+        let tasks = (n / PARTICLES_PER_TASK as u64).clamp(1, MAX_TASKS as u64);
+        // Indices, masses, keys; six arrays of vectors; a node for every eight particles; all particles in one list at the start.
+        let vectors = 6 * 8 * D as u64;
+        let nodes = size_of::<octree::Node<D>>() as u64 / 8;
+        n * (40 + vectors + nodes + 8 * (2 * D as u64 + 1))
+            + tasks * List::<D>::predicted_bytes(n, opening_angle)
+    }
+
     /// Builds the tree for `x`, unless it stands.
     fn build(&mut self, x: &[f64]) {
         gather(&mut self.next_position, &self.vertices, x);

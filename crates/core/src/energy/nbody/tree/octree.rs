@@ -3,7 +3,7 @@
 /// Particles in a leaf at most, unless they are all at one place.
 const LEAF: usize = 16;
 /// Particles that share a list of what attracts them, at most.
-const GROUP: usize = 48;
+pub(super) const GROUP: usize = 48;
 
 /// Number of the independent components of a symmetric matrix in three dimensions; in two, the first three are used.
 pub(super) const SYMMETRIC: usize = 6;

@@ -1,0 +1,106 @@
+//! The Hessians of triangles in space.
+//!
+//! With `F = U diag(sigma) V^T`, `U` of two columns in space and `n` normal to both, a change `dF` within the plane of the triangle
+//! meets the tangent of the plane material, and one along the normal only turns the triangle: `n v_j^T` is an eigenvector of
+//! `dP/dF` with eigenvalue `psi_j / sigma_j`, the tension. The frame is that of the solid elements (`elastic/hessian.rs`).
+
+use std::ops::Range;
+
+use super::Membrane;
+use super::kernels::factors;
+use crate::algebra::{Mat, Vect, signed_svd, symmetric_eigen};
+use crate::element::cross;
+use crate::material::{Psd, Spectrum};
+
+/// Blocks of the three pairs of two vertices after the first, and more.
+const PAIRS: usize = 6;
+const BLOCK: usize = 9;
+
+/// Writes the Hessians of `stencils`.
+pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+    let lanes = sheet.patches.lanes_in(stencils).zip(out.chunks_exact_mut(PAIRS * BLOCK));
+    for ((vertices, pack, lane), out) in lanes {
+        let (inverse_rest, weight) = sheet.rest[pack].lane(lane);
+        let (q, g) = factors(&sheet.deformation_gradient(x, &vertices, pack, lane));
+        let svd = signed_svd(&g);
+        let Some(spectrum) = sheet.material.spectrum(&svd.sigma) else {
+            // Models without a spectrum are refused where membranes are made.
+            out.fill(f64::NAN);
+            continue;
+        };
+        let frame = Frame::new(&spectrum, &svd.sigma, psd);
+        // The columns of U = Q U_2, and the normal.
+        let column = |j: usize| [0, 1, 2].map(|i| q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j]);
+        let (u, v) = (column(0), column(1));
+        let axes = [u, v, cross(u, v)];
+        // Rows: grad N_a in the frame of V, that of the first vertex minus the sum of the others.
+        let others = inverse_rest.mul(&svd.v);
+        let mut gradient = [[0.0; 2]; 3];
+        for j in 0..2 {
+            (gradient[1][j], gradient[2][j]) = (others[0][j], others[1][j]);
+            gradient[0][j] = -others[0][j] - others[1][j];
+        }
+        let mut blocks = out.chunks_exact_mut(BLOCK);
+        for a in 0..3 {
+            for b in a..3 {
+                let block = blocks.next().expect("a block for each pair");
+                let local = frame.block(&gradient[a], &gradient[b]);
+                for i in 0..3 {
+                    for k in 0..3 {
+                        let mut sum = 0.0;
+                        for (r, row) in axes.iter().enumerate() {
+                            for (c, col) in axes.iter().enumerate() {
+                                sum += local[r][c] * row[i] * col[k];
+                            }
+                        }
+                        block[3 * i + k] = weight * sum;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// `dP/dF` in the frame of `U`, `n` and `V`.
+struct Frame {
+    scaling: Mat<f64, 2>,
+    same: f64,
+    swapped: f64,
+    /// Tension along the two stretches.
+    tension: [f64; 2],
+}
+
+impl Frame {
+    fn new(spectrum: &Spectrum<2>, sigma: &Vect<f64, 2>, psd: Psd) -> Self {
+        let clamp = |e: f64| if psd == Psd::Projected && e < 0.0 { 0.0 } else { e };
+        // twist = (psi_0 + psi_1)/(sigma_0 + sigma_1), flip = (psi_0 - psi_1)/(sigma_0 - sigma_1)
+        let (sum, difference) =
+            (spectrum.twist[0][1] * (sigma[0] + sigma[1]), spectrum.flip[0][1] * (sigma[0] - sigma[1]));
+        let slopes = [0.5 * (sum + difference), 0.5 * (sum - difference)];
+        let (twist, flip) = (clamp(spectrum.twist[0][1]), clamp(spectrum.flip[0][1]));
+        let mut scaling = spectrum.scaling;
+        if psd == Psd::Projected {
+            let (lambda, vectors) = symmetric_eigen(&scaling);
+            if lambda.iter().any(|e| *e < 0.0) {
+                scaling = vectors.transpose_mul(&Mat::diagonal(&lambda.map(clamp))).mul(&vectors);
+            }
+        }
+        Frame {
+            scaling,
+            same: 0.5 * (flip + twist),
+            swapped: 0.5 * (flip - twist),
+            tension: [0, 1].map(|j| clamp(slopes[j] / sigma[j])),
+        }
+    }
+
+    fn block(&self, a: &[f64; 2], b: &[f64; 2]) -> [[f64; 3]; 3] {
+        let mut k = [[0.0; 3]; 3];
+        for i in 0..2 {
+            let j = 1 - i;
+            k[i][i] = self.scaling[i][i] * a[i] * b[i] + self.same * a[j] * b[j];
+            k[i][j] = self.scaling[i][j] * a[i] * b[j] + self.swapped * a[j] * b[i];
+            k[2][2] += self.tension[i] * a[i] * b[i];
+        }
+        k
+    }
+}
