@@ -163,8 +163,8 @@ impl<const D: usize> Smoother<D> {
             *d = times(first, self.precondition(i, r));
             *x = *d;
         });
-        for (kept, gained) in factors {
-            self.advance(&mut x, &mut r, &d, &mut e, kept, gained, false);
+        for factors in factors {
+            self.advance(&mut x, &mut r, &d, &mut e, factors, false);
             std::mem::swap(&mut d, &mut e);
         }
         rows(&mut r, |i, r| *r = minus(r, &self.product(i, &d)));
@@ -179,9 +179,9 @@ impl<const D: usize> Smoother<D> {
             *r = minus(&self.b[i], &self.product(i, &x));
             *d = times(first, self.precondition(i, r));
         });
-        for (n, (kept, gained)) in factors.into_iter().enumerate() {
+        for (n, factors) in factors.into_iter().enumerate() {
             // The first direction could not be added while the old solution was being read.
-            self.advance(&mut x, &mut r, &d, &mut e, kept, gained, n == 0);
+            self.advance(&mut x, &mut r, &d, &mut e, factors, n == 0);
             std::mem::swap(&mut d, &mut e);
         }
         self.put_back([x, r, d, e]);
@@ -194,8 +194,7 @@ impl<const D: usize> Smoother<D> {
         r: &mut [Row],
         d: &[Row],
         e: &mut [Row],
-        kept: f32,
-        gained: f32,
+        (kept, gained): (f32, f32),
         add_last: bool,
     ) {
         let last = if add_last { 1.0 } else { 0.0 };
