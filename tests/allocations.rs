@@ -15,7 +15,7 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 /// Bodies large enough for several threads, each with everything that acts in a step: gravity, drag, a wall that it touches,
 /// pins.
-const BODIES: [(&str, &str); 7] = [
+const BODIES: [(&str, &str); 8] = [
     (
         "tetrahedra",
         "dimension = 3
@@ -60,6 +60,17 @@ const BODIES: [(&str, &str); 7] = [
         bending = { stiffness = 1e-3 }
         damping = { stiffness_proportional = 1e-5 }
         mass = { total = 0.3 }",
+    ),
+    (
+        "membrane",
+        "dimension = 3
+        [[body]]
+        mesh = { cloth = { cells = [50, 50], origin = [0.0, 0.0, 0.0], u = [1.0, 0.0, 0.0], v = [0.0, 1.0, 0.0] } }
+        elastic = { corotated = { young = 1e5, poisson = 0.3 } }
+        membrane = { thickness = 1e-3 }
+        damping = { strain_rate = { shear = 1.0, second = 1.0 } }
+        mass = { density = 1000.0 }
+        position = { affine = { matrix = [[1.01, 0, 0], [0, 1, 0], [0, 0, 1]] } }",
     ),
     (
         "damped triangles",

@@ -9,12 +9,14 @@
 
 mod support;
 
+mod attachments;
 mod bending;
 mod cli;
 mod damping;
 mod determinism;
 mod integrators;
 mod measuring;
+mod membranes;
 mod numbering;
 mod properties;
 mod scenes;

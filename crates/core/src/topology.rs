@@ -10,7 +10,9 @@ use std::ops::Range;
 pub enum BodyKind {
     /// Filled with triangles (2D) or tetrahedra (3D).
     Solid,
-    /// A surface in space.
+    /// A surface in space, of finite elements.
+    Membrane,
+    /// A surface in space, of springs.
     Cloth,
     /// A curve.
     Strand,

@@ -7,9 +7,9 @@ use super::initial;
 use super::loads::{self, Placed};
 use super::pins::{self, Held};
 use crate::energy::EnergyTerm;
-use crate::energy::elastic::Elastic;
+use crate::energy::elastic::{Elastic, Membrane, Sheet};
 use crate::energy::spring::Springs;
-use crate::material::{Material, MaterialVisitor};
+use crate::material::{Material, MaterialVisitor, Plane};
 use crate::mesh::{Mesh, build_body};
 use crate::numbering::{Numbering, is_local};
 use crate::quantity::{Kind, Quantity};
@@ -25,6 +25,8 @@ pub(super) struct Parts {
     pub(super) mesh: Mesh,
     /// Whether its cells are finite elements.
     pub(super) elastic: bool,
+    /// How thick it is, if it is a membrane [m].
+    pub(super) thickness: Option<f64>,
     /// Its springs, vertices from 0.
     pub(super) springs: Vec<[u32; 2]>,
     /// Its hinges and joints.
@@ -56,7 +58,12 @@ impl Parts {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
         let mesh = build_body(spec, dimension, base).map_err(|e| one("mesh", e.to_string()))?;
         let mut problems = vec![];
-        if spec.elastic.is_some() && mesh.element_dimension() != dimension {
+        let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
+        if thickness.is_some() && mesh.element_dimension() != 2 {
+            let message =
+                "a membrane is made of triangles: the mesh has none, or they are sides of tetrahedra";
+            problems.extend(one("membrane", message.into()));
+        } else if spec.elastic.is_some() && thickness.is_none() && mesh.element_dimension() != dimension {
             let (needs, what) =
                 if dimension == 2 { ("triangles", "a plane") } else { ("tetrahedra", "a solid") };
             problems
@@ -73,12 +80,13 @@ impl Parts {
         let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
             Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
         });
-        let mass = masses(&spec.mass, &mesh, &springs, &path.key("mass"), &mut problems);
+        let mass = masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
         let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
         let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
-        let volume = if by_volume { mesh.lumped_measure() } else { vec![] };
+        let mut volume = if by_volume { mesh.lumped_measure() } else { vec![] };
+        volume.iter_mut().for_each(|share| *share *= thickness.unwrap_or(1.0));
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -91,6 +99,7 @@ impl Parts {
             first_vertex,
             mesh,
             elastic: spec.elastic.is_some(),
+            thickness,
             springs,
             bends,
             mass,
@@ -165,6 +174,7 @@ impl Parts {
     /// What a reader of the output needs to know of it.
     pub(super) fn topology(&self) -> BodyTopology {
         let kind = match self.mesh.element_dimension() {
+            _ if self.thickness.is_some() => BodyKind::Membrane,
             d if self.elastic && d == self.mesh.dimension => BodyKind::Solid,
             _ if self.springs.is_empty() => BodyKind::Particles,
             2 => BodyKind::Cloth,
@@ -194,6 +204,15 @@ impl Parts {
         }
     }
 
+    /// Number of its finite elements.
+    pub(super) fn element_count(&self) -> usize {
+        match (self.elastic, self.mesh.dimension, self.thickness) {
+            (false, ..) => 0,
+            (true, 3, None) => self.mesh.tetrahedra.len(),
+            _ => self.mesh.triangles.len(),
+        }
+    }
+
     /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
     pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
         let cells = self.mesh.elements::<N>();
@@ -211,6 +230,13 @@ impl Parts {
         let Parts { name, first_vertex, springs, .. } = self;
         if let Some(material) = &spec.elastic {
             system.add_term(match (self.mesh.order(), D) {
+                _ if self.thickness.is_some() => {
+                    let plane = spec.membrane.as_ref().map_or(Plane::Stress, |m| m.plane_or_default());
+                    let thickness = self.thickness.unwrap_or_default();
+                    let elements = self.elastic_elements(spec, rest, numbering);
+                    let sheet = Sheet { thickness, plane, lame: material.lame(), stress: elements.stress };
+                    material.visit::<2, _>(MembraneMaker { elements, sheet })
+                }
                 (1, _) => {
                     material.visit::<D, _>(LinearMaker::<N>(self.elastic_elements(spec, rest, numbering)))
                 }
@@ -299,6 +325,21 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N
     }
 }
 
+/// Makes a membrane of whatever material is visited.
+struct MembraneMaker<'a> {
+    elements: Elements<'a, 3>,
+    sheet: Sheet,
+}
+
+impl MaterialVisitor<2> for MembraneMaker<'_> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<M: Material<2> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
+        let Elements { body, cells, rest, .. } = self.elements;
+        Box::new(Membrane::new(body, material, self.sheet, &cells, rest))
+    }
+}
+
 /// One value per item; a list must have the right length.
 pub(super) fn spread(
     value: &OneOrMany,
@@ -348,6 +389,7 @@ pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn masses(
     spec: &MassSpec,
     mesh: &Mesh,
+    thickness: Option<f64>,
     springs: &[[u32; 2]],
     path: &KeyPath,
     problems: &mut Vec<Problem>,
@@ -356,11 +398,13 @@ fn masses(
     match spec {
         MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
         MassSpec::Total(total) => vec![total / n as f64; n],
-        MassSpec::Density(density) => filled(*density, mesh, springs, &path.key("density"), problems),
+        MassSpec::Density(density) => {
+            filled(*density, mesh, thickness, springs, &path.key("density"), problems)
+        }
         MassSpec::Preset(preset) => {
             let dimension = Some(Kind::DENSITY.dimension);
             let density = Quantity { value: preset.about().density, dimension };
-            filled(density, mesh, springs, &path.key("preset"), problems)
+            filled(density, mesh, thickness, springs, &path.key("preset"), problems)
         }
     }
 }
@@ -369,6 +413,7 @@ fn masses(
 fn filled(
     density: Quantity,
     mesh: &Mesh,
+    thickness: Option<f64>,
     springs: &[[u32; 2]],
     path: &KeyPath,
     problems: &mut Vec<Problem>,
@@ -384,8 +429,11 @@ fn filled(
             mass[b as usize] += half;
         }
     }
-    mass.iter_mut().for_each(|m| *m *= density.value);
-    problems.extend(wrong_density(density, mesh, path));
+    // A membrane may be given its mass per area, if the unit says so.
+    let by_area = density.dimension == Some(Kind::AREA_DENSITY.dimension);
+    let thick = thickness.filter(|_| !by_area).unwrap_or(1.0);
+    mass.iter_mut().for_each(|m| *m *= thick * density.value);
+    problems.extend(wrong_density(density, mesh, thickness.is_some(), path));
     if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
         let message =
             format!("vertex {vertex} belongs to no element and no spring: a density gives it no mass");
@@ -397,9 +445,10 @@ fn filled(
 
 /// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,
 /// and a mass per volume is as good as one per area.
-fn wrong_density(density: Quantity, mesh: &Mesh, path: &KeyPath) -> Option<Problem> {
+fn wrong_density(density: Quantity, mesh: &Mesh, membrane: bool, path: &KeyPath) -> Option<Problem> {
     let (what, kinds): (&str, &[Kind]) = match (mesh.element_dimension(), mesh.dimension) {
         (3, _) => ("tetrahedra", &[Kind::DENSITY]),
+        (2, 3) if membrane => ("a membrane", &[Kind::DENSITY, Kind::AREA_DENSITY]),
         (2, 2) => ("triangles in 2D", &[Kind::AREA_DENSITY, Kind::DENSITY]),
         (2, _) => ("triangles in 3D", &[Kind::AREA_DENSITY]),
         _ => ("springs", &[Kind::LINEAR_DENSITY]),

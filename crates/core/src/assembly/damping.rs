@@ -4,7 +4,7 @@ use super::body::{Parts, renumbered};
 use crate::dissipation::{
     DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate, Viscosity,
 };
-use crate::energy::elastic::points_of;
+use crate::energy::elastic::{flattened, points_of};
 use crate::energy::measure::{Constants, Length};
 use crate::material::{MaterialSpec, Plane};
 use crate::numbering::Numbering;
@@ -12,14 +12,14 @@ use crate::scene::{Body, DampingSpec};
 use crate::system::System;
 
 /// What the elements of a body are given: `strain_rate` and the part of `stiffness_proportional`.
-fn viscosity(damping: &DampingSpec, material: &MaterialSpec) -> Viscosity {
+fn viscosity(damping: &DampingSpec, material: &MaterialSpec, plane: Option<Plane>) -> Viscosity {
     let mut viscosity = Viscosity::default();
     if let Some(rate) = &damping.strain_rate {
         viscosity = Viscosity { shear: rate.shear, second: rate.second };
     }
     if let (Some(beta), Some(lame)) = (damping.stiffness_proportional, material.lame()) {
         // In plane stress the sheet is free to change its thickness.
-        let lambda = match material.plane() {
+        let lambda = match plane {
             Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
             _ => lame.lambda,
         };
@@ -41,15 +41,24 @@ impl Parts {
         let Some(damping) = &spec.damping else { return };
         let (name, first) = (&self.name, self.first_vertex);
         if let Some(material) = &spec.elastic {
-            let viscosity = viscosity(damping, material);
+            let plane =
+                spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
+            let viscosity = viscosity(damping, material, plane);
             if viscosity != Viscosity::default() {
-                let term: Box<dyn DissipativeTerm> = match (self.mesh.order(), D) {
-                    (1, _) => {
+                let term: Box<dyn DissipativeTerm> = match (self.thickness, self.mesh.order(), D) {
+                    (Some(h), ..) => {
+                        let Viscosity { shear, second } = viscosity;
+                        let viscosity = Viscosity { shear: h * shear, second: h * second };
+                        let triangles: Vec<[u32; 3]> = self.elements(numbering);
+                        let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
+                        Box::new(StrainRate::<3, 2, 3>::new(name, viscosity, &triangles, rest, shape))
+                    }
+                    (None, 1, _) => {
                         let elements: Vec<[u32; N]> = self.elements(numbering);
                         let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
                         Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
                     }
-                    (_, 2) => {
+                    (None, _, 2) => {
                         let elements = self.elements(numbering);
                         Box::new(QuadraticStrainRate::<2, 6>::new(name, viscosity, &elements, rest))
                     }

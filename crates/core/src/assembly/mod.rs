@@ -2,6 +2,7 @@
 //!
 //! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
 
+mod attachments;
 mod bending;
 mod body;
 mod damping;
@@ -86,6 +87,7 @@ fn assemble<const D: usize, const N: usize>(
     let bodies = build_bodies(scene, &scene.directory)?;
     let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
+    let attachments = attachments::attachments(scene, &bodies, &numbering)?;
     let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
         numbering.to_internal(&rows, width).into_owned()
@@ -103,6 +105,7 @@ fn assemble<const D: usize, const N: usize>(
         body.add_holds(&position, &rest, &numbering, &mut system);
         body.add_loads(&rest, &numbering, &mut system);
     }
+    attachments.iter().for_each(|attachment| attachment.add_to(&mut system));
     let mut force_error = None;
     if let Some(nbody) = &scene.world.nbody {
         let particles = bodies.iter().filter(|b| b.is_particles());
@@ -133,7 +136,7 @@ fn assemble<const D: usize, const N: usize>(
     {
         return Err(vec![problem]);
     }
-    let report = Report::new(scene, &simulation, &bodies, stability, force_error);
+    let report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error);
     let topology = Topology {
         dimension: D,
         vertex_count: simulation.system().mass().len(),

@@ -3,6 +3,7 @@
 use super::body::Parts;
 use crate::algebra::Mat;
 use crate::element::{Barycentric, jacobian, order, shape_functions, simplex_rest};
+use crate::energy::elastic::{flattened, points_of};
 use crate::mesh::Mesh;
 use crate::probe::Probe;
 use crate::scene::{KeyPath, ProbeSpec, Problem, Scene};
@@ -44,13 +45,19 @@ fn one<const D: usize, const N: usize>(
     let eligible = || bodies.iter().filter(|b| spec.body.as_ref().is_none_or(|name| *name == b.name));
     let place = match (&spec.at, spec.vertex) {
         (Some(at), _) => {
-            let inside = eligible().find_map(|body| Some((body, containing::<D, N>(&body.mesh, at)?)));
+            let inside = eligible().find_map(|body| {
+                let found = match body.thickness {
+                    Some(thickness) => in_sheet(&body.mesh, thickness, at),
+                    None => containing::<D, N>(&body.mesh, at),
+                };
+                Some((body, found?))
+            });
             let Some((body, Inside { cell, at, vertices, weights })) = inside else {
                 return Err(Box::new(outside(spec, at, path, eligible())));
             };
             // Elements of the bodies before this one come first.
             let earlier = bodies.iter().take_while(|b| b.first_vertex < body.first_vertex);
-            let before: usize = earlier.filter(|b| b.elastic).map(|b| b.mesh.elements::<N>().len()).sum();
+            let before: usize = earlier.map(Parts::element_count).sum();
             (body, vertices, weights, body.elastic.then_some((before + cell, at)))
         }
         (None, vertex) => {
@@ -109,6 +116,33 @@ fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<In
     best.map(|(_, cell, nodes, at)| {
         let weights = shape_functions::<D, N>(&at).to_vec();
         Inside { cell, at, vertices: nodes.to_vec(), weights }
+    })
+}
+
+/// The triangle of a sheet in which a place is deepest, of those that are as near as half the thickness.
+fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<Inside> {
+    let mut best: Option<(f64, usize, [u32; 3], [f64; 3])> = None;
+    let reach = 0.5 * thickness + TOLERANCE * mesh.diagonal();
+    for (number, cell) in mesh.triangles.iter().enumerate() {
+        let corners: [[f64; 3]; 3] = points_of(&mesh.points, cell);
+        let (shape, axes) = flattened(&corners);
+        let from_first = [0, 1, 2].map(|c| at[c] - corners[0][c]);
+        let along = [0, 1].map(|a| (0..3).map(|c| axes[c][a] * from_first[c]).sum::<f64>());
+        let above: f64 = (0..3)
+            .map(|c| from_first[c] - axes[c][0] * along[0] - axes[c][1] * along[1])
+            .map(|d| d * d)
+            .sum();
+        let local = simplex_rest(&shape).0.mul_vec(&along);
+        let weights = [1.0 - local[0] - local[1], local[0], local[1]];
+        let depth = weights.iter().copied().fold(f64::INFINITY, f64::min);
+        let inside = depth >= -TOLERANCE && above.sqrt() <= reach;
+        if inside && best.as_ref().is_none_or(|(deepest, ..)| depth > *deepest) {
+            best = Some((depth, number, *cell, weights));
+        }
+    }
+    best.map(|(_, cell, nodes, weights)| {
+        let at = [weights[0], weights[1], weights[2], 0.0];
+        Inside { cell, at, vertices: nodes.to_vec(), weights: weights.to_vec() }
     })
 }
 
@@ -181,7 +215,7 @@ fn outside<'a>(
             }
         }
     }
-    let what = if at.len() == 2 { "triangle" } else { "tetrahedron" };
+    let what = if at.len() == 2 { "triangle" } else { "tetrahedron and no membrane" };
     let where_to = spec.body.as_ref().map_or_else(|| "any body".to_owned(), |body| format!("`{body}`"));
     let message = format!("{at:?} [m] is in no {what} of {where_to} at rest");
     let problem = Problem::semantic(path.key("at"), message);

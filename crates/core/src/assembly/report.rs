@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
+use super::attachments::Tied;
 use super::body::Parts;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
 use crate::lanes;
-use crate::material::{AboutPreset, MaterialSpec, Preset};
+use crate::material::{AboutPreset, MaterialSpec, Plane, Preset};
 use crate::mesh::Quality;
 use crate::scene::{Channel, MassSpec, Scene, Stress};
 use crate::simulation::Simulation;
@@ -76,6 +77,7 @@ impl Report {
         scene: &Scene,
         simulation: &Simulation,
         bodies: &[Parts],
+        attachments: &[Tied],
         stability: StabilityLimit,
         tree_force_error: Option<ForceError>,
     ) -> Self {
@@ -84,7 +86,7 @@ impl Report {
         let free = system.inverse_mass().iter().filter(|w| **w > 0.0).count();
         let plan = scene.plan();
         let h = simulation.step_size();
-        let (uses, left_out) = uses(scene, bodies, simulation);
+        let (uses, left_out) = uses(scene, bodies, attachments, simulation);
         Report {
             title: scene.title.clone(),
             dimension: d,
@@ -110,11 +112,10 @@ impl Report {
 impl BodyReport {
     fn new(body: &Parts) -> Self {
         let mesh = &body.mesh;
-        let elements = if mesh.dimension == 2 { mesh.triangles.len() } else { mesh.tetrahedra.len() };
         BodyReport {
             name: body.name.clone(),
             vertices: body.mass.len(),
-            elements: if body.elastic { elements } else { 0 },
+            elements: body.element_count(),
             springs: body.springs.len(),
             pinned: body.pinned().len(),
             mass: body.mass.iter().sum(),
@@ -131,7 +132,12 @@ fn extent(x: &[f64], d: usize) -> Vec<f64> {
 }
 
 /// What is used and what is not, each in words.
-fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String>, Vec<String>) {
+fn uses(
+    scene: &Scene,
+    bodies: &[Parts],
+    attachments: &[Tied],
+    simulation: &Simulation,
+) -> (Vec<String>, Vec<String>) {
     let (mut uses, mut left_out) = (vec![], vec![]);
     let mut say = |used: bool, yes: String, no: &str| {
         if used {
@@ -154,6 +160,20 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
         format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
         "quadratic elements: no body has `order = 2`",
     );
+    let membranes: Vec<String> = scene
+        .body
+        .iter()
+        .zip(bodies)
+        .filter_map(|(spec, body)| {
+            let membrane = spec.membrane.as_ref()?;
+            let plane = match membrane.plane_or_default() {
+                Plane::Stress => "plane stress: the thickness follows",
+                Plane::Strain => "plane strain: the thickness stays",
+            };
+            Some(format!("`{}` is a membrane, {} m thick, in {plane}", body.name, membrane.thickness))
+        })
+        .collect();
+    say(!membranes.is_empty(), membranes.join("; "), "membranes: no body is one");
     let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
     say(
         autodiff,
@@ -195,6 +215,8 @@ fn uses(scene: &Scene, bodies: &[Parts], simulation: &Simulation) -> (Vec<String
     let loads: Vec<String> =
         bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
     say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");
+    let ties: Vec<String> = attachments.iter().map(Tied::described).collect();
+    say(!ties.is_empty(), ties.join("; "), "attachments: nothing is tied to a place or to another body");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
     let drag = simulation.system().ether_drag();

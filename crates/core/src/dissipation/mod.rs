@@ -13,6 +13,7 @@ mod tests;
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub use quadratic_strain_rate::QuadraticStrainRate;
+pub(crate) use strain_rate::simplex_packs;
 pub use strain_rate::{StrainRate, Viscosity};
 
 use crate::energy::Fault;

@@ -25,7 +25,7 @@ pub use validity::{least_jacobian, volume};
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
-pub(crate) use tangents::{scatter_stress, tangents, times, transpose_times};
+pub(crate) use tangents::{Tangents, scatter_stress, tangents, times, transpose_times};
 
 /// What an element says of itself, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -77,6 +77,14 @@ pub const ELEMENTS: &[About] = &[
         vertices: 10,
         formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
         source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.4; rule: Keast 1986",
+    },
+    About {
+        name: "membrane",
+        summary: "Linear triangle in 3D: a sheet in plane stress or plane strain, which resists stretching and shearing",
+        scene: "`elastic` and `membrane` of a body in 3D whose mesh has triangles",
+        vertices: 3,
+        formula: "E = h A psi(G), F = D_s D_m^-1 = Q G, Q^T Q = I, h the thickness and A the area at rest",
+        source: "Bonet, Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, section 6.6",
     },
     About {
         name: "spring",

@@ -16,7 +16,7 @@ use super::container::Message;
 use crate::diagnostics::{ElementState, MEASURES, Measure};
 use crate::observer::Frame;
 use crate::scene;
-use crate::topology::{BodyKind, BodyTopology, Topology};
+use crate::topology::{BodyKind, Topology};
 
 /// Columns before those of the measure.
 pub(super) const PLACE: [&str; 3] = ["x", "y", "z"];
@@ -35,10 +35,8 @@ pub struct BodyRows {
 /// What is recorded of the elements.
 #[derive(Debug)]
 pub(super) struct Elements {
-    /// Vertices of every element, one after the other.
-    cells: Vec<u32>,
-    /// Vertices of an element.
-    corners: usize,
+    /// Vertices of the elements of each body, one after the other, and how many an element has.
+    cells: Vec<(Vec<u32>, usize)>,
     bodies: Vec<BodyRows>,
     channels: Vec<Recorded>,
     /// Numbers of one row.
@@ -69,19 +67,24 @@ impl Elements {
         if channels.is_empty() {
             return None;
         }
-        let (mut cells, mut bodies) = (Vec::new(), Vec::new());
-        let corners = topology.dimension + 1;
-        for body in topology.bodies.iter().filter(|body| body.kind == BodyKind::Solid) {
-            let first = cells.len() / corners;
-            cells.extend_from_slice(cells_of(body, topology.dimension));
-            bodies.push(BodyRows { name: body.name.clone(), first, count: cells.len() / corners - first });
+        let (mut cells, mut bodies, mut first) = (Vec::new(), Vec::new(), 0);
+        for body in &topology.bodies {
+            let (of_body, corners) = match (body.kind, topology.dimension) {
+                (BodyKind::Solid, 3) => (body.tetrahedra.as_flattened(), 4),
+                (BodyKind::Solid | BodyKind::Membrane, _) => (body.triangles.as_flattened(), 3),
+                _ => continue,
+            };
+            let count = of_body.len() / corners;
+            bodies.push(BodyRows { name: body.name.clone(), first, count });
+            cells.push((of_body.to_vec(), corners));
+            first += count;
         }
-        Some(Elements { cells, corners, bodies, channels, row: Vec::new() })
+        Some(Elements { cells, bodies, channels, row: Vec::new() })
     }
 
     /// Number of elements.
     pub(super) fn count(&self) -> usize {
-        self.cells.len() / self.corners
+        self.bodies.iter().map(|body| body.count).sum()
     }
 
     /// Declares the channels.
@@ -105,7 +108,8 @@ impl Elements {
     pub(super) fn encode_frame(&mut self, frame: &Frame<'_>, states: &[ElementState], log_time: u64) {
         for Recorded { measure, cloud, buffer, .. } in &mut self.channels {
             cloud.begin(log_time, states.len(), buffer);
-            for (cell, state) in self.cells.chunks_exact(self.corners).zip(states) {
+            let cells = self.cells.iter().flat_map(|(cells, corners)| cells.chunks_exact(*corners));
+            for (cell, state) in cells.zip(states) {
                 self.row.clear();
                 self.row.extend(centroid(frame, cell));
                 measure.write(state, &mut self.row);
@@ -129,10 +133,6 @@ pub(super) fn topic(measure: &Measure) -> String {
 
 fn columns(measure: &Measure) -> Vec<&'static str> {
     [&PLACE, measure.fields].concat()
-}
-
-fn cells_of(body: &BodyTopology, dimension: usize) -> &[u32] {
-    if dimension == 2 { body.triangles.as_flattened() } else { body.tetrahedra.as_flattened() }
 }
 
 /// The mean of the vertices.

@@ -49,6 +49,11 @@ impl<const D: usize> Block<D> {
         m
     }
 
+    /// Sets one entry of one lane.
+    pub(super) fn set(&mut self, row: usize, column: usize, lane: usize, value: f64) {
+        self.0[row][column][lane] = value;
+    }
+
     #[inline(always)]
     pub(super) fn set_lane(&mut self, lane: usize, m: &Mat<f64, D>) {
         for i in 0..D {

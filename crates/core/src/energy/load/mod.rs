@@ -20,7 +20,7 @@ fn slots(vertices: &[u32], first: usize, count: usize) -> std::ops::Range<usize>
 }
 
 /// Adds `factor` times the `rows` of these ascending `vertices` to the rows `g` of the vertices from `first` on.
-fn add_rows(vertices: &[u32], rows: &[f64], factor: f64, first: usize, g: &mut [f64], d: usize) {
+pub(crate) fn add_rows(vertices: &[u32], rows: &[f64], factor: f64, first: usize, g: &mut [f64], d: usize) {
     for slot in slots(vertices, first, g.len() / d) {
         let row = (vertices[slot] as usize - first) * d;
         for c in 0..d {

@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::measured::*;
-use super::{BendingSpec, DampingSpec, Load, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall};
+use super::{
+    BendingSpec, DampingSpec, Load, MembraneSpec, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall,
+};
 use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
 
@@ -24,9 +26,12 @@ pub struct Body {
     /// Makes copies of the shape, after `transform`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeat: Option<RepeatSpec>,
-    /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D).
+    /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D), or with `membrane` its triangles in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic: Option<MaterialSpec>,
+    /// Makes a sheet in 3D of finite elements: how thick it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub membrane: Option<MembraneSpec>,
     /// Order of the elements of `elastic`: 1 linear (the default), or 2 quadratic, with a node in the middle of every edge, which
     /// bend without locking. Files of second order keep their nodes, curved sides included; all other meshes gain straight ones,
     /// numbered after the corners, and selections by place and by group hold them.
@@ -92,7 +97,8 @@ pub struct Springs {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MassSpec {
-    /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; springs without cells: kg/m of edge): each element gives
+    /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; sheets of springs: kg/m^2; springs without cells: kg/m of edge; a `membrane`
+    /// takes it by area too, if the unit says so): each element gives
     /// an equal share to its vertices, one of second order positive shares in proportion to the diagonal of its mass matrix.
     Density(
         #[serde(with = "As::<Density>")]
@@ -107,8 +113,8 @@ pub enum MassSpec {
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         f64,
     ),
-    /// The density of a well-known material, for solids and for bodies in 2D (which are one metre thick); `pliant list presets` shows
-    /// them.
+    /// The density of a well-known material, for solids, membranes, and bodies in 2D (which are one metre thick); `pliant list presets`
+    /// shows them.
     Preset(Preset),
 }
 

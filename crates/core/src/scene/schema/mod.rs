@@ -10,11 +10,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrator::IntegratorSpec;
 
+mod attachment;
 mod bending;
 mod body;
 mod damping;
 mod load;
 mod measured;
+mod membrane;
 mod mesh;
 mod one_or_many;
 mod over_time;
@@ -23,11 +25,13 @@ mod probe;
 mod shapes;
 mod transform;
 
+pub use attachment::*;
 pub use bending::*;
 pub use body::*;
 pub use damping::*;
 pub use load::*;
 pub(crate) use measured::*;
+pub use membrane::*;
 pub use mesh::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
@@ -56,6 +60,9 @@ pub struct Scene {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub body: Vec<Body>,
+    /// Vertices tied to places or to other bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attachment: Vec<AttachmentSpec>,
     /// Points that are followed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<ProbeSpec>,

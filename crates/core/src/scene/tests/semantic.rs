@@ -650,3 +650,139 @@ fn orders() {
         format!("{elastic}\norder = 2\ndamping = {{ strain_rate = {{ shear = 1.0, second = 0.0 }} }}");
     assert!(read(&changed(&springs, &damped)).is_ok());
 }
+
+/// Sheets of finite elements: what they are made of, and where.
+#[test]
+fn membranes() {
+    let cloth = "mesh = { cloth = { cells = [2, 2], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] } }";
+    let grid = "mesh = { grid = { cells = [2, 2, 2], spacing = 0.1 } }";
+    let stvk = "elastic = { stvk = { young = 1e5, poisson = 0.3 } }";
+    let membrane = "membrane = { thickness = 1e-3 }";
+    let scene = |lines: &[&str]| {
+        let lines = lines.join("\n");
+        format!(
+            "dimension = 3\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 }}\n[[body]]\n{lines}\nmass = {{ density = 1 }}\n"
+        )
+    };
+    assert!(read(&scene(&[cloth, stvk, membrane])).is_ok());
+    let bending = "bending = { stiffness = 1 }";
+    assert!(read(&scene(&[cloth, stvk, membrane, bending])).is_ok());
+    let help = error(&scene(&[cloth, stvk])).problems()[0].help.join("; ");
+    assert!(
+        help.contains("add `membrane = { thickness = \"1 mm\" }`") && help.contains("`springs`"),
+        "{help}"
+    );
+    let table: [(&[&str], &str); 7] = [
+        (
+            &[cloth, stvk, "membrane = { thickness = 0 }"],
+            "6:26 body.0.membrane.thickness: `thickness` must be positive and finite, got 0.0 [m]",
+        ),
+        (
+            &[cloth, stvk, "membrane = { thickness = '1 kg' }"],
+            "6:26 body.0.membrane.thickness: `thickness`: `1 kg` is a mass [kg], not a length [m]",
+        ),
+        (
+            &[cloth, "springs = { stiffness = 1 }", membrane],
+            "6:1 body.0.membrane: `membrane` needs `elastic`, which this body does not have",
+        ),
+        (
+            &[cloth, "elastic = { linear = { young = 1e5, poisson = 0.3 } }", membrane],
+            "5:13 body.0.elastic.linear: `linear` depends on how an element is turned, and triangles of a sheet have no \
+             direction to be compared with",
+        ),
+        (
+            &[cloth, "elastic = { dirichlet = { stiffness = 1e5 } }", membrane],
+            "6:1 body.0.membrane: `dirichlet` has no rest shape: nothing keeps a sheet of it from becoming infinitely thin",
+        ),
+        (
+            &[cloth, stvk, membrane, "order = 2"],
+            "7:1 body.0.order: elements of a `membrane` are linear, and this body is of `order` 2",
+        ),
+        (
+            &[grid, stvk, membrane],
+            "6:1 body.0.membrane: `membrane` is made of triangles in 3D, and this grid has none of its own",
+        ),
+    ];
+    for (lines, expected) in table {
+        let failed = error(&scene(lines));
+        assert!(briefly(&failed).contains(&expected.to_owned()), "{expected}:\n{:?}", briefly(&failed));
+    }
+    let flat = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }\nmembrane = { thickness = 1e-3 }";
+    let failed = error(&changed(&format!("springs = {SPRINGS}"), flat));
+    let message = "15:1 body.0.membrane: `membrane` is for sheets in three dimensions, and `dimension` is 2";
+    assert_eq!(briefly(&failed), [message]);
+}
+
+/// What is tied to what.
+#[test]
+fn attachments() {
+    let scene = |line: &str| {
+        let body = |name: &str, x: f64| {
+            format!(
+                "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [2, 2], spacing = 0.1, origin = [{x:?}, 0] }} }}\n\
+                 elastic = {{ corotated = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+            )
+        };
+        format!(
+            "dimension = 2\ntime = {{ integrator = 'rk4', step = 1e-6, duration = 1 }}\nattachment = [{{ {line} }}]\n"
+        ) + &body("a", 0.0)
+            + &body("b", 0.2)
+    };
+    let side = "body = 'a', half_space = { normal = [-1, 0], offset = -0.2 }, stiffness = 10";
+    let assembled = |line: &str| {
+        let scene = read(&scene(line)).map_err(|e| briefly(&e).join("; "))?;
+        let assembly = scene.assemble(crate::assembly::UnstableStep::Accept);
+        assembly.map(|a| a.report.uses.join("; ")).map_err(|p| format!("{}: {}", p[0].path, p[0].message))
+    };
+    let uses = assembled(&format!("{side}, target = {{ body = 'b', nearest_vertex = 0 }}")).unwrap();
+    assert!(uses.contains("`attachment0`: 3 vertices of `a` to `b`, 10 N/m each"), "{uses}");
+    let total = side.replace("stiffness", "dashpot = '1 N s/m', total_stiffness")
+        + ", points = [[0, 0], [1, 0], [2, 0]]";
+    let uses = assembled(&total).unwrap();
+    assert!(
+        uses.contains("3 vertices of `a` to given places, 3.333333")
+            && uses.contains("damping of attachment"),
+        "{uses}"
+    );
+    for (line, expected) in [
+        (
+            "vertices = [0], stiffness = 1".to_owned(),
+            "3:15 attachment.0: there are several bodies, and this names none",
+        ),
+        (
+            "body = 'c', vertices = [0], stiffness = 1".to_owned(),
+            "3:24 attachment.0.body: there is no body \"c\"",
+        ),
+        (
+            "body = 'a', vertices = [0]".to_owned(),
+            "3:15 attachment.0: an attachment takes exactly one of `stiffness` [N/m], of each tie, and `total_stiffness` [N/m]",
+        ),
+        ("body = 'a', stiffness = 1".to_owned(), "3:15 attachment.0: this says not which vertices are meant"),
+        (
+            format!("{side}, target = {{ body = 'a', nearest_vertex = 1 }}"),
+            "attachment.0.target.body: a vertex is nearest to itself: `target` is the body whose vertices are tied",
+        ),
+        (
+            format!("{side}, target = {{ body = 'b' }}"),
+            "attachment.0.target: a `target` takes exactly one of `vertices`, `nearest_vertex` and `nearest_point`",
+        ),
+        (format!("{side}, points = [[0, 0]]"), "attachment.0.points: `points` lists 1 places for 3 vertices"),
+        (
+            format!("{side}, target = {{ body = 'b', vertices = [0, 1, 9] }}"),
+            "attachment.0.target.vertices: `b` has no vertex 9: it has 9, from 0",
+        ),
+        (
+            format!("{side}, target = {{ body = 'a', vertices = [8, 7, 6] }}"),
+            "attachment.0.target.vertices: vertex 7 of `a` is tied to itself",
+        ),
+        (
+            "body = 'a', vertices = [0, 8], stiffness = 1, target = { body = 'b', nearest_point = '1 mm' }"
+                .to_owned(),
+            "attachment.0.target.nearest_point: vertex 0 of `a`, at [0.0, 0.0] at rest, is 2.000000e-1 m away from the \
+             nearest point of `b`, more than 0.001 m",
+        ),
+    ] {
+        let message = assembled(&line).unwrap_err();
+        assert!(message.contains(expected), "{line}:\n{message}\n{expected}");
+    }
+}

@@ -42,8 +42,8 @@ pub(super) fn bending(check: &mut Checker, path: &KeyPath, bending: &BendingSpec
             check.report(Problem::semantic(path, message));
         }
     }
-    if body.elastic.is_some() {
-        let message = "`bending` is for sheets and strands of springs; the elements of `elastic` resist bending already";
+    if body.elastic.is_some() && body.membrane.is_none() {
+        let message = "`bending` is for membranes, and sheets and strands of springs; the elements of a solid resist bending already";
         check.report(Problem::semantic(path.clone(), message).at_key());
     }
 }

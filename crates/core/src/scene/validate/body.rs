@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{bending, damping, loads, mesh, motion, pins, transform};
+use super::{bending, damping, loads, membrane, mesh, motion, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -31,8 +31,12 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     mesh::mesh(check, &path.key("mesh"), &body.mesh);
     transform::transform(check, path, body);
     let has = Contents::of(&body.mesh, dimension).times(body.copies());
-    let made_of = MadeOf { elastic: body.elastic.is_some(), springs: body.springs.is_some() };
-    for problem in made_of.problems(path, &body.mesh, has, attracted) {
+    let made_of = MadeOf {
+        elastic: body.elastic.is_some(),
+        membrane: body.membrane.is_some(),
+        springs: body.springs.is_some(),
+    };
+    for problem in made_of.problems(path, &body.mesh, has, dimension, attracted) {
         check.report(problem);
     }
     if let Some(material) = &body.elastic
@@ -53,6 +57,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         let problem =
             Problem::semantic(path, "`plane` is for scenes of two dimensions, and `dimension` is 3");
         check.report(problem.with_help("remove `plane`"));
+    }
+    if let Some(membrane) = &body.membrane {
+        membrane::membrane(check, path, membrane, body);
     }
     order(check, &path.key("order"), body);
     if body.stress.is_some() && body.elastic.is_none() {
@@ -106,6 +113,8 @@ fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
 pub(super) struct Contents {
     /// Triangles in 2D, tetrahedra in 3D: what a material can fill.
     pub(super) elements: bool,
+    /// Triangles in 3D that are no sides of tetrahedra: what a membrane can be made of.
+    pub(super) sheet: bool,
     /// Edges or cells of any kind: what springs can be made of.
     pub(super) edges: bool,
     /// The number of edges where it is plain.
@@ -115,6 +124,11 @@ pub(super) struct Contents {
 impl Contents {
     pub(super) fn of(mesh: &MeshSpec, dimension: Option<usize>) -> Contents {
         let flat = dimension != Some(3);
+        let sheet = match mesh {
+            MeshSpec::Cloth(_) | MeshSpec::Sphere(_) | MeshSpec::File(_) => !flat,
+            MeshSpec::Inline(inline) => !flat && !inline.triangles.is_empty() && inline.tetrahedra.is_empty(),
+            _ => false,
+        };
         let (elements, edges, edge_count) = match mesh {
             MeshSpec::Grid(_) | MeshSpec::File(_) => (true, true, None),
             MeshSpec::Sphere(_) => (false, true, None),
@@ -142,7 +156,7 @@ impl Contents {
                 (!elements, explicit > 0 || cells, (explicit > 0).then_some(explicit))
             }
         };
-        Contents { elements, edges, edge_count }
+        Contents { elements, sheet, edges, edge_count }
     }
 
     /// Of so many copies.
@@ -154,6 +168,7 @@ impl Contents {
 /// Apart from the body, so that it can be tested without a material.
 pub(super) struct MadeOf {
     pub(super) elastic: bool,
+    pub(super) membrane: bool,
     pub(super) springs: bool,
 }
 
@@ -163,15 +178,30 @@ impl MadeOf {
         path: &KeyPath,
         mesh: &MeshSpec,
         has: Contents,
+        dimension: Option<usize>,
         attracted: bool,
     ) -> Vec<Problem> {
         let mut problems = Vec::new();
         let shape = mesh.name();
-        if self.elastic && !has.elements {
+        if self.elastic && !has.elements && !self.membrane {
             let message =
                 format!("`elastic` fills triangles (2D) or tetrahedra (3D), and this {shape} has none");
-            let problem = Problem::semantic(path.key("elastic"), message).at_key();
+            let mut problem = Problem::semantic(path.key("elastic"), message).at_key();
+            if has.sheet {
+                problem = problem
+                    .with_help("for a sheet of finite elements add `membrane = { thickness = \"1 mm\" }`");
+            }
             problems.push(if has.edges { problem.with_help("use `springs` instead") } else { problem });
+        }
+        if self.membrane && self.elastic && dimension == Some(3) && !has.sheet {
+            let message =
+                format!("`membrane` is made of triangles in 3D, and this {shape} has none of its own");
+            let problem = Problem::semantic(path.key("membrane"), message).at_key();
+            problems.push(if has.elements {
+                problem.with_help("remove `membrane`: it is a solid")
+            } else {
+                problem
+            });
         }
         if self.springs && !has.edges {
             let message = format!("`springs` run along edges, and this {shape} has none");
@@ -218,7 +248,11 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
                 &path,
                 density.value,
                 Sign::Positive,
-                unit_of_density(&body.mesh, has, check.dimension),
+                if body.membrane.is_some() {
+                    "kg/m^3"
+                } else {
+                    unit_of_density(&body.mesh, has, check.dimension)
+                },
             );
             something_to_fill(check, path, body, has);
         }
@@ -262,7 +296,8 @@ mod tests {
 
     fn messages(mesh: &MeshSpec, dimension: usize, elastic: bool, springs: bool) -> Vec<String> {
         let has = Contents::of(mesh, Some(dimension));
-        let problems = MadeOf { elastic, springs }.problems(&KeyPath::root(), mesh, has, false);
+        let made_of = MadeOf { elastic, membrane: false, springs };
+        let problems = made_of.problems(&KeyPath::root(), mesh, has, Some(dimension), false);
         problems.into_iter().map(|problem| format!("{}: {}", problem.path, problem.message)).collect()
     }
 

@@ -3,11 +3,13 @@
 //! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh of a
 //! million points that are all wrong is one mistake.
 
+mod attachment;
 mod bending;
 mod body;
 mod check;
 mod damping;
 mod loads;
+mod membrane;
 mod mesh;
 mod motion;
 mod pins;
@@ -34,6 +36,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     surroundings::time(&mut check, &root.key("time"), &scene.time);
     surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);
+    attachment::attachments(&mut check, &root.key("attachment"), scene);
     probe::probes(&mut check, &root.key("probe"), scene);
     surroundings::output(&mut check, &root.key("output"), scene);
     check.into_problems()

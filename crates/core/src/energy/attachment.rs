@@ -1,0 +1,339 @@
+//! Soft attachments: points of bodies tied to one another, or to places.
+
+use std::ops::Range;
+
+use super::load::add_rows;
+use super::{EnergyKind, EnergyTerm, Fault};
+use crate::dissipation::DissipativeTerm;
+
+/// One tie: a mixture of vertices less a place, `d = sum_i w_i x_i - a`. To a place the weights add up to 1; between points, with
+/// negative weights for the second, to 0, and `a = 0`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tie {
+    /// Global vertices and their weights.
+    pub shares: Vec<(u32, f64)>,
+    /// The place [m].
+    pub place: [f64; 3],
+}
+
+/// Ties with their vertices by slot.
+#[derive(Clone, Debug)]
+struct Ties {
+    name: String,
+    dimension: usize,
+    /// Global, ascending.
+    vertices: Vec<u32>,
+    /// Slots and weights of all ties.
+    shares: Vec<(u32, f64)>,
+    /// Each one's part of these, and its place.
+    ties: Vec<(Range<usize>, [f64; 3])>,
+}
+
+impl Ties {
+    fn new(name: String, dimension: usize, ties: &[Tie]) -> Self {
+        let mut vertices: Vec<u32> = ties.iter().flat_map(|tie| tie.shares.iter().map(|(v, _)| *v)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let slot = |v: u32| vertices.partition_point(|w| *w < v) as u32;
+        let mut shares = vec![];
+        let mut ranges = vec![];
+        for tie in ties {
+            let first = shares.len();
+            shares.extend(tie.shares.iter().map(|&(v, weight)| (slot(v), weight)));
+            ranges.push((first..shares.len(), tie.place));
+        }
+        Ties { name, dimension, vertices, shares, ties: ranges }
+    }
+
+    /// `sum_i w_i y_i` of tie `i`, `y` flat.
+    fn mix(&self, i: usize, y: &[f64]) -> [f64; 3] {
+        let mut sum = [0.0; 3];
+        for &(slot, weight) in &self.shares[self.ties[i].0.clone()] {
+            let row = &y[self.vertices[slot as usize] as usize * self.dimension..][..self.dimension];
+            sum.iter_mut().zip(row).for_each(|(sum, y)| *sum += weight * y);
+        }
+        sum
+    }
+
+    /// `d` of tie `i`.
+    fn difference(&self, i: usize, x: &[f64]) -> [f64; 3] {
+        let (mixed, place) = (self.mix(i, x), self.ties[i].1);
+        [0, 1, 2].map(|c| mixed[c] - place[c])
+    }
+
+    /// Adds to the rows of the vertices of tie `i`, flat by slot, their shares of `force`.
+    fn share_out(&self, i: usize, force: [f64; 3], rows: &mut [f64]) {
+        for &(slot, weight) in &self.shares[self.ties[i].0.clone()] {
+            let row = &mut rows[slot as usize * self.dimension..][..self.dimension];
+            row.iter_mut().zip(force).for_each(|(row, force)| *row += weight * force);
+        }
+    }
+
+    fn fault(&self, i: usize) -> Fault {
+        Fault::Stencil { what: "tie", body: self.name.clone(), index: i }
+    }
+
+    fn bytes(&self) -> usize {
+        4 * self.vertices.len() + size_of_val(&self.shares[..]) + size_of_val(&self.ties[..])
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn scaled(a: [f64; 3], s: f64) -> [f64; 3] {
+    a.map(|a| s * a)
+}
+
+/// `E = sum 1/2 k (|d| - l)^2`. With `l = 0` that is `k/2 |d|^2`, whose force is smooth where the two meet; the forces of a tie between
+/// bodies are equal, opposite and along the line between its ends: momentum and angular momentum are kept.
+pub struct Attachment {
+    ties: Ties,
+    /// `k` [N/m].
+    stiffness: f64,
+    /// `l` [m].
+    rest_length: f64,
+    /// `dE/dx` of the vertices, by slot.
+    gradient: Vec<f64>,
+    /// For products.
+    product: Vec<f64>,
+}
+
+impl Attachment {
+    /// Ties of `stiffness` [N/m] each and this `rest_length` [m], in a system of 2 or 3 dimensions.
+    pub fn new(name: String, dimension: usize, ties: &[Tie], stiffness: f64, rest_length: f64) -> Self {
+        let ties = Ties::new(name, dimension, ties);
+        let gradient = vec![0.0; dimension * ties.vertices.len()];
+        Attachment { product: gradient.clone(), gradient, ties, stiffness, rest_length }
+    }
+
+    /// `k (1 - l/|d|) d`.
+    fn force(&self, d: [f64; 3]) -> [f64; 3] {
+        if self.rest_length == 0.0 {
+            return scaled(d, self.stiffness);
+        }
+        scaled(d, self.stiffness * (1.0 - self.rest_length / dot(d, d).sqrt()))
+    }
+}
+
+impl EnergyTerm for Attachment {
+    fn name(&self) -> String {
+        format!("attachment `{}`", self.ties.name)
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let square = |i: usize| {
+            let d = self.ties.difference(i, x);
+            (dot(d, d).sqrt() - self.rest_length).powi(2)
+        };
+        0.5 * self.stiffness * (0..self.ties.ties.len()).map(square).sum::<f64>()
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let mut gradient = std::mem::take(&mut self.gradient);
+        gradient.fill(0.0);
+        for i in 0..self.ties.ties.len() {
+            self.ties.share_out(i, self.force(self.ties.difference(i, x)), &mut gradient);
+        }
+        self.gradient = gradient;
+        crate::integrator::all_finite(&self.gradient)
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        add_rows(&self.ties.vertices, &self.gradient, 1.0, first, g, self.ties.dimension);
+    }
+
+    /// `k ((1 - l/|d|) w + l/|d| e (e . w))` with `e = d/|d|`, `w` the change of `d`.
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        self.product.fill(0.0);
+        for i in 0..self.ties.ties.len() {
+            let w = self.ties.mix(i, p);
+            let mut product = scaled(w, self.stiffness);
+            if self.rest_length != 0.0 {
+                let d = self.ties.difference(i, x);
+                let squared = dot(d, d);
+                let slack = self.rest_length / squared.sqrt();
+                let along = dot(d, w) / squared;
+                product = [0, 1, 2].map(|c| self.stiffness * (w[c] + slack * (along * d[c] - w[c])));
+            }
+            self.ties.share_out(i, product, &mut self.product);
+        }
+        add_rows(&self.ties.vertices, &self.product, 1.0, 0, y, self.ties.dimension);
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        let finite = |i: &usize| self.force(self.ties.difference(*i, x)).iter().all(|f| f.is_finite());
+        (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
+    }
+
+    fn bytes(&self) -> usize {
+        self.ties.bytes() + 8 * (self.gradient.len() + self.product.len())
+    }
+}
+
+/// Dashpots beside ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the rate of `d`. Where the ends meet,
+/// `d = 0`, they part along `w`, and the force is `c w`. As that of the ties, it keeps momentum and angular momentum.
+pub struct AttachmentDashpots {
+    ties: Ties,
+    /// `c` [N s/m].
+    constant: f64,
+    /// `dR/dv` of the vertices, by slot.
+    gradient: Vec<f64>,
+}
+
+impl AttachmentDashpots {
+    /// Dashpots of `constant` [N s/m] each.
+    pub fn new(name: String, dimension: usize, ties: &[Tie], constant: f64) -> Self {
+        let ties = Ties::new(name, dimension, ties);
+        AttachmentDashpots { gradient: vec![0.0; dimension * ties.vertices.len()], ties, constant }
+    }
+
+    fn force(&self, i: usize, x: &[f64], v: &[f64]) -> [f64; 3] {
+        let (d, w) = (self.ties.difference(i, x), self.ties.mix(i, v));
+        let squared = dot(d, d);
+        if squared == 0.0 {
+            scaled(w, self.constant)
+        } else {
+            scaled(d, self.constant * (dot(d, w) / squared))
+        }
+    }
+}
+
+impl DissipativeTerm for AttachmentDashpots {
+    fn name(&self) -> String {
+        format!("damping of attachment `{}`", self.ties.name)
+    }
+
+    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
+        let mut gradient = std::mem::take(&mut self.gradient);
+        gradient.fill(0.0);
+        for i in 0..self.ties.ties.len() {
+            self.ties.share_out(i, self.force(i, x, v), &mut gradient);
+        }
+        self.gradient = gradient;
+        crate::integrator::all_finite(&self.gradient)
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        add_rows(&self.ties.vertices, &self.gradient, 1.0, first, g, self.ties.dimension);
+    }
+
+    fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
+        self.evaluate(x, p);
+        self.add_rows(0, y);
+    }
+
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        (0..self.ties.ties.len()).map(|i| dot(self.force(i, x, v), self.ties.mix(i, v))).sum()
+    }
+
+    fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
+        let finite = |i: &usize| self.force(*i, x, v).iter().all(|f| f.is_finite());
+        (0..self.ties.ties.len()).find(|i| !finite(i)).map(|i| self.ties.fault(i))
+    }
+
+    fn bytes(&self) -> usize {
+        self.ties.bytes() + 8 * self.gradient.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `i`-th number of a sequence without pattern in (-1, 1).
+    fn number(i: usize) -> f64 {
+        2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_7).fract() - 1.0
+    }
+
+    fn scattered(dimension: usize, seed: usize) -> Vec<f64> {
+        (0..7 * dimension).map(|i| number(i + 100 * seed)).collect()
+    }
+
+    /// To a place, to a vertex, to a point inside an element.
+    fn ties() -> Vec<Tie> {
+        let tie = |shares: &[(u32, f64)], place| Tie { shares: shares.to_vec(), place };
+        vec![
+            tie(&[(5, 1.0)], [0.3, 0.1, 0.0]),
+            tie(&[(2, 1.0), (6, -1.0)], [0.0; 3]),
+            tie(&[(1, 1.0), (0, -0.2), (3, -0.5), (6, -0.3)], [0.0; 3]),
+        ]
+    }
+
+    fn along(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    fn difference(f: impl Fn(f64) -> f64) -> f64 {
+        let h = 1e-3;
+        (8.0 * (f(h) - f(-h)) - (f(2.0 * h) - f(-2.0 * h))) / (12.0 * h)
+    }
+
+    fn moved(x: &[f64], p: &[f64], h: f64) -> Vec<f64> {
+        x.iter().zip(p).map(|(x, p)| x + h * p).collect()
+    }
+
+    #[test]
+    fn forces_and_hessian_products_are_derivatives() {
+        for (dimension, rest_length) in [(2, 0.0), (3, 0.0), (2, 0.4), (3, 0.4)] {
+            let term = || Attachment::new("a".into(), dimension, &ties(), 3.0, rest_length);
+            let (x, p) = (scattered(dimension, 1), scattered(dimension, 2));
+            let gradient = |x: &[f64]| {
+                let mut g = vec![0.0; x.len()];
+                term().add_gradient(x, &mut g);
+                g
+            };
+            let slope = difference(|h| term().energy(&moved(&x, &p, h)));
+            assert!((slope - along(&gradient(&x), &p)).abs() < 1e-9, "{dimension}, {rest_length}");
+            let mut product = vec![0.0; x.len()];
+            term().add_hessian_product(&x, &p, &mut product);
+            for i in 0..x.len() {
+                let slope = difference(|h| gradient(&moved(&x, &p, h))[i]);
+                assert!((slope - product[i]).abs() < 1e-8, "{dimension}, {rest_length}, {i}: {slope}");
+            }
+        }
+    }
+
+    #[test]
+    fn dashpots_damp_the_length_alone() {
+        for dimension in [2, 3] {
+            let mut term = AttachmentDashpots::new("a".into(), dimension, &ties()[1..2], 3.0);
+            let (mut x, v) = (scattered(dimension, 1), scattered(dimension, 2));
+            let length = |h: f64| {
+                let x = moved(&x, &v, h);
+                let square = |c: usize| (x[2 * dimension + c] - x[6 * dimension + c]).powi(2);
+                (0..dimension).map(square).sum::<f64>().sqrt()
+            };
+            let rate = difference(length);
+            assert!((term.power(&x, &v) - 3.0 * rate * rate).abs() < 1e-9);
+            let mut product = vec![0.0; x.len()];
+            term.add_damping_product(&x, &v, &v, &mut product);
+            assert!((along(&product, &v) - 3.0 * rate * rate).abs() < 1e-9);
+            // Where the ends meet, every motion parts them.
+            for c in 0..dimension {
+                x[2 * dimension + c] = x[6 * dimension + c];
+            }
+            let squared: f64 =
+                (0..dimension).map(|c| (v[2 * dimension + c] - v[6 * dimension + c]).powi(2)).sum();
+            assert!((term.power(&x, &v) - 3.0 * squared).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_tie_with_a_length_whose_ends_meet_is_named() {
+        let mut term = Attachment::new("a".into(), 2, &ties(), 3.0, 0.4);
+        let x = vec![0.0; 14];
+        assert!(!term.evaluate(&x));
+        let expected = Fault::Stencil { what: "tie", body: "a".into(), index: 1 };
+        assert_eq!(term.fault(&x), Some(expected));
+        assert!(
+            Attachment::new("a".into(), 2, &ties(), 3.0, 0.0).evaluate(&x),
+            "without a length all is well"
+        );
+    }
+}

@@ -1,0 +1,263 @@
+//! Membranes: triangles in space filled with a material in two dimensions.
+
+mod kernels;
+mod plane_stress;
+#[cfg(test)]
+mod tests;
+
+use self::kernels::{AreaKernel, FactorKernel, FactorRateKernel, Frames, SheetForceKernel, factors};
+use self::plane_stress::PlaneStress;
+use super::block::{Block, BlockMaterial};
+use super::kernels::{BLOCKS, EnergyKernel};
+use super::{centroids, points_of};
+use crate::algebra::Mat;
+use crate::diagnostics::ElementState;
+use crate::dissipation::simplex_packs;
+use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
+use crate::energy::patch::{PackIndex, Patch, Patches, Workspace};
+use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault};
+use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
+use crate::material::{Lame, Material, Plane};
+use crate::mesh::order::along_curve;
+use crate::scene::Stress;
+
+/// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
+pub(crate) fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {
+    let mut edges = [[0.0; 2]; 3];
+    for c in 0..3 {
+        edges[c] = [corners[1][c] - corners[0][c], corners[2][c] - corners[0][c]];
+    }
+    let (axes, g) = factors(&edges);
+    ([[0.0; 2], [g[0][0], g[1][0]], [g[0][1], g[1][1]]], axes)
+}
+
+/// What a membrane is besides its material.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet {
+    /// Thickness at rest [m].
+    pub thickness: f64,
+    /// Whether its faces are free (plane stress) or its thickness cannot change (plane strain).
+    pub plane: Plane,
+    /// The material's parameters for small strains, where it is meant to have any.
+    pub lame: Option<Lame>,
+    /// How the stress is computed.
+    pub stress: Stress,
+}
+
+/// Linear triangles in space: `E = sum h A psi(G)` with the thickness `h` and the area `A` at rest.
+///
+/// `F`, 3 x 2, maps the tangents of a triangle at rest to those it has now. With `F = Q G`, the columns of `Q` perpendicular and
+/// of unit length, the energy density of a frame-indifferent material is `psi(G)`: it does not depend on which such `Q`. The
+/// stress is `P = Q dpsi/dG`: a change `dQ` turns the frame in its plane, where `dpsi/dG G^T` is symmetric, and does no work, or
+/// out of it, which changes no length. `det G` is the ratio of areas and never negative: there is no inside out.
+///
+/// Sheets with free faces are in plane stress; in plane strain their thickness cannot change. Nothing resists bending, and
+/// wrinkles that are finer than the mesh are not there: a sheet that is pressed resists like a solid until its triangles turn.
+///
+/// Bonet, Wood 2008, *Nonlinear Continuum Mechanics for Finite Element Analysis*, section 6.6 (plane stress).
+pub struct Membrane {
+    body: String,
+    material: Box<dyn BlockMaterial<2>>,
+    stress: Stress,
+    patches: Patches<3>,
+    /// Rest data of every pack; the weight is the volume.
+    rest: Vec<SimplexPack<2>>,
+    /// The axes of every triangle at rest, in the order of the mesh.
+    axes: Vec<Tangents<f64, 3, 2>>,
+    workspace: Workspace<3>,
+}
+
+impl Membrane {
+    /// Triangles `elements` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the system) [m], a `sheet`
+    /// of a frame-indifferent `material`.
+    ///
+    /// # Panics
+    /// If there is a triangle without area: meshes are checked before.
+    pub fn new<M: Material<2> + Material<3>>(
+        body: &str,
+        material: M,
+        sheet: Sheet,
+        elements: &[[u32; 3]],
+        rest: &[f64],
+    ) -> Self {
+        let Sheet { thickness, plane, lame, stress } = sheet;
+        let material: Box<dyn BlockMaterial<2>> = match plane {
+            Plane::Strain => Box::new(material),
+            Plane::Stress => {
+                let narrowing = lame.map_or(0.0, |lame| lame.lambda / (lame.lambda + 2.0 * lame.mu));
+                Box::new(PlaneStress::new(Box::new(material), narrowing))
+            }
+        };
+        let order = along_curve::<3>(&centroids(elements, rest));
+        let patches = Patches::new::<3>(elements, &order, rest.len() / 3);
+        let mut packs = simplex_packs(&patches, |triangle| flattened(&points_of(rest, triangle)).0);
+        for pack in &mut packs {
+            for lane in 0..WIDTH {
+                let (inverse_rest, area) = pack.lane(lane);
+                assert!(inverse_rest.norm_squared().is_finite(), "a triangle of {body} has no area");
+                pack.set(lane, &inverse_rest, thickness * area);
+            }
+        }
+        let axes = elements.iter().map(|triangle| flattened(&points_of(rest, triangle)).1).collect();
+        let workspace = Workspace::new(&patches);
+        Membrane { body: body.into(), material, stress, workspace, patches, rest: packs, axes }
+    }
+
+    /// `F` of one triangle.
+    fn deformation_gradient(
+        &self,
+        x: &[f64],
+        vertices: &[u32; 3],
+        pack: usize,
+        lane: usize,
+    ) -> Tangents<f64, 3, 2> {
+        let [a, b, c]: [[f64; 3]; 3] = points_of(x, vertices);
+        let edges = [0, 1, 2].map(|i| [b[i] - a[i], c[i] - a[i]]);
+        times(&edges, &self.rest[pack].lane(lane).0)
+    }
+}
+
+/// Rest data and vertices of some packs of a patch at a time.
+fn pieces<'a>(
+    patches: &'a Patches<3>,
+    rest: &'a [SimplexPack<2>],
+    patch: &Patch,
+) -> impl Iterator<Item = (&'a [SimplexPack<2>], &'a [PackIndex<3>])> {
+    let packs = patch.packs.clone();
+    rest[packs.clone()].chunks(BLOCKS).zip(patches.index[packs].chunks(BLOCKS))
+}
+
+impl EnergyTerm for Membrane {
+    fn name(&self) -> String {
+        format!("membrane of `{}`", self.body)
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let Membrane { patches, rest, material, workspace, .. } = self;
+        patches.sum(workspace, x, |patch, scratch| {
+            let (mut q, mut g) = ([Frames::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+            let (mut psi, mut sum) = ([[0.0; WIDTH]; BLOCKS], [0.0; WIDTH]);
+            for (rest, index) in pieces(patches, rest, patch) {
+                let (q, g, psi) = (&mut q[..rest.len()], &mut g[..rest.len()], &mut psi[..rest.len()]);
+                dispatch(FactorKernel { rest, index, position: &scratch.position, q, g });
+                material.density(g, psi);
+                dispatch_compact(EnergyKernel { rest, psi, sum: &mut sum });
+            }
+            Portable::load(&sum).horizontal_sum()
+        })
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let Membrane { patches, rest, material, workspace, stress, .. } = self;
+        patches.evaluate(workspace, x, None, |patch, scratch| {
+            let (mut q, mut g) = ([Frames::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+            for (rest, index) in pieces(patches, rest, patch) {
+                let (q, g) = (&mut q[..rest.len()], &mut g[..rest.len()]);
+                dispatch(FactorKernel { rest, index, position: &scratch.position, q, g });
+                material.stress(*stress, g);
+                let gradient = &mut *scratch.gradient;
+                dispatch(SheetForceKernel { rest, index, q, stress: g, gradient });
+            }
+        })
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.patches.add_rows(&self.workspace, first, g);
+    }
+
+    /// `dP = dQ P_2 + Q dP_2`.
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let Membrane { patches, rest, material, workspace, .. } = self;
+        patches.evaluate(workspace, x, Some(p), |patch, scratch| {
+            let (mut q, mut dq) = ([Frames::ZERO; BLOCKS], [Frames::ZERO; BLOCKS]);
+            let (mut g, mut dg) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+            for (rest, index) in pieces(patches, rest, patch) {
+                let n = rest.len();
+                let (q, dq, g, dg) = (&mut q[..n], &mut dq[..n], &mut g[..n], &mut dg[..n]);
+                let (position, direction) = (&*scratch.position, &*scratch.direction);
+                dispatch_compact(FactorRateKernel { rest, index, position, direction, q, dq, g, dg });
+                material.derivative(g, dg);
+                material.stress(Stress::Analytic, g);
+                let gradient = &mut *scratch.gradient;
+                dispatch(SheetForceKernel { rest, index, q: dq, stress: g, gradient });
+                let gradient = &mut *scratch.gradient;
+                dispatch(SheetForceKernel { rest, index, q, stress: dg, gradient });
+            }
+        });
+        patches.add_rows(workspace, 0, y);
+    }
+
+    /// `J` there is the ratio of areas.
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        self.patches.stencils().find_map(|(element, vertices, pack, lane)| {
+            let g = factors(&self.deformation_gradient(x, &vertices, pack, lane)).1;
+            let j = g.determinant();
+            let fault = j.is_nan() || j <= 0.0 || self.material.is_at_fault(&g);
+            fault.then(|| Fault::Element { body: self.body.clone(), element, j })
+        })
+    }
+
+    /// The ratio of areas, for `J`.
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let Membrane { patches, rest, workspace, .. } = self;
+        let mut parts =
+            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
+        patches.map(workspace, x, &mut parts, |patch, scratch| {
+            dispatch_compact(AreaKernel { patches, rest, patch, scratch })
+        });
+        parts.into_iter().reduce(DeformationExtremes::merge)
+    }
+
+    /// In space: the third axis is the normal, at rest and now, and the stretch along it that of the thickness.
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let states = self.patches.stencils().map(|stencil| (stencil.0, self.state(x, stencil)));
+        let mut states: Vec<(usize, ElementState)> = states.collect();
+        states.sort_unstable_by_key(|(element, _)| *element);
+        states.into_iter().map(|(_, state)| state).collect()
+    }
+
+    fn element_count(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// The same everywhere in a triangle.
+    fn state_at(&self, x: &[f64], element: usize, _at: &Barycentric) -> Option<ElementState> {
+        self.patches.stencils().find(|(number, ..)| *number == element).map(|stencil| self.state(x, stencil))
+    }
+
+    fn bytes(&self) -> usize {
+        self.patches.bytes()
+            + size_of_val(&self.rest[..])
+            + size_of_val(&self.axes[..])
+            + self.workspace.bytes()
+    }
+}
+
+impl Membrane {
+    /// Of one triangle of the patches.
+    fn state(
+        &self,
+        x: &[f64],
+        (element, vertices, pack, lane): (usize, [u32; 3], usize, usize),
+    ) -> ElementState {
+        let (q, g) = factors(&self.deformation_gradient(x, &vertices, pack, lane));
+        let (now, rest) = (with_normal(&q), with_normal(&self.axes[element]));
+        let turned = |m: &Mat<f64, 3>| now.mul(m).mul_transpose(&rest);
+        let ElementState { deformation_gradient, first_piola } = self.material.state(&g);
+        ElementState {
+            deformation_gradient: turned(&deformation_gradient),
+            first_piola: turned(&first_piola),
+        }
+    }
+}
+
+/// The rotation with these first two columns.
+fn with_normal(axes: &Tangents<f64, 3, 2>) -> Mat<f64, 3> {
+    let column = |j: usize| [axes[0][j], axes[1][j], axes[2][j]];
+    let normal = cross(column(0), column(1));
+    Mat([0, 1, 2].map(|i| [axes[i][0], axes[i][1], normal[i]]))
+}

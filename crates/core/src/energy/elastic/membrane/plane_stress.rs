@@ -1,0 +1,176 @@
+//! Plane stress for every material: the stretch across the sheet that leaves its faces free.
+
+use crate::algebra::Mat;
+use crate::diagnostics::ElementState;
+use crate::energy::elastic::block::{Block, BlockMaterial};
+use crate::energy::elastic::kernels::BLOCKS;
+use crate::lanes::WIDTH;
+use crate::scalar::Scalar;
+use crate::scene::Stress;
+
+/// Relative change of the thickness below which one more step of Newton's method is exact to rounding.
+const CLOSE: f64 = 1e-8;
+
+/// Steps before it is given up: from the first guess it takes two to four at strains of a few tenths.
+const MOST_STEPS: usize = 40;
+
+/// A material in three dimensions as one of a sheet: `psi(G) = min psi_3(G + s e_3 e_3^T)` over the stretch `s` across it, where
+/// `P_33 = 0`. Stress and derivative are those of the minimum: `dP = dP_3 : (dG + ds e_3 e_3^T)`, `ds` such that `dP_33 = 0`.
+///
+/// Where there is no such stretch, nothing is finite: a sheet that a material cannot hold at any thickness.
+pub(super) struct PlaneStress {
+    solid: Box<dyn BlockMaterial<3>>,
+    /// `nu / (1 - nu)`: the stretch across of a Hencky material is `det G` to the power of minus that.
+    narrowing: f64,
+}
+
+/// The solid state of some blocks.
+struct Solved {
+    /// With the stretch across.
+    f: [Block<3>; BLOCKS],
+    /// `P` there.
+    stress: [Block<3>; BLOCKS],
+}
+
+impl PlaneStress {
+    /// Of a `solid` with this ratio `lambda / (lambda + 2 mu)` of Lame's parameters, as good as the first guess is to be.
+    pub(super) fn new(solid: Box<dyn BlockMaterial<3>>, narrowing: f64) -> Self {
+        PlaneStress { solid, narrowing }
+    }
+
+    /// Newton's method for `P_33 = 0`, lane by lane: what one lane takes does not depend on its neighbours.
+    fn solve(&self, how: Stress, sheet: &[Block<2>]) -> Solved {
+        let n = sheet.len();
+        let mut f = [Block::ZERO; BLOCKS];
+        for (f, g) in f.iter_mut().zip(sheet) {
+            for l in 0..WIDTH {
+                let g = g.lane(l);
+                f.set_lane(l, &in_space(&g, Scalar::powf(g.determinant(), -self.narrowing)));
+            }
+        }
+        let (mut stress, mut slope) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+        for round in 0..MOST_STEPS {
+            stress[..n].copy_from_slice(&f[..n]);
+            self.solid.stress(how, &mut stress[..n]);
+            slope[..n].fill(across());
+            self.solid.derivative(&f[..n], &mut slope[..n]);
+            let mut all_close = true;
+            for b in 0..n {
+                for l in 0..WIDTH {
+                    let (old, p, k) = (f[b].lane(l)[2][2], stress[b].lane(l)[2][2], slope[b].lane(l)[2][2]);
+                    let step = -p / k;
+                    let close = step.abs() <= CLOSE * old && k > 0.0;
+                    if !close && round + 1 < MOST_STEPS {
+                        all_close = false;
+                        // Where the energy is not convex, downhill; never through zero, and not far at once.
+                        let step = if k > 0.0 { step } else { -p.signum() * old };
+                        let new = old + step;
+                        let new = if new < 0.5 * old { 0.5 * old } else { new };
+                        f[b].set(2, 2, l, if new > 2.0 * old { 2.0 * old } else { new });
+                    }
+                }
+            }
+            if all_close {
+                break;
+            }
+        }
+        for b in 0..n {
+            for l in 0..WIDTH {
+                let (p, k) = (stress[b].lane(l), slope[b].lane(l));
+                let old = f[b].lane(l)[2][2];
+                let step = -p[2][2] / k[2][2];
+                let found = step.abs() <= CLOSE * old && k[2][2] > 0.0;
+                // The last step, to first order.
+                let step = if found { step } else { f64::NAN };
+                f[b].set(2, 2, l, old + step);
+                stress[b].set_lane(l, &k.scale_add(step, &p));
+            }
+        }
+        Solved { f, stress }
+    }
+
+    /// The blocks one at a time are few enough for a stack.
+    fn one(&self, g: &Mat<f64, 2>) -> Mat<f64, 3> {
+        let mut block = Block::ZERO;
+        for l in 0..WIDTH {
+            block.set_lane(l, g);
+        }
+        self.solve(Stress::Analytic, &[block]).f[0].lane(0)
+    }
+}
+
+impl BlockMaterial<2> for PlaneStress {
+    fn stress(&self, how: Stress, f: &mut [Block<2>]) {
+        for f in f.chunks_mut(BLOCKS) {
+            let Solved { stress, .. } = self.solve(how, f);
+            for (f, p) in f.iter_mut().zip(&stress) {
+                flatten(p, f);
+            }
+        }
+    }
+
+    fn derivative(&self, f: &[Block<2>], df: &mut [Block<2>]) {
+        for (f, df) in f.chunks(BLOCKS).zip(df.chunks_mut(BLOCKS)) {
+            let n = f.len();
+            let Solved { f, .. } = self.solve(Stress::Analytic, f);
+            let (mut along, mut slope) = ([Block::ZERO; BLOCKS], [across(); BLOCKS]);
+            for (along, df) in along.iter_mut().zip(&*df) {
+                for l in 0..WIDTH {
+                    along.set_lane(l, &in_space(&df.lane(l), 0.0));
+                }
+            }
+            self.solid.derivative(&f[..n], &mut along[..n]);
+            self.solid.derivative(&f[..n], &mut slope[..n]);
+            for b in 0..n {
+                for l in 0..WIDTH {
+                    let (p, k) = (along[b].lane(l), slope[b].lane(l));
+                    along[b].set_lane(l, &k.scale_add(-p[2][2] / k[2][2], &p));
+                }
+                flatten(&along[b], &mut df[b]);
+            }
+        }
+    }
+
+    fn density(&self, f: &[Block<2>], psi: &mut [[f64; WIDTH]]) {
+        for (f, psi) in f.chunks(BLOCKS).zip(psi.chunks_mut(BLOCKS)) {
+            let Solved { f, .. } = self.solve(Stress::Analytic, f);
+            self.solid.density(&f[..psi.len()], psi);
+        }
+    }
+
+    fn is_at_fault(&self, f: &Mat<f64, 2>) -> bool {
+        let solved = self.one(f);
+        !solved[2][2].is_finite() || self.solid.is_at_fault(&solved)
+    }
+
+    fn state(&self, f: &Mat<f64, 2>) -> ElementState {
+        self.solid.state(&self.one(f))
+    }
+}
+
+/// `G + s e_3 e_3^T`.
+fn in_space(g: &Mat<f64, 2>, s: f64) -> Mat<f64, 3> {
+    let mut f = Mat::zero();
+    for i in 0..2 {
+        f[i][..2].copy_from_slice(&g[i]);
+    }
+    f[2][2] = s;
+    f
+}
+
+/// `e_3 e_3^T` in every lane.
+fn across() -> Block<3> {
+    let mut block = Block::ZERO;
+    for l in 0..WIDTH {
+        block.set(2, 2, l, 1.0);
+    }
+    block
+}
+
+/// The part in the plane.
+fn flatten(solid: &Block<3>, sheet: &mut Block<2>) {
+    for l in 0..WIDTH {
+        let p = solid.lane(l);
+        sheet.set_lane(l, &Mat([[p[0][0], p[0][1]], [p[1][0], p[1][1]]]));
+    }
+}
