@@ -70,7 +70,11 @@ const BODIES: [(&str, &str); 8] = [
         membrane = { thickness = 1e-3 }
         damping = { strain_rate = { shear = 1.0, second = 1.0 } }
         mass = { density = 1000.0 }
-        position = { affine = { matrix = [[1.01, 0, 0], [0, 1, 0], [0, 0, 1]] } }",
+        position = { affine = { matrix = [[1.01, 0, 0], [0, 1, 0], [0, 0, 1]] } }
+        [[attachment]]
+        half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 }
+        stiffness = 10.0
+        dashpot = 0.1",
     ),
     (
         "damped triangles",

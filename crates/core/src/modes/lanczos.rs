@@ -73,7 +73,7 @@ pub(super) fn largest(
 /// Component `i` of start vector `seed`: equidistributed in (-1, 1).
 fn start(mass: &[f64], seed: usize) -> Vec<f64> {
     let component = |i: usize| {
-        let n = (i * 64 + seed % 64) as f64 + 1.0 + seed as f64 * 0.318;
+        let n = (i * 64 + seed % 64) as f64 + 1.0 + seed as f64 * 0.37;
         2.0 * (0.5 + n * 0.754_877_666_246_692_7).fract() - 1.0
     };
     mass.iter().enumerate().map(|(i, m)| if *m > 0.0 { component(i) } else { 0.0 }).collect()

@@ -339,7 +339,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                     return fail(system, &x[0], &v[0], Verdict::Indefinite, iteration, before);
                 }
                 let correction = self.correction(system, s);
-                if old_factor && !(correction <= CONTRACTION * before) {
+                if old_factor && (correction.is_nan() || correction > CONTRACTION * before) {
                     old_factor = false;
                     self.residual.clone_from(&residual);
                     continue;

@@ -309,10 +309,14 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
 
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
         let (_, vertices, pack, lane) = self.elements().find(|(number, ..)| *number == element)?;
+        let points = self.points(x, &vertices, pack, lane);
+        if order::<D, N>() == 1 {
+            return Some(self.material.state(&centroid_deformation(&points)));
+        }
         // Both dx/dxi and J are linear in the place.
         let (mut dx, mut j) = (Mat::zero(), Mat::zero());
         let weights = interpolation::<D, N>(at);
-        for ([at_point, inverse], weight) in self.points(x, &vertices, pack, lane).iter().zip(weights) {
+        for ([at_point, inverse], weight) in points.iter().zip(weights) {
             dx += at_point.scale(weight);
             j += inverse.inverse().scale(weight);
         }
