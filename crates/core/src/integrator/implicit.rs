@@ -186,7 +186,7 @@ impl Next {
     /// Moves what is prescribed to its place at the end of a step of `h`, lets walls act, and makes this the state.
     pub(super) fn commit(
         &mut self,
-        system: &System,
+        system: &mut System,
         state: &mut State,
         h: f64,
         force: ForceId,
@@ -195,10 +195,7 @@ impl Next {
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        let mut put_back = false;
-        for wall in system.walls() {
-            put_back |= wall.apply(system.inverse_mass(), &mut self.x, &mut self.v);
-        }
+        let put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
         state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
         Ok(())
     }

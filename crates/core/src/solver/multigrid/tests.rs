@@ -280,7 +280,7 @@ fn a_lattice_node_belongs_to_one_connected_piece() {
         let support: Vec<u32> = prolongation.support(c).iter().copied().filter(tip).collect();
         let above = support.iter().filter(|i| x[**i as usize][2] > 0.05).count();
         // Behind the joint the whole support is in a prong.
-        if prolongation.support(c).iter().all(|i| tip(i)) {
+        if prolongation.support(c).iter().all(&tip) {
             assert!(above == 0 || above == support.len(), "node {c}: {above} of {}", support.len());
             at_the_tip += 1;
         }
