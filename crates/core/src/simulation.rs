@@ -8,7 +8,7 @@ use crate::diagnostics::{
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
-use crate::integrator::{Integrator, Method, StepFault};
+use crate::integrator::{Integrator, Method, Scheme, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
 use crate::solver::{SolverOptions, Verdict};
@@ -174,6 +174,9 @@ impl Simulation {
 
     /// Which linear solver the steps of an implicit scheme take, and why.
     pub fn linear_solver(&self) -> String {
+        if matches!(self.method.scheme, Scheme::Collocation(_)) {
+            return "sparse LU of all stages together, which are not symmetric".into();
+        }
         self.solver.linear.explain(&self.system)
     }
 
