@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 9] = [
+const ROWS: [&str; 14] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -12,7 +12,12 @@ const ROWS: [&str; 9] = [
     "nbody-direct",
     "svd",
     "autodiff",
+    "solve",
+    "solve-growth",
     "threads",
+    "hessian-stable-neo-hookean",
+    "implicit-euler",
+    "cloth-implicit",
     "recording",
 ];
 

@@ -152,7 +152,8 @@ fn losses_are_counted_only_where_somebody_asks() {
 #[test]
 fn the_balance_of_energy_closes_to_the_order_of_every_scheme_whatever_takes_energy() {
     for (what, case) in &CASES {
-        for spec in IntegratorSpec::ALL {
+        // Implicit schemes are solved to a tolerance, which would be measured here.
+        for spec in IntegratorSpec::ALL.iter().filter(|spec| spec.method().documentation.solves == 0) {
             let documentation = spec.method().documentation;
             let (name, order) = (documentation.name, f64::from(documentation.order).min(case.order));
             let residual = |steps: usize| {

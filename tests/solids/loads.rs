@@ -70,7 +70,8 @@ fn the_balance_of_energy_closes_for_every_load_and_scheme() {
     let pin = "[{ half_space = { normal = [1, 0], offset = 0 } }]";
     for load in &loads {
         for documentation in methods().map(|method| method.documentation) {
-            let (name, order) = (documentation.name, f64::from(documentation.order));
+            // Work is integrated to fourth order.
+            let (name, order) = (documentation.name, f64::from(documentation.order.min(4)));
             let residual = |steps: usize| {
                 let mut simulation = assembled(&block(2, name, 0.4 / steps as f64, pin, load)).simulation;
                 solve_to_rounding(&mut simulation);

@@ -32,8 +32,8 @@ pub struct Collocation {
     inverse: Vec<Vec<f64>>,
     options: SolverOptions,
     newton: Option<Box<dyn CoupledNewton>>,
-    /// Positions and velocities of the stages.
-    x: Vec<Vec<f64>>,
+    /// What the stages are away from the old positions, and their velocities.
+    z: Vec<Vec<f64>>,
     v: Vec<Vec<f64>>,
     next: Next,
 }
@@ -50,7 +50,7 @@ impl Collocation {
             tableau,
             options,
             newton: None,
-            x: stages.clone(),
+            z: stages.clone(),
             v: stages,
             next: Next::new(unknowns),
         }
@@ -90,23 +90,27 @@ impl Integrator for Collocation {
         let nodes: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
         let times: Vec<f64> = nodes.iter().map(|c| state.time + c * h).collect();
         for (i, time) in times.iter().enumerate() {
-            for (x, (from, v)) in self.x[i].iter_mut().zip(state.x().iter().zip(state.v())) {
-                *x = from + nodes[i] * h * v;
-            }
-            let held = system.inverse_mass().iter().zip(state.x()).enumerate();
-            held.filter(|(_, (w, _))| **w == 0.0).for_each(|(n, (_, x))| self.x[i][n] = *x);
+            self.next.x.copy_from_slice(state.x());
             self.v[i].fill(0.0);
-            if !system.prescribe(*time, &mut self.x[i], &mut self.v[i]) {
-                return Err(StepFault::at(system, &self.x[i], &self.v[i]));
+            if !system.prescribe(*time, &mut self.next.x, &mut self.v[i]) {
+                return Err(StepFault::at(system, &self.next.x, &self.v[i]));
+            }
+            let held = system.inverse_mass();
+            for n in 0..held.len() {
+                let moved =
+                    if held[n] == 0.0 { self.next.x[n] - state.x()[n] } else { nodes[i] * h * state.v()[n] };
+                self.z[i][n] = moved;
             }
         }
         let newton = self.newton.get_or_insert_with(|| coupled_newton(system.dimension(), self.options));
         let stages = Stages { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
-        newton.solve(system, &stages, &mut self.x, &mut self.v)?;
+        newton.solve(system, &stages, &mut self.z, &mut self.v)?;
         let last = b.len() - 1;
         let mut force = ForceId::NONE;
         if a[last] == b {
-            self.next.x.copy_from_slice(&self.x[last]);
+            for ((x, from), z) in self.next.x.iter_mut().zip(state.x()).zip(&self.z[last]) {
+                *x = from + z;
+            }
             self.next.v.copy_from_slice(&self.v[last]);
             force = system.force();
         } else {
@@ -137,7 +141,7 @@ impl Integrator for Collocation {
     }
 
     fn bytes(&self) -> usize {
-        16 * self.x.len() * self.next.x.len()
+        16 * self.z.len() * self.next.x.len()
             + self.next.bytes()
             + self.newton.as_ref().map_or(0, |newton| newton.bytes())
     }

@@ -15,6 +15,8 @@ use crate::system::System;
 
 /// Halvings of a step that does not lower the residual.
 const MAX_HALVINGS: u32 = 10;
+/// Corrections below this part of the size of the scene are rounding, where they no longer shrink.
+const ROUNDING: f64 = 1e-12;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
 
@@ -52,13 +54,13 @@ impl Stages<'_> {
 
 /// Solves [`Stages`] of one system, keeping structure and factorisations between them.
 pub(crate) trait CoupledNewton: Send + Sync {
-    /// Solves the equations from the start `x`, positions of the stages, and writes velocities to `v`. Held coordinates of both are
-    /// what they are.
+    /// Solves the equations from the start `z = X - x_n`, and writes the velocities of the stages to `v`. Held coordinates of both are
+    /// what they are. In increments, so that velocities are not quotients of rounded positions.
     fn solve(
         &mut self,
         system: &mut System,
         stages: &Stages<'_>,
-        x: &mut [Vec<f64>],
+        z: &mut [Vec<f64>],
         v: &mut [Vec<f64>],
     ) -> Result<(), StepFault>;
 
@@ -87,6 +89,7 @@ struct Coupled<const D: usize> {
     factorized: f64,
     residual: Vec<Vec<f64>>,
     force: Vec<f64>,
+    positions: Vec<f64>,
     trial: Vec<Vec<f64>>,
     trial_v: Vec<Vec<f64>>,
     right: Vec<f64>,
@@ -186,6 +189,7 @@ impl<const D: usize> Coupled<D> {
             factorized: 0.0,
             residual: vec![],
             force: vec![],
+            positions: vec![],
             trial: vec![],
             trial_v: vec![],
             right: vec![],
@@ -194,33 +198,39 @@ impl<const D: usize> Coupled<D> {
     }
 
     /// Velocities of the stages, where they are free.
-    fn velocities(system: &System, stages: &Stages<'_>, x: &[Vec<f64>], v: &mut [Vec<f64>]) {
+    fn velocities(system: &System, stages: &Stages<'_>, z: &[Vec<f64>], v: &mut [Vec<f64>]) {
         let weight = system.inverse_mass();
         for (i, v) in v.iter_mut().enumerate() {
             for (n, v) in v.iter_mut().enumerate().filter(|(n, _)| weight[*n] > 0.0) {
-                let sum: f64 =
-                    (0..stages.count()).map(|j| stages.inverse[i][j] * (x[j][n] - stages.x[n])).sum();
+                let sum: f64 = (0..stages.count()).map(|j| stages.inverse[i][j] * z[j][n]).sum();
                 *v = sum / stages.h;
             }
         }
     }
 
+    /// The positions of stage `i`, in `positions`.
+    fn positions(&mut self, stages: &Stages<'_>, z: &[Vec<f64>], i: usize) {
+        self.positions.clear();
+        self.positions.extend(stages.x.iter().zip(&z[i]).map(|(x, z)| x + z));
+    }
+
     /// The residual of all stages, divided by the masses, and its norm; infinite where a force is not finite.
-    fn residual(&mut self, system: &mut System, stages: &Stages<'_>, x: &[Vec<f64>], v: &[Vec<f64>]) -> f64 {
+    fn residual(&mut self, system: &mut System, stages: &Stages<'_>, z: &[Vec<f64>], v: &[Vec<f64>]) -> f64 {
         let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
         let mut square = 0.0;
         for i in 0..s {
+            self.positions(stages, z, i);
             system.set_time(stages.times[i]);
-            if system.evaluate(&x[i]).is_none() {
+            if system.evaluate(&self.positions).is_none() {
                 return f64::INFINITY;
             }
-            system.evaluate_dissipation(&x[i], &v[i]);
+            system.evaluate_dissipation(&self.positions, &v[i]);
             system.accelerations(&mut self.force);
             let weight = system.inverse_mass();
             for n in 0..self.force.len() {
                 let mut r = -h * stages.row_sum(i) * stages.v[n] - h * h * self.force[n];
                 for j in 0..s {
-                    r += (stages.square(i, j) + h * drag * stages.inverse[i][j]) * (x[j][n] - stages.x[n]);
+                    r += (stages.square(i, j) + h * drag * stages.inverse[i][j]) * z[j][n];
                 }
                 let r = if weight[n] == 0.0 { 0.0 } else { r };
                 self.residual[i][n] = r;
@@ -235,15 +245,16 @@ impl<const D: usize> Coupled<D> {
         &mut self,
         system: &mut System,
         stages: &Stages<'_>,
-        x: &[Vec<f64>],
+        z: &[Vec<f64>],
         v: &[Vec<f64>],
     ) -> bool {
         let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
-        let Some(structure) = &mut self.structure else { return false };
+        let Some(mut structure) = self.structure.take() else { return false };
         structure.value.fill(0.0);
         for i in 0..s {
+            self.positions(stages, z, i);
             system.set_time(stages.times[i]);
-            let at = At { x: &x[i], v: &v[i], psd: Psd::Exact };
+            let at = At { x: &self.positions, v: &v[i], psd: Psd::Exact };
             let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
             structure.assembler.assemble(system, at, stiffness);
             structure.add(i, i, 1.0);
@@ -270,6 +281,7 @@ impl<const D: usize> Coupled<D> {
         let matrix = SparseColMatRef::new(pattern, &structure.value);
         self.lu = Lu::try_new_with_symbolic(structure.symbolic.clone(), matrix).ok();
         self.factorized = h;
+        self.structure = Some(structure);
         self.lu.is_some()
     }
 
@@ -299,7 +311,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         &mut self,
         system: &mut System,
         stages: &Stages<'_>,
-        x: &mut [Vec<f64>],
+        z: &mut [Vec<f64>],
         v: &mut [Vec<f64>],
     ) -> Result<(), StepFault> {
         let (s, unknowns) = (stages.count(), stages.x.len());
@@ -317,15 +329,15 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         if !self.structure.as_ref().is_some_and(|structure| structure.assembler.fits(system)) {
             (self.structure, self.lu) = (Structure::new(system, s, stages.x), None);
         }
-        let tolerance = self.options.tolerance.unwrap_or(1e-9 * self.size);
+        let tolerance = self.options.tolerance.unwrap_or(1e-13 * self.size);
         let fail = |system: &System, x: &[f64], v: &[f64], verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
             Err(StepFault { solve, ..StepFault::at(system, x, v) })
         };
-        Self::velocities(system, stages, x, v);
-        let mut norm = self.residual(system, stages, x, v);
+        Self::velocities(system, stages, z, v);
+        let mut norm = self.residual(system, stages, z, v);
         if norm == f64::INFINITY {
-            return fail(system, &x[0], &v[0], Verdict::Infeasible, 0, norm);
+            return fail(system, &self.positions, &v[0], Verdict::Infeasible, 0, norm);
         }
         let (mut keep, mut before) = (true, f64::INFINITY);
         for iteration in 0..self.options.max_iterations {
@@ -335,11 +347,13 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
             let residual = self.residual.clone();
             let correction = loop {
-                if !old_factor && !self.factorize(system, stages, x, v) {
-                    return fail(system, &x[0], &v[0], Verdict::Indefinite, iteration, before);
+                if !old_factor && !self.factorize(system, stages, z, v) {
+                    return fail(system, &self.positions, &v[0], Verdict::Indefinite, iteration, before);
                 }
                 let correction = self.correction(system, s);
-                if old_factor && (correction.is_nan() || correction > CONTRACTION * before) {
+                let slow = correction.is_nan()
+                    || correction > CONTRACTION * before && correction > ROUNDING * self.size;
+                if old_factor && slow {
                     old_factor = false;
                     self.residual.clone_from(&residual);
                     continue;
@@ -347,7 +361,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 break correction;
             };
             if !correction.is_finite() {
-                return fail(system, &x[0], &v[0], Verdict::Indefinite, iteration, correction);
+                return fail(system, &self.positions, &v[0], Verdict::Indefinite, iteration, correction);
             }
             self.work.newton_iterations += 1;
             let direction = self.residual.clone();
@@ -358,33 +372,36 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 for i in 0..s {
                     trial_v[i].copy_from_slice(&v[i]);
                     for n in 0..unknowns {
-                        trial[i][n] = x[i][n] + step * direction[i][n];
+                        trial[i][n] = z[i][n] + step * direction[i][n];
                     }
                 }
                 Self::velocities(system, stages, &trial, &mut trial_v);
                 let there = self.residual(system, stages, &trial, &trial_v);
                 (self.trial, self.trial_v) = (trial, trial_v);
                 // Near the solution the residual is rounding, and need not fall.
-                if there < norm || there.is_finite() && correction <= tolerance {
+                if there < norm || there.is_finite() && correction <= tolerance.max(ROUNDING * self.size) {
                     break there;
                 }
                 if halvings == MAX_HALVINGS {
-                    return fail(system, &x[0], &v[0], Verdict::Stalled, iteration, correction);
+                    return fail(system, &self.positions, &v[0], Verdict::Stalled, iteration, correction);
                 }
                 halvings += 1;
                 step *= 0.5;
             };
             self.work.halvings += u64::from(halvings);
             for i in 0..s {
-                x[i].copy_from_slice(&self.trial[i]);
+                z[i].copy_from_slice(&self.trial[i]);
                 v[i].copy_from_slice(&self.trial_v[i]);
             }
+            let last = before;
             (norm, keep, before) = (there, halvings == 0, correction);
-            if halvings == 0 && correction <= tolerance && (iteration > 0 || !old_factor) {
+            // Rounding: what is left does not get smaller.
+            let floor = correction <= ROUNDING * self.size && correction >= 0.5 * last;
+            if halvings == 0 && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
                 return Ok(());
             }
         }
-        fail(system, &x[0], &v[0], Verdict::IterationCap, self.options.max_iterations, before)
+        fail(system, &self.positions, &v[0], Verdict::IterationCap, self.options.max_iterations, before)
     }
 
     fn work(&self) -> SolverWork {

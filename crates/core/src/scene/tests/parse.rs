@@ -34,14 +34,14 @@ fn unknown_fields_are_reported_together_and_with_what_else_is_wrong() {
             "6:1 time.stpe: unknown field `stpe`",
         ]
     );
-    let expected = ["integrator", "step", "duration", "allow_unstable"].map(str::to_owned).to_vec();
+    let expected = ["integrator", "solver", "step", "duration", "allow_unstable"].map(str::to_owned).to_vec();
     assert_eq!(
         failed.problems()[2].kind,
         ProblemKind::UnknownField { field: "stpe".to_owned(), expected: expected.clone() }
     );
     assert_eq!(
         failed.problems()[2].help,
-        ["did you mean `step`?", "fields here: `integrator`, `step`, `duration`, `allow_unstable`"]
+        ["did you mean `step`?", "fields here: `integrator`, `solver`, `step`, `duration`, `allow_unstable`"]
     );
     assert_eq!(failed.problems()[1].help.len(), 1, "nothing is near `zoom`");
 }
