@@ -86,7 +86,7 @@ fn every_scheme_keeps_its_order_with_a_moving_end() {
         } else if order < 4.5 {
             80
         } else {
-            20
+            40
         };
         let (coarse, fine) = (errors(spec, steps), errors(spec, 2 * steps));
         let quantities = ["position", "velocity", "balance of energy"];

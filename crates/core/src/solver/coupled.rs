@@ -16,7 +16,7 @@ use crate::system::System;
 /// Halvings of a step that does not lower the residual.
 const MAX_HALVINGS: u32 = 10;
 /// Corrections below this part of the size of the scene are rounding, where they no longer shrink.
-const ROUNDING: f64 = 1e-12;
+const ROUNDING: f64 = 2e-14;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
 
