@@ -35,6 +35,9 @@ pub struct Collocation {
     /// What the stages are away from the old positions, and their velocities.
     z: Vec<Vec<f64>>,
     v: Vec<Vec<f64>>,
+    /// Positions and accelerations of one stage.
+    at: Vec<f64>,
+    acceleration: Vec<f64>,
     next: Next,
 }
 
@@ -52,6 +55,8 @@ impl Collocation {
             newton: None,
             z: stages.clone(),
             v: stages,
+            at: vec![0.0; unknowns],
+            acceleration: vec![0.0; unknowns],
             next: Next::new(unknowns),
         }
     }
@@ -114,19 +119,24 @@ impl Integrator for Collocation {
             self.next.v.copy_from_slice(&self.v[last]);
             force = system.force();
         } else {
-            let weight = system.inverse_mass();
-            for n in 0..self.next.x.len() {
-                let (mut x, mut v) = (state.x()[n], state.v()[n]);
-                if weight[n] > 0.0 {
-                    for i in 0..b.len() {
-                        x += h * b[i] * self.v[i][n];
-                        // h V'_i = sum_j B_ij (V_j - v_n)
-                        let rate: f64 =
-                            (0..b.len()).map(|j| self.inverse[i][j] * (self.v[j][n] - state.v()[n])).sum();
-                        v += b[i] * rate;
-                    }
+            // By the forces at the stages, not by quotients of what they are away: increments of the velocity are small beside it.
+            self.next.x.copy_from_slice(state.x());
+            self.next.v.copy_from_slice(state.v());
+            let drag = system.ether_drag();
+            for (i, b) in b.iter().enumerate() {
+                self.at.clear();
+                self.at.extend(state.x().iter().zip(&self.z[i]).map(|(x, z)| x + z));
+                system.set_time(times[i]);
+                if system.evaluate(&self.at).is_none() {
+                    return Err(StepFault::at(system, &self.at, &self.v[i]));
                 }
-                (self.next.x[n], self.next.v[n]) = (x, v);
+                system.evaluate_dissipation(&self.at, &self.v[i]);
+                system.accelerations(&mut self.acceleration);
+                let weight = system.inverse_mass();
+                for n in (0..weight.len()).filter(|n| weight[*n] > 0.0) {
+                    self.next.x[n] += h * b * self.v[i][n];
+                    self.next.v[n] += h * b * (self.acceleration[n] - drag * self.v[i][n]);
+                }
             }
         }
         self.next.commit(system, state, h, force)
