@@ -115,7 +115,9 @@ impl Bdf2 {
 
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let known = self.step == Some((h, system.constraint_set())) && self.after.x == state.x() && self.after.v == state.v();
+        let known = self.step == Some((h, system.constraint_set()))
+            && self.after.x == state.x()
+            && self.after.v == state.v();
         std::mem::swap(&mut self.before, &mut self.older);
         self.before.x.copy_from_slice(state.x());
         self.before.v.copy_from_slice(state.v());
@@ -149,7 +151,10 @@ impl Integrator for Bdf2 {
 
     fn bytes(&self) -> usize {
         let next = [&self.before, &self.after, &self.next, &self.older];
-        24 * self.z.len() + next.iter().map(|n| n.bytes()).sum::<usize>() + self.solver.bytes() + self.start.bytes()
+        24 * self.z.len()
+            + next.iter().map(|n| n.bytes()).sum::<usize>()
+            + self.solver.bytes()
+            + self.start.bytes()
     }
 }
 

@@ -18,7 +18,7 @@ pub const METHOD: Method = Method {
         source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, table IV.6.3 for s = 2",
     },
     scheme: Scheme::Dirk(DirkTableau {
-    a: &[&[0.788_675_134_594_812_9], &[-0.577_350_269_189_625_7, 0.788_675_134_594_812_9]],
-    b: &[0.5, 0.5],
-}),
+        a: &[&[0.788_675_134_594_812_9], &[-0.577_350_269_189_625_7, 0.788_675_134_594_812_9]],
+        b: &[0.5, 0.5],
+    }),
 };

@@ -16,10 +16,7 @@ pub const METHOD: Method = Method {
         source: "Hairer, Lubich, Wanner 2006, Geometric Numerical Integration, section II.1.3",
     },
     scheme: Scheme::Collocation(CollocationTableau {
-        a: &[
-        &[0.25, -0.038_675_134_594_812_88],
-        &[0.538_675_134_594_812_9, 0.25],
-        ],
+        a: &[&[0.25, -0.038_675_134_594_812_88], &[0.538_675_134_594_812_9, 0.25]],
         b: &[0.5, 0.5],
     }),
 };

@@ -32,7 +32,11 @@ impl NewmarkParameters {
     /// Largest stable `h omega` without damping: infinite where `2 beta >= gamma`, else `1 / sqrt(gamma/2 - beta)`; Hughes 2000,
     /// *The Finite Element Method*, eq. 9.1.19.
     fn stability_limit(&self) -> f64 {
-        if 2.0 * self.beta >= self.gamma { f64::INFINITY } else { 1.0 / (0.5 * self.gamma - self.beta).sqrt() }
+        if 2.0 * self.beta >= self.gamma {
+            f64::INFINITY
+        } else {
+            1.0 / (0.5 * self.gamma - self.beta).sqrt()
+        }
     }
 
     /// The scheme.
@@ -64,10 +68,18 @@ impl NewmarkParameters {
     /// [`BadParameter`].
     pub fn check(&self) -> Result<(), BadParameter> {
         if !(self.beta > 0.0 && self.beta.is_finite()) {
-            return Err(BadParameter { name: "beta", value: self.beta, right: "positive: 0.25 is the average acceleration" });
+            return Err(BadParameter {
+                name: "beta",
+                value: self.beta,
+                right: "positive: 0.25 is the average acceleration",
+            });
         }
         if !(self.gamma >= 0.5 && self.gamma.is_finite()) {
-            return Err(BadParameter { name: "gamma", value: self.gamma, right: "at least 0.5: below it every step gains energy" });
+            return Err(BadParameter {
+                name: "gamma",
+                value: self.gamma,
+                right: "at least 0.5: below it every step gains energy",
+            });
         }
         Ok(())
     }

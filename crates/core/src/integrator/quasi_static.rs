@@ -37,7 +37,12 @@ impl QuasiStatic {
     /// A runner on `unknowns` coordinates.
     pub fn new(unknowns: usize, options: SolverOptions) -> Self {
         let zero = || vec![0.0; unknowns];
-        QuasiStatic { solver: StageSolver::new(options), next: Next::new(unknowns), origin: zero(), drift: zero() }
+        QuasiStatic {
+            solver: StageSolver::new(options),
+            next: Next::new(unknowns),
+            origin: zero(),
+            drift: zero(),
+        }
     }
 }
 

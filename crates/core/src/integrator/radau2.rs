@@ -16,10 +16,7 @@ pub const METHOD: Method = Method {
         source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, table IV.5.5",
     },
     scheme: Scheme::Collocation(CollocationTableau {
-        a: &[
-        &[5.0 / 12.0, -1.0 / 12.0],
-        &[0.75, 0.25],
-        ],
+        a: &[&[5.0 / 12.0, -1.0 / 12.0], &[0.75, 0.25]],
         b: &[0.75, 0.25],
     }),
 };

@@ -20,7 +20,7 @@ pub const METHOD: Method = Method {
         source: "Alexander 1977, Diagonally implicit Runge-Kutta methods for stiff ODEs, theorem 3",
     },
     scheme: Scheme::Dirk(DirkTableau {
-    a: &[&[0.292_893_218_813_452_5], &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5]],
-    b: &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5],
-}),
+        a: &[&[0.292_893_218_813_452_5], &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5]],
+        b: &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5],
+    }),
 };
