@@ -17,6 +17,8 @@ use crate::system::System;
 const MAX_HALVINGS: u32 = 10;
 /// Corrections below this part of the size of the scene are rounding, where they no longer shrink.
 const ROUNDING: f64 = 2e-14;
+/// The same where the factor is that of the very place.
+const STAGNATION: f64 = 1e-10;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
 
@@ -379,7 +381,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 let there = self.residual(system, stages, &trial, &trial_v);
                 (self.trial, self.trial_v) = (trial, trial_v);
                 // Near the solution the residual is rounding, and need not fall.
-                if there < norm || there.is_finite() && correction <= tolerance.max(ROUNDING * self.size) {
+                if there < norm || there.is_finite() && correction <= tolerance.max(STAGNATION * self.size) {
                     break there;
                 }
                 if halvings == MAX_HALVINGS {
@@ -395,8 +397,9 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             }
             let last = before;
             (norm, keep, before) = (there, halvings == 0, correction);
-            // Rounding: what is left does not get smaller.
-            let floor = correction <= ROUNDING * self.size && correction >= 0.5 * last;
+            // Rounding: with a factor of this very place corrections would shrink fast, were there anything left to correct.
+            let small = correction <= if old_factor { ROUNDING } else { STAGNATION } * self.size;
+            let floor = small && correction >= 0.5 * last;
             if halvings == 0 && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
                 return Ok(());
             }
