@@ -7,10 +7,9 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
-use super::{SolveError, SolverOptions, SolverWork, Verdict};
+use super::{SolveError, SolverOptions, SolverWork, Verdict, scene_size};
 use crate::integrator::StepFault;
 use crate::material::Psd;
-use crate::state::diagonal;
 use crate::system::System;
 
 /// Halvings of a step that does not lower the residual.
@@ -318,9 +317,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     ) -> Result<(), StepFault> {
         let (s, unknowns) = (stages.count(), stages.x.len());
         if self.size == 0.0 {
-            let reach = stages.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            let size = diagonal(stages.x, D);
-            self.size = [size, reach, 1.0].into_iter().find(|l| *l > 0.0).unwrap_or(1.0);
+            self.size = scene_size(stages.x, D);
         }
         self.force.resize(unknowns, 0.0);
         self.right.resize(s * unknowns, 0.0);

@@ -5,10 +5,9 @@ use super::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditioner, dot}
 use super::hessian::{Assembler, At, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
-use super::{Iterate, Objective, SolveError, SolverWork, Verdict};
+use super::{Iterate, Objective, SolveError, SolverWork, Verdict, scene_size};
 use crate::integrator::StepFault;
 use crate::material::Psd;
-use crate::state::diagonal;
 use crate::system::System;
 
 /// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006, *Numerical
@@ -93,15 +92,7 @@ impl<const D: usize> Newton<D> {
     /// Makes the structure of the matrix, unless the one there is fits.
     fn prepare(&mut self, system: &mut System, x: &[f64]) {
         if self.size == 0.0 {
-            let size = diagonal(x, system.dimension());
-            let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-            self.size = if size > 0.0 {
-                size
-            } else if reach > 0.0 {
-                reach
-            } else {
-                1.0
-            };
+            self.size = scene_size(x, system.dimension());
         }
         let trial = &mut self.trial;
         for v in [&mut self.residual, &mut self.direction, &mut self.solution, &mut trial.x, &mut trial.u] {
@@ -192,7 +183,7 @@ impl<const D: usize> Newton<D> {
         Direction::Descent
     }
 
-    /// Conjugate gradients by products of the exact Hessian, preconditioned by the masses.
+    /// Conjugate gradients by products of the exact Hessian, without a preconditioner.
     fn matrix_free(&mut self, system: &mut System, weights: Weights, x: &[f64]) -> Direction {
         let right = std::mem::take(&mut self.direction);
         let mut solution = std::mem::take(&mut self.solution);
