@@ -19,7 +19,7 @@ SCHEMAS = {
     "/log": "foxglove.Log",
 }
 ELEMENTS = "/elements/"
-COLUMNS = {"edge": 2, "tri": 3, "surface": 3, "tet": 4}
+COLUMNS = {"edge": 2, "tri": 3, "surface": 3, "tet": 4, "tri6": 6, "tet10": 10}
 
 
 def check(condition, what):
