@@ -116,6 +116,9 @@ pub struct ConjugateGradients {
 impl ConjugateGradients {
     /// Solves `A x = b` from `x = 0` until `|b - A x| <= tolerance |b|`; Shewchuk 1994, *An introduction to the conjugate
     /// gradient method without the agonizing pain*, B3. `product(p, q)` writes `A p` to `q`.
+    ///
+    /// Where `A` is indefinite, `x` is the iterate before the direction in which that showed, or in the first iteration a part of that
+    /// direction: a way down for who minimises; Nocedal, Wright 2006, *Numerical optimization*, algorithm 7.1.
     pub fn solve<const D: usize>(
         &mut self,
         mut product: impl FnMut(&[f64], &mut [f64]),
@@ -149,6 +152,9 @@ impl ConjugateGradients {
             if curvature.is_nan() || curvature <= 0.0 {
                 let residual = dot(r, r).sqrt();
                 let end = if curvature.is_nan() { CgEnd::Stalled } else { CgEnd::Indefinite };
+                if iteration == 1 && curvature < 0.0 {
+                    x.iter_mut().zip(&*p).for_each(|(x, p)| *x = rz / -curvature * p);
+                }
                 return report(end, iteration, residual);
             }
             let alpha = rz / curvature;

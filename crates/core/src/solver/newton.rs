@@ -60,8 +60,10 @@ pub(crate) struct Newton<const D: usize> {
 
 /// What came of one linear solve.
 enum Direction {
-    /// A direction of descent.
+    /// A direction of descent, which solves the linear system.
     Descent,
+    /// A direction of descent, and no more: the matrix is not positive definite.
+    Truncated,
     /// The matrix is not positive definite.
     Indefinite,
     /// The solver failed otherwise.
@@ -212,7 +214,8 @@ impl<const D: usize> Newton<D> {
         self.work.cg_iterations += report.iterations;
         match report.end {
             CgEnd::Converged => Direction::Descent,
-            CgEnd::Indefinite => Direction::Indefinite,
+            // There are no elements whose negative eigenvalues could be removed.
+            CgEnd::Indefinite => Direction::Truncated,
             CgEnd::Stalled => Direction::Failed,
         }
     }
@@ -345,9 +348,14 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             let before = correction;
             // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
             let mut old_factor = keep && self.factorized == Some(weights(objective));
+            // Whether the correction says nothing of how far a minimum is.
+            let mut truncated;
             let slope = loop {
-                let slope = match self.solve_linear(system, objective, at, psd, old_factor) {
-                    Direction::Descent => dot(&self.direction, &self.residual),
+                let found = self.solve_linear(system, objective, at, psd, old_factor);
+                truncated = matches!(found, Direction::Truncated);
+                let slope = match found {
+                    Direction::Truncated if objective.single_iteration => f64::NAN,
+                    Direction::Descent | Direction::Truncated => dot(&self.direction, &self.residual),
                     Direction::Indefinite => f64::NAN,
                     Direction::Failed => {
                         return fail(system, at, Verdict::LinearSolver, iteration, correction);
@@ -361,7 +369,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 if slope < 0.0 {
                     break slope;
                 }
-                if slope == 0.0 && correction <= tolerance.max(floor) {
+                if slope == 0.0 && correction <= tolerance.max(floor) && !truncated {
                     // So near that the product underflows.
                     return Ok(());
                 }
@@ -375,7 +383,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             if objective.inertia == 0.0 {
                 let away = at.u.iter().zip(system.inverse_mass());
                 let away = away.fold(0.0, |m: f64, (u, w)| if *w == 0.0 { m } else { m.max(u.abs()) });
-                if correction.max(away) > RUNAWAY * self.size {
+                if away > RUNAWAY * self.size {
                     return fail(system, at, Verdict::Indefinite, iteration, correction);
                 }
             }
@@ -418,7 +426,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 step *= 0.5;
             };
             let Some(there) = accepted else {
-                if correction <= tolerance.max(floor) {
+                if correction <= tolerance.max(floor) && !truncated {
                     return Ok(());
                 }
                 if old_factor {
@@ -444,7 +452,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return fail(system, at, Verdict::Infeasible, iteration, correction);
             }
             // The first correction by a factor of an earlier solve says little about the next.
-            let known = iteration > 0 || !old_factor;
+            let known = (iteration > 0 || !old_factor) && !truncated;
             let rounding = correction <= floor && correction >= 0.5 * before;
             if (correction <= tolerance || rounding) && known {
                 return Ok(());

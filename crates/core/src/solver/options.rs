@@ -45,6 +45,17 @@ pub enum LinearSolver {
 const MULTIGRID_FROM: [usize; 3] = [usize::MAX, 200_000, 12_000];
 
 impl LinearSolver {
+    /// The name in scenes.
+    pub fn name(self) -> &'static str {
+        match self {
+            LinearSolver::Auto => "auto",
+            LinearSolver::Cholesky => "cholesky",
+            LinearSolver::Cg => "cg",
+            LinearSolver::Multigrid => "multigrid",
+            LinearSolver::MatrixFree => "matrix-free",
+        }
+    }
+
     /// The solver for `system`, itself never [`Auto`](Self::Auto).
     pub fn choose(self, system: &System) -> LinearSolver {
         match self {
