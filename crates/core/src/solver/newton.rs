@@ -16,6 +16,9 @@ const ARMIJO: f64 = 1e-4;
 /// What the objective may change by, relative to itself, where it says less about a step than its slope does; Hager, Zhang 2005, "A
 /// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
 const ROUNDING: f64 = 1e-10;
+/// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of second order in that, and an
+/// energy that is a difference of large terms, as at rest, is only known to rounding of those.
+const DROWNED: f64 = 1e-5;
 /// The slope at the end of such a step may be this part of that at its beginning, either way; ibid., with delta = 0.1.
 const FLATTER: f64 = 0.8;
 /// Corrections of so many units in the last place of the positions may be rounding: they are where they no longer shrink.
@@ -409,7 +412,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     break Some(there);
                 }
                 // A decrease that drowns in the rounding of the objective shows in its slope.
-                if (there - start).abs() <= ROUNDING * (start.abs() + there.abs()) {
+                let drowns = (there - start).abs() <= ROUNDING * (start.abs() + there.abs())
+                    || there.is_finite() && step * correction <= DROWNED * self.size;
+                if drowns {
                     let finite = self.residual_at_trial(system, objective);
                     let end = dot(&self.direction, &self.residual);
                     if finite && (end.abs() <= FLATTER * slope.abs() || correction <= tolerance.max(floor)) {
