@@ -81,6 +81,8 @@ pub(crate) enum Command {
     Schema(SchemaArguments),
     /// Measure how fast this machine takes steps
     Bench(BenchArguments),
+    /// Put the solvers, or a scene, through what breaks simulators, and tell what stands
+    Stress(StressArguments),
 }
 
 /// `pliant run`.
@@ -260,6 +262,31 @@ pub(crate) struct BenchArguments {
     /// The smallest size of each row, briefly: a first look
     #[arg(long)]
     pub(crate) quick: bool,
+}
+
+/// `pliant stress`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct StressArguments {
+    /// Scene file (TOML), to be put out of shape in place of the suite's own
+    pub(crate) scene: Option<PathBuf>,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE", requires = "scene")]
+    pub(crate) set: Vec<String>,
+    /// Only these rows: torture, D1 to D13
+    #[arg(long, value_name = "ROW", value_delimiter = ',', conflicts_with = "scene")]
+    pub(crate) only: Vec<String>,
+    /// Only these materials; those without numbers of an independent program run if they are named
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "scene")]
+    pub(crate) materials: Vec<String>,
+    /// Only these integrators; those without numbers of an independent program run if they are named
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub(crate) integrators: Vec<String>,
+    /// What takes a tenth of a second or less
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Also write stress.csv, stress.json and stress.html with pictures of the end states into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 /// `pliant schema`.

@@ -65,6 +65,8 @@ pub mod scalar;
 pub mod scene;
 pub mod simulation;
 pub mod solver;
+pub mod stability;
 pub mod state;
+pub mod stress;
 pub mod system;
 pub mod topology;

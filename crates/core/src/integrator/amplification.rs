@@ -6,6 +6,7 @@ use std::ops::Range;
 use crate::dissipation::MassProportional;
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::material::Psd;
+use crate::simulation::Simulation;
 use crate::solver::SolverOptions;
 use crate::state::State;
 use crate::system::System;
@@ -45,6 +46,13 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
         };
     }
     Amplification([[columns[0][0], columns[1][0]], [columns[0][1], columns[1][1]]])
+}
+
+/// The oscillator `x'' = -x` from `x = 1` at rest, to be advanced in steps of `z`: in units where omega = 1, h = z.
+pub(crate) fn oscillator(method: Method, z: f64) -> Simulation {
+    let mut system = System::new(1, vec![1.0]);
+    system.add_term(Box::<Oscillator>::default());
+    Simulation::new(system, State::new(vec![1.0], vec![0.0]), method, z)
 }
 
 /// `E = 1/2 |x|^2`.

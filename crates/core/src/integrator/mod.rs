@@ -21,6 +21,7 @@ use crate::solver::{SolveError, SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::System;
 
+pub(crate) use amplification::oscillator;
 pub use amplification::{Amplification, amplification};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,

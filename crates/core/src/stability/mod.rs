@@ -1,0 +1,84 @@
+//! How large a step a scene can take: predicted, measured, and mapped against what a scene is made of.
+
+mod amplification;
+mod limit;
+mod map;
+#[cfg(test)]
+mod tests;
+
+pub use amplification::{AmplificationCurve, amplification_curve};
+pub use limit::{Drift, MeasuredLimit, energy_drift, measure_limit};
+pub use map::{Against, Map, map};
+
+use crate::assembly::UnstableStep;
+use crate::integrator::IntegratorSpec;
+use crate::run::energy_scale;
+use crate::scene::{Scene, SceneError};
+use crate::simulation::{Simulation, StepError};
+
+/// How a run of some steps ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// All steps were taken, and the energy stayed where it belongs.
+    Ok,
+    /// The energy grew beyond any physical cause, or a state was not finite.
+    Diverged,
+    /// The equations of an implicit step were not solved.
+    Unsolved,
+}
+
+impl Status {
+    /// All of them, in the order of their values.
+    pub const ALL: [Status; 3] = [Status::Ok, Status::Diverged, Status::Unsolved];
+
+    /// Name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Ok => "ok",
+            Status::Diverged => "diverged",
+            Status::Unsolved => "Newton failed",
+        }
+    }
+}
+
+/// A run has diverged once its energy has grown by so many times all the energy there was.
+const GROWTH: f64 = 10.0;
+/// The energy is looked at every so many steps.
+const LOOK: u64 = 16;
+
+/// The scene with another scheme and step, whatever its limit.
+///
+/// # Errors
+/// What is wrong with the scene.
+fn with_step(scene: &Scene, integrator: IntegratorSpec, step: f64) -> Result<Simulation, SceneError> {
+    let mut scene = scene.clone();
+    scene.time.integrator = integrator;
+    scene.time.step = step;
+    scene.time.allow_unstable = true;
+    // The limit is not asked for.
+    Ok(scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation)
+}
+
+/// Takes up to `steps` steps.
+fn attempt(simulation: &mut Simulation, steps: u64) -> Status {
+    let start = simulation.diagnostics();
+    simulation.count_losses(false);
+    let scale = energy_scale(simulation, &start);
+    for step in 1..=steps {
+        match simulation.step() {
+            Ok(()) => {}
+            Err(StepError::Unsolved { .. }) => return Status::Unsolved,
+            Err(_) => return Status::Diverged,
+        }
+        if step % LOOK == 0 || step == steps {
+            let now = simulation.diagnostics();
+            let supplied = now.balance.map_or(0.0, |balance| balance.turnover());
+            let change = now.conserved() - start.conserved();
+            if change.is_nan() || change > GROWTH * (scale + supplied) {
+                return Status::Diverged;
+            }
+        }
+    }
+    Status::Ok
+}

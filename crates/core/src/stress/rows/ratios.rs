@@ -1,0 +1,183 @@
+//! D4 and D5: masses and stiffnesses in the ratio of a million.
+
+use super::About;
+use crate::stress::scenes::{self, assemble, largest_difference};
+use crate::stress::{Case, Findings, Verdict};
+
+/// Chains between a wall and nothing, by their normal modes; errors of an independent code at t = 1 s for steps of 1e-3 s and 2.5e-4 s.
+struct Chain {
+    row: &'static str,
+    name: &'static str,
+    mass: &'static [f64],
+    stiffness: &'static [f64],
+    /// At t = 1 s, of those that are compared [m].
+    expected: &'static [(usize, f64)],
+    errors: &'static [(&'static str, [f64; 2])],
+}
+
+const CHAINS: [Chain; 2] = [
+    Chain {
+        row: "D4",
+        name: "chain, masses 1 : 1e-4 : 100",
+        mass: &[1.0, 1e-4, 1.0, 1e-4, 100.0],
+        stiffness: &[1e4; 5],
+        // The light masses move faster than any step here resolves.
+        expected: &[(0, -0.014_421_233_742_679), (2, -0.006_865_344_758_776_7), (4, -0.024_592_307_852_944)],
+        errors: &[
+            ("tr-bdf2", [1.67e-3, 1.04e-4]),
+            ("bdf2", [1.48e-2, 8.57e-4]),
+            ("implicit-midpoint", [3.48e-3, 2.14e-4]),
+            ("radau-iia2", [4.67e-5, 1.89e-6]),
+        ],
+    },
+    Chain {
+        row: "D5",
+        name: "chain, springs 1e2 : 1e8 : 1e2",
+        mass: &[1.0; 3],
+        stiffness: &[1e2, 1e8, 1e2],
+        expected: &[(0, -0.008_274_872_412_942_9), (1, -0.008_274_847_213_033_1), (2, 0.076_091_357_737_221)],
+        errors: &[
+            ("tr-bdf2", [1.9e-6, 1.2e-7]),
+            ("bdf2", [1.5e-5, 9.8e-7]),
+            ("implicit-midpoint", [3.9e-6, 2.5e-7]),
+            ("radau-iia2", [1.9e-8, f64::NAN]),
+            ("implicit-euler", [4.0e-3, 1.0e-3]),
+        ],
+    },
+];
+
+pub(super) fn add(cases: &mut Vec<Case>) {
+    for chain in &CHAINS {
+        for (integrator, errors) in chain.errors {
+            let about = About {
+                row: chain.row,
+                name: chain.name,
+                dimension: 2,
+                material: "springs",
+                poisson: None,
+                integrator,
+                quick: true,
+            };
+            cases.push(about.case(move || run_chain(chain, integrator, errors)));
+        }
+    }
+    for ratio in [1e4, 1e6] {
+        for solver in ["cholesky", "cg", "multigrid", "matrix-free"] {
+            let about = About {
+                row: "D4",
+                name: &format!("bar, densities 1 : {ratio:e}, {solver}"),
+                dimension: 2,
+                material: "stable-neo-hookean",
+                poisson: Some(0.3),
+                integrator: "tr-bdf2",
+                quick: true,
+            };
+            cases.push(about.case(move || bar(ratio, solver)));
+        }
+    }
+    let about = About {
+        row: "D5",
+        name: "rod, halves 1e3 : 1e9, its static tip",
+        dimension: 2,
+        material: "springs",
+        poisson: None,
+        integrator: "quasi-static",
+        quick: true,
+    };
+    cases.push(about.case(rod));
+}
+
+/// Vertices at 0, 4, 8, ..: the first is the wall.
+fn line(count: usize) -> String {
+    let points: Vec<[f64; 2]> = (0..count).map(|i| [4.0 * i as f64, 0.0]).collect();
+    let edges: Vec<[usize; 2]> = (1..count).map(|i| [i - 1, i]).collect();
+    format!("{{ inline = {{ points = {points:?}, edges = {edges:?} }} }}")
+}
+
+fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> Findings {
+    let mut findings = Findings::default();
+    for (step, known) in [1e-3f64, 2.5e-4].into_iter().zip(errors).filter(|(_, known)| known.is_finite()) {
+        let n = chain.mass.len() + 1;
+        let mut displaced = vec![[0.0; 2]; n];
+        displaced[n - 1][0] = 0.1;
+        let mass: Vec<f64> = std::iter::once(1.0).chain(chain.mass.iter().copied()).collect();
+        let name = scenes::scheme(integrator);
+        let mut simulation = assemble(&format!(
+            "dimension = 2\ntime = {{ integrator = {name}, step = {step:?}, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n\
+             [[body]]\nmesh = {}\nsprings = {{ stiffness = {:?} }}\nmass = {{ per_vertex = {mass:?} }}\n\
+             position = {{ displacement = {displaced:?} }}\npin = [{{ vertices = [0] }}]\n",
+            line(n),
+            chain.stiffness,
+        ))
+        .simulation;
+        for _ in 0..(1.0 / step).round() as usize {
+            if let Err(error) = simulation.step() {
+                findings.note(Verdict::Fail, error.to_string());
+                return findings;
+            }
+        }
+        let x = simulation.positions();
+        let error = chain.expected.iter().fold(0.0, |m: f64, (i, expected)| {
+            m.max((x[2 * (i + 1)] - 4.0 * (i + 1) as f64 - expected).abs())
+        });
+        findings.measure(&format!("displacement at t = 1 s, step {step} s [m]"), error, 2.0 * known);
+    }
+    findings
+}
+
+/// A bar whose outer half is lighter: the direct solver does not care, the iterative ones say how much they do.
+fn bar(ratio: f64, solver: &'static str) -> Findings {
+    let mass: Vec<f64> = (0..27).map(|i| if i / 3 > 4 { 100.0 / ratio } else { 100.0 }).collect();
+    let run = |solver: &str| {
+        let mut assembly = assemble(&format!(
+            "dimension = 2\ntime = {{ integrator = 'tr-bdf2', step = 0.01, duration = 1.0, solver = {{ linear = '{solver}' }} }}\n\
+             world = {{ gravity = [0, -9.81] }}\n[[body]]\nmesh = {{ grid = {{ cells = [8, 2], size = [4, 1] }} }}\n\
+             elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ per_vertex = {mass:?} }}\n\
+             pin = [{}]\n",
+            scenes::clamp(2, 0, 1.0, 0.0, ""),
+        ));
+        let end = (0..50).try_for_each(|_| assembly.simulation.step());
+        (assembly, end)
+    };
+    let mut findings = Findings::default();
+    let (mut assembly, end) = run(solver);
+    if let Err(error) = end {
+        findings.note(Verdict::Fail, error.to_string());
+    }
+    let work = assembly.simulation.work().solver.unwrap_or_default();
+    findings.count(work.newton_iterations, None);
+    if solver != "cholesky" {
+        let (per, fallbacks) = (work.cg_iterations / work.newton_iterations.max(1), work.fallbacks);
+        findings.note(Verdict::Pass, format!("{per} iterations of conjugate gradients for each of Newton, {fallbacks} fallbacks"));
+        let (direct, _) = run("cholesky");
+        let apart = largest_difference(assembly.simulation.state().x(), direct.simulation.state().x());
+        findings.measure("apart from the direct solver [m]", apart, 1e-6);
+    }
+    findings.min_j = assembly.simulation.diagnostics().min_j;
+    findings.picture = Some(scenes::picture(&assembly.simulation, &assembly.topology));
+    findings
+}
+
+/// Ten springs in a row, five soft and five stiff, pulled at the end: `u = F sum 1/k`.
+fn rod() -> Findings {
+    let stiffness: Vec<f64> = (0..10).map(|i| if i < 5 { 1e3 } else { 1e9 }).collect();
+    let mut simulation = assemble(&format!(
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n[[body]]\n\
+         mesh = {}\nsprings = {{ stiffness = {stiffness:?} }}\nmass = {{ per_vertex = 1.0 }}\npin = [{{ vertices = [0] }}]\n\
+         load = [{{ vertices = [10], force = [100.0, 0.0] }}]\n",
+        line(11),
+    ))
+    .simulation;
+    let mut findings = Findings::default();
+    if let Err(error) = simulation.step() {
+        findings.note(Verdict::Fail, error.to_string());
+        return findings;
+    }
+    findings.count(scenes::iterations(&simulation), None);
+    let x = simulation.positions();
+    let expected: f64 = stiffness.iter().map(|k| 100.0 / k).sum();
+    findings.measure("tip, relative", ((x[20] - 40.0) / expected - 1.0).abs(), 1e-8);
+    let strain = (x[20] - x[10] - 20.0) / 20.0;
+    findings.demand(strain.abs() < 1e-5, || format!("strain {strain:e} in the stiff half"));
+    findings
+}
