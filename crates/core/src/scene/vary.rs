@@ -172,7 +172,8 @@ mass = { density = 1000.0 }
 
     #[test]
     fn axes_split_at_commas_outside_of_brackets_and_quotes() {
-        let axis: Axis = "body.0.elastic={ stvk = { young = 1, poisson = 0 } }, \"a,b\" ,[1,2]".parse().unwrap();
+        let axis: Axis =
+            "body.0.elastic={ stvk = { young = 1, poisson = 0 } }, \"a,b\" ,[1,2]".parse().unwrap();
         assert_eq!(axis.values, ["{ stvk = { young = 1, poisson = 0 } }", "\"a,b\"", "[1,2]"]);
         assert_eq!("a.b=1,2".parse::<Axis>().unwrap().to_string(), "a.b=1,2");
         for bad in ["a.b", "a.b=", "a.b=1,,2", "=1", "a..b=1"] {
