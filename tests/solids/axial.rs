@@ -21,7 +21,8 @@ fn bar(dimension: usize, order: u8, n: usize) -> Solid {
     let (mut cells, mut size) = (vec![1; dimension], vec![side; dimension]);
     (cells[0], size[0]) = (n, LENGTH);
     let mut solid = Solid::grid(&cells, &size, isotropic("linear", 1e6, 0.0)).of_order(order);
-    let everywhere = json!({ "normal": at_zero(dimension, 0)[0]["half_space"]["normal"], "offset": 2.0 * LENGTH });
+    let everywhere =
+        json!({ "normal": at_zero(dimension, 0)[0]["half_space"]["normal"], "offset": 2.0 * LENGTH });
     let across = &["y", "z"][..dimension - 1];
     solid.pin = json!([
         { "half_space": { "normal": everywhere["normal"], "offset": 0.0 }, "axes": ["x"] },

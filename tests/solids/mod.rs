@@ -7,6 +7,7 @@ mod column;
 mod impossible;
 mod invariance;
 mod loads;
+mod manufactured;
 mod modes;
 mod patch;
 mod plane_stress;
