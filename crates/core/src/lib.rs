@@ -67,6 +67,9 @@ pub mod simulation;
 pub mod solver;
 pub mod stability;
 pub mod state;
+pub mod statistics;
 pub mod stress;
+#[cfg(feature = "study")]
+pub mod study;
 pub mod system;
 pub mod topology;
