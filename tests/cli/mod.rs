@@ -9,6 +9,7 @@ mod run;
 mod scenes;
 mod signals;
 mod stability;
+mod stress;
 mod usage;
 
 use std::ffi::OsStr;

@@ -83,6 +83,8 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Put the solvers, or a scene, through what breaks simulators, and tell what stands
     Stress(StressArguments),
+    /// Find how large a step a scene can take: predicted, measured, and against what it is made of
+    Stability(StabilityArguments),
 }
 
 /// `pliant run`.
@@ -287,6 +289,42 @@ pub(crate) struct StressArguments {
     /// Also write stress.csv, stress.json and stress.html with pictures of the end states into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
+    /// Also write a page of Markdown, with its pictures in a folder beside it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) markdown: Option<PathBuf>,
+}
+
+/// `pliant stability`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct StabilityArguments {
+    /// Scene file (TOML)
+    pub(crate) scene: PathBuf,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// The integrators to look at, the scene's own first [default: all]
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub(crate) integrators: Vec<String>,
+    /// What the map has beside the step
+    #[arg(long, value_name = "WHAT", default_value = "young")]
+    pub(crate) against: AgainstArgument,
+    /// A coarse map
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Also write stability.csv, map.csv, stability.json, stability.html and its charts into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// What a map varies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum AgainstArgument {
+    /// Young's modulus, or the constant of springs, of all bodies
+    Young,
+    /// Poisson's ratio of all bodies
+    Poisson,
+    /// The density, or other mass, of the first body
+    Density,
 }
 
 /// `pliant schema`.

@@ -9,6 +9,7 @@ mod modes;
 mod recover;
 mod run;
 mod schema;
+mod stability;
 mod stress;
 
 use std::ffi::OsString;
@@ -38,6 +39,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
         Command::Stress(arguments) => stress::execute(&arguments, terminal),
+        Command::Stability(arguments) => stability::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }

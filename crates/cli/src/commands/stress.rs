@@ -1,61 +1,109 @@
 //! `pliant stress`: what breaks simulators, and what stands.
 
+mod page;
+mod picture;
+mod rows;
+
+use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use pliant::stress::{self, Case, Choice, Findings, Verdict};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::arguments::StressArguments;
 use crate::failure::{Failure, Status};
+use crate::input::Input;
 use crate::interrupt;
+use crate::output;
 use crate::terminal::Terminal;
-use crate::text::{number, table};
+use crate::text::counted;
+
+/// A case and what came of it.
+type Outcome = (Case, Findings);
 
 pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result<Status, Failure> {
-    let interrupted = interrupt::flag()?;
     let choice = Choice {
         only: arguments.only.clone(),
         materials: arguments.materials.clone(),
         integrators: arguments.integrators.clone(),
         quick: arguments.quick,
     };
-    let cases = stress::cases(&choice);
-    let mut results: Vec<(Case, Findings)> = vec![];
-    for case in cases {
+    let cases = match &arguments.scene {
+        Some(scene) => stress::scene_cases(&Input::read(scene, &arguments.set, None)?.source, &choice)?,
+        None => stress::cases(&choice),
+    };
+    if cases.is_empty() {
+        return Err(Failure::usage(
+            "no case is of these rows, materials and integrators; rows are torture and D1 to D13, `pliant list` has the others",
+        ));
+    }
+    if let Some(folder) = &arguments.output {
+        output::folder(folder)?;
+    }
+    let interrupted = interrupt::flag()?;
+    let count = cases.len();
+    let mut results: Vec<Outcome> = vec![];
+    for (i, case) in cases.into_iter().enumerate() {
         if interrupted.load(Ordering::Relaxed) {
             break;
         }
-        let f = case.run();
-        results.push((case, f));
+        let findings = case.run();
+        if terminal.verbose {
+            terminal.note(&format!("{}/{count} {case:?}: {}", i + 1, findings.verdict));
+        }
+        results.push((case, findings));
     }
-    terminal.report(&describe(&results))?;
-    terminal.document(&json!({ "status": Status::Done }))?;
+    terminal.report(&rows::describe(&results, arguments.scene.is_some(), terminal.width()))?;
+    if let Some(folder) = &arguments.output {
+        write(folder, &results)?;
+        terminal.note(&format!("wrote stress.html, stress.csv and stress.json to {}", folder.display()));
+    }
+    if let Some(file) = &arguments.markdown {
+        page::write(file, &results)?;
+        terminal.note(&format!("wrote {}", file.display()));
+    }
+    let interrupted = interrupted.load(Ordering::Relaxed);
     let failed = results.iter().any(|(_, f)| f.verdict == Verdict::Fail);
-    Ok(if failed { Status::Failed } else { Status::Done })
+    let status = match (interrupted, failed) {
+        (true, _) => Status::Interrupted,
+        (_, true) => Status::Failed,
+        _ => Status::Done,
+    };
+    terminal.document(&document(status, &results))?;
+    if interrupted {
+        let (done, count) = (counted(results.len() as u64, "case", "cases"), count);
+        terminal.complain(&format!("interrupted: these are {done} of {count}"));
+    }
+    Ok(status)
 }
 
-fn describe(results: &[(Case, Findings)]) -> String {
-    let header = ["case", "", "material", "nu", "integrator", "solver", "verdict", "its", "bar", "min J", "energy", "error", "s"];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
-    for (case, f) in results {
-        let n = |x: Option<f64>| x.map_or_else(String::new, number);
-        let c = |x: Option<u64>| x.map_or_else(String::new, |x| x.to_string());
-        rows.push(vec![
-            format!("{} {}", case.row, case.name),
-            format!("{}D", case.dimension),
-            case.material.clone(),
-            n(case.poisson),
-            case.integrator.clone(),
-            case.solver.name().into(),
-            f.verdict.to_string(),
-            c(f.iterations),
-            c(f.bar),
-            n(f.min_j),
-            n(f.energy_ratio),
-            n(f.error),
-            format!("{:.2}", f.seconds),
-            f.notes.join("; "),
-        ]);
-    }
-    table(&rows, 0)
+fn write(folder: &Path, results: &[Outcome]) -> Result<(), Failure> {
+    output::file(&folder.join("stress.csv"), &rows::csv(results))?;
+    output::file(&folder.join("stress.json"), &format!("{:#}\n", document(Status::Done, results)))?;
+    output::file(&folder.join("stress.html"), &page::html(results))
+}
+
+fn document(status: Status, results: &[Outcome]) -> Value {
+    let case = |(case, findings): &Outcome| {
+        let mut value = json!({
+            "row": case.row,
+            "name": case.name,
+            "dimension": case.dimension,
+            "material": case.material,
+            "poisson": case.poisson,
+            "integrator": case.integrator,
+            "solver": case.solver.name(),
+        });
+        if let (Some(value), Value::Object(findings)) = (value.as_object_mut(), json!(findings)) {
+            value.extend(findings);
+        }
+        value
+    };
+    json!({ "status": status, "counts": counts(results), "cases": results.iter().map(case).collect::<Vec<_>>() })
+}
+
+/// How many passed, were flagged, failed.
+fn counts(results: &[Outcome]) -> Value {
+    let of = |verdict| results.iter().filter(|(_, f)| f.verdict == verdict).count();
+    json!({ "pass": of(Verdict::Pass), "flagged": of(Verdict::Flagged), "fail": of(Verdict::Fail) })
 }

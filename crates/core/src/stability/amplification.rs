@@ -2,7 +2,9 @@
 
 use faer::c64;
 
-use crate::integrator::{self, IntegratorSpec, Method, Scheme, alpha::AlphaCoefficients, amplification, splitting};
+use crate::integrator::{
+    self, IntegratorSpec, Method, Scheme, alpha::AlphaCoefficients, amplification, splitting,
+};
 use crate::simulation::Simulation;
 use crate::solver::SolverOptions;
 
@@ -125,7 +127,8 @@ fn generalised_alpha(c: AlphaCoefficients, z: f64) -> f64 {
     let s = z * z;
     // (1 - m) a1 + m a0 = -s ((1 - f) x1 + f x0), x1 = x0 + v0 + (1/2 - beta) a0 + beta a1
     let denominator = (1.0 - m) + (1.0 - f) * beta * s;
-    let a1 = [-s / denominator, -s * (1.0 - f) / denominator, -(m + s * (1.0 - f) * (0.5 - beta)) / denominator];
+    let a1 =
+        [-s / denominator, -s * (1.0 - f) / denominator, -(m + s * (1.0 - f) * (0.5 - beta)) / denominator];
     let x1 = [1.0 + beta * a1[0], 1.0 + beta * a1[1], 0.5 - beta + beta * a1[2]];
     let v1 = [gamma * a1[0], 1.0 + gamma * a1[1], 1.0 - gamma + gamma * a1[2]];
     spectral_radius([x1, v1, a1].iter().map(|row| row.iter().map(|e| c64::new(*e, 0.0)).collect()).collect())

@@ -53,8 +53,9 @@ pub fn map(
     let count = if quick { 7 } else { 13 };
     let width = 4.0;
     // Powers of ten: 10^-2 to 10^2 around the given step.
-    let steps: Vec<f64> =
-        (0..count).map(|i| around * 10f64.powf(width * i as f64 / (count - 1) as f64 - 0.5 * width)).collect();
+    let steps: Vec<f64> = (0..count)
+        .map(|i| around * 10f64.powf(width * i as f64 / (count - 1) as f64 - 0.5 * width))
+        .collect();
     let values: Vec<f64> = match (against, quick) {
         (Against::Poisson, false) => vec![0.0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49, 0.495, 0.499, 0.4999],
         (Against::Poisson, true) => vec![0.0, 0.3, 0.45, 0.495],
@@ -62,14 +63,8 @@ pub fn map(
         (_, true) => (-1..=1).map(|e| 10f64.powi(2 * e)).collect(),
     };
     let runs = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
-    let mut found = Map {
-        integrator: about.name.into(),
-        against,
-        steps,
-        values,
-        predicted: vec![],
-        status: vec![],
-    };
+    let mut found =
+        Map { integrator: about.name.into(), against, steps, values, predicted: vec![], status: vec![] };
     for value in &found.values {
         let changes = changes(&scene, against, *value);
         if changes.is_empty() {
@@ -90,6 +85,11 @@ pub fn map(
         found.status.push(row);
     }
     Ok(found)
+}
+
+/// Paths and values that make every body so many times as stiff.
+pub(crate) fn stiffness_changes(scene: &Scene, factor: f64) -> Vec<(String, String)> {
+    changes(scene, Against::Young, factor)
 }
 
 /// Paths and values of what a row changes.

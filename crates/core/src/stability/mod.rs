@@ -8,6 +8,7 @@ mod tests;
 
 pub use amplification::{AmplificationCurve, amplification_curve};
 pub use limit::{Drift, MeasuredLimit, energy_drift, measure_limit};
+pub(crate) use map::stiffness_changes;
 pub use map::{Against, Map, map};
 
 use crate::assembly::UnstableStep;

@@ -1,6 +1,7 @@
 //! Limits, maps and amplification against closed forms.
 
 use super::*;
+use crate::scene::Source;
 
 /// A bar of two springs and masses between nothing and a wall.
 fn scene(integrator: &str, step: f64) -> Scene {
@@ -79,7 +80,12 @@ fn what_is_measured_is_the_formula_of_every_scheme() {
         let Some(curve) = amplification_curve(*integrator, &z) else { continue };
         for i in 0..z.len() {
             let (measured, formula) = (curve.measured[i], curve.formula[i]);
-            assert!((measured / formula - 1.0).abs() < 1e-5, "{} at {}: {measured} {formula}", curve.integrator, z[i]);
+            assert!(
+                (measured / formula - 1.0).abs() < 1e-5,
+                "{} at {}: {measured} {formula}",
+                curve.integrator,
+                z[i]
+            );
         }
     }
 }
@@ -88,13 +94,16 @@ fn what_is_measured_is_the_formula_of_every_scheme() {
 #[test]
 fn a_map_has_the_slope_of_the_limit() {
     let source = Source::new("test", &text("velocity-verlet", 1e-3));
-    let around = measure_limit(&scene("velocity-verlet", 1e-3), spec("velocity-verlet"), 1.0).unwrap().measured;
+    let around =
+        measure_limit(&scene("velocity-verlet", 1e-3), spec("velocity-verlet"), 1.0).unwrap().measured;
     for (against, exponent) in [(Against::Young, -0.5), (Against::Density, 0.5)] {
         let found = map(&source, spec("velocity-verlet"), against, around, true).unwrap();
         for (row, value) in found.values.iter().enumerate() {
             let limit = found.predicted[row].unwrap();
             assert!((limit / (around * value.powf(exponent)) - 1.0).abs() < 3e-3, "{limit} {around}");
-            for (column, step) in found.steps.iter().enumerate().filter(|(_, s)| (*s / limit - 1.0).abs() > 0.01) {
+            for (column, step) in
+                found.steps.iter().enumerate().filter(|(_, s)| (*s / limit - 1.0).abs() > 0.01)
+            {
                 let expected = if *step < limit { Status::Ok } else { Status::Diverged };
                 assert_eq!(found.status[row][column], expected, "{against:?} {value} {step}");
             }

@@ -4,14 +4,16 @@
 //! go by are closed forms, or were computed by independent codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
 
 mod rows;
+mod scene;
 mod scenes;
 mod starts;
-mod torture;
 #[cfg(test)]
 mod tests;
+mod torture;
 
 use crate::solver::LinearSolver;
 
+pub use scene::scene_cases;
 pub use starts::Start;
 
 /// What came of a case.
@@ -160,7 +162,11 @@ impl Case {
 
 impl std::fmt::Debug for Case {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {} {}D {} {:?} {}", self.row, self.name, self.dimension, self.material, self.poisson, self.integrator)
+        write!(
+            f,
+            "{} {} {}D {} {:?} {}",
+            self.row, self.name, self.dimension, self.material, self.poisson, self.integrator
+        )
     }
 }
 
@@ -179,7 +185,9 @@ pub struct Choice {
 
 impl Choice {
     fn takes(&self, case: &Case) -> bool {
-        let listed = |list: &[String], name: &str| list.is_empty() || list.iter().any(|l| l.eq_ignore_ascii_case(name));
+        let listed = |list: &[String], name: &str| {
+            list.is_empty() || list.iter().any(|l| l.eq_ignore_ascii_case(name))
+        };
         listed(&self.only, case.row)
             && listed(&self.materials, &case.material)
             && listed(&self.integrators, &case.integrator)

@@ -53,7 +53,20 @@ impl Solid<'_> {
 
     /// The scene.
     pub(super) fn text(&self) -> String {
-        let Solid { cells, size, origin, material, young, poisson, density, integrator, step, time, world, keys } = self;
+        let Solid {
+            cells,
+            size,
+            origin,
+            material,
+            young,
+            poisson,
+            density,
+            integrator,
+            step,
+            time,
+            world,
+            keys,
+        } = self;
         let origin = if origin.is_empty() { String::new() } else { format!(", origin = {origin:?}") };
         let poisson = if *material == "arap" { String::new() } else { format!(", poisson = {poisson:?}") };
         format!(
@@ -166,8 +179,12 @@ pub(super) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 /// The end state, to be drawn: elements in 2D with their `J`, the surface in 3D.
 pub(super) fn picture(simulation: &Simulation, topology: &Topology) -> Picture {
     let d = topology.dimension;
-    let triangles: Vec<[u32; 3]> =
-        topology.bodies.iter().flat_map(|b| if d == 2 { &b.triangles } else { &b.surface }).copied().collect();
+    let triangles: Vec<[u32; 3]> = topology
+        .bodies
+        .iter()
+        .flat_map(|b| if d == 2 { &b.triangles } else { &b.surface })
+        .copied()
+        .collect();
     let states = simulation.element_states();
     let j = if states.len() == triangles.len() { states.iter().map(|s| s.j()).collect() } else { vec![] };
     Picture { dimension: d, x: simulation.positions().into_owned(), triangles, j }
@@ -180,12 +197,17 @@ pub(super) fn name_end(findings: &mut Findings, simulation: &mut Simulation, ene
     findings.min_j = Some(min_j);
     let inverted = diagnostics.inverted.unwrap_or(0);
     if inverted > 0 {
-        findings.note(Verdict::Flagged, format!("inverted: {inverted} elements have J <= 0, the least {min_j:.3}"));
+        findings.note(
+            Verdict::Flagged,
+            format!("inverted: {inverted} elements have J <= 0, the least {min_j:.3}"),
+        );
     } else if energy_density > 1e-8 {
         let what = if min_j < 1e-3 { "collapsed" } else { "entangled" };
         findings.note(
             Verdict::Flagged,
-            format!("{what}: an equilibrium away from rest, energy {energy_density:.2e} E V, least J {min_j:.3}"),
+            format!(
+                "{what}: an equilibrium away from rest, energy {energy_density:.2e} E V, least J {min_j:.3}"
+            ),
         );
     }
 }

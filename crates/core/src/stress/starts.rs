@@ -37,7 +37,8 @@ impl Start {
     /// 2018, "The unreasonable effectiveness of quasirandom sequences".
     pub fn apply(self, dimension: usize, x: &mut [f64], free: impl Fn(usize) -> bool) {
         let d = dimension;
-        let bound = |c: usize, pick: fn(f64, f64) -> f64, from| x.iter().skip(c).step_by(d).copied().fold(from, pick);
+        let bound =
+            |c: usize, pick: fn(f64, f64) -> f64, from| x.iter().skip(c).step_by(d).copied().fold(from, pick);
         let low: Vec<f64> = (0..d).map(|c| bound(c, f64::min, f64::INFINITY)).collect();
         let high: Vec<f64> = (0..d).map(|c| bound(c, f64::max, f64::NEG_INFINITY)).collect();
         for i in 0..x.len() {

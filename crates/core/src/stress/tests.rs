@@ -4,7 +4,8 @@ use super::*;
 
 /// Runs all cases of these rows that are chosen; none may fail.
 fn stands(choice: &Choice) -> Vec<(Case, Findings)> {
-    let results: Vec<(Case, Findings)> = cases(choice).into_iter().map(|case| (case.run(), case)).map(|(f, c)| (c, f)).collect();
+    let results: Vec<(Case, Findings)> =
+        cases(choice).into_iter().map(|case| (case.run(), case)).map(|(f, c)| (c, f)).collect();
     assert!(!results.is_empty(), "{choice:?} names no case");
     let failed: Vec<String> = results
         .iter()
@@ -26,12 +27,16 @@ fn solids_come_back_from_every_start_of_the_table() {
     // What is not back at rest is named: St. Venant-Kirchhoff never comes back from inversion.
     for (case, f) in &results {
         let stuck = case.material == "stvk" && case.name == "inverted" && case.integrator == "quasi-static";
-        assert!(!stuck || f.verdict == Verdict::Flagged && f.notes[0].starts_with("inverted"), "{case:?}: {f:?}");
+        assert!(
+            !stuck || f.verdict == Verdict::Flagged && f.notes[0].starts_with("inverted"),
+            "{case:?}: {f:?}"
+        );
         // Near 0.5 a step can be beyond everybody; elsewhere every one is taken.
         assert!(case.poisson > Some(0.49) || f.min_j.is_some(), "{case:?}: {f:?}");
     }
     assert!(results.len() > 200);
-    let flagged = |start: &str| results.iter().any(|(_, f)| f.notes.first().is_some_and(|n| n.starts_with(start)));
+    let flagged =
+        |start: &str| results.iter().any(|(_, f)| f.notes.first().is_some_and(|n| n.starts_with(start)));
     for name in ["inverted", "entangled", "reported"] {
         assert!(flagged(name), "no case is {name}");
     }

@@ -17,7 +17,11 @@ pub(super) fn add(cases: &mut Vec<Case>) {
         for push in [0.0, 1e-4] {
             let about = About {
                 row: "D13",
-                name: if push == 0.0 { "column under twice its buckling load" } else { "the same, pushed aside a little" },
+                name: if push == 0.0 {
+                    "column under twice its buckling load"
+                } else {
+                    "the same, pushed aside a little"
+                },
                 dimension: 2,
                 material,
                 poisson: Some(0.3),

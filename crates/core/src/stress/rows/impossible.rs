@@ -17,13 +17,25 @@ const WRONG: [Wrong; 14] = [
     (
         "D8",
         "a vertex twice",
-        [STEP, "inline = { points = [[0, 0], [1, 0], [0, 1], [1, 0]], triangles = [[0, 1, 2], [1, 3, 2]] }", SOUND, MASS, ""],
+        [
+            STEP,
+            "inline = { points = [[0, 0], [1, 0], [0, 1], [1, 0]], triangles = [[0, 1, 2], [1, 3, 2]] }",
+            SOUND,
+            MASS,
+            "",
+        ],
         "triangle 1 is degenerate: its area is 0e0 m^2",
     ),
     (
         "D8",
         "three in a line",
-        [STEP, "inline = { points = [[0, 0], [1, 0], [0, 1], [0.5, 0.5]], triangles = [[0, 1, 2], [1, 3, 2]] }", SOUND, MASS, ""],
+        [
+            STEP,
+            "inline = { points = [[0, 0], [1, 0], [0, 1], [0.5, 0.5]], triangles = [[0, 1, 2], [1, 3, 2]] }",
+            SOUND,
+            MASS,
+            "",
+        ],
         "triangle 1 is degenerate: its area is 0e0 m^2",
     ),
     (
@@ -35,7 +47,13 @@ const WRONG: [Wrong; 14] = [
     (
         "D8",
         "flat tetrahedron",
-        [STEP, "inline = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], tetrahedra = [[0, 1, 2, 3]] }", SOUND, MASS, ""],
+        [
+            STEP,
+            "inline = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], tetrahedra = [[0, 1, 2, 3]] }",
+            SOUND,
+            MASS,
+            "",
+        ],
         "tetrahedron 0 is degenerate: its volume is 0e0 m^3",
     ),
     (
@@ -54,7 +72,13 @@ const WRONG: [Wrong; 14] = [
     (
         "D10",
         "a vertex of no element",
-        [STEP, "inline = { points = [[0, 0], [1, 0], [0, 1], [2, 2]], triangles = [[0, 1, 2]] }", SOUND, MASS, ""],
+        [
+            STEP,
+            "inline = { points = [[0, 0], [1, 0], [0, 1], [2, 2]], triangles = [[0, 1, 2]] }",
+            SOUND,
+            MASS,
+            "",
+        ],
         "3",
     ),
     (
@@ -91,7 +115,9 @@ fn refused(dimension: usize, [time, mesh, material, mass, keys]: [&str; 5], says
         Err(error) => {
             let message = error.to_string();
             findings.demand(message.contains(says), || format!("`{says}` is not in: {message}"));
-            findings.demand(error.line().is_some() || Scene::from_toml(&text).is_ok(), || format!("no place: {message}"));
+            findings.demand(error.line().is_some() || Scene::from_toml(&text).is_ok(), || {
+                format!("no place: {message}")
+            });
             let first = message.lines().next().unwrap_or_default().to_owned();
             findings.note(Verdict::Pass, format!("refused: {first}"));
         }

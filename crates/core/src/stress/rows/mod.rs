@@ -1,5 +1,6 @@
 //! The rows of single tests: one file each.
 
+mod column;
 mod dt_sweep;
 mod explicit_guard;
 mod impossible;
@@ -9,7 +10,6 @@ mod release;
 mod sliver;
 mod spin;
 mod twist;
-mod column;
 mod units;
 
 use super::{Case, Findings};

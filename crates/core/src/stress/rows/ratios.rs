@@ -148,7 +148,10 @@ fn bar(ratio: f64, solver: &'static str) -> Findings {
     findings.count(work.newton_iterations, None);
     if solver != "cholesky" {
         let (per, fallbacks) = (work.cg_iterations / work.newton_iterations.max(1), work.fallbacks);
-        findings.note(Verdict::Pass, format!("{per} iterations of conjugate gradients for each of Newton, {fallbacks} fallbacks"));
+        findings.note(
+            Verdict::Pass,
+            format!("{per} iterations of conjugate gradients for each of Newton, {fallbacks} fallbacks"),
+        );
         let (direct, _) = run("cholesky");
         let apart = largest_difference(assembly.simulation.state().x(), direct.simulation.state().x());
         findings.measure("apart from the direct solver [m]", apart, 1e-6);

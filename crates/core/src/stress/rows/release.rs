@@ -50,7 +50,8 @@ fn release(dimension: usize, material: &str, integrator: &str) -> Findings {
     let (mut most, mut before, mut highest) = (0, 0, start);
     for _ in 0..if is_euler { 3000 } else { 300 } {
         if let Err(error) = simulation.step() {
-            findings.note(if is_euler { Verdict::Fail } else { Verdict::Flagged }, format!("reported: {error}"));
+            findings
+                .note(if is_euler { Verdict::Fail } else { Verdict::Flagged }, format!("reported: {error}"));
             break;
         }
         most = most.max(scenes::iterations(simulation) - before);
@@ -63,12 +64,21 @@ fn release(dimension: usize, material: &str, integrator: &str) -> Findings {
     findings.energy_ratio = Some(diagnostics.total / start);
     findings.demand(diagnostics.total.is_finite(), || "the energy is not finite".into());
     if is_euler {
-        findings.demand(highest <= 1.01 * start, || format!("energy rose to {:.3} of the start", highest / start));
-        findings.measure("away from rest [m]", scenes::largest_difference(simulation.state().x(), &rest), 1e-3);
+        findings.demand(highest <= 1.01 * start, || {
+            format!("energy rose to {:.3} of the start", highest / start)
+        });
+        findings.measure(
+            "away from rest [m]",
+            scenes::largest_difference(simulation.state().x(), &rest),
+            1e-3,
+        );
     } else if highest > 1.01 * start {
         let advice = "implicit-euler, bdf2 and tr-bdf2 do not gain energy at this step; or a smaller step";
         findings.advice = Some(advice.into());
-        findings.note(Verdict::Flagged, format!("energy rose to {:.3} of the start, as this scheme may", highest / start));
+        findings.note(
+            Verdict::Flagged,
+            format!("energy rose to {:.3} of the start, as this scheme may", highest / start),
+        );
     }
     findings.picture = Some(scenes::picture(simulation, &assembly.topology));
     findings

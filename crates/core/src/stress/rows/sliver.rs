@@ -13,19 +13,21 @@ const ROUNDING: f64 = 2e-17;
 pub(super) fn add(cases: &mut Vec<Case>) {
     for dimension in [2, 3] {
         for height in [1e-3, 1e-6, 1e-9] {
-            let about = |name: &str, material, integrator| About {
-                row: "D7",
-                name: &format!("{name}, height {height:e}"),
-                dimension,
-                material,
-                poisson: Some(0.3),
-                integrator,
-                quick: true,
-            }
-            .case(move || match integrator {
-                "quasi-static" => patch(dimension, height),
-                _ => falling(dimension, height),
-            });
+            let about = |name: &str, material, integrator| {
+                About {
+                    row: "D7",
+                    name: &format!("{name}, height {height:e}"),
+                    dimension,
+                    material,
+                    poisson: Some(0.3),
+                    integrator,
+                    quick: true,
+                }
+                .case(move || match integrator {
+                    "quasi-static" => patch(dimension, height),
+                    _ => falling(dimension, height),
+                })
+            };
             cases.push(about("patch of a sliver", "linear", "quasi-static"));
             cases.push(about("falling sliver", "stable-neo-hookean", "implicit-euler"));
         }
@@ -33,7 +35,13 @@ pub(super) fn add(cases: &mut Vec<Case>) {
 }
 
 /// A square or tetrahedron with an inner vertex close to one side, and the number of its corners.
-fn scene(dimension: usize, height: f64, material: &str, time: &str, keys: &str) -> (String, Vec<Vec<f64>>, usize) {
+fn scene(
+    dimension: usize,
+    height: f64,
+    material: &str,
+    time: &str,
+    keys: &str,
+) -> (String, Vec<Vec<f64>>, usize) {
     let (points, cells, corners) = if dimension == 2 {
         let points = vec![
             vec![0.0, 0.0],
@@ -67,7 +75,8 @@ fn moved(point: &[f64]) -> Vec<f64> {
 }
 
 fn patch(dimension: usize, height: f64) -> Findings {
-    let time = "time = { integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = { tolerance = 1e-16 } }";
+    let time =
+        "time = { integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = { tolerance = 1e-16 } }";
     let (_, points, corners) = scene(dimension, height, "linear", time, "");
     // What is held is moved; what is free starts where it was.
     let start: Vec<Vec<f64>> =

@@ -11,8 +11,7 @@ use crate::stress::{Case, Findings, Verdict};
 const BAR: u64 = 3 * 49;
 /// Relative, of torques [N m] by angle [degrees] from an independent code.
 const TOLERANCE: f64 = 1e-4;
-const STABLE: &[(u64, f64)] =
-    &[(30, 1654.38), (90, 4967.04), (180, 9925.39), (270, 14668.8), (330, 17277.9)];
+const STABLE: &[(u64, f64)] = &[(30, 1654.38), (90, 4967.04), (180, 9925.39), (270, 14668.8), (330, 17277.9)];
 const BARRIER: &[(u64, f64)] = &[
     (30, 1654.47),
     (90, 4971.5),

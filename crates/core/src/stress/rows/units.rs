@@ -6,9 +6,12 @@ use crate::stress::{Case, Findings, Verdict};
 
 pub(super) fn add(cases: &mut Vec<Case>) {
     for integrator in ["velocity-verlet", "implicit-euler", "tr-bdf2", "quasi-static"] {
-        for (what, length, stiffness) in
-            [("lengths", 1e-9, 1.0), ("lengths", 1e6, 1.0), ("stiffness and density", 1.0, 1e-9), ("stiffness and density", 1.0, 1e9)]
-        {
+        for (what, length, stiffness) in [
+            ("lengths", 1e-9, 1.0),
+            ("lengths", 1e6, 1.0),
+            ("stiffness and density", 1.0, 1e-9),
+            ("stiffness and density", 1.0, 1e9),
+        ] {
             let factor = length * stiffness;
             let about = About {
                 row: "D9",
@@ -41,7 +44,8 @@ fn scaled(integrator: &str, length: f64, stiffness: f64) -> Findings {
         let mut simulation = solid.assemble().simulation;
         let rest = simulation.positions().into_owned();
         let end = (0..100).try_for_each(|_| simulation.step());
-        let moved: Vec<f64> = simulation.positions().iter().zip(&rest).map(|(x, rest)| (x - rest) / s).collect();
+        let moved: Vec<f64> =
+            simulation.positions().iter().zip(&rest).map(|(x, rest)| (x - rest) / s).collect();
         end.map(|()| moved)
     };
     let mut findings = Findings::default();

@@ -1,0 +1,216 @@
+//! What was found, for people and in files.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use pliant::stability::{Against, Map, Status};
+use pliant::study::plot::{AxisSpec, Chart, HeatMap, Line, Point, State};
+use serde_json::Value;
+
+use super::Found;
+use crate::failure::Failure;
+use crate::output::{self, csv_line};
+use crate::text::{number, table, wrap};
+
+pub(super) fn describe(found: &Found, width: usize) -> String {
+    let header =
+        ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for (limit, drift) in found.limits.iter().zip(&found.drifts) {
+        let predicted = limit.predicted.map_or_else(|| "any".into(), number);
+        let measured = match limit.above {
+            Some(_) => number(limit.measured),
+            None => format!(">= {}", number(limit.measured)),
+        };
+        let ratio = limit
+            .predicted
+            .filter(|_| limit.above.is_some())
+            .map_or_else(String::new, |p| format!("{:.3}", limit.measured / p));
+        let ok = drift.status == Status::Ok;
+        rows.push(vec![
+            limit.integrator.clone(),
+            predicted,
+            measured,
+            ratio,
+            limit.above.map_or("", Status::name).into(),
+            number(drift.step),
+            if ok { number(drift.per_second) } else { drift.status.name().into() },
+            if ok { number(drift.amplitude) } else { String::new() },
+        ]);
+    }
+    let mut out = table(&rows, 0);
+    out.push('\n');
+    out += &wrap(
+        "Predicted is the limit of the scene linearised at its start, by what a step does to an oscillator; measured the largest step with which \
+         1000 steps (100 of an implicit scheme) could be taken. Drift is the slope of the energy, amplitude what oscillates about it, \
+         both over the energy that there is.",
+        0,
+        width,
+    );
+    if let Some(map) = &found.map {
+        out.push('\n');
+        out += &text_map(map);
+    }
+    let apart = found.amplification.iter().flat_map(|curve| {
+        curve.measured.iter().zip(&curve.formula).map(|(measured, formula)| (measured / formula - 1.0).abs())
+    });
+    let apart = apart.fold(0.0, f64::max);
+    out.push('\n');
+    out + &format!("amplification of an oscillator: measured and formula agree to {}\n", number(apart))
+}
+
+fn row_name(map: &Map, row: usize) -> String {
+    let value = map.values[row];
+    match map.against {
+        Against::Young => format!("stiffness x {}", number(value)),
+        Against::Poisson => format!("nu = {value}"),
+        Against::Density => format!("density x {}", number(value)),
+    }
+}
+
+/// `.` taken, `x` diverged, `!` not solved.
+fn text_map(map: &Map) -> String {
+    let mut rows = vec![];
+    for row in (0..map.values.len()).rev() {
+        let line: String = map.status[row]
+            .iter()
+            .map(|status| match status {
+                Status::Ok => " .",
+                Status::Diverged => " x",
+                Status::Unsolved => " !",
+            })
+            .collect();
+        let limit = map.predicted[row].map_or_else(|| "any".into(), number);
+        rows.push(vec![row_name(map, row), line, limit]);
+    }
+    let (first, last) = (map.steps.first().copied().unwrap_or(0.0), map.steps.last().copied().unwrap_or(0.0));
+    let head =
+        vec![String::new(), format!("{} to {} s", number(first), number(last)), "predicted [s]".into()];
+    rows.insert(0, head);
+    format!("{}: . taken, x diverged, ! Newton failed\n{}", map.integrator, table(&rows, 0))
+}
+
+/// Writes tables, charts and a page.
+pub(super) fn write(folder: &Path, scene: &str, found: &Found, document: &Value) -> Result<(), Failure> {
+    let n = |x: f64| format!("{x:?}");
+    let mut csv = csv_line(&[
+        "integrator",
+        "predicted_s",
+        "measured_s",
+        "above",
+        "drift_step_s",
+        "drift_status",
+        "drift_per_s",
+        "amplitude",
+    ]);
+    for (limit, drift) in found.limits.iter().zip(&found.drifts) {
+        csv += &csv_line(&[
+            &limit.integrator,
+            &limit.predicted.map_or_else(String::new, n),
+            &n(limit.measured),
+            limit.above.map_or("", Status::name),
+            &n(drift.step),
+            drift.status.name(),
+            &n(drift.per_second),
+            &n(drift.amplitude),
+        ]);
+    }
+    output::file(&folder.join("stability.csv"), &csv)?;
+    output::file(&folder.join("stability.json"), &format!("{document:#}\n"))?;
+    let amplification = amplification(found)?;
+    output::file(&folder.join("amplification.svg"), &amplification)?;
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>pliant stability</title>\
+         <style>body{{font:14px/1.4 sans-serif;margin:2em}}svg{{max-width:100%;height:auto}}</style></head><body>\n\
+         <h1>pliant stability {}</h1>\n<pre>{}</pre>\n",
+        escape(scene),
+        escape(&describe(found, 110)),
+    );
+    if let Some(map) = &found.map {
+        output::file(&folder.join("map.csv"), &map_csv(map))?;
+        let svg = heat_map(map)?;
+        output::file(&folder.join("map.svg"), &svg)?;
+        let _ = write!(page, "<figure>{svg}</figure>\n");
+    }
+    let _ = write!(page, "<figure>{amplification}</figure>\n</body></html>\n");
+    output::file(&folder.join("stability.html"), &page)
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+fn map_csv(map: &Map) -> String {
+    let mut csv = csv_line(&["integrator", "against", "value", "predicted_s", "step_s", "status"]);
+    let against = match map.against {
+        Against::Young => "young",
+        Against::Poisson => "poisson",
+        Against::Density => "density",
+    };
+    for (row, value) in map.values.iter().enumerate() {
+        for (step, status) in map.steps.iter().zip(&map.status[row]) {
+            let predicted = map.predicted[row].map_or_else(String::new, |p| format!("{p:?}"));
+            csv += &csv_line(&[
+                &map.integrator,
+                against,
+                &format!("{value:?}"),
+                &predicted,
+                &format!("{step:?}"),
+                status.name(),
+            ]);
+        }
+    }
+    csv
+}
+
+fn heat_map(map: &Map) -> Result<String, Failure> {
+    let cell = |row: usize, column: usize| {
+        let status = map.status[row][column];
+        let at = Status::ALL.iter().position(|s| *s == status).unwrap_or(0);
+        // Where the limit is: the last step below it.
+        let next = map.steps.get(column + 1).copied().unwrap_or(f64::INFINITY);
+        let limit = map.predicted[row].is_some_and(|limit| map.steps[column] <= limit && limit < next);
+        Some((at, if limit { "limit".to_owned() } else { String::new() }))
+    };
+    let order: Vec<usize> = (0..map.values.len()).rev().collect();
+    let what = match map.against {
+        Against::Young => "times the stiffness",
+        Against::Poisson => "Poisson's ratio",
+        Against::Density => "times the density of the first body",
+    };
+    let names = ["taken", "diverged", "Newton failed"];
+    let colors = [(0x9b, 0xd4, 0xb5), (0xd5, 0x5e, 0x00), (0xe6, 0x9f, 0x00)];
+    let svg = HeatMap {
+        title: format!("{}: which steps it takes", map.integrator),
+        x: "step [s]; \"limit\": the last one below what is predicted".into(),
+        y: what.into(),
+        columns: map.steps.iter().map(|s| format!("{s:.0e}")).collect(),
+        rows: order.iter().map(|row| number(map.values[*row])).collect(),
+        cells: order.iter().map(|row| (0..map.steps.len()).map(|c| cell(*row, c)).collect()).collect(),
+        states: names.iter().zip(colors).map(|(name, color)| State { name: (*name).into(), color }).collect(),
+    };
+    svg.svg().map_err(|error| Failure::failed("chart", error.to_string()))
+}
+
+/// Measured spectral radii.
+fn amplification(found: &Found) -> Result<String, Failure> {
+    let mut chart = Chart::new(
+        "Amplification of an oscillator in one step",
+        AxisSpec::log("h omega"),
+        AxisSpec::log("spectral radius"),
+    );
+    for curve in &found.amplification {
+        let shown = |radius: f64| radius.is_finite() && radius > 0.0 && radius < 1e3;
+        let points = |radii: &[f64]| -> Vec<Point> {
+            let all = curve.z.iter().zip(radii);
+            all.filter(|(_, r)| shown(**r)).map(|(z, r)| Point::new(*z, *r)).collect()
+        };
+        chart.lines.push(Line {
+            name: curve.integrator.clone(),
+            points: points(&curve.measured),
+            marked: false,
+        });
+    }
+    chart.floor = Some((1.0, "neither grows nor decays".into()));
+    chart.svg().map_err(|error| Failure::failed("chart", error.to_string()))
+}

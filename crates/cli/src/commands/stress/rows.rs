@@ -1,0 +1,164 @@
+//! The table for people, and the same as comma-separated values.
+
+use pliant::stress::{Findings, Verdict};
+
+use super::Outcome;
+use crate::output::csv_line;
+use crate::text::{counted, number, table, wrap};
+
+/// Numbers of a case, as texts.
+pub(super) fn numbers(findings: &Findings) -> [String; 6] {
+    let n = |x: Option<f64>| x.map_or_else(String::new, number);
+    let c = |x: Option<u64>| x.map_or_else(String::new, |x| x.to_string());
+    [
+        c(findings.iterations),
+        c(findings.bar),
+        n(findings.min_j),
+        n(findings.energy_ratio),
+        n(findings.error),
+        n(findings.tolerance),
+    ]
+}
+
+/// What is done, to what.
+pub(super) fn title(result: &Outcome) -> String {
+    let (case, _) = result;
+    format!("{} {}", case.row, case.name)
+}
+
+/// All cases by row, then what is to be said of those that did not pass, then the sums.
+pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> String {
+    let header = [
+        "",
+        "dim",
+        "material",
+        "nu",
+        "integrator",
+        "solver",
+        "",
+        "its",
+        "bar",
+        "min J",
+        "energy",
+        "error",
+        "may be",
+        "time [s]",
+    ];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    for result in results {
+        let (case, f) = result;
+        let mut row = vec![
+            title(result),
+            case.dimension.to_string(),
+            case.material.clone(),
+            case.poisson.map_or_else(String::new, |nu| nu.to_string()),
+            case.integrator.clone(),
+            case.solver.name().into(),
+            f.verdict.to_string(),
+        ];
+        row.extend(numbers(f));
+        row.push(format!("{:.2}", f.seconds));
+        rows.push(row);
+    }
+    let mut out = table(&rows, 0);
+    out.push('\n');
+    for result in results.iter().filter(|(_, f)| f.verdict != Verdict::Pass) {
+        let (case, f) = result;
+        let advice = f.advice.as_ref().map_or_else(String::new, |a| format!(" What works: {a}."));
+        let nu = case.poisson.map_or_else(String::new, |nu| format!(" {nu}"));
+        let line = format!(
+            "{}: {} {}D, {}{nu}, {}, {}: {}.{advice}",
+            f.verdict,
+            title(result),
+            case.dimension,
+            case.material,
+            case.integrator,
+            case.solver.name(),
+            f.notes.join("; "),
+        );
+        out += &wrap(&line, 0, width);
+    }
+    out.push('\n');
+    if is_scene {
+        out += &survivors(results);
+    }
+    let of = |verdict| results.iter().filter(|(_, f)| f.verdict == verdict).count() as u64;
+    out + &format!(
+        "{}: {} passed, {} flagged, {} failed\n",
+        counted(results.len() as u64, "case", "cases"),
+        of(Verdict::Pass),
+        of(Verdict::Flagged),
+        of(Verdict::Fail),
+    )
+}
+
+/// Which settings went through everything that was done to a scene, and what stopped the others.
+fn survivors(results: &[Outcome]) -> String {
+    let mut settings: Vec<(String, Vec<&str>)> = vec![];
+    for (case, f) in results {
+        let name = format!("{}, {}", case.integrator, case.solver.name());
+        let at = settings.iter().position(|(n, _)| *n == name).unwrap_or_else(|| {
+            settings.push((name, vec![]));
+            settings.len() - 1
+        });
+        if f.verdict == Verdict::Fail {
+            settings[at].1.push(&case.name);
+        }
+    }
+    let mut out = String::new();
+    for (name, failed) in settings {
+        out += &match failed.len() {
+            0 => format!("{name}: survives everything\n"),
+            _ => format!("{name}: fails at {}\n", failed.join(", ")),
+        };
+    }
+    out.push('\n');
+    out
+}
+
+/// One line for each case.
+pub(super) fn csv(results: &[Outcome]) -> String {
+    let mut out = csv_line(&[
+        "row",
+        "name",
+        "dimension",
+        "material",
+        "poisson",
+        "integrator",
+        "solver",
+        "verdict",
+        "iterations",
+        "bar",
+        "min_j",
+        "energy_ratio",
+        "error",
+        "tolerance",
+        "seconds",
+        "notes",
+        "advice",
+    ]);
+    for (case, f) in results {
+        let n = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:?}"));
+        let c = |x: Option<u64>| x.map_or_else(String::new, |x| x.to_string());
+        out += &csv_line(&[
+            case.row,
+            &case.name,
+            &case.dimension.to_string(),
+            &case.material,
+            &n(case.poisson),
+            &case.integrator,
+            case.solver.name(),
+            &f.verdict.to_string().to_lowercase(),
+            &c(f.iterations),
+            &c(f.bar),
+            &n(f.min_j),
+            &n(f.energy_ratio),
+            &n(f.error),
+            &n(f.tolerance),
+            &n(Some(f.seconds)),
+            &f.notes.join("; "),
+            f.advice.as_deref().unwrap_or_default(),
+        ]);
+    }
+    out
+}

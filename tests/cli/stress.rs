@@ -1,0 +1,89 @@
+//! `pliant stress` and `pliant stability`: what they print, write and return. What they find is tested in the library.
+
+use super::{Bench, SPRING};
+
+#[test]
+fn a_row_of_the_suite_is_a_table_json_csv_and_a_page() {
+    let bench = Bench::new(SPRING);
+    let ended = bench.pliant(["stress", "--only", "D2,D8", "-o", "out"]).succeeded();
+    ended.says(&["wrote stress.html"]);
+    let csv = std::fs::read_to_string(bench.path("out/stress.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 + 4, "{csv}");
+    assert!(csv.lines().skip(1).all(|line| line.contains(",pass,")), "{csv}");
+    let html = std::fs::read_to_string(bench.path("out/stress.html")).unwrap();
+    assert!(html.starts_with("<!DOCTYPE html>") && html.contains("6 cases: 6 passed"), "{html}");
+    let json = bench.pliant(["stress", "--only", "d7", "--quick", "--json"]).succeeded().json();
+    assert_eq!((&json["status"], &json["counts"]["pass"]), (&"done".into(), &12.into()));
+    assert!(json["cases"][0]["error"].as_f64().unwrap() < 1e-12);
+    let markdown =
+        bench.pliant(["stress", "--only", "torture", "--materials", "stvk", "--markdown", "page.md"]);
+    markdown.succeeded();
+    let page = std::fs::read_to_string(bench.path("page.md")).unwrap();
+    assert!(
+        page.contains("inverted: 72 elements have J <= 0") && page.contains("page/starts-2d.svg"),
+        "{page}"
+    );
+    assert!(bench.path("page/starts-3d.svg").is_file());
+}
+
+#[test]
+fn a_choice_of_nothing_is_a_mistake() {
+    let bench = Bench::new(SPRING);
+    bench.pliant(["stress", "--only", "D99"]).ended_with(2).says(&["no case is of these rows"]);
+    bench
+        .pliant(["stability", "scene.toml", "--integrators", "rk5"])
+        .ended_with(2)
+        .says(&["there is no integrator `rk5`"]);
+}
+
+/// A block of a material that has no inverted states, in steps that are too long for Verlet.
+const BLOCK: &str = "dimension = 2
+time = { integrator = 'velocity-verlet', step = 0.02, duration = 1.0, allow_unstable = true }
+world = { gravity = [0, -9.81] }
+[[body]]
+mesh = { grid = { cells = [3, 2], spacing = 0.3 } }
+elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+mass = { density = 1000.0 }
+pin = [{ half_space = { normal = [1, 0], offset = 0 } }]
+";
+
+#[test]
+fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
+    let bench = Bench::new(BLOCK);
+    let json = bench.pliant(["stress", "scene.toml", "--json", "--quick"]).ended_with(1).json();
+    let cases = json["cases"].as_array().unwrap();
+    let of = |name: &str, integrator: &str| {
+        cases.iter().find(|c| c["name"] == name && c["integrator"] == integrator).unwrap()
+    };
+    assert_eq!(of("as it is", "implicit-euler")["verdict"], "pass");
+    let failed = of("as it is", "velocity-verlet");
+    assert_eq!(failed["verdict"], "fail");
+    let advice = failed["advice"].as_str().unwrap();
+    assert!(advice.contains("a step of 1.000e-2 s") && advice.contains("implicit-euler"), "{advice}");
+    let inverted = of("inverted", "implicit-euler");
+    assert_eq!(inverted["verdict"], "flagged");
+    assert!(inverted["advice"].as_str().unwrap().contains("the material stable-neo-hookean"), "{inverted}");
+    let arguments = ["stress", "scene.toml", "--quick", "--integrators", "implicit-euler"];
+    bench.pliant(arguments).prints(&["implicit-euler, auto: "]);
+}
+
+#[test]
+fn limits_maps_and_charts_are_written() {
+    let bench = Bench::new(BLOCK);
+    let arguments = ["stability", "scene.toml", "--quick", "--integrators", "velocity-verlet,implicit-euler"];
+    let json = bench
+        .pliant([&arguments[..], &["--against", "poisson", "-o", "out", "--json"]].concat())
+        .succeeded()
+        .json();
+    let limit = &json["limits"][0];
+    let ratio = limit["measured"].as_f64().unwrap() / limit["predicted"].as_f64().unwrap();
+    assert!(ratio > 0.5 && ratio < 1.1, "{limit}");
+    assert_eq!(json["limits"][1]["predicted"], serde_json::Value::Null);
+    assert_eq!(json["map"]["values"].as_array().unwrap().len(), 4);
+    for name in
+        ["stability.csv", "map.csv", "map.svg", "amplification.svg", "stability.html", "stability.json"]
+    {
+        assert!(bench.path(&format!("out/{name}")).is_file(), "{name}");
+    }
+    bench.pliant(arguments).succeeded().prints(&[". taken, x diverged", "measured and formula agree"]);
+}
