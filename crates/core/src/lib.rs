@@ -67,5 +67,8 @@ pub mod scene;
 pub mod simulation;
 pub mod solver;
 pub mod state;
+pub mod statistics;
+#[cfg(feature = "study")]
+pub mod study;
 pub mod system;
 pub mod topology;
