@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::stability::{
     Against, AmplificationCurve, Drift, Map, MeasuredLimit, amplification_curve, energy_drift, map,
-    measure_limit,
+    measure_limit, nominal_step,
 };
 use serde_json::json;
 
@@ -43,7 +43,8 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
     };
     let interrupted = interrupt::flag()?;
     let stopped = || interrupted.load(Ordering::Relaxed);
-    let largest = scene.time.duration.max(100.0 * scene.time.step);
+    let own = nominal_step(scene);
+    let largest = scene.time.duration.max(100.0 * own);
     let mut found = Found { limits: vec![], drifts: vec![], amplification: vec![], map: None };
     for integrator in &integrators {
         if stopped() {
@@ -56,7 +57,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         let limit = measure_limit(scene, *integrator, largest)?;
         // A step that it can take, the scene's own if that is one.
         let step =
-            if limit.measured > 0.0 { scene.time.step.min(0.5 * limit.measured) } else { scene.time.step };
+            if limit.measured > 0.0 { own.min(0.5 * limit.measured) } else { own };
         let duration = scene.time.duration.min(DRIFT_STEPS * step);
         found.drifts.push(energy_drift(scene, *integrator, step, duration)?);
         found.limits.push(limit);
@@ -65,7 +66,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
     }
     if let Some(limit) = found.limits.first().filter(|_| !stopped()) {
         let around =
-            if limit.measured > 0.0 && limit.above.is_some() { limit.measured } else { scene.time.step };
+            if limit.measured > 0.0 && limit.above.is_some() { limit.measured } else { own };
         found.map = Some(map(&input.source, integrators[0], against, around, arguments.quick)?);
     }
     let status = if stopped() { Status::Interrupted } else { Status::Done };

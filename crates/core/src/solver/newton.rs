@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-10;
 /// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of second order in that, and an
 /// energy that is a difference of large terms, as at rest, is only known to rounding of those.
 const DROWNED: f64 = 1e-5;
-/// The slope at the end of such a step may be this part of that at its beginning, either way; ibid., with delta = 0.1.
+/// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with delta = 0.1.
 const FLATTER: f64 = 0.8;
 /// Corrections of so many units in the last place of the positions may be rounding: they are where they no longer shrink.
 const ULPS: f64 = 64.0;
@@ -417,7 +417,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 if drowns {
                     let finite = self.residual_at_trial(system, objective);
                     let end = dot(&self.direction, &self.residual);
-                    if finite && (end.abs() <= FLATTER * slope.abs() || correction <= tolerance.max(floor)) {
+                    // Downhill at the end is as good: the way to a saddle gets steeper.
+                    if finite && (end <= FLATTER * slope.abs() || correction <= tolerance.max(floor)) {
                         evaluated = Some(finite);
                         break Some(there);
                     }

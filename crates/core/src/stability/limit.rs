@@ -1,6 +1,6 @@
 //! The largest stable step by bisection, and the drift of energy.
 
-use super::{Status, attempt, with_step};
+use super::{Status, attempt, nominal_step, with_step};
 use crate::integrator::IntegratorSpec;
 use crate::run::energy_scale;
 use crate::scene::{Scene, SceneError};
@@ -45,7 +45,7 @@ pub fn measure_limit(
     largest: f64,
 ) -> Result<MeasuredLimit, SceneError> {
     let about = integrator.method().documentation;
-    let mut simulation = with_step(scene, integrator, scene.time.step)?;
+    let mut simulation = with_step(scene, integrator, nominal_step(scene))?;
     let limit = simulation.stability_limit(scene.time.duration);
     let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
     let mut found = MeasuredLimit {
@@ -68,7 +68,7 @@ pub fn measure_limit(
     } else {
         high = largest;
         above = trial(high)?;
-        low = scene.time.step.min(0.5 * largest);
+        low = nominal_step(scene).min(0.5 * largest);
     }
     if above == Status::Ok {
         found.measured = high;

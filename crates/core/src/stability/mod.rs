@@ -48,6 +48,12 @@ const GROWTH: f64 = 10.0;
 /// The energy is looked at every so many steps.
 const LOOK: u64 = 16;
 
+/// The step of a scene [s]; of one whose steps follow the error the first that it names, or the time from frame to frame.
+pub fn nominal_step(scene: &Scene) -> f64 {
+    let first = scene.time.adaptive.as_ref().and_then(|adaptive| adaptive.first);
+    scene.time.step.or(first).unwrap_or(1.0 / scene.output.rate)
+}
+
 /// The scene with another scheme and step, whatever its limit.
 ///
 /// # Errors
@@ -55,7 +61,7 @@ const LOOK: u64 = 16;
 fn with_step(scene: &Scene, integrator: IntegratorSpec, step: f64) -> Result<Simulation, SceneError> {
     let mut scene = scene.clone();
     scene.time.integrator = integrator;
-    scene.time.step = step;
+    (scene.time.step, scene.time.adaptive) = (Some(step), None);
     scene.time.allow_unstable = true;
     // The limit is not asked for.
     Ok(scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation)

@@ -86,7 +86,14 @@ pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneE
                 &[LinearSolver::Auto]
             };
             for solver in solvers {
-                let trial = Trial { scene: scene.clone(), ordeal, integrator: *integrator, solver: *solver };
+                let longer = if ordeal == Ordeal::Step { 100.0 } else { 1.0 };
+                let trial = Trial {
+                    step: longer * crate::stability::nominal_step(&scene),
+                    scene: scene.clone(),
+                    ordeal,
+                    integrator: *integrator,
+                    solver: *solver,
+                };
                 cases.push(trial.case());
             }
         }
@@ -128,6 +135,8 @@ struct Trial {
     ordeal: Ordeal,
     integrator: IntegratorSpec,
     solver: LinearSolver,
+    /// [s]
+    step: f64,
 }
 
 impl Trial {
@@ -172,9 +181,7 @@ impl Trial {
             let linear = if self.solver == LinearSolver::Auto { own.linear } else { self.solver };
             scene.time.solver = Some(Solver { linear, ..own });
         }
-        if self.ordeal == Ordeal::Step {
-            scene.time.step *= 100.0;
-        }
+        (scene.time.step, scene.time.adaptive) = (Some(self.step), None);
         let mut findings = Findings::default();
         let mut assembly = match scene.assemble(UnstableStep::Refuse) {
             Ok(assembly) => assembly,
@@ -240,12 +247,10 @@ impl Trial {
                 || findings.verdict == Verdict::Flagged && !findings.notes[0].starts_with("reported")
         };
         let mut advice = vec![];
-        let longer = if self.ordeal == Ordeal::Step { 100.0 } else { 1.0 };
         for part in [2.0, 4.0, 16.0, 64.0, 256.0, 1024.0] {
-            let mut smaller = self.clone();
-            smaller.scene.time.step /= part;
+            let smaller = Trial { step: self.step / part, ..self.clone() };
             if works(&smaller) {
-                advice.push(format!("a step of {:.3e} s", longer * smaller.scene.time.step));
+                advice.push(format!("a step of {:.3e} s", smaller.step));
                 break;
             }
         }
