@@ -1,11 +1,13 @@
 //! Finite elements against exact identities and independent codes.
 
+mod axial;
 mod bar;
 mod beam;
 mod column;
 mod impossible;
 mod invariance;
 mod loads;
+mod manufactured;
 mod modes;
 mod patch;
 mod plane_stress;

@@ -3,95 +3,22 @@
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
-use pliant::element::{MassMatrix, QuadraturePoint, mass_rule, shape_functions};
+use pliant::element::MassMatrix;
 use serde_json::{Value, json};
 
 use crate::support::assert_relative;
 use crate::support::solid::{Probe, Solid, isotropic, scattered};
 
 /// The nodes of every element: of `order` 2 those in the middle of edges as [`Solid`] numbers them.
-fn elements<const N: usize>(solid: &Solid) -> Vec<[u32; N]> {
+pub(super) fn elements<const N: usize>(solid: &Solid) -> Vec<[u32; N]> {
     let mesh = solid.mesh();
     let mesh = if solid.order == 2 { mesh.promoted_to_quadratic().unwrap() } else { mesh };
     mesh.elements::<N>()
 }
 
 /// Positions of the nodes of an element.
-fn nodes<const D: usize, const N: usize>(x: &[f64], element: &[u32; N]) -> [[f64; D]; N] {
+pub(super) fn nodes<const D: usize, const N: usize>(x: &[f64], element: &[u32; N]) -> [[f64; D]; N] {
     element.map(|v| std::array::from_fn(|c| x[v as usize * D + c]))
-}
-
-/// Sums over a rule of degree 7 or 8 in every element: `visit(weight, X, u, grad u, N, element)`, `u` the displacement of `x`.
-fn integrate<const D: usize, const N: usize>(
-    solid: &Solid,
-    rest: &[f64],
-    x: &[f64],
-    mut visit: impl FnMut(f64, [f64; D], [f64; D], [[f64; D]; D], &[f64; N], &[u32; N]),
-) {
-    let rule = mass_rule::<D>();
-    for element in elements::<N>(solid) {
-        let (at_rest, now) = (nodes::<D, N>(rest, &element), nodes::<D, N>(x, &element));
-        for (lambda, weight) in &rule {
-            let values = shape_functions::<D, N>(lambda);
-            let point = QuadraturePoint::new(&at_rest, lambda, *weight);
-            let (mut position, mut u) = ([0.0; D], [0.0; D]);
-            for a in 0..N {
-                for c in 0..D {
-                    position[c] += values[a] * at_rest[a][c];
-                    u[c] += values[a] * (now[a][c] - at_rest[a][c]);
-                }
-            }
-            let f = point.deformation_gradient(&now);
-            let gradient =
-                std::array::from_fn(|i| std::array::from_fn(|j| f[i][j] - f64::from(u8::from(i == j))));
-            visit(point.weight, position, u, gradient, &values, &element);
-        }
-    }
-}
-
-/// The displacement of the manufactured solution and its gradient; C5.
-fn manufactured<const D: usize>(x: [f64; D]) -> ([f64; D], [[f64; D]; D]) {
-    let (mut u, mut g) = ([0.0; D], [[0.0; D]; D]);
-    for i in 0..D {
-        // u_i = 0.1 sin(pi x_i) prod_(j != i) cos(k_j pi x_j); in the plane k_1 = 1 for u_0.
-        let k = |j: usize| if D == 2 && i == 0 && j == 1 { PI } else { 0.5 * PI };
-        let factor = |j: usize| if j == i { (PI * x[j]).sin() } else { (k(j) * x[j]).cos() };
-        let slope = |j: usize| if j == i { PI * (PI * x[j]).cos() } else { -k(j) * (k(j) * x[j]).sin() };
-        u[i] = 0.1 * (0..D).map(factor).product::<f64>();
-        g[i] = std::array::from_fn(|l| {
-            0.1 * (0..D).map(|j| if j == l { slope(j) } else { factor(j) }).product::<f64>()
-        });
-    }
-    (u, g)
-}
-
-/// The body force `-Div P` of the linear material, from differences of the exact gradient: `h^4` of the fourth order.
-fn body_force<const D: usize>(x: [f64; D], mu: f64, lambda: f64) -> [f64; D] {
-    let stress = |x: [f64; D]| {
-        let g = manufactured(x).1;
-        let trace: f64 = (0..D).map(|i| g[i][i]).sum();
-        let mut p = [[0.0; D]; D];
-        for i in 0..D {
-            for j in 0..D {
-                p[i][j] = mu * (g[i][j] + g[j][i]) + if i == j { lambda * trace } else { 0.0 };
-            }
-        }
-        p
-    };
-    let h = 1e-3;
-    let mut b = [0.0; D];
-    for j in 0..D {
-        let at = |step: f64| {
-            let mut y = x;
-            y[j] += step;
-            stress(y)
-        };
-        let (p1, m1, p2, m2) = (at(h), at(-h), at(2.0 * h), at(-2.0 * h));
-        for i in 0..D {
-            b[i] -= (8.0 * (p1[i][j] - m1[i][j]) - (p2[i][j] - m2[i][j])) / (12.0 * h);
-        }
-    }
-    b
 }
 
 /// Adds `loads` to the forces on the unknowns `free` and moves them to equilibrium: Newton's method, dense stiffness, until
@@ -109,65 +36,6 @@ fn equilibrium(probe: &mut Probe, start: &[f64], free: &[usize], loads: &[f64]) 
         }
     }
     panic!("no equilibrium");
-}
-
-/// Errors of the manufactured solution on `n` cells a side: of displacements, and of their gradients (L2 norms).
-fn manufactured_errors<const D: usize, const N: usize>(order: u8, n: usize) -> [f64; 2] {
-    let (mu, lambda) = (1.0 / 2.6, 0.3 / (1.3 * 0.4));
-    let solid = Solid::grid(&[n; D], &[1.0; D], isotropic("linear", 1.0, 0.3)).of_order(order);
-    let mut probe = solid.probe();
-    let rest = probe.rest();
-    let mut loads = vec![0.0; rest.len()];
-    integrate::<D, N>(&solid, &rest, &rest, |weight, x, _, _, values, element| {
-        let b = body_force(x, mu, lambda);
-        for (v, value) in element.iter().zip(values) {
-            for c in 0..D {
-                loads[*v as usize * D + c] += weight * value * b[c];
-            }
-        }
-    });
-    let mut exact = vec![];
-    for row in rest.as_chunks::<D>().0 {
-        let u = manufactured(*row).0;
-        exact.extend((0..D).map(|c| row[c] + u[c]));
-    }
-    let inside = |i: &usize| rest[i / D * D..][..D].iter().all(|x| *x > 1e-9 && *x < 1.0 - 1e-9);
-    let free: Vec<usize> = (0..rest.len()).filter(inside).collect();
-    let x = equilibrium(&mut probe, &exact, &free, &loads);
-    let (mut value, mut gradient) = (0.0, 0.0);
-    integrate::<D, N>(&solid, &rest, &x, |weight, position, u, g, _, _| {
-        let (exact, slope) = manufactured(position);
-        for i in 0..D {
-            value += weight * (u[i] - exact[i]).powi(2);
-            gradient += (0..D).map(|j| weight * (g[i][j] - slope[i][j]).powi(2)).sum::<f64>();
-        }
-    });
-    [f64::sqrt(value), f64::sqrt(gradient)]
-}
-
-// lecture 18; C5: L2 and H1 errors of an independent code, and the orders 3 and 2 (linear: 2 and 1).
-#[test]
-fn errors_of_a_manufactured_solution_fall_with_the_orders_of_the_elements() {
-    let b = body_force([0.3, 0.4], 1.0 / 2.6, 0.3 / 0.52);
-    assert!((b[0] - 0.493_618_195_08).abs() < 1e-9 && (b[1] - 1.736_778_330_06).abs() < 1e-9, "{b:?}");
-    let found = [manufactured_errors::<2, 6>(2, 4), manufactured_errors::<2, 6>(2, 8)];
-    let found_3d = [manufactured_errors::<3, 10>(2, 2), manufactured_errors::<3, 10>(2, 4)];
-    let expected_3d = [[2.666_092e-3, 3.897_062e-2], [3.441_464e-4, 1.035_955e-2]];
-    for (found, expected) in found[1].iter().zip([6.208_042e-5, 3.686_108e-3]) {
-        assert_relative(*found, expected, 1e-2, "2D");
-    }
-    for (found, expected) in found_3d.as_flattened().iter().zip(expected_3d.as_flattened()) {
-        assert_relative(*found, *expected, 1e-2, "3D");
-    }
-    let order = |errors: &[[f64; 2]; 2], norm: usize| (errors[0][norm] / errors[1][norm]).log2();
-    assert!((order(&found, 0) - 3.0).abs() < 0.15 && (order(&found, 1) - 2.0).abs() < 0.15);
-    assert!((order(&found_3d, 0) - 3.0).abs() < 0.15 && (order(&found_3d, 1) - 2.0).abs() < 0.15);
-    // The same loop on linear elements: n = 8 and 16.
-    let linear = [manufactured_errors::<2, 3>(1, 8), manufactured_errors::<2, 3>(1, 16)];
-    let expected = [[2.087_722e-3, 5.028_662e-2], [5.387_705e-4, 2.524_993e-2]];
-    for (found, expected) in linear.as_flattened().iter().zip(expected.as_flattened()) {
-        assert_relative(*found, *expected, 1e-2, "linear");
-    }
 }
 
 /// Forces of a shear traction [N/m] along `y`, on the edges between nodes at `x`, from `y` to `y + length`: consistent with

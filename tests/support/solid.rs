@@ -26,6 +26,8 @@ pub(crate) struct Solid {
     /// As in a scene.
     pub(crate) pin: Value,
     pub(crate) gravity: Option<Vec<f64>>,
+    /// As in a scene.
+    pub(crate) load: Value,
 }
 
 /// An isotropic material.
@@ -52,6 +54,7 @@ impl Solid {
             mass: json!({ "density": 1000.0 }),
             pin: json!([]),
             gravity: None,
+            load: json!([]),
         }
     }
 
@@ -91,6 +94,7 @@ impl Solid {
                 "stress": self.stress,
                 "mass": self.mass,
                 "pin": self.pin,
+                "load": self.load,
             }],
         }))
         .unwrap();
