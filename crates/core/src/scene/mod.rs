@@ -23,6 +23,7 @@ mod suggest;
 mod tests;
 mod text;
 mod validate;
+pub mod vary;
 
 use std::path::{Path, PathBuf};
 

@@ -21,21 +21,28 @@ impl Source {
     /// The text is not TOML, a path leads nowhere, or a value is not one. Whether the scene knows the key and likes the
     /// value shows in [`scene`](Source::scene), whose messages then name the override.
     pub fn with_overrides(&self, overrides: &[(String, String)]) -> Result<Source, SceneError> {
+        self.with_values("--set ", overrides)
+    }
+
+    /// The same, where messages name each change as `option` and `path=value`.
+    pub(super) fn with_values(
+        &self,
+        option: &str,
+        overrides: &[(String, String)],
+    ) -> Result<Source, SceneError> {
         // The document below reports syntax in the words of another type: one wording is enough.
         document::parse(&self.text).map_err(|error| self.error(vec![super::source::syntax(&error)]))?;
         let mut source = self.clone();
         for (path, value) in overrides {
-            source = source.with_override(path, value).map_err(|problem| {
-                SceneError::new(vec![Problem {
-                    note: Some(format!("from `--set {path}={value}`")),
-                    ..*problem
-                }])
+            let written = format!("`{option}{path}={value}`");
+            source = source.with_override(path, value, &written).map_err(|problem| {
+                SceneError::new(vec![Problem { note: Some(format!("from {written}")), ..*problem }])
             })?;
         }
         Ok(source)
     }
 
-    fn with_override(mut self, path: &str, value: &str) -> Result<Source, Fault> {
+    fn with_override(mut self, path: &str, value: &str, written: &str) -> Result<Source, Fault> {
         let at: KeyPath = path.parse().map_err(|error: super::KeyPathError| {
             Box::new(Problem::new(ProblemKind::Override, KeyPath::root(), error.to_string()))
         })?;
@@ -45,7 +52,7 @@ impl Source {
         })?;
         set(Node::Table(document.as_table_mut()), &at, 0, parsed)?;
         self.text = document.to_string();
-        self.overrides.push((at, format!("{path}={value}")));
+        self.overrides.push((at, written.to_owned()));
         Ok(self)
     }
 }

@@ -12,7 +12,7 @@ pub struct Source {
     pub(super) name: String,
     pub(super) text: String,
     pub(super) directory: PathBuf,
-    /// What `--set` changed: the path and how it was written.
+    /// What was changed: the path, and how that was written, in backquotes.
     pub(super) overrides: Vec<(KeyPath, String)>,
 }
 
@@ -108,7 +108,7 @@ impl Source {
                 (problem.line, problem.column, problem.span) = (Some(line), Some(column), Some(span));
             }
             if problem.note.is_none() {
-                problem.note = self.override_of(&problem.path).map(|text| format!("from `--set {text}`"));
+                problem.note = self.override_of(&problem.path).map(|text| format!("from {text}"));
             }
             problem
         });

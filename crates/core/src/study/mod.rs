@@ -1,0 +1,3 @@
+//! Studies: error against run time, and the charts that show it.
+
+pub mod plot;

@@ -1,0 +1,225 @@
+//! Lines over two axes.
+
+use plotters::chart::{ChartBuilder, ChartContext};
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::element::{EmptyElement, PathElement, Text};
+use plotters::prelude::SVGBackend;
+use plotters::style::{BLACK, Color};
+
+use super::PlotError;
+use super::axis::{Scale, Ticks};
+use super::style::{Area, Drawn, GREY, Mark, color, letters, page, titled};
+
+/// Width of the column with the names of lines.
+const LEGEND: u32 = 215;
+/// Height of a name there.
+const NAME: i32 = 17;
+
+/// What an axis shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisSpec {
+    /// What, with its unit.
+    pub name: String,
+    /// How.
+    pub scale: Scale,
+}
+
+impl AxisSpec {
+    /// A logarithmic axis.
+    pub fn log(name: &str) -> AxisSpec {
+        AxisSpec { name: name.to_owned(), scale: Scale::Log }
+    }
+
+    /// A linear axis.
+    pub fn linear(name: &str) -> AxisSpec {
+        AxisSpec { name: name.to_owned(), scale: Scale::Linear }
+    }
+}
+
+/// One point of a line.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Along the first axis.
+    pub x: f64,
+    /// Along the second; `None` for a run that failed, which is a cross at the top.
+    pub y: Option<f64>,
+    /// What is written beside it.
+    pub label: Option<String>,
+}
+
+impl Point {
+    /// Without a label.
+    pub fn new(x: f64, y: f64) -> Point {
+        Point { x, y: Some(y), label: None }
+    }
+}
+
+/// Points that belong together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// The name in the legend.
+    pub name: String,
+    /// The points, joined in this order where there is a number.
+    pub points: Vec<Point>,
+    /// Whether each point has a mark; a line of many points is better without.
+    pub marked: bool,
+}
+
+/// A triangle that shows what the slope of a power `y = c x^order` looks like, below `(x, y)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// The power.
+    pub order: f64,
+    /// Lower corner.
+    pub x: f64,
+    /// Lower corner.
+    pub y: f64,
+}
+
+/// A chart of lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Above it.
+    pub title: String,
+    /// The first axis.
+    pub x: AxisSpec,
+    /// The second axis.
+    pub y: AxisSpec,
+    /// What it shows, in the order of the legend.
+    pub lines: Vec<Line>,
+    /// Triangles for comparison.
+    pub slopes: Vec<Slope>,
+    /// A line across at this height, with a name: below it nothing can be measured, say.
+    pub floor: Option<(f64, String)>,
+}
+
+type Axes<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Ticks, Ticks>>;
+
+impl Chart {
+    /// An empty chart.
+    pub fn new(title: &str, x: AxisSpec, y: AxisSpec) -> Chart {
+        Chart { title: title.to_owned(), x, y, lines: vec![], slopes: vec![], floor: None }
+    }
+
+    /// The chart as a text, 900 by 520 or higher where the legend needs it. Points that have no place on the axes are left out.
+    ///
+    /// # Errors
+    /// The drawing library does not manage.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        let height = (self.lines.len() as u32 * NAME as u32 + 110).max(520);
+        page(&self.title, (900, height), |root| self.draw(&titled(root, &self.title)?))
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        let width = area.dim_in_pixel().0;
+        let (plot, legend) = area.split_horizontally(width - LEGEND);
+        let points = || self.lines.iter().flat_map(|line| &line.points);
+        let x = Ticks::over(self.x.scale, points().map(|p| p.x));
+        let heights = points().filter(|p| self.x.scale.holds(p.x)).filter_map(|p| p.y);
+        let floor = self.floor.iter().map(|(y, _)| *y);
+        let triangles = self.slopes.iter().map(|slope| slope.y);
+        let mut y = Ticks::over(self.y.scale, heights.chain(floor).chain(triangles));
+        if points().any(|p| p.y.is_none()) {
+            // Room for crosses above everything else.
+            let (low, _) = y.ends();
+            y = Ticks::over(self.y.scale, [low, y.at(1.09)].into_iter());
+        }
+        let mut chart = ChartBuilder::on(&plot)
+            .margin_right(12)
+            .margin_left(6)
+            .margin_top(6)
+            .x_label_area_size(42)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x, y)?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x.name)
+            .y_desc(&self.y.name)
+            .x_labels(9)
+            .y_labels(16)
+            .bold_line_style(BLACK.mix(0.16))
+            .light_line_style(BLACK.mix(0.05))
+            .label_style(letters(13, BLACK))
+            .axis_desc_style(letters(14, BLACK))
+            .draw()?;
+        if let Some((height, name)) = &self.floor {
+            self.draw_floor(&mut chart, (x, y), *height, name)?;
+        }
+        for slope in &self.slopes {
+            self.draw_slope(&mut chart, x, *slope)?;
+        }
+        for (i, line) in self.lines.iter().enumerate() {
+            self.draw_line(&mut chart, i, line, y)?;
+        }
+        self.draw_legend(&legend)
+    }
+
+    fn draw_line(&self, chart: &mut Axes<'_, '_>, i: usize, line: &Line, y: Ticks) -> Drawn {
+        let placed: Vec<&Point> = line.points.iter().filter(|p| self.x.scale.holds(p.x)).collect();
+        let at = |p: &Point| p.y.filter(|y| self.y.scale.holds(*y)).map(|y| (p.x, y));
+        let path: Vec<(f64, f64)> = placed.iter().filter_map(|p| at(p)).collect();
+        let style = color(i).mix(0.85).stroke_width(if i < 8 { 2 } else { 1 });
+        chart.draw_series(std::iter::once(PathElement::new(path.clone(), style)))?;
+        if line.marked {
+            chart.draw_series(path.iter().map(|at| Mark { at: *at, line: i, failed: false }))?;
+        }
+        let top = y.at(0.965);
+        let crosses = placed.iter().filter(|p| p.y.is_none());
+        chart.draw_series(crosses.map(|p| Mark { at: (p.x, top), line: i, failed: true }))?;
+        let labels = placed.iter().filter_map(|p| Some((at(p)?, p.label.as_deref()?)));
+        let style = letters(10, color(i));
+        chart.draw_series(
+            labels.map(|(at, label)| {
+                EmptyElement::at(at) + Text::new(label.to_owned(), (6, -9), style.clone())
+            }),
+        )?;
+        Ok(())
+    }
+
+    fn draw_floor(&self, chart: &mut Axes<'_, '_>, (x, _): (Ticks, Ticks), height: f64, name: &str) -> Drawn {
+        if !self.y.scale.holds(height) {
+            return Ok(());
+        }
+        let (low, high) = x.ends();
+        let style = GREY.stroke_width(1);
+        chart.draw_series(std::iter::once(PathElement::new(vec![(low, height), (high, height)], style)))?;
+        let label = Text::new(name.to_owned(), (4, -14), letters(11, GREY));
+        chart.draw_series(std::iter::once(EmptyElement::at((low, height)) + label))?;
+        Ok(())
+    }
+
+    fn draw_slope(&self, chart: &mut Axes<'_, '_>, x: Ticks, slope: Slope) -> Drawn {
+        let Slope { order, x: x0, y: y0 } = slope;
+        if !(self.x.scale.holds(x0) && self.y.scale.holds(y0)) {
+            return Ok(());
+        }
+        // A twelfth of the axis wide.
+        let (low, high) = x.ends();
+        let width = (high / low).powf(1.0 / 12.0);
+        let (x1, y1) = (x0 * width, y0 * width.powf(order));
+        let style = GREY.stroke_width(1);
+        let corners = vec![(x0, y0), (x1, y0), (x1, y1), (x0, y0)];
+        chart.draw_series(std::iter::once(PathElement::new(corners, style)))?;
+        let label = Text::new(format!("{order}"), (4, -6), letters(12, GREY));
+        let middle = (x1, (y0 * y1).sqrt());
+        chart.draw_series(std::iter::once(EmptyElement::at(middle) + label))?;
+        Ok(())
+    }
+
+    fn draw_legend(&self, area: &Area<'_>) -> Drawn {
+        let mut y = 14;
+        for (i, line) in self.lines.iter().enumerate() {
+            let style = color(i).mix(0.85).stroke_width(2);
+            area.draw(&PathElement::new(vec![(4, y), (26, y)], style))?;
+            if line.marked {
+                area.draw(&Mark { at: (15, y), line: i, failed: false })?;
+            }
+            area.draw_text(&line.name, &letters(12, BLACK), (32, y - 6))?;
+            y += NAME;
+        }
+        if self.lines.iter().flat_map(|line| &line.points).any(|point| point.y.is_none()) {
+            area.draw_text("× at the top: the run failed", &letters(11, GREY), (4, y))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,100 @@
+//! A table of cells, each in the colour of its state.
+
+use plotters::element::Rectangle;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{BLACK, Color, RGBColor, WHITE};
+
+use super::PlotError;
+use super::style::{Area, Drawn, GREY, centred, letters, page, titled};
+
+/// Width and height of a cell.
+const CELL: (i32, i32) = (54, 30);
+/// Room for the names of rows.
+const NAMES: i32 = 190;
+
+/// One of the states that cells have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct State {
+    /// In the legend.
+    pub name: String,
+    /// Red, green, blue.
+    pub color: (u8, u8, u8),
+}
+
+/// Rows and columns of states.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HeatMap {
+    /// Above it.
+    pub title: String,
+    /// What columns differ in.
+    pub x: String,
+    /// What rows differ in.
+    pub y: String,
+    /// Names of columns.
+    pub columns: Vec<String>,
+    /// Names of rows.
+    pub rows: Vec<String>,
+    /// For each row and column the number of a state and what is written there; `None` where nothing is known.
+    pub cells: Vec<Vec<Option<(usize, String)>>>,
+    /// The states, in the order of the legend.
+    pub states: Vec<State>,
+}
+
+impl HeatMap {
+    /// The map as a text, as large as its cells need it.
+    ///
+    /// # Errors
+    /// The drawing library does not manage.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        let width = (NAMES + CELL.0 * self.columns.len() as i32 + 30).max(560);
+        let height = 30 + CELL.1 * self.rows.len() as i32 + 66 + 22 * self.states.len() as i32 + 12;
+        page(&self.title, (width as u32, height as u32), |root| self.draw(&titled(root, &self.title)?))
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        area.draw_text(&self.y, &letters(13, GREY), (14, 4))?;
+        let top = 24;
+        let right = letters(13, BLACK).pos(Pos::new(HPos::Right, VPos::Center));
+        for (i, name) in self.rows.iter().enumerate() {
+            let y = top + CELL.1 * i as i32;
+            area.draw_text(name, &right, (NAMES - 8, y + CELL.1 / 2))?;
+            for (j, cell) in self.cells.get(i).into_iter().flatten().enumerate() {
+                let x = NAMES + CELL.0 * j as i32;
+                let corners = [(x, y), (x + CELL.0 - 2, y + CELL.1 - 2)];
+                let Some((state, text)) = cell else {
+                    area.draw(&Rectangle::new(corners, GREY.mix(0.25).stroke_width(1)))?;
+                    continue;
+                };
+                let color = self.color(*state);
+                area.draw(&Rectangle::new(corners, color.filled()))?;
+                let middle = (x + CELL.0 / 2 - 1, y + CELL.1 / 2 - 1);
+                area.draw_text(text, &centred(11, readable_on(color)), middle)?;
+            }
+        }
+        let bottom = top + CELL.1 * self.rows.len() as i32;
+        for (j, name) in self.columns.iter().enumerate() {
+            let x = NAMES + CELL.0 * j as i32 + CELL.0 / 2 - 1;
+            area.draw_text(name, &centred(12, BLACK), (x, bottom + 9))?;
+        }
+        area.draw_text(&self.x, &letters(13, GREY), (NAMES, bottom + 20))?;
+        for (i, state) in self.states.iter().enumerate() {
+            let y = bottom + 46 + 22 * i as i32;
+            area.draw(&Rectangle::new([(NAMES, y), (NAMES + 26, y + 16)], self.color(i).filled()))?;
+            area.draw_text(&state.name, &letters(13, BLACK), (NAMES + 34, y + 2))?;
+        }
+        Ok(())
+    }
+
+    fn color(&self, state: usize) -> RGBColor {
+        self.states.get(state).map_or(GREY, |state| {
+            let (red, green, blue) = state.color;
+            RGBColor(red, green, blue)
+        })
+    }
+}
+
+/// Black or white, whichever is easier to read there.
+fn readable_on(RGBColor(red, green, blue): RGBColor) -> RGBColor {
+    let light = 0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue);
+    if light > 140.0 { BLACK } else { WHITE }
+}

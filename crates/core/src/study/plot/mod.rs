@@ -1,0 +1,24 @@
+//! Charts as SVG texts: lines over linear and logarithmic axes, and maps of states.
+//!
+//! The same chart gives the same text on every machine: it holds no fonts, no times, no identifiers.
+
+mod axis;
+mod chart;
+mod heat_map;
+mod style;
+#[cfg(test)]
+mod tests;
+
+pub use axis::Scale;
+pub use chart::{AxisSpec, Chart, Line, Point, Slope};
+pub use heat_map::{HeatMap, State};
+
+/// A chart could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error("the chart `{title}` cannot be drawn: {reason}")]
+pub struct PlotError {
+    /// Title of the chart.
+    pub title: String,
+    /// What the drawing library says.
+    pub reason: String,
+}
