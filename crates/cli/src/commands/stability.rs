@@ -56,8 +56,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         }
         let limit = measure_limit(scene, *integrator, largest)?;
         // A step that it can take, the scene's own if that is one.
-        let step =
-            if limit.measured > 0.0 { own.min(0.5 * limit.measured) } else { own };
+        let step = if limit.measured > 0.0 { own.min(0.5 * limit.measured) } else { own };
         let duration = scene.time.duration.min(DRIFT_STEPS * step);
         found.drifts.push(energy_drift(scene, *integrator, step, duration)?);
         found.limits.push(limit);
@@ -65,8 +64,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         found.amplification.extend(amplification_curve(*integrator, &z));
     }
     if let Some(limit) = found.limits.first().filter(|_| !stopped()) {
-        let around =
-            if limit.measured > 0.0 && limit.above.is_some() { limit.measured } else { own };
+        let around = if limit.measured > 0.0 && limit.above.is_some() { limit.measured } else { own };
         found.map = Some(map(&input.source, integrators[0], against, around, arguments.quick)?);
     }
     let status = if stopped() { Status::Interrupted } else { Status::Done };
