@@ -64,7 +64,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         found.amplification.extend(amplification_curve(*integrator, &z));
     }
     if let Some(limit) = found.limits.first().filter(|_| !stopped()) {
-        let around = if limit.measured > 0.0 && limit.above.is_some() { limit.measured } else { own };
+        let around = if limit.measured > 0.0 && limit.above.is_some() { 0.9 * limit.measured } else { own };
         found.map = Some(map(&input.source, integrators[0], against, around, arguments.quick)?);
     }
     let status = if stopped() { Status::Interrupted } else { Status::Done };

@@ -170,6 +170,27 @@ impl std::fmt::Debug for Case {
     }
 }
 
+/// What a row is about; the row itself where it is not known.
+pub fn about(row: &str) -> &str {
+    match row {
+        "torture" => "Starts that no body should start from",
+        "D1" => "D1: steps from a tenth of a millisecond to a second",
+        "D2" => "D2: an explicit scheme below and above its limit",
+        "D3" => "D3: a bar twisted by turns, and let go",
+        "D4" => "D4: masses in the ratio of a million",
+        "D5" => "D5: stiffnesses in the ratio of a million",
+        "D6" => "D6: nearly incompressible",
+        "D7" => "D7: slivers",
+        "D8" => "D8: elements without a volume",
+        "D9" => "D9: other units",
+        "D10" => "D10: numbers that cannot be",
+        "D11" => "D11: stretched tenfold, and let go",
+        "D12" => "D12: free spin",
+        "D13" => "D13: a column under twice its buckling load",
+        row => row,
+    }
+}
+
 /// Which cases to run: those that match every list that is not empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choice {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use pliant::stress::{Case, Verdict};
+use pliant::stress::{self, Case, Verdict};
 
 use super::picture::{escape, sheet, svg};
 use super::rows::{numbers, title};
@@ -99,8 +99,9 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     for row in rows {
         let _ = write!(
             out,
-            "\n## {row}\n\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | may be |\n\
-             |---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
+            "\n## {}\n\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | may be |\n\
+             |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+            stress::about(row),
         );
         for (case, f) in results.iter().filter(|(case, _)| case.row == row) {
             let nu = case.poisson.map_or_else(String::new, |nu| nu.to_string());
