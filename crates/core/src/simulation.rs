@@ -1,5 +1,14 @@
 //! A system, its state and a scheme: the stepper.
 
+mod change;
+mod matrices;
+mod snapshot;
+#[cfg(test)]
+mod tests;
+
+pub use matrices::{MatrixError, SparseMatrix};
+pub use snapshot::{Snapshot, SnapshotError};
+
 use std::borrow::Cow;
 
 use crate::diagnostics::{
