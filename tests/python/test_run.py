@@ -17,7 +17,7 @@ import pytest
 from conftest import ROOT, SCENES, beam
 
 
-@pytest.mark.parametrize("name", ["cantilever_fem_2d", "cloth_implicit", "twisted_bar", "settling_beam_2d"])
+@pytest.mark.parametrize("name", ["cantilever_fem_2d", "cloth_implicit", "twisted_bar", "settling_beam_2d", "comet"])
 def test_a_run_writes_the_file_of_the_command_line(name: str, programs: list[str], tmp_path: Path) -> None:
     scene = SCENES / f"{name}.toml"
     simulation = pliant.Simulation(pliant.Scene.from_toml(scene).with_changes({"time.duration": 0.1}))

@@ -38,6 +38,9 @@ pub(crate) fn step(error: &Step) -> PyErr {
         Step::Unsolved { step, time, fault, step_size, .. } => {
             (*step, *time, *step_size, fault.as_ref(), None, None)
         }
+        Step::StepTooSmall { step, time, fault, vertex, step_size, .. } => {
+            (*step, *time, *step_size, fault.as_ref(), *vertex, None)
+        }
         Step::Unstable { step, time, step_size, stable_step, .. } => {
             (*step, *time, *step_size, None, None, *stable_step)
         }

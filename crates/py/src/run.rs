@@ -165,7 +165,7 @@ impl Simulation {
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
-        let now = inner.simulation.state().time;
+        let (now, before) = (inner.simulation.state().time, inner.simulation.state().step);
         let until = until.unwrap_or(inner.scene.scene.time.duration);
         if !(until.is_finite() && until >= now) {
             let message = format!("the run ends at {until} s, and the simulation is at {now} s");
@@ -194,7 +194,10 @@ impl Simulation {
         }
         inner.publish(py)?;
         let mut report = inner.report.clone();
-        report.frames = plan.frames(inner.simulation.step_size());
+        report.frames = match inner.simulation.step_control() {
+            Some(_) => plan.exact_frames(),
+            None => plan.frames(inner.simulation.step_size()),
+        };
         let closing = pliant_cli::closing(&inner.scene.scene, &report, &summary);
         let unwritten =
             matches!(&summary.outcome, Outcome::ObserverFailed(error) if error.source.is::<RecordError>());
@@ -217,7 +220,7 @@ impl Simulation {
         }
         let report = PyDict::new(py);
         report.set_item("frames", summary.frames)?;
-        report.set_item("steps", plan.steps(inner.simulation.step_size()))?;
+        report.set_item("steps", inner.simulation.state().step - before)?;
         report.set_item("start", crate::simulation::energies(py, &summary.start)?)?;
         report.set_item("end", crate::simulation::energies(py, &summary.end)?)?;
         report.set_item("energy_drift", summary.relative_energy_drift())?;

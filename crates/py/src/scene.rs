@@ -164,9 +164,9 @@ impl Scene {
         self.scene.dimension
     }
 
-    /// float: Time step [s].
+    /// float or None: Time step [s]; None where it follows the error.
     #[getter]
-    fn step_size(&self) -> f64 {
+    fn step_size(&self) -> Option<f64> {
         self.scene.time.step
     }
 

@@ -52,6 +52,9 @@ impl Simulation {
         let before = std::mem::replace(self, other);
         self.system.count_evaluations_of(&before.system);
         self.counts_losses = before.counts_losses;
+        if step > 0 {
+            self.set_pace(before.pace());
+        }
         (self.state.step, self.state.time) = (step, time);
         let (x, v) = self.state.rows_mut();
         x.copy_from_slice(state.x());

@@ -1,8 +1,12 @@
 //! States of a simulation that are kept and gone back to.
 
 use super::{Simulation, StepError};
+use crate::control::Pace;
 use crate::diagnostics::Ledger;
 use crate::system::ForceId;
+
+/// Relative; a time that a step landed on is within it.
+const ROUNDING: f64 = 1e-14;
 
 /// A moment of a simulation: enough to go on from there as if nothing had happened in between.
 ///
@@ -20,6 +24,8 @@ pub struct Snapshot {
     pub v: Vec<f64>,
     /// What a scheme of several steps remembers.
     memory: Vec<f64>,
+    /// What is known of step sizes that follow the error.
+    pace: Option<Pace>,
     ledger: Option<Ledger>,
 }
 
@@ -49,7 +55,7 @@ impl Snapshot {
     /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what schemes and the balance of
     /// energy remember.
     pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
-        Snapshot { step, time, x, v, memory: vec![], ledger: None }
+        Snapshot { step, time, x, v, memory: vec![], pace: None, ledger: None }
     }
 }
 
@@ -62,6 +68,7 @@ impl Simulation {
             x: self.positions().into_owned(),
             v: self.velocities().into_owned(),
             memory: self.integrator.memory(&self.system, &self.state),
+            pace: self.pace(),
             ledger: self.ledger.clone(),
         }
     }
@@ -90,6 +97,7 @@ impl Simulation {
         self.integrator = self.method.build(expected, self.solver);
         self.integrator.recall(&snapshot.memory, &self.system, &self.state, self.step_size);
         self.set_ledger(snapshot.ledger.clone());
+        self.set_pace(snapshot.pace);
         Ok(())
     }
 
@@ -103,7 +111,7 @@ impl Simulation {
     /// If the arrays have not the length of the state's.
     pub fn advanced(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
         let memory = self.integrator.memory(&self.system, &self.state);
-        let (state, ledger) = (self.state.clone(), self.ledger.clone());
+        let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
         self.set_positions(x);
         self.set_velocities(v);
         let end = self.step();
@@ -115,13 +123,31 @@ impl Simulation {
         self.hold_as_after(self.state.step, self.state.time);
         self.integrator.recall(&memory, &self.system, &self.state, self.step_size);
         self.set_ledger(ledger);
+        self.set_pace(pace);
         end
     }
 
     /// Holds what is held after `step` steps, at `time` [s].
     pub(super) fn hold_as_after(&mut self, step: u64, time: f64) {
-        // The last step looked for what ends half a step before its end.
-        self.system.hold_as_at(if step == 0 { f64::NEG_INFINITY } else { time - 0.5 * self.step_size });
+        self.system.hold_as_at(match self.controller {
+            _ if step == 0 => f64::NEG_INFINITY,
+            // The last step looked for what ends half a step before its end.
+            None => time - 0.5 * self.step_size,
+            // Or landed on it, for the next to find.
+            Some(_) => time * (1.0 - ROUNDING),
+        });
+    }
+
+    pub(super) fn pace(&self) -> Option<Pace> {
+        self.controller.as_ref().map(|controller| controller.pace())
+    }
+
+    /// Where step sizes follow the error, goes on with what was learnt, if anything was.
+    pub(super) fn set_pace(&mut self, pace: Option<Pace>) {
+        if let (Some(controller), Some(pace)) = (&mut self.controller, pace) {
+            controller.resume(pace);
+            self.step_size = controller.next();
+        }
     }
 
     fn set_ledger(&mut self, ledger: Option<Ledger>) {

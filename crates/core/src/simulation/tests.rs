@@ -46,6 +46,35 @@ fn going_back_goes_on_with_the_same_bits() {
     }
 }
 
+/// Step sizes that follow the error go on with what they have learnt, and land on the time at which a pin lets go.
+#[test]
+fn going_back_knows_the_size_of_the_next_step() {
+    let adaptive = || {
+        let text = BEAM.replace("step = 1e-3", "adaptive = { tolerance = 1e-6 }").replace("INTEGRATOR", "dormand-prince5");
+        Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation
+    };
+    let mut simulation = adaptive();
+    let (mut moments, mut sizes) = (vec![simulation.snapshot()], vec![simulation.step_size()]);
+    while simulation.state().time < 0.04 {
+        simulation.step().unwrap();
+        moments.push(simulation.snapshot());
+        sizes.push(simulation.step_size());
+    }
+    assert!(moments.iter().any(|moment| moment.time == 0.02), "no step landed on the end of the pin");
+    let end = moments.last().unwrap();
+    for (moment, size) in moments.iter().zip(&sizes) {
+        for again in [&mut adaptive(), &mut simulation] {
+            again.restore(moment).unwrap();
+            assert_eq!((again.step_size(), &again.snapshot()), (*size, moment));
+            let before = again.snapshot();
+            again.advanced(&mut moment.x.clone(), &mut moment.v.clone()).unwrap();
+            assert_eq!(again.snapshot(), before);
+            go(again, (end.step - moment.step) as usize);
+            assert_eq!(&again.snapshot(), end, "from {}", moment.time);
+        }
+    }
+}
+
 /// Schemes of two steps go on with what they remember: without it, the first step is another scheme's.
 #[test]
 fn implicit_schemes_go_back_to_the_tolerance_of_their_solver() {

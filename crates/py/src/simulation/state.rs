@@ -30,7 +30,7 @@ impl Simulation {
         Ok(self.lock()?.simulation.state().step)
     }
 
-    /// float: Time step [s].
+    /// float: Time step [s]; where it follows the error, that to be tried next.
     #[getter]
     fn step_size(&self) -> PyResult<f64> {
         Ok(self.lock()?.simulation.step_size())
