@@ -5,8 +5,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
+/// An array of doubles of any shape.
+pub(crate) type Doubles<'py> = Bound<'py, PyArrayDyn<f64>>;
+
 /// Anything that NumPy makes an array of numbers from, as a contiguous one of doubles: itself where it is one.
-pub(crate) fn doubles<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub(crate) fn doubles<'py>(object: &Bound<'py, PyAny>) -> PyResult<Doubles<'py>> {
     if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()
     {
@@ -46,11 +49,7 @@ fn tuple(shape: &[usize]) -> String {
 }
 
 /// A list of numbers as a new array of this shape.
-pub(crate) fn array<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub(crate) fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Doubles<'py>> {
     values.into_pyarray(py).reshape(shape.to_vec())
 }
 

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
-use numpy::PyArrayDyn;
 use pliant::diagnostics::Diagnostics;
 use pliant::observer::{self, Observer, ObserverError};
 use pliant::record::{self, Level, McapRecorder, Options, RecordError};
@@ -13,6 +12,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arrays::Doubles;
 use crate::simulation::{Inner, Simulation};
 use crate::{arrays, errors, threads};
 
@@ -50,13 +50,13 @@ impl Frame {
 
     /// ndarray of float64, shape (n, dim): Positions [m].
     #[getter]
-    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         arrays::array(py, self.x.clone(), &[self.x.len() / self.dimension, self.dimension])
     }
 
     /// ndarray of float64, shape (n, dim): Velocities [m/s].
     #[getter]
-    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         arrays::array(py, self.v.clone(), &[self.v.len() / self.dimension, self.dimension])
     }
 

@@ -7,7 +7,7 @@ mod state;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
-use numpy::{PyArray2, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray2, PyArrayMethods};
 use pliant::assembly::Report;
 use pliant::probe::Probe;
 use pliant::simulation::{Simulation as Core, Snapshot, StepError};
@@ -15,6 +15,7 @@ use pliant::topology::Topology;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
+use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::{arrays, errors, threads};
 pub(crate) use measure::energies;
@@ -196,7 +197,7 @@ impl Simulation {
         py: Python<'py>,
         positions: &Bound<'py, PyAny>,
         velocities: &Bound<'py, PyAny>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
+    ) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         let mut x = arrays::finite_rows(positions, &self.shape(), "positions")?;
         let mut v = arrays::finite_rows(velocities, &self.shape(), "velocities")?;
         let mut inner = self.lock()?;

@@ -1,12 +1,11 @@
 //! Moments of a simulation.
 
-use numpy::PyArrayDyn;
 use pliant::simulation::Snapshot;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 
-use crate::arrays;
+use crate::arrays::{self, Doubles};
 
 /// A moment of a simulation: enough to go on from there.
 ///
@@ -34,13 +33,13 @@ impl State {
 
     /// ndarray of float64, shape (n, dim): Positions [m].
     #[getter]
-    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         self.rows(py, &self.snapshot.x)
     }
 
     /// ndarray of float64, shape (n, dim): Velocities [m/s].
     #[getter]
-    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         self.rows(py, &self.snapshot.v)
     }
 
@@ -68,7 +67,7 @@ impl State {
 }
 
 impl State {
-    fn rows<'py>(&self, py: Python<'py>, rows: &[f64]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn rows<'py>(&self, py: Python<'py>, rows: &[f64]) -> PyResult<Doubles<'py>> {
         arrays::array(py, rows.to_vec(), &[rows.len() / self.dimension, self.dimension])
     }
 }

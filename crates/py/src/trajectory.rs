@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
+use numpy::{IntoPyArray, PyArray1};
 use pliant::diagnostics::MEASURES;
 use pliant::record::RecordError;
 use pliant::record::read::{Column, Trajectory, info};
@@ -11,6 +11,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use crate::arrays::Doubles;
 use crate::{arrays, document, errors};
 
 /// The frames of a complete file, read one by one. What `Trajectory` is made of.
@@ -35,7 +36,7 @@ impl Recording {
         &self,
         py: Python<'py>,
         read: impl FnOnce(&mut Trajectory) -> Result<Vec<f64>, RecordError> + Send,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    ) -> PyResult<Doubles<'py>> {
         let (values, shape) =
             self.read(py, |reader| Ok((read(reader)?, [reader.vertex_count(), reader.dimension()])))?;
         arrays::array(py, values, &shape)
@@ -77,11 +78,11 @@ impl Recording {
         Ok(self.read(py, |reader| Ok(reader.times().to_vec()))?.into_pyarray(py))
     }
 
-    fn positions<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn positions<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Doubles<'py>> {
         self.frame(py, |reader| reader.positions(frame))
     }
 
-    fn velocities<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn velocities<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Doubles<'py>> {
         self.frame(py, |reader| reader.velocities(frame))
     }
 
@@ -101,12 +102,7 @@ impl Recording {
         Ok(self.read(py, |reader| reader.attachment(name))?.map(|bytes| PyBytes::new(py, &bytes)))
     }
 
-    fn elements<'py>(
-        &self,
-        py: Python<'py>,
-        measure: &str,
-        frame: usize,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn elements<'py>(&self, py: Python<'py>, measure: &str, frame: usize) -> PyResult<Doubles<'py>> {
         let Some(measure) = MEASURES.iter().find(|known| known.name == measure) else {
             let names: Vec<&str> = MEASURES.iter().map(|known| known.name).collect();
             let message = format!("there is no measure {measure:?}; there are {}", names.join(", "));

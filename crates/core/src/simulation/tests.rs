@@ -50,7 +50,9 @@ fn going_back_goes_on_with_the_same_bits() {
 #[test]
 fn going_back_knows_the_size_of_the_next_step() {
     let adaptive = || {
-        let text = BEAM.replace("step = 1e-3", "adaptive = { tolerance = 1e-6 }").replace("INTEGRATOR", "dormand-prince5");
+        let text = BEAM
+            .replace("step = 1e-3", "adaptive = { tolerance = 1e-6 }")
+            .replace("INTEGRATOR", "dormand-prince5");
         Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation
     };
     let mut simulation = adaptive();

@@ -1,6 +1,6 @@
 //! What is measured of a simulation.
 
-use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
+use numpy::{IntoPyArray, PyArray1};
 use pliant::diagnostics::{Diagnostics, ElementState, MEASURES};
 use pliant::modes::Modes;
 use pliant::simulation::{MatrixError, SparseMatrix};
@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::{Inner, Simulation};
+use crate::arrays::Doubles;
 use crate::{arrays, document, threads};
 
 /// Energies by their names, those of the balance with its name before.
@@ -87,7 +88,7 @@ impl Simulation {
     /// -------
     /// ndarray of float64, shape (m, dim, dim)
     ///     ``F``, of elements of second order at their centroids.
-    fn deformation_gradient<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn deformation_gradient<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let (states, d) = (self.lock()?.elements(py), self.dimension);
         let part = |state: &ElementState| -> Vec<f64> {
             state.deformation_gradient.0[..d].iter().flat_map(|row| row[..d].to_vec()).collect()
@@ -107,7 +108,7 @@ impl Simulation {
     /// ndarray of float64, shape (m, 3, 3), or (m,) for "von-mises"
     ///     [Pa]; in 2D the third axis is out of the plane.
     #[pyo3(signature = (kind = "cauchy"))]
-    fn stress<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn stress<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Doubles<'py>> {
         let states = self.lock()?.elements(py);
         let tensors = |of: fn(&ElementState) -> [[f64; 3]; 3]| {
             let values = states.iter().flat_map(|state| of(state).as_flattened().to_vec()).collect();
@@ -137,7 +138,7 @@ impl Simulation {
     /// -------
     /// ndarray of float64, shape (m, k)
     ///     Its numbers, in the order that ``pliant list channels`` names.
-    fn measure<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn measure<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Doubles<'py>> {
         let Some(measure) = MEASURES.iter().find(|measure| measure.name == name) else {
             let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
             let message = format!("there is no measure {name:?}; there are {}", names.join(", "));
@@ -247,11 +248,7 @@ impl Simulation {
     }
 
     /// Natural modes about the present state, as a dictionary of columns, shapes last.
-    fn _modes<'py>(
-        &self,
-        py: Python<'py>,
-        count: usize,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArrayDyn<f64>>)> {
+    fn _modes<'py>(&self, py: Python<'py>, count: usize) -> PyResult<(Bound<'py, PyAny>, Doubles<'py>)> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
         let found: Modes = py

@@ -1,11 +1,12 @@
 //! Where a simulation is, and how that is changed.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
 use super::Simulation;
+use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::state::State;
 use crate::{arrays, topology};
@@ -51,7 +52,7 @@ impl Simulation {
     /// ndarray of float64, shape (n, dim): Positions [m]: a copy. What is assigned must have this shape; prescribed motion keeps its own, and
     /// what is pinned is held where it is put.
     #[getter]
-    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let positions = self.lock()?.simulation.positions().into_owned();
         arrays::array(py, positions, &self.shape())
     }
@@ -67,7 +68,7 @@ impl Simulation {
     /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy. What is assigned must have this shape; velocities of pinned coordinates
     /// stay what they are.
     #[getter]
-    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let velocities = self.lock()?.simulation.velocities().into_owned();
         arrays::array(py, velocities, &self.shape())
     }
@@ -109,7 +110,7 @@ impl Simulation {
 
     /// ndarray of float64, shape (n, dim): Rest positions [m].
     #[getter]
-    fn rest_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    fn rest_positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let rest = self.lock()?.topology.rest_positions.clone();
         arrays::array(py, rest, &self.shape())
     }
