@@ -12,6 +12,8 @@ mod schema;
 mod stability;
 mod stress;
 
+pub use run::closing;
+
 use std::ffi::OsString;
 
 use serde_json::json;
