@@ -63,7 +63,7 @@ fn amplification_is_that_of_the_table() {
         let curve = amplification_curve(spec(name), &[1.0, 10.0, 1000.0]).unwrap();
         for i in 0..3 {
             // As many digits as the table has.
-            let tolerance = [2e-9, 6e-5, 3e-2][i];
+            let tolerance = [2e-9, 6e-5, 5e-2][i];
             let formula = (curve.formula[i] / expected[i] - 1.0).abs();
             assert!(formula < tolerance, "{name} at {}: {} {}", curve.z[i], curve.formula[i], expected[i]);
             let measured = (curve.measured[i] / curve.formula[i] - 1.0).abs();
