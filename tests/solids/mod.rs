@@ -4,6 +4,7 @@ mod axial;
 mod bar;
 mod beam;
 mod column;
+mod falling;
 mod impossible;
 mod invariance;
 mod loads;
