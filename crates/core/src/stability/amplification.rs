@@ -146,7 +146,7 @@ fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
         }
         logarithm += weight * norm.ln();
         weight *= 0.5;
-        a.iter_mut().flatten().for_each(|e| *e = *e / norm);
+        a.iter_mut().flatten().for_each(|e| *e /= norm);
         let product = |i: usize, j: usize| (0..n).fold(c64::new(0.0, 0.0), |sum, k| sum + a[i][k] * a[k][j]);
         a = (0..n).map(|i| (0..n).map(|j| product(i, j)).collect()).collect();
     }

@@ -9,10 +9,13 @@ use crate::stress::{Case, Findings, Verdict};
 
 /// Newton iterations of one step: three times those of an independent code at the worst angle.
 const BAR: u64 = 3 * 49;
+/// Torques by angle [degrees] [N m].
+type Torques = &'static [(u64, f64)];
+
 /// Relative, of torques [N m] by angle [degrees] from an independent code.
 const TOLERANCE: f64 = 1e-4;
-const STABLE: &[(u64, f64)] = &[(30, 1654.38), (90, 4967.04), (180, 9925.39), (270, 14668.8), (330, 17277.9)];
-const BARRIER: &[(u64, f64)] = &[
+const STABLE: Torques = &[(30, 1654.38), (90, 4967.04), (180, 9925.39), (270, 14668.8), (330, 17277.9)];
+const BARRIER: Torques = &[
     (30, 1654.47),
     (90, 4971.5),
     (180, 10019.4),
@@ -23,7 +26,7 @@ const BARRIER: &[(u64, f64)] = &[
 ];
 
 pub(super) fn add(cases: &mut Vec<Case>) {
-    let rows: [(&str, f64, u64, &'static [(u64, f64)], bool); 4] = [
+    let rows: [(&str, f64, u64, Torques, bool); 4] = [
         ("stable-neo-hookean", 0.3, 330, STABLE, true),
         ("neo-hookean", 0.3, 420, BARRIER, true),
         ("stable-neo-hookean", 0.45, 1440, &[(360, 21687.8)], false),
@@ -43,7 +46,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn twist(material: &str, poisson: f64, degrees: u64, torques: &[(u64, f64)]) -> Findings {
+fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> Findings {
     let steps = degrees / 10;
     let motion = ", name = 'head', motion = { rotation = { axis = [0, 0, 1], angle = '10 * pi/180 * t' } }";
     let until = format!("{motion}, until = {:?}", steps as f64 + 0.2);
