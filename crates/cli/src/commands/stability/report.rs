@@ -130,7 +130,7 @@ pub(super) fn write(folder: &Path, scene: &str, found: &Found, document: &Value)
         output::file(&folder.join("map.csv"), &map_csv(map))?;
         let svg = heat_map(map)?;
         output::file(&folder.join("map.svg"), &svg)?;
-        let _ = write!(page, "<figure>{svg}</figure>\n");
+        let _ = writeln!(page, "<figure>{svg}</figure>");
     }
     let _ = write!(page, "<figure>{amplification}</figure>\n</body></html>\n");
     output::file(&folder.join("stability.html"), &page)
