@@ -47,6 +47,7 @@ pub struct GaussRadau {
     /// The step taken last, and the one before: what a step that is taken back leaves.
     now: Memory,
     before: Memory,
+    dimension: usize,
     /// Divided differences.
     g: Vec<Terms>,
     /// What rounding has taken from the coefficients in this step.
@@ -57,6 +58,8 @@ pub struct GaussRadau {
     next: Next,
     /// `max |b_6| / max |a|` of the last step.
     last_term: f64,
+    /// Where positions are seen from in this step [m]; zero unless only the bodies act on each other.
+    origin: [f64; 3],
 }
 
 /// What a step leaves for the next one.
@@ -108,12 +111,14 @@ impl GaussRadau {
             to_products,
             now: Memory::new(unknowns),
             before: Memory::new(unknowns),
+            dimension: 1,
             g: vec![[0.0; TERMS]; unknowns],
             lost: vec![[0.0; TERMS]; unknowns],
             first: vec![0.0; unknowns],
             at: vec![0.0; unknowns],
             next: Next::new(unknowns),
             last_term: 0.0,
+            origin: [0.0; 3],
         }
     }
 
@@ -158,9 +163,32 @@ impl GaussRadau {
         self.lost.fill([0.0; TERMS]);
     }
 
+    /// Bodies that only act on each other do not feel where the origin is. Seen from the one that is accelerated most, the nearest ones have
+    /// small coordinates, with digits to spare that [`Memory::lost`] fills: the rounding of positions, large beside a small distance,
+    /// stays out of the forces. Whether there is such an origin.
+    fn choose_origin(&mut self, system: &System, state: &State) -> bool {
+        let d = self.dimension;
+        self.origin = [0.0; 3];
+        let only_each_other = system.terms().iter().all(|term| term.couples_all())
+            && !(system.terms().is_empty() || system.is_damped() || system.ether_drag() != 0.0)
+            && system.constraints().is_empty();
+        if !only_each_other {
+            return false;
+        }
+        let (mut most, mut at) = (-1.0, 0);
+        for (vertex, a) in self.at.chunks_exact(d).enumerate() {
+            let square: f64 = a.iter().map(|a| a * a).sum();
+            if square > most {
+                (most, at) = (square, vertex);
+            }
+        }
+        self.origin[..d].copy_from_slice(&state.x()[at * d..][..d]);
+        true
+    }
+
     /// Positions, and velocities where `wants_velocity`, at the part `s` of the step.
     fn go(&mut self, state: &State, h: f64, s: f64, wants_velocity: bool) {
-        let hs = h * s;
+        let (hs, d) = (h * s, self.dimension);
         for i in 0..self.at.len() {
             let (b, a, v) = (&self.now.b[i], self.first[i], state.v()[i]);
             let [mut twice, mut once] = [0.0; 2];
@@ -171,9 +199,11 @@ impl GaussRadau {
                     once = s * (b[k] / (n + 1.0) + once);
                 }
             }
-            self.next.x[i] = state.x()[i] + (hs * (v + hs * (0.5 * a + twice)) - self.now.lost.x[i]);
+            let (lost_x, lost_v) = (self.now.lost.x[i], self.now.lost.v[i]);
+            let moved = hs * (v + (hs * (0.5 * a + twice) - lost_v));
+            self.next.x[i] = (state.x()[i] - self.origin[i % d]) + (moved - lost_x);
             if wants_velocity {
-                self.next.v[i] = v + (hs * (a + once) - self.now.lost.v[i]);
+                self.next.v[i] = v + (hs * (a + once) - lost_v);
             }
         }
     }
@@ -252,12 +282,14 @@ impl GaussRadau {
         v.copy_from_slice(state.v());
         for i in 0..x.len() {
             let (b, lost) = (&self.now.b[i], &mut self.now.lost);
+            let lost_v = lost.v[i];
             for k in (0..TERMS).rev() {
                 let n = (k + 1) as f64;
                 add(&mut x[i], &mut lost.x[i], h * h * (b[k] / ((n + 1.0) * (n + 2.0))));
                 add(&mut v[i], &mut lost.v[i], h * (b[k] / (n + 1.0)));
             }
             add(&mut x[i], &mut lost.x[i], h * h * (0.5 * self.first[i]));
+            add(&mut x[i], &mut lost.x[i], -h * lost_v);
             add(&mut x[i], &mut lost.x[i], h * state.v()[i]);
             add(&mut v[i], &mut lost.v[i], h * self.first[i]);
         }
@@ -322,14 +354,20 @@ fn conversions() -> ([Terms; TERMS], [Terms; TERMS]) {
 
 impl Integrator for GaussRadau {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        if !system.holds(state.force) {
+        self.dimension = system.dimension();
+        self.predict(system, state, h);
+        if self.choose_origin(system, state) {
+            self.go(state, h, 0.0, false);
+            if system.evaluate(&self.next.x).is_none() {
+                return Err(StepFault::at(system, state.x(), state.v()));
+            }
+        } else if !system.holds(state.force) {
             system.set_time(state.time);
             if system.evaluate(state.x()).is_none() {
                 return Err(StepFault::at(system, state.x(), state.v()));
             }
         }
         accelerate(system, state.x(), state.v(), &mut self.first);
-        self.predict(system, state, h);
         // Until the step stands, nothing leads anywhere.
         self.now.h = 0.0;
         self.iterate(system, state, h)?;
