@@ -10,6 +10,8 @@ mod recover;
 mod run;
 mod schema;
 
+pub use run::closing;
+
 use std::ffi::OsString;
 
 use serde_json::json;
