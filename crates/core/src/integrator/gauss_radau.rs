@@ -11,6 +11,7 @@ use crate::system::{ForceId, System};
 /// Terms of the polynomial after the constant one.
 pub(super) const TERMS: usize = 7;
 /// The nodes: zeros of `(P_7 + P_8)(2 s - 1)`; Rein, Spiegel 2015, section 2.1, in more digits.
+#[allow(clippy::excessive_precision, reason = "the digits of the reference")]
 const NODES: [f64; TERMS + 1] = [
     0.0,
     0.056_262_560_536_922_146_465_652_191,
