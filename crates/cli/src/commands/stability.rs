@@ -91,7 +91,8 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
 /// The schemes of these names; all that move things, the scene's own first, without names.
 fn integrators(names: &[String], own: IntegratorSpec) -> Result<Vec<IntegratorSpec>, Failure> {
     let name = |spec: &IntegratorSpec| spec.method().documentation.name;
-    let moves = |spec: &&IntegratorSpec| spec.method().scheme != Scheme::QuasiStatic;
+    let moves =
+        |spec: &&IntegratorSpec| !matches!(spec.method().scheme, Scheme::QuasiStatic | Scheme::GaussRadau(_));
     let all: Vec<IntegratorSpec> = IntegratorSpec::ALL.iter().filter(moves).copied().collect();
     // With the parameters that the scene gives it.
     let as_written = |spec: &IntegratorSpec| if name(spec) == name(&own) { own } else { *spec };

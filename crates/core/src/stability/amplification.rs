@@ -21,10 +21,11 @@ pub struct AmplificationCurve {
     pub formula: Vec<f64>,
 }
 
-/// Measures `integrator` at these `h omega`; `None` for statics, which has no oscillator.
+/// Measures `integrator` at these `h omega`; `None` for statics, which has no oscillator, and for a scheme that
+/// chooses its steps itself.
 pub fn amplification_curve(integrator: IntegratorSpec, z: &[f64]) -> Option<AmplificationCurve> {
     let method = integrator.method();
-    if method.scheme == Scheme::QuasiStatic {
+    if matches!(method.scheme, Scheme::QuasiStatic | Scheme::GaussRadau(_)) {
         return None;
     }
     Some(AmplificationCurve {
@@ -91,7 +92,7 @@ fn formula(method: &Method, z: f64) -> f64 {
         Scheme::Collocation(t) => stability_function(t.a, t.b, z),
         Scheme::Alpha(c) => generalised_alpha(c, z),
         Scheme::Bdf2(_) => bdf2(z),
-        Scheme::QuasiStatic => f64::NAN,
+        Scheme::QuasiStatic | Scheme::GaussRadau(_) => f64::NAN,
     }
 }
 
