@@ -25,7 +25,7 @@ const USUAL: [&str; 12] = [
     "tr-bdf2",
     "sdirk4",
     "gauss2",
-    "radau3",
+    "radau-iia3",
 ];
 
 /// A scheme under test.
