@@ -1,9 +1,11 @@
 //! The same bits, whatever the number of threads.
 
+use pliant::control::StepControl;
 use pliant::energy::EnergyTerm;
 use pliant::energy::nbody::{NBody, TreeGravity};
 use pliant::energy::spring::Springs;
 use pliant::integrator::IntegratorSpec;
+use pliant::integrator::estimate::Tolerances;
 use pliant::lanes::{Level, level};
 use pliant::simulation::Simulation;
 use pliant::state::State;
@@ -71,6 +73,10 @@ fn solids_give_the_same_bits_on_any_number_of_threads() {
 
 /// A sheet of `n` x `n` masses with structural and diagonal springs, in the plane z = 0, shaken.
 fn sheet(n: usize) -> Simulation {
+    sheet_by(n, IntegratorSpec::SymplecticEuler)
+}
+
+fn sheet_by(n: usize, integrator: IntegratorSpec) -> Simulation {
     let at = |i: usize, j: usize| (i * n + j) as u32;
     let mut edges = vec![];
     for i in 0..n {
@@ -103,7 +109,7 @@ fn sheet(n: usize) -> Simulation {
     let mut system = System::new(3, vec![1.0; n * n]);
     system.add_term(Box::new(Springs::<3>::new("sheet", &edges, &stiffness, &rest, n * n)));
     let v = vec![0.0; x.len()];
-    Simulation::new(system, State::new(x, v), IntegratorSpec::SymplecticEuler.method(), 0.05)
+    Simulation::new(system, State::new(x, v), integrator.method(), 0.05)
 }
 
 // lecture 9, 11; promise 1
@@ -135,6 +141,19 @@ fn gravitating_bodies_give_the_same_bits_on_any_number_of_threads() {
         assert_same_bits(&format!("{n} bodies"), || outcome(&mut cloud(n, false), 6));
         assert_same_bits(&format!("{n} bodies by a tree"), || outcome(&mut cloud(n, true), 6));
     }
+}
+
+// promise 1: the norm of the error is the same on any number of threads, and so are the steps that it chooses.
+#[test]
+fn steps_that_follow_the_error_are_the_same_on_any_number_of_threads() {
+    assert_same_bits("a sheet in adaptive steps", || {
+        let mut simulation = sheet_by(120, IntegratorSpec::DormandPrince5);
+        let tolerances = Tolerances { position: 1e-8, velocity: 1e-6, relative: 1e-6 };
+        simulation.set_step_control(StepControl { tolerances, first: None, smallest: 0.0, largest: 1.0 });
+        let mut bits = outcome(&mut simulation, 12);
+        bits.push(simulation.state().time.to_bits());
+        bits
+    });
 }
 
 /// The name of the test below, and the variable by which it asks a copy of itself for the bits.

@@ -1,5 +1,6 @@
 //! Time integrators against closed forms and high-precision solutions.
 
+mod adaptive;
 mod balance;
 mod chain;
 mod gravity_over_time;

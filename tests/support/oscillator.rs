@@ -55,6 +55,12 @@ pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
         "forward-euler" => rotation(1.0, z),
         "rk2-midpoint" => rotation(1.0 - z2 / 2.0, z),
         "rk4" => rotation(1.0 - z2 / 2.0 + z2 * z2 / 24.0, z - z * z2 / 6.0),
+        "bogacki-shampine3" => rotation(1.0 - z2 / 2.0, z - z * z2 / 6.0),
+        // Degree 6 with 1/600 for 1/720.
+        "dormand-prince5" => rotation(
+            1.0 - z2 / 2.0 + z2 * z2 / 24.0 - z2.powi(3) / 600.0,
+            z - z * z2 / 6.0 + z * z2 * z2 / 120.0,
+        ),
         "symplectic-euler" => [[1.0 - z2, z], [-z, 1.0]],
         "velocity-verlet" => verlet(z),
         "yoshida4" => {

@@ -28,7 +28,7 @@
 //! # The way through
 //! [`scene`] turns text into plain data, [`assembly`] builds meshes and energies from it, [`simulation::Simulation`] takes steps,
 //! [`run::run`] drives a whole run and shows frames to [`observer::Observer`]s; [`record`] is one that writes MCAP files.
-//! [`system::System`] holds the equations, made of [`energy`] and [`dissipation`] terms; [`integrator`] the schemes, [`material`] the energy densities,
+//! [`system::System`] holds the equations, made of [`energy`] and [`dissipation`] terms; [`integrator`] the schemes, [`control`] step sizes that follow the error, [`material`] the energy densities,
 //! [`element`] and [`mesh`] the geometry. [`scalar`], [`lanes`] and [`algebra`] are what kernels are written in.
 
 // Inside a function the symbols of the paper are clearer than words.
@@ -41,6 +41,7 @@ pub mod assembly;
 mod base64;
 pub mod benchmark;
 pub mod constraint;
+pub mod control;
 pub mod diagnostics;
 pub mod dissipation;
 pub mod element;

@@ -11,12 +11,16 @@ const GUARD_INTERVAL: u64 = 128;
 /// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
 const ENERGY_GROWTH_BOUND: f64 = 1e3;
 
+/// Frames nearer to each other than this part of the time between them are one.
+const SAME_FRAME: f64 = 1e-6;
+
 /// How far to go and how often to show a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Simulated time [s]; the run ends with the step nearest to it.
+    /// Simulated time [s]; the run ends with the step nearest to it, exactly there where step sizes follow the error.
     pub duration: f64,
-    /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`, and at the end.
+    /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`, exactly there where step sizes
+    /// follow the error, and at the end.
     pub rate: f64,
 }
 
@@ -37,6 +41,20 @@ impl Plan {
             count += 1;
         }
         count
+    }
+
+    /// Number of frames, the first and the last included, where steps land on their times.
+    pub fn exact_frames(&self) -> u64 {
+        if self.duration > 0.0 {
+            (self.duration * self.rate - SAME_FRAME).ceil().max(1.0) as u64 + 1
+        } else {
+            1
+        }
+    }
+
+    /// When frame `index` is taken [s], counted from the start, where steps land on that time.
+    pub fn frame_time(&self, index: u64) -> f64 {
+        if index + 1 < self.exact_frames() { index as f64 / self.rate } else { self.duration }
     }
 
     /// The step at which frame `index` is taken.
@@ -170,6 +188,9 @@ struct Run<'a, 'b> {
 
 impl Run<'_, '_> {
     fn go(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
+        if self.simulation.step_control().is_some() {
+            return self.go_by_error(plan, interrupt);
+        }
         let h = self.simulation.step_size();
         let first = self.simulation.state().step;
         let steps = plan.steps(h);
@@ -205,6 +226,40 @@ impl Run<'_, '_> {
                     return self.end_with(Outcome::Failed(error), shown, step);
                 }
             }
+        }
+        Outcome::Done
+    }
+
+    /// The same with steps whose size follows the error.
+    fn go_by_error(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
+        let (first, start) = (self.simulation.state().step, self.simulation.state().time);
+        if let Err(outcome) = self.show() {
+            return outcome;
+        }
+        let (mut shown, mut step) = (0, 0);
+        for index in 1..plan.exact_frames() {
+            let target = start + plan.frame_time(index);
+            while self.simulation.state().time < target {
+                if interrupt.load(Ordering::Relaxed) {
+                    return self.end_with(Outcome::Interrupted, shown, step);
+                }
+                let guard_due = (step + 1) % GUARD_INTERVAL == 0;
+                self.simulation.set_to_be_measured(guard_due);
+                if let Err(error) = self.simulation.step_towards(target) {
+                    return self.end_with(Outcome::Failed(error), shown, step);
+                }
+                step = self.simulation.state().step - first;
+                if guard_due {
+                    let diagnostics = self.simulation.diagnostics();
+                    if let Err(error) = self.guard(&diagnostics) {
+                        return self.end_with(Outcome::Failed(error), shown, step);
+                    }
+                }
+            }
+            if let Err(outcome) = self.show() {
+                return outcome;
+            }
+            shown = step;
         }
         Outcome::Done
     }

@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 
+mod adaptive;
+
+use crate::control::Controller;
 use crate::diagnostics::{
     Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
     stability_limit, strongest_damping,
@@ -25,6 +28,8 @@ pub struct Simulation {
     integrator: Box<dyn Integrator>,
     solver: SolverOptions,
     step_size: f64,
+    /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
+    controller: Option<Box<Controller>>,
     /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
     ledger: Option<Ledger>,
     /// Whether it holds what is lost.
@@ -77,6 +82,30 @@ pub enum StepError {
         /// The step size that was tried [s].
         step_size: f64,
     },
+    /// No step that is large enough to be taken has an error that is allowed.
+    #[error(
+        "step {step} (t = {time:.6} s) cannot be taken: a step of {step_size:.3e} s is still too large{}, and the smallest allowed is \
+         {smallest:.3e} s{}",
+        still(*.error), why(.fault, .vertex, *.verdict)
+    )]
+    StepTooSmall {
+        /// The step that was tried, from 1.
+        step: u64,
+        /// Time at its beginning [s].
+        time: f64,
+        /// The last step size that was tried [s].
+        step_size: f64,
+        /// The smallest that may be [s].
+        smallest: f64,
+        /// The error of that last step, 1 being allowed; `None` where the step could not be taken at all.
+        error: Option<f64>,
+        /// What a term knows of the cause, where it could not be taken.
+        fault: Option<Fault>,
+        /// First vertex whose position or velocity is not finite.
+        vertex: Option<usize>,
+        /// How the solver ended, where that is the reason.
+        verdict: Option<Verdict>,
+    },
     /// The total energy has grown beyond any physical cause.
     #[error(
         "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
@@ -96,6 +125,18 @@ pub enum StepError {
         /// Largest stable step at the start [s], where it is known.
         stable_step: Option<f64>,
     },
+}
+
+fn still(error: Option<f64>) -> String {
+    error.map_or(String::new(), |error| format!(", its error {error:.2e} times what is allowed"))
+}
+
+fn why(fault: &Option<Fault>, vertex: &Option<usize>, verdict: Option<Verdict>) -> String {
+    match (verdict, fault, vertex) {
+        (Some(verdict), ..) => format!("; it was not solved: {verdict}{}", place(fault)),
+        (None, None, None) => "; allow larger errors by `tolerance`, or see what jumps there".into(),
+        _ => format!("; {}", cause(fault, vertex)),
+    }
 }
 
 fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
@@ -159,6 +200,7 @@ impl Simulation {
             integrator,
             solver: SolverOptions::default(),
             step_size,
+            controller: None,
             ledger: None,
             counts_losses: true,
             points: vec![],
@@ -191,11 +233,15 @@ impl Simulation {
     /// A state counts as good where its force is finite, so the force at the new positions belongs to the step. Nothing is
     /// computed twice: the next step begins with it.
     ///
-    /// Holds that end let go at the beginning of the step nearest to their end.
+    /// Holds that end let go at the beginning of the step nearest to their end. Where step sizes follow the error, it is the next one,
+    /// of whatever size.
     ///
     /// # Errors
     /// [`StepError::NotFinite`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
+        if self.controller.is_some() {
+            return self.step_towards(f64::INFINITY);
+        }
         let h = self.step_size;
         let released = self.system.release(self.state.time + 0.5 * h);
         self.ensure_force(self.state.time)?;
@@ -211,12 +257,17 @@ impl Simulation {
         }
         self.state.step += 1;
         self.state.time = time;
+        self.note_in_ledger(h);
+        Ok(())
+    }
+
+    /// Notes what has come in and gone out in the step of `h` [s] that has led here.
+    fn note_in_ledger(&mut self, h: f64) {
         if let Some(ledger) = &mut self.ledger {
-            self.system.set_time(time);
+            self.system.set_time(self.state.time);
             let State { force, .. } = self.state;
             ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
         }
-        Ok(())
     }
 
     /// Opens the ledger before the first step, and notes what was let go.
@@ -244,12 +295,18 @@ impl Simulation {
         self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()))
     }
 
-    fn not_finite(&self, StepFault { fault, vertex, solve }: StepFault) -> StepError {
+    /// The fault with vertices in the order of the scene.
+    fn located(&self, StepFault { fault, vertex, solve }: StepFault) -> StepFault {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
+        StepFault { fault, vertex: vertex.map(original), solve }
+    }
+
+    fn not_finite(&self, fault: StepFault) -> StepError {
+        let StepFault { fault, vertex, solve } = self.located(fault);
         // Where there is no finite force to begin with, the solver is not to blame.
         if let Some(solve) = solve.filter(|solve| solve.verdict != Verdict::Infeasible) {
             return StepError::Unsolved {
@@ -266,7 +323,7 @@ impl Simulation {
             step: self.state.step + 1,
             time: self.state.time,
             fault,
-            vertex: vertex.map(original),
+            vertex,
             step_size: self.step_size,
             stable_step: self.stable_step(),
         }
@@ -350,7 +407,7 @@ impl Simulation {
         self.method
     }
 
-    /// Step size [s].
+    /// Step size [s]; where it follows the error, that to be tried next.
     pub fn step_size(&self) -> f64 {
         self.step_size
     }
@@ -431,7 +488,12 @@ impl Simulation {
     /// Work done so far.
     pub fn work(&self) -> Work {
         let solver = (self.method.documentation.solves > 0).then(|| self.integrator.work());
-        Work { steps: self.state.step, force_evaluations: self.system.force_evaluations(), solver }
+        Work {
+            steps: self.state.step,
+            force_evaluations: self.system.force_evaluations(),
+            rejected_steps: self.controller.as_ref().map(|controller| controller.rejected),
+            solver,
+        }
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only

@@ -153,6 +153,16 @@ impl System {
         found
     }
 
+    /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
+    pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
+        let of_hold = |hold: &Hold| {
+            let end = Some(hold.end()).filter(|end| *end > time && end.is_finite());
+            let motion = hold.motion().and_then(|motion| motion.next_break(time));
+            end.into_iter().chain(motion).reduce(f64::min)
+        };
+        self.holds.iter().filter_map(of_hold).reduce(f64::min)
+    }
+
     /// The holds that have not let go.
     pub fn constraints(&self) -> &[Hold] {
         &self.holds

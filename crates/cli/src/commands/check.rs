@@ -53,16 +53,7 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
             size.join(" x "),
         ),
     );
-    line(
-        "time",
-        format!(
-            "{} with a step of {} s: {}, {}",
-            report.integrator,
-            number(report.step),
-            counted(report.steps, "step", "steps"),
-            counted(report.frames, "frame", "frames"),
-        ),
-    );
+    line("time", format!("{}, {}", steps(report), counted(report.frames, "frame", "frames"),));
     line("stability", stability(report));
     if let Some(error) = &report.tree_force_error {
         line("tree", tree(error));
@@ -80,9 +71,23 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
     out
 }
 
+/// The scheme and its steps.
+fn steps(report: &Report) -> String {
+    let (integrator, step) = (report.integrator, number(report.step));
+    match report.steps {
+        Some(steps) => {
+            format!("{integrator} with a step of {step} s: {}", counted(steps, "step", "steps"))
+        }
+        None => format!("{integrator} with steps that follow the error, the first of {step} s"),
+    }
+}
+
 fn stability(report: &Report) -> String {
     let Some(limit) = &report.stability else {
-        return "the scheme is stable at any step on a linear system".into();
+        return match report.step_control {
+            Some(_) => "step sizes follow the error".into(),
+            None => "the scheme is stable at any step on a linear system".into(),
+        };
     };
     if limit.frequency > 0.0 && !limit.step.is_finite() {
         return format!(
@@ -108,7 +113,9 @@ fn stability(report: &Report) -> String {
     } else {
         format!("steps up to {} s are stable", number(limit.step))
     };
-    let verdict = if ratio > 1.0 {
+    let verdict = if report.step_control.is_some() {
+        "the error keeps them below".to_owned()
+    } else if ratio > 1.0 {
         format!("the step is UNSTABLE, {} times that", number(ratio))
     } else {
         format!("the step is {}% of that", number(100.0 * ratio))

@@ -1,7 +1,7 @@
 //! `pliant list`: what scenes can be made of, from the registries of the core.
 
 use pliant::element::{self, ELEMENTS};
-use pliant::integrator::{Documentation, IntegratorSpec};
+use pliant::integrator::{IntegratorSpec, Method};
 use pliant::material::{About, AboutPreset, Domain, MaterialSpec, PRESETS};
 use pliant::scene;
 use serde_json::{Map, Value, json};
@@ -74,10 +74,9 @@ impl Item {
 
 fn items(family: Family) -> (&'static str, Vec<Item>) {
     match family {
-        Family::Integrators => (
-            "integrators",
-            IntegratorSpec::ALL.iter().map(|i| integrator(&i.method().documentation)).collect(),
-        ),
+        Family::Integrators => {
+            ("integrators", IntegratorSpec::ALL.iter().map(|i| integrator(&i.method())).collect())
+        }
         Family::Materials => {
             let tables = choices("MaterialSpec");
             let keys =
@@ -92,7 +91,8 @@ fn items(family: Family) -> (&'static str, Vec<Item>) {
     }
 }
 
-fn integrator(about: &Documentation) -> Item {
+fn integrator(method: &Method) -> Item {
+    let about = &method.documentation;
     let stability = if about.stability_limit == 0.0 {
         "none: gains energy at any step".to_owned()
     } else if about.stability_limit == f64::INFINITY {
@@ -106,15 +106,22 @@ fn integrator(about: &Documentation) -> Item {
         (1, _) => "1 nonlinear solve a step".to_owned(),
         (solves, _) => format!("{solves} nonlinear solves a step"),
     };
+    let error = match method.error_exponent() {
+        Some(_) => "estimated in every step: steps can be `adaptive`",
+        None => "not estimated: the step is fixed",
+    };
+    let mut value = json!(about);
+    value["adaptive"] = json!(method.is_adaptive());
     let facts = vec![
         ("order", about.order.to_string()),
         ("stability", stability),
         ("cost", cost),
+        ("error", error.to_owned()),
         ("symplectic", if about.symplectic { "yes" } else { "no" }.to_owned()),
         ("conserves", format!("linear momentum; {}", about.conserves)),
         ("source", about.source.to_owned()),
     ];
-    Item::new(about.name, about.summary, facts, json!(about))
+    Item::new(about.name, about.summary, facts, value)
 }
 
 /// `parameters` are the keys that the material takes in a scene.

@@ -13,6 +13,7 @@ mod memory;
 mod pins;
 mod probes;
 mod report;
+mod step_control;
 
 use std::path::Path;
 
@@ -70,8 +71,9 @@ impl Scene {
 
     /// What is wrong with the time step under this limit: `None` if nothing is, or if the scene wants it so.
     pub fn unstable_step(&self, stability: &StabilityLimit) -> Option<Problem> {
-        let refused = !self.time.allow_unstable && self.time.step > stability.step;
-        refused.then(|| unstable_step(self, stability))
+        // A step that follows the error is never too large for long.
+        let step = self.time.step.filter(|step| !self.time.allow_unstable && *step > stability.step)?;
+        Some(unstable_step(self, step, stability))
     }
 
     /// Duration and frame rate of this scene.
@@ -134,12 +136,15 @@ fn assemble<const D: usize, const N: usize>(
     }
 
     let state = State::new(position, velocity);
-    let mut simulation = Simulation::new(system, state, method, scene.time.step);
+    // Where step sizes follow the error, the controller brings its own.
+    let step = scene.time.step.unwrap_or(scene.time.duration);
+    let mut simulation = Simulation::new(system, state, method, step);
     simulation.set_numbering(numbering);
     simulation.set_points(points);
     simulation.set_solver(options);
+    step_control::add(scene, &mut simulation);
     // A scheme that is stable at any step is looked at only by who wants to look.
-    let limited = simulation.method().documentation.stability_limit.is_finite();
+    let limited = scene.time.step.is_some() && simulation.method().documentation.stability_limit.is_finite();
     let stability = (limited || unstable == UnstableStep::Accept)
         .then(|| simulation.stability_limit(scene.time.duration));
     if unstable == UnstableStep::Refuse
@@ -193,9 +198,9 @@ fn strongest_damping(stability: &StabilityLimit) -> String {
     }
 }
 
-fn unstable_step(scene: &Scene, stability: &StabilityLimit) -> Problem {
+fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Problem {
     let name = scene.time.integrator.method().documentation.name;
-    let (step, limit) = (scene.time.step, stability.step);
+    let limit = stability.step;
     let path = KeyPath::root().key("time").key("step");
     let message = if stability.grows_at_any_step {
         format!(

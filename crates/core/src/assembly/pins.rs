@@ -27,9 +27,12 @@ impl Held {
         Some(format!("{} vertices on prescribed motion by {}", self.vertices.len(), parts.join(" and ")))
     }
 
-    /// When it lets go with steps of `h` [s], in words.
-    pub(super) fn release(&self, h: f64) -> Option<String> {
+    /// When it lets go with steps of a fixed size `h` [s], or exactly then, in words.
+    pub(super) fn release(&self, h: Option<f64>) -> Option<String> {
         let until = self.spec.until?;
+        let Some(h) = h else {
+            return Some(format!("{} vertices let go at t = {until} s", self.vertices.len()));
+        };
         // The first step that begins at `until - h/2` or later.
         let step = ((until - 0.5 * h) / h).ceil().max(0.0);
         Some(format!("{} vertices let go at t = {} s, after {step} steps", self.vertices.len(), step * h))
@@ -118,7 +121,7 @@ fn motion(spec: &MotionSpec) -> Motion {
         let displacements = spec.displacements.iter().map(|row| padded(row)).collect();
         let between = if spec.smooth { Interpolation::Smooth } else { Interpolation::Linear };
         let keyframes = Keyframes::new(spec.times.clone(), displacements, between);
-        motion = motion.along(move |t| keyframes.at(t));
+        motion = motion.breaking_at(spec.times.clone()).along(move |t| keyframes.at(t));
     }
     if let Some(components) = spec.displacement.clone() {
         motion = motion.by(move |x, t| {

@@ -4,9 +4,11 @@ use serde::Serialize;
 
 use super::attachments::Tied;
 use super::body::Parts;
+use crate::control::StepControl;
 use crate::diagnostics::{MEASURES, StabilityLimit};
 use crate::energy::nbody::ForceError;
 use crate::integrator::Documentation;
+use crate::integrator::estimate::Tolerances;
 use crate::lanes;
 use crate::material::{AboutPreset, MaterialSpec, Plane, Preset};
 use crate::mesh::Quality;
@@ -35,10 +37,12 @@ pub struct Report {
     pub bytes: usize,
     /// Name of the scheme.
     pub integrator: &'static str,
-    /// Time step [s].
+    /// Time step [s]; the first to be tried where step sizes follow the error.
     pub step: f64,
-    /// Steps to the end of the run.
-    pub steps: u64,
+    /// Steps to the end of the run; `None` where their size follows the error.
+    pub steps: Option<u64>,
+    /// How step sizes follow the error; `None` where they are fixed.
+    pub step_control: Option<StepControl>,
     /// Frames to be written.
     pub frames: u64,
     /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and nobody asked.
@@ -86,7 +90,7 @@ impl Report {
         let d = system.dimension();
         let free = system.inverse_mass().iter().filter(|w| **w > 0.0).count();
         let plan = scene.plan();
-        let h = simulation.step_size();
+        let (h, control) = (simulation.step_size(), simulation.step_control().copied());
         let (uses, left_out) = uses(scene, bodies, attachments, simulation);
         Report {
             title: scene.title.clone(),
@@ -99,8 +103,9 @@ impl Report {
             bytes: simulation.bytes(),
             integrator: simulation.method().documentation.name,
             step: h,
-            steps: plan.steps(h),
-            frames: plan.frames(h),
+            steps: control.is_none().then(|| plan.steps(h)),
+            frames: if control.is_some() { plan.exact_frames() } else { plan.frames(h) },
+            step_control: control,
             stability,
             tree_force_error,
             instruction_set: lanes::level().name(),
@@ -207,7 +212,10 @@ fn uses(
     say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
     let moving: Vec<String> = super::pins::described(bodies, |held| held.motion());
     say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
-    let released: Vec<String> = super::pins::described(bodies, |held| held.release(simulation.step_size()));
+    let released: Vec<String> = super::pins::described(bodies, |held| {
+        let fixed = simulation.step_control().is_none();
+        held.release(fixed.then(|| simulation.step_size()))
+    });
     say(!released.is_empty(), released.join("; "), "release: no pin lets go");
     let loads: Vec<String> =
         bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
@@ -223,6 +231,12 @@ fn uses(
         !damping.is_empty(),
         damping.join(", "),
         "damping: no body has any, and no force depends on velocities",
+    );
+    let control = simulation.step_control();
+    say(
+        control.is_some(),
+        control.map_or(String::new(), follows),
+        "error estimates, steps that are taken back: the step size is fixed",
     );
     let channel = |c: Channel| scene.output.channels.contains(&c);
     say(channel(Channel::State), "output /state".into(), "output /state: not written");
@@ -252,6 +266,16 @@ fn uses(
         "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
     );
     (uses, left_out)
+}
+
+/// How step sizes follow the error.
+fn follows(control: &StepControl) -> String {
+    let Tolerances { position, velocity, relative } = control.tolerances;
+    format!(
+        "step sizes that follow the error: {position:.3e} m and {velocity:.3e} m/s + {relative:e} of the speed in every step, steps up to \
+         {:.3e} s; every step that is taken back is counted",
+        control.largest
+    )
 }
 
 /// What a step costs.

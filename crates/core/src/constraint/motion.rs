@@ -15,6 +15,8 @@ pub struct Motion {
     rotation: Option<Rotation>,
     paths: Vec<Path>,
     field: Option<Field>,
+    /// Ascending [s].
+    breaks: Vec<f64>,
 }
 
 /// A rotation about an axis through a point, counter-clockwise seen against the axis.
@@ -76,6 +78,18 @@ impl Motion {
         self
     }
 
+    /// Says at which times, ascending [s], the velocity or its rate jumps: steps that follow the error land there.
+    #[must_use]
+    pub fn breaking_at(mut self, breaks: Vec<f64>) -> Self {
+        self.breaks = breaks;
+        self
+    }
+
+    /// The first of the times it breaks at that is after `time` [s].
+    pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
+        self.breaks.get(self.breaks.partition_point(|at| *at <= time)).copied()
+    }
+
     /// How it turns.
     pub fn rotation(&self) -> Option<&Rotation> {
         self.rotation.as_ref()
@@ -103,7 +117,7 @@ impl Motion {
 
 impl fmt::Debug for Motion {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Motion { rotation, paths, field } = self;
+        let Motion { rotation, paths, field, breaks: _ } = self;
         write!(formatter, "Motion({}, {}, {})", rotation.is_some(), paths.len(), field.is_some())
     }
 }

@@ -1,7 +1,7 @@
 //! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, one stage after another.
 
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
-use super::{Integrator, StepFault};
+use super::{Integrator, StepFault, node};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -64,12 +64,6 @@ impl Dirk {
             }
         }
     }
-}
-
-/// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be beside it.
-fn node(row: &[f64]) -> f64 {
-    let sum = row.iter().sum::<f64>();
-    if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
 }
 
 impl Integrator for Dirk {

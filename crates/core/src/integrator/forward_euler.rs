@@ -18,5 +18,5 @@ pub const METHOD: Method = Method {
         conserves: "nothing else",
         source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, section I.7",
     },
-    scheme: Scheme::RungeKutta(Tableau { a: &[&[]], b: &[1.0] }),
+    scheme: Scheme::RungeKutta(Tableau { a: &[&[]], b: &[1.0], companion: None }),
 };

@@ -7,6 +7,7 @@ pub mod alpha;
 mod amplification;
 pub mod collocation;
 pub mod dirk;
+pub mod estimate;
 mod implicit;
 pub mod runge_kutta;
 pub mod splitting;
@@ -22,6 +23,7 @@ use crate::state::State;
 use crate::system::System;
 
 pub use amplification::{Amplification, amplification};
+use estimate::{Judgement, Tolerances};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
 /// and the list that `pliant list` and the conformance tests go through. `module => Variant` for a scheme without
@@ -74,6 +76,8 @@ register! {
     velocity_verlet => VelocityVerlet,
     rk2_midpoint => Rk2Midpoint,
     rk4 => Rk4,
+    bogacki_shampine3 => BogackiShampine3,
+    dormand_prince5 => DormandPrince5,
     yoshida4 => Yoshida4,
     implicit_euler => ImplicitEuler,
     linearised_implicit_euler => LinearisedImplicitEuler,
@@ -159,6 +163,21 @@ pub struct Method {
 }
 
 impl Method {
+    /// The power of the step that the estimate of the local error grows with; `None` for schemes without an estimate, whose steps
+    /// cannot follow the error.
+    pub fn error_exponent(&self) -> Option<u32> {
+        let companion = match self.scheme {
+            Scheme::RungeKutta(tableau) => tableau.companion?,
+            _ => return None,
+        };
+        Some(companion.order.min(self.documentation.order) + 1)
+    }
+
+    /// Whether steps can follow the error.
+    pub fn is_adaptive(&self) -> bool {
+        self.error_exponent().is_some()
+    }
+
     /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as `options` say. An explicit
     /// one allocates all it will ever need.
     pub fn build(&self, unknowns: usize, options: SolverOptions) -> Box<dyn Integrator> {
@@ -190,6 +209,18 @@ pub trait Integrator: Send + Sync {
     /// Takes back the positions and velocities of the last [`step`](Self::step), to the last bit; once.
     fn undo(&mut self, state: &mut State);
 
+    /// What the last [`step`](Self::step), of size `h` [s], says of its error, walls left out; `state` is the new one. `None` for
+    /// schemes without an estimate.
+    fn judge(
+        &mut self,
+        _system: &mut System,
+        _state: &State,
+        _h: f64,
+        _tolerances: &Tolerances,
+    ) -> Option<Judgement> {
+        None
+    }
+
     /// Work done in solvers so far; nothing for explicit schemes.
     fn work(&self) -> SolverWork {
         SolverWork::default()
@@ -217,6 +248,12 @@ impl StepFault {
         let fault = system.fault(x).or_else(|| system.dissipative_fault(x, v));
         StepFault { fault, vertex: vertex.map(|i| i / system.dimension()), solve: None }
     }
+}
+
+/// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be beside it.
+fn node(row: &[f64]) -> f64 {
+    let sum = row.iter().sum::<f64>();
+    if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
 }
 
 /// What is left of a velocity after the ether drag of half a step. Strang splitting: half of the drag before the step and half

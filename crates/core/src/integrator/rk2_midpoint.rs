@@ -17,5 +17,5 @@ pub const METHOD: Method = Method {
         conserves: "nothing else",
         source: "Hairer, Norsett, Wanner 1993, Solving Ordinary Differential Equations I, section II.1",
     },
-    scheme: Scheme::RungeKutta(Tableau { a: &[&[], &[0.5]], b: &[0.0, 1.0] }),
+    scheme: Scheme::RungeKutta(Tableau { a: &[&[], &[0.5]], b: &[0.0, 1.0], companion: None }),
 };

@@ -20,5 +20,6 @@ pub const METHOD: Method = Method {
     scheme: Scheme::RungeKutta(Tableau {
         a: &[&[], &[0.5], &[0.0, 0.5], &[0.0, 0.0, 1.0]],
         b: &[1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0],
+        companion: None,
     }),
 };

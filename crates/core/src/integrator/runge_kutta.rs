@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{Integrator, StepFault, all_finite, half_drag};
+use super::estimate::{Companion, ErrorNorm, Judgement, Tolerances};
+use super::{Integrator, StepFault, all_finite, half_drag, node};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -20,6 +21,16 @@ pub struct Tableau {
     pub a: &'static [&'static [f64]],
     /// Weights.
     pub b: &'static [f64],
+    /// What the error is estimated by, if anything.
+    pub companion: Option<Companion>,
+}
+
+impl Tableau {
+    /// Whether the last stage is the new state, so that the next step begins with its force.
+    pub fn is_first_same_as_last(&self) -> bool {
+        let last = self.b.len() - 1;
+        last > 0 && self.b[last] == 0.0 && self.a[last] == &self.b[..last]
+    }
 }
 
 /// Runs any explicit tableau.
@@ -30,6 +41,7 @@ pub struct RungeKutta {
     acceleration: Vec<Vec<f64>>,
     x: Vec<f64>,
     v: Vec<f64>,
+    norm: ErrorNorm,
 }
 
 impl RungeKutta {
@@ -42,6 +54,7 @@ impl RungeKutta {
             acceleration: stages,
             x: vec![0.0; unknowns],
             v: vec![0.0; unknowns],
+            norm: if tableau.companion.is_some() { ErrorNorm::new(unknowns) } else { ErrorNorm::default() },
         }
     }
 
@@ -77,12 +90,17 @@ fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 
 impl Integrator for RungeKutta {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let Tableau { a, b } = self.tableau;
-        let half_drag = half_drag(system, h);
+        let Tableau { a, b, companion } = self.tableau;
+        // What is estimated is the error of the stages, so that a pair has the drag there.
+        let (half_drag, drag) = match companion {
+            Some(_) => (1.0, system.ether_drag()),
+            None => (half_drag(system, h), 0.0),
+        };
+        let mut force = ForceId::NONE;
         for stage in 0..b.len() {
             self.combine(state, half_drag, h, a[stage]);
             let known = stage == 0 && system.holds(state.force);
-            let time = state.time + a[stage].iter().sum::<f64>() * h;
+            let time = state.time + node(a[stage]) * h;
             system.set_time(time);
             let prescribed = system.prescribe(time, &mut self.x, &mut self.v);
             if !prescribed || !known && system.evaluate(&self.x).is_none() {
@@ -90,17 +108,42 @@ impl Integrator for RungeKutta {
             }
             system.evaluate_dissipation(&self.x, &self.v);
             system.accelerations(&mut self.acceleration[stage]);
+            if drag != 0.0 {
+                self.acceleration[stage].iter_mut().zip(&self.v).for_each(|(a, v)| *a -= drag * v);
+            }
             self.velocity[stage].copy_from_slice(&self.v);
         }
-        self.combine(state, half_drag, h, b);
-        self.v.iter_mut().for_each(|v| *v *= half_drag);
-        system.prescribe(state.time + h, &mut self.x, &mut self.v);
+        if self.tableau.is_first_same_as_last() {
+            force = system.force();
+        } else {
+            self.combine(state, half_drag, h, b);
+            self.v.iter_mut().for_each(|v| *v *= half_drag);
+            system.prescribe(state.time + h, &mut self.x, &mut self.v);
+        }
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        system.apply_walls(state.time + h, &mut self.x, &mut self.v);
-        state.swap(&mut self.x, &mut self.v, ForceId::NONE);
+        let put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+        state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
         Ok(())
+    }
+
+    fn judge(
+        &mut self,
+        system: &mut System,
+        state: &State,
+        h: f64,
+        tolerances: &Tolerances,
+    ) -> Option<Judgement> {
+        let difference = self.tableau.companion?.difference;
+        let RungeKutta { velocity, acceleration, v: before, norm, .. } = self;
+        let errors = |range: std::ops::Range<usize>, x: &mut [f64], v: &mut [f64]| {
+            for (j, d) in difference.iter().enumerate().filter(|(_, d)| **d != 0.0) {
+                add_scaled(x, h * d, &velocity[j][range.clone()]);
+                add_scaled(v, h * d, &acceleration[j][range.clone()]);
+            }
+        };
+        Some(Judgement::Error(norm.of(system, tolerances, before, state.v(), errors)))
     }
 
     fn undo(&mut self, state: &mut State) {
@@ -109,6 +152,6 @@ impl Integrator for RungeKutta {
     }
 
     fn bytes(&self) -> usize {
-        8 * self.x.len() * (2 + 2 * self.velocity.len())
+        8 * self.x.len() * (2 + 2 * self.velocity.len()) + self.norm.bytes()
     }
 }

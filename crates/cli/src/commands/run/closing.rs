@@ -75,16 +75,16 @@ impl<'a> Closing<'a> {
         if damps && self.summary.end.total < self.summary.start.total {
             return vec![format!(
                 "the scheme `{}` damps motion by itself: it took up to {} of the {} J in play, although nothing in the scene takes \
-                 energy; a smaller step than {} s takes less, `implicit-midpoint` next to nothing",
+                 energy; {} takes less, `implicit-midpoint` next to nothing",
                 method.documentation.name,
                 share(error),
                 number(scale),
-                number(self.report.step),
+                self.finer(),
             )];
         }
         vec![format!(
             "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
-             {}; a smaller step than {} s would be more accurate",
+             {}; {} would be more accurate",
             share(error),
             number(scale),
             share(self.summary.relative_energy_drift()),
@@ -92,8 +92,16 @@ impl<'a> Closing<'a> {
                 Some(_) => "accounts for it",
                 None => "takes or gives energy",
             },
-            number(self.report.step),
+            self.finer(),
         )]
+    }
+
+    /// What would make the steps more accurate.
+    fn finer(&self) -> String {
+        match &self.report.step_control {
+            Some(control) => format!("a smaller `tolerance` than {:e}", control.tolerances.relative),
+            None => format!("a smaller step than {} s", number(self.report.step)),
+        }
     }
 
     /// One line on an end that is not the planned one; `None` if it is. `file` is what was recorded to.
@@ -196,6 +204,12 @@ impl<'a> Closing<'a> {
                 line(name, said);
             }
         }
+        if let Some(rejected) = self.summary.work.rejected_steps {
+            let evaluations =
+                counted(self.summary.work.force_evaluations, "force evaluation", "force evaluations");
+            let taken_back = counted(rejected, "step", "steps");
+            line("error", format!("{taken_back} taken back because the error was too large; {evaluations}"));
+        }
         if let Some(solver) = &self.summary.work.solver {
             line("solver", solver_work(solver));
         }
@@ -235,6 +249,7 @@ impl<'a> Closing<'a> {
                 "planned_frames": self.report.frames,
                 "steps": work.steps,
                 "planned_steps": self.report.steps,
+                "rejected_steps": work.rejected_steps,
                 "force_evaluations": work.force_evaluations,
                 "solver": work.solver,
                 "wall_seconds": self.wall.as_secs_f64(),
@@ -284,6 +299,7 @@ impl<'a> Closing<'a> {
             Outcome::Failed(StepError::NotFinite { .. }) => "not_finite",
             Outcome::Failed(StepError::Unstable { .. }) => "unstable",
             Outcome::Failed(StepError::Unsolved { .. }) => "unsolved",
+            Outcome::Failed(StepError::StepTooSmall { .. }) => "step_too_small",
             Outcome::ObserverFailed(_) => "recording",
             Outcome::Interrupted => "interrupted",
             _ => "failed",

@@ -85,7 +85,12 @@ impl Moment {
             elements: None,
             points: None,
             reactions: None,
-            work: Work { steps: 10 * self.index, force_evaluations: 20 * self.index, solver: None },
+            work: Work {
+                steps: 10 * self.index,
+                force_evaluations: 20 * self.index,
+                rejected_steps: None,
+                solver: None,
+            },
         }
     }
 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::integrator::IntegratorSpec;
 
+mod adaptive;
 mod attachment;
 mod bending;
 mod body;
@@ -27,6 +28,7 @@ mod solver;
 mod study;
 mod transform;
 
+pub use adaptive::Adaptive;
 pub use attachment::*;
 pub use bending::*;
 pub use body::*;
@@ -90,10 +92,14 @@ pub struct Time {
     /// How the equations of implicit schemes are solved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<Solver>,
-    /// Time step [s].
-    #[serde(with = "As::<Duration>")]
+    /// Time step [s]. A scene has either this or `adaptive`.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
-    pub step: f64,
+    pub step: Option<f64>,
+    /// Steps whose size follows the error, for schemes that estimate it; `pliant list integrators` says which do. In place of `step`;
+    /// `adaptive = {}` leaves everything to the defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<Adaptive>,
     /// Simulated time to run [s].
     #[serde(with = "As::<Duration>")]
     #[schemars(range(min = 0.0))]

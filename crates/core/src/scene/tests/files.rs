@@ -73,10 +73,13 @@ fn the_schema_has_ranges_and_documentation() {
         |pointer: &str| schema.as_value().pointer(pointer).unwrap_or_else(|| panic!("no {pointer}")).clone();
     assert_eq!(at("/properties/dimension/minimum"), 2);
     assert_eq!(at("/$defs/Time/properties/step/exclusiveMinimum"), 0.0);
-    assert_eq!(at("/$defs/Time/properties/step/description"), "Time step [s].");
+    assert_eq!(
+        at("/$defs/Time/properties/step/description"),
+        "Time step [s]. A scene has either this or `adaptive`."
+    );
     assert_eq!(at("/$defs/Time/additionalProperties"), false);
     assert_eq!(at("/$defs/World/properties/gravity/maxItems"), 3);
-    assert_eq!(at("/$defs/Time/properties/step/type"), serde_json::json!(["number", "string"]));
+    assert_eq!(at("/$defs/Time/properties/duration/type"), serde_json::json!(["number", "string"]));
     let per_vertex = "/$defs/MassSpec/oneOf/1/properties/per_vertex/anyOf";
     assert_eq!(at(&format!("{per_vertex}/0/unit")), "kg");
     assert_eq!(at(&format!("{per_vertex}/1/items/unit")), "kg");

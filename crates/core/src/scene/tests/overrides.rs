@@ -40,7 +40,7 @@ fn comments_and_the_rest_stay() {
     assert_eq!(source.text(), changed("1e-3", "1   # [s]"));
     assert_eq!(set(GOOD, &[]).unwrap().text(), GOOD);
     let windows = GOOD.replace('\n', "\r\n");
-    assert_eq!(set(&windows, &["time.step=1"]).unwrap().scene().unwrap().time.step, 1.0);
+    assert_eq!(set(&windows, &["time.step=1"]).unwrap().scene().unwrap().time.step, Some(1.0));
 }
 
 #[test]
@@ -55,8 +55,8 @@ fn keys_and_tables_are_made() {
     assert_eq!(set(bare, &["output={ rate = 8 }"]).unwrap().scene().unwrap().output.rate, 8.0);
     let replaced =
         scene(&["time={ integrator = \"symplectic-euler\", step = 0.5, duration = 3 }", "title=Hello"]);
-    assert_eq!((replaced.time.step, replaced.title.as_deref()), (0.5, Some("Hello")));
-    assert_eq!(scene(&["time.step=1", "time.step=2"]).time.step, 2.0);
+    assert_eq!((replaced.time.step, replaced.title.as_deref()), (Some(0.5), Some("Hello")));
+    assert_eq!(scene(&["time.step=1", "time.step=2"]).time.step, Some(2.0));
     let body = "body.0={ mesh = { disk = { count = 1, radius = 1 } }, mass = { total = 2 } }";
     assert!(scene(&[body]).body[0].is_particles());
 }
@@ -105,7 +105,7 @@ error: unknown field `stpe`
   | ^^^^
   |
   = help: did you mean `step`?
-  = help: fields here: `integrator`, `solver`, `step`, `duration`, `allow_unstable`
+  = help: fields here: `integrator`, `solver`, `step`, `adaptive`, `duration`, `allow_unstable`
   = note: from `--set time.stpe=1`";
     assert_eq!(failed.to_string(), expected.trim_start());
     let failed = set(GOOD, &["time.step=-1"]).unwrap().scene().unwrap_err();

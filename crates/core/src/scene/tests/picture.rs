@@ -41,11 +41,13 @@ error: unknown field `stifness`
 #[test]
 fn missing_field() {
     let expected = r"
-error: missing field `step` in `time`
+error: [time] has neither `step` nor `adaptive`
  --> scene.toml:3:1
   |
 3 | [time]
   | ^^^^^^
+  |
+  = help: give the time step [s], `step = 1e-3`
 ";
     assert_eq!(picture("step = 1e-3\n", ""), golden(expected));
 }

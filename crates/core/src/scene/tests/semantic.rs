@@ -786,3 +786,49 @@ fn attachments() {
         assert!(message.contains(expected), "{line}:\n{message}\n{expected}");
     }
 }
+
+#[test]
+fn adaptive_steps() {
+    let steps = |text: &str| changed("step = 1e-3", text).replace("symplectic-euler", "dormand-prince5");
+    for (text, expected) in [
+        ("step = 1e-3\nadaptive = {}", "5:1 time.step: `step` and `adaptive` are both given"),
+        (
+            "adaptive = { tolerance = 1.0 }",
+            "5:26 time.adaptive.tolerance: `tolerance` must be from 1e-14 to below 1, got 1.0",
+        ),
+        (
+            "adaptive = { tolerance = 1e-15 }",
+            "5:26 time.adaptive.tolerance: `tolerance` must be from 1e-14 to below 1, got 1e-15",
+        ),
+        (
+            "adaptive = { tolerance = nan }",
+            "5:26 time.adaptive.tolerance: `tolerance` must be positive and finite, got NaN",
+        ),
+        (
+            "adaptive = { position = 0.0 }",
+            "5:25 time.adaptive.position: `position` must be positive and finite, got 0.0 [m]",
+        ),
+        (
+            "adaptive = { velocity = -1.0 }",
+            "5:25 time.adaptive.velocity: `velocity` must be positive and finite, got -1.0 [m/s]",
+        ),
+        (
+            "adaptive = { smallest = '1 ms', largest = 1e-4 }",
+            "5:25 time.adaptive.smallest: `smallest` is 0.001 [s], more than `largest`, 0.0001 [s]",
+        ),
+        (
+            "adaptive = { first = '1 s', largest = '0.5 s' }",
+            "5:22 time.adaptive.first: `first` is 1.0 [s], more than `largest`, 0.5 [s]",
+        ),
+    ] {
+        assert_eq!(briefly(&error(&steps(text))), [expected], "{text}");
+    }
+    assert!(read(&steps("adaptive = { tolerance = 1e-8, first = '1 us' }")).is_ok());
+
+    let failed = error(&changed("step = 1e-3", "adaptive = {}"));
+    assert_eq!(
+        briefly(&failed),
+        ["5:1 time.adaptive: symplectic-euler does not estimate its error, and its steps cannot follow it"]
+    );
+    assert!(failed.problems()[0].help[0].contains("dormand-prince5"), "{:?}", failed.problems()[0].help);
+}

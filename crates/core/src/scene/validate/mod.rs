@@ -3,6 +3,7 @@
 //! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh of a
 //! million points that are all wrong is one mistake.
 
+mod adaptive;
 mod attachment;
 mod bending;
 mod body;
@@ -34,6 +35,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
         let message = format!("`dimension` must be 2 or 3, got {}", scene.dimension);
         check.report(Problem::semantic(root.key("dimension"), message));
     }
+    adaptive::steps(&mut check, &root.key("time"), &scene.time);
     surroundings::time(&mut check, &root.key("time"), &scene.time);
     surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);

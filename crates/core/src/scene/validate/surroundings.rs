@@ -15,16 +15,18 @@ const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
 const MOST_FRAMES: f64 = 1e9;
 
 pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
-    let step = check.number(&path.key("step"), time.step, Sign::Positive, "s");
     let duration = check.number(&path.key("duration"), time.duration, Sign::NonNegative, "s");
-    let steps = time.duration / time.step;
-    if step && duration && steps > MOST_STEPS {
-        let message = format!(
-            "{:?} [s] in steps of {:?} [s] are {steps:.1e} steps, more than can be counted (2^53)",
-            time.duration, time.step
-        );
-        let problem = Problem::semantic(path.key("step"), message);
-        check.report(problem.with_help("increase `step` or reduce `duration`"));
+    if let Some(step) = time.step {
+        let good = check.number(&path.key("step"), step, Sign::Positive, "s");
+        let steps = time.duration / step;
+        if good && duration && steps > MOST_STEPS {
+            let message = format!(
+                "{:?} [s] in steps of {step:?} [s] are {steps:.1e} steps, more than can be counted (2^53)",
+                time.duration
+            );
+            let problem = Problem::semantic(path.key("step"), message);
+            check.report(problem.with_help("increase `step` or reduce `duration`"));
+        }
     }
     let method = time.integrator.method().documentation;
     if let Err(BadParameter { name, value, right }) = time.integrator.check() {

@@ -1,0 +1,206 @@
+//! Steps whose size follows the error.
+
+use super::{Simulation, StepError};
+use crate::control::{Controller, StepControl};
+use crate::integrator::StepFault;
+use crate::integrator::estimate::{ErrorNorm, Judgement};
+use crate::solver::scene_size;
+use crate::system::System;
+
+/// Times nearer to each other than this many units in the last place are one.
+const SAME_TIME_ULPS: f64 = 8.0;
+/// Of a scene where nothing moves and nothing acts, the first step is this part of the largest.
+const FIRST_AT_REST: f64 = 1e-3;
+
+impl Simulation {
+    /// The length that errors of positions are compared with [m]: the diagonal of the bounding box, now; of a single point its distance
+    /// from the origin, along the axis where it is farthest, or 1.
+    pub fn length_scale(&self) -> f64 {
+        scene_size(self.state.x(), self.system.dimension())
+    }
+
+    /// The speed that errors of velocities are compared with [m/s]: that of all masses together with the energy there is now, kinetic and
+    /// stored, and what gravity can give over the size of the scene; `sqrt(2 E / m)`.
+    pub fn speed_scale(&mut self) -> f64 {
+        let energy = self.system.kinetic(self.state.v()) + self.potential_scale();
+        (2.0 * energy / self.system.mass().iter().sum::<f64>()).sqrt()
+    }
+
+    /// Lets step sizes follow the error from now on, beginning with the first that `control` names or that two evaluations of the
+    /// force find.
+    ///
+    /// # Panics
+    /// If the scheme has no estimate of its error, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
+    pub fn set_step_control(&mut self, control: StepControl) {
+        let first = control.first.unwrap_or_else(|| self.first_step(&control));
+        let controller = Controller::new(control, &self.method, first);
+        self.step_size = controller.next();
+        self.controller = Some(Box::new(controller));
+    }
+
+    /// How step sizes follow the error; `None` where they do not.
+    pub fn step_control(&self) -> Option<&StepControl> {
+        self.controller.as_ref().map(|controller| &controller.control)
+    }
+
+    /// Takes one step that goes no farther than to the time `target` [s], and lands on it to the last bit if it gets there. Without
+    /// [step control](Self::set_step_control), a step of the fixed size.
+    ///
+    /// Holds let go exactly at their end, and steps land on the times at which keyframes break a motion.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before.
+    pub fn step_towards(&mut self, target: f64) -> Result<(), StepError> {
+        let Some(mut controller) = self.controller.take() else { return self.step() };
+        let end = self.controlled_step(&mut controller, target);
+        self.step_size = controller.next();
+        self.controller = Some(controller);
+        end
+    }
+
+    /// The norm of the error that the scheme estimates for a step of `h` [s] from here, 1 being what is allowed; the step is not taken.
+    /// `None` where there is no estimate, or no such step.
+    pub fn estimate_of_a_step(&mut self, h: f64) -> Option<f64> {
+        let controller = self.controller.take()?;
+        let stepped = self.integrator.step(&mut self.system, &mut self.state, h).is_ok();
+        let judgement = stepped.then(|| self.judge(&controller, h)).flatten();
+        if stepped {
+            self.integrator.undo(&mut self.state);
+        }
+        self.controller = Some(controller);
+        match judgement {
+            Some(Judgement::Error(error)) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn controlled_step(&mut self, controller: &mut Controller, target: f64) -> Result<(), StepError> {
+        let time = self.state.time;
+        let same = SAME_TIME_ULPS * f64::EPSILON * time.abs().max(controller.next());
+        let released = self.system.release(time + same);
+        self.ensure_force(time)?;
+        self.open_ledger(released);
+        let next_break = self.system.next_break(time + same).filter(|at| *at < target - same);
+        let goal = next_break.unwrap_or(target);
+        let mut last = (controller.next(), None, None);
+        loop {
+            let h = controller.plan(goal - time);
+            let smallest = controller.floor(time);
+            if h < smallest && h < goal - time {
+                return Err(self.too_small(smallest, last));
+            }
+            let end = if h == goal - time { goal } else { time + h };
+            let (judgement, fault) = match self.integrator.step(&mut self.system, &mut self.state, h) {
+                Err(fault) => (None, Some(fault)),
+                Ok(()) => {
+                    let judged = self.judge(controller, h);
+                    match judged {
+                        Some(judgement) if !controller.admits(h, judgement) => {
+                            self.integrator.undo(&mut self.state);
+                            (Some(judgement), None)
+                        }
+                        judged if self.state.ensure_force(&mut self.system, end) => {
+                            self.state.step += 1;
+                            self.state.time = end;
+                            controller.accept(h, judged.unwrap_or(Judgement::Step(h)));
+                            self.note_in_ledger(h);
+                            return Ok(());
+                        }
+                        _ => {
+                            let fault = StepFault::at(&self.system, self.state.x(), self.state.v());
+                            self.integrator.undo(&mut self.state);
+                            (None, Some(fault))
+                        }
+                    }
+                }
+            };
+            controller.reject(h, judgement);
+            last = (h, judgement, fault);
+            // Implicit schemes begin with the acceleration at the beginning.
+            self.ensure_force(time)?;
+        }
+    }
+
+    fn judge(&mut self, controller: &Controller, h: f64) -> Option<Judgement> {
+        let tolerances = &controller.control.tolerances;
+        self.integrator.judge(&mut self.system, &self.state, h, tolerances)
+    }
+
+    fn too_small(
+        &self,
+        smallest: f64,
+        (step_size, judgement, fault): (f64, Option<Judgement>, Option<StepFault>),
+    ) -> StepError {
+        let none = StepFault { fault: None, vertex: None, solve: None };
+        let StepFault { fault, vertex, solve } = self.located(fault.unwrap_or(none));
+        StepError::StepTooSmall {
+            step: self.state.step + 1,
+            time: self.state.time,
+            step_size,
+            smallest,
+            error: match judgement {
+                Some(Judgement::Error(error)) => Some(error),
+                _ => None,
+            },
+            fault,
+            vertex,
+            verdict: solve.map(|solve| solve.verdict),
+        }
+    }
+
+    /// The algorithm of Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, section II.4, with the size of the scene for
+    /// the norm of the positions, which have no natural zero, and the time scale `tau = d_0 / d_1` where it takes the second for a unit:
+    ///
+    /// ```text
+    /// d_0 = |(size, v)|   d_1 = |(v, a)|   tau = d_0 / d_1   h_0 = tau / 100
+    /// d_2 = |(v, a)(x + h_0 v, v + h_0 a) - (v, a)| / h_0
+    /// h = min(100 h_0, tau (0.01 / max(d_0, tau^2 d_2))^(1/k))
+    /// ```
+    fn first_step(&mut self, control: &StepControl) -> f64 {
+        let at_rest = FIRST_AT_REST * control.largest;
+        let (size, time) = (self.length_scale(), self.state.time);
+        let (x, v) = (self.state.x().to_vec(), self.state.v().to_vec());
+        let Some(a) = acceleration(&mut self.system, &x, &v, time) else { return at_rest };
+        let mut norm = ErrorNorm::new(x.len());
+        let mut length =
+            |system: &System, in_x: &(dyn Fn(usize) -> f64 + Sync), in_v: &(dyn Fn(usize) -> f64 + Sync)| {
+                norm.of(system, &control.tolerances, &v, &v, |range, x, v| {
+                    for (k, i) in range.enumerate() {
+                        (x[k], v[k]) = (in_x(i), in_v(i));
+                    }
+                })
+            };
+        let per_axis = size / (self.system.dimension() as f64).sqrt();
+        let d0 = length(&self.system, &|_| per_axis, &|i| v[i]);
+        let d1 = length(&self.system, &|i| v[i], &|i| a[i]);
+        if !(d0 > 0.0 && d1 > 0.0 && (d0 / d1).is_finite()) {
+            return at_rest;
+        }
+        let tau = d0 / d1;
+        let h0 = (0.01 * tau).min(control.largest);
+        let x1: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x + h0 * v).collect();
+        let v1: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + h0 * a).collect();
+        let Some(a1) = acceleration(&mut self.system, &x1, &v1, time + h0) else { return h0 };
+        let d2 = length(&self.system, &|i| (v1[i] - v[i]) / h0, &|i| (a1[i] - a[i]) / h0);
+        let exponent = self.method.error_exponent().map_or(1.0, f64::from);
+        let h1 = tau * (0.01 / d0.max(tau * tau * d2)).powf(1.0 / exponent);
+        let first = h1.min(100.0 * h0).min(control.largest);
+        if first > 0.0 { first } else { h0 }
+    }
+}
+
+/// The acceleration [m/s^2] at `(x, v)`, drag included; `None` where it is not finite.
+fn acceleration(system: &mut System, x: &[f64], v: &[f64], time: f64) -> Option<Vec<f64>> {
+    let (mut x, mut v) = (x.to_vec(), v.to_vec());
+    system.set_time(time);
+    if !system.prescribe(time, &mut x, &mut v) {
+        return None;
+    }
+    system.evaluate(&x)?;
+    system.evaluate_dissipation(&x, &v);
+    let mut a = vec![0.0; x.len()];
+    system.accelerations(&mut a);
+    let drag = system.ether_drag();
+    a.iter_mut().zip(&v).for_each(|(a, v)| *a -= drag * v);
+    Some(a)
+}
