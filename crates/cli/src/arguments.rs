@@ -280,6 +280,9 @@ pub(crate) struct StudyArguments {
     /// The steps [s], separated by commas [default: chosen by factors of 2]
     #[arg(long, value_name = "A,B,..")]
     pub(crate) steps: Option<String>,
+    /// Tolerances of schemes whose steps follow the error, separated by commas [default: by factors of 10]
+    #[arg(long, value_name = "A,B,..")]
+    pub(crate) tolerances: Option<String>,
     /// Vary a value of the scene beside; repeatable, every combination is studied
     #[arg(long, value_name = "PATH=A,B,..")]
     pub(crate) vary: Vec<String>,

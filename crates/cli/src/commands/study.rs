@@ -100,7 +100,11 @@ fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
         });
         Ok(format!("study.{key}=[{}]", quoted.collect::<Vec<_>>().join(", ")))
     };
-    for (key, text) in [("integrators", &arguments.integrators), ("steps", &arguments.steps)] {
+    for (key, text) in [
+        ("integrators", &arguments.integrators),
+        ("steps", &arguments.steps),
+        ("tolerances", &arguments.tolerances),
+    ] {
         if let Some(text) = text {
             changes.push(list(key, text)?);
         }

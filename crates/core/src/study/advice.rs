@@ -1,6 +1,7 @@
 //! Which scheme at which step: the rows that no other row beats.
 
 use super::row::Row;
+use super::sweep::ADAPTIVE;
 
 /// Rows that no other row beats in both error and time, the fastest first.
 pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
@@ -30,7 +31,9 @@ pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone) -> Vec<String>
     for error in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
         let Some(row) = cheapest(rows.clone(), error) else { break };
         let variant = if row.variant.is_empty() { String::new() } else { format!(" with {}", row.variant) };
-        let what = format!("{} at {}{variant}: {}", row.integrator, seconds(row.dt), seconds(row.wall_min_s));
+        let pace =
+            row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("a tolerance of {tolerance:e}"));
+        let what = format!("{} at {pace}{variant}: {}", row.integrator, seconds(row.wall_min_s));
         if let Some(last) = said.last_mut()
             && last.1 == what
         {
@@ -70,7 +73,11 @@ fn settings(row: &Row) -> String {
     for change in row.variant.split("; ").filter(|change| !change.is_empty()) {
         out += &format!("# with --set {change}\n");
     }
-    out += &format!("[time]\nintegrator = {}\nstep = {:?}\n", scheme(&row.integrator), row.dt);
+    out += &format!("[time]\nintegrator = {}\n", scheme(row.integrator.trim_end_matches(ADAPTIVE)));
+    out += &match row.tol {
+        Some(tolerance) => format!("adaptive = {{ tolerance = {tolerance:?} }}\n"),
+        None => format!("step = {:?}\n", row.dt),
+    };
     out
 }
 

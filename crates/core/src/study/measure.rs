@@ -2,7 +2,7 @@
 
 use super::errors::Weights;
 use super::machine::{forget_peak, peak};
-use super::plan::{Contender, Grid};
+use super::plan::{Contender, Grid, Pace};
 use super::results::Record;
 use super::row::{Row, RowStatus, SCHEMA};
 use super::sweep::{Study, integrator_name, status};
@@ -38,7 +38,7 @@ pub(super) struct About<'a> {
 pub(super) fn measure(
     about: &About<'_>,
     contender: Contender,
-    parts: u64,
+    pace: Pace,
     slice: f64,
     deadline: f64,
 ) -> Result<Option<Record>, StudyError> {
@@ -47,7 +47,7 @@ pub(super) fn measure(
     let scene = &solved_well(about, &runner, contender)?;
     forget_peak();
     let before = study.clock.now();
-    let watched = runner.watch(scene, contender, parts, deadline).map_err(StudyError::Scene)?;
+    let watched = runner.watch(scene, contender, pace, deadline).map_err(StudyError::Scene)?;
     let Some((status, failure)) = status(&watched.summary.outcome) else { return Ok(None) };
     let memory = peak();
     let mut seconds = vec![];
@@ -63,7 +63,7 @@ pub(super) fn measure(
             if (enough && quiet) || over {
                 break;
             }
-            seconds.push(runner.time(scene, contender, parts).map_err(StudyError::Scene)?.1);
+            seconds.push(runner.time(scene, contender, pace).map_err(StudyError::Scene)?.1);
             if study.interrupt.load(std::sync::atomic::Ordering::Relaxed) {
                 return Ok(None);
             }
@@ -73,7 +73,7 @@ pub(super) fn measure(
         seconds.push(watched.stepping);
     }
     let timing = Timing::of(&seconds);
-    Ok(Some(record(about, contender, parts, scene, &watched, (status, failure), timing, memory)))
+    Ok(Some(record(about, contender, pace, scene, &watched, (status, failure), timing, memory)))
 }
 
 /// The scene with a tolerance of Newton's method that lets the error of the scheme be seen.
@@ -84,7 +84,7 @@ fn solved_well(about: &About<'_>, runner: &Runner<'_>, contender: Contender) -> 
     }
     let mut solver = scene.time.solver.clone().unwrap_or_default();
     if solver.tolerance.is_none() {
-        let assembly = runner.assemble(&scene, contender, about.grid.step(1)).map_err(StudyError::Scene)?;
+        let assembly = runner.assemble(&scene, contender, Pace::Parts(1)).map_err(StudyError::Scene)?;
         let size = scene_size(assembly.simulation.state().x(), scene.dimension);
         solver.tolerance = Some(NEWTON_TOLERANCE * size);
     }
@@ -96,7 +96,7 @@ fn solved_well(about: &About<'_>, runner: &Runner<'_>, contender: Contender) -> 
 fn record(
     about: &About<'_>,
     contender: Contender,
-    parts: u64,
+    pace: Pace,
     scene: &Scene,
     watched: &Watched,
     (status, failure): (RowStatus, Option<(f64, String)>),
@@ -128,10 +128,13 @@ fn record(
         nu: about.scene.body.iter().find_map(|b| b.elastic.as_ref()?.lame()).map(poisson),
         ndof: assembly.report.free_coordinates,
         mass: "lumped".into(),
-        integrator: integrator_name(contender),
+        integrator: integrator_name(contender, matches!(pace, Pace::Tolerance(_))),
         order_nominal: method.order,
         stages: stages(contender),
-        dt: about.grid.step(parts),
+        dt: match pace {
+            Pace::Parts(parts) => about.grid.step(parts),
+            Pace::Tolerance(_) => summary.end.time / counts.steps.max(1) as f64,
+        },
         steps: counts.steps,
         t_end: about.grid.duration,
         newton_tol: scene.time.solver.as_ref().filter(|_| implicit).and_then(|solver| solver.tolerance),
@@ -159,6 +162,11 @@ fn record(
         setup_s: watched.setup,
         peak_rss_mb: memory,
         obs_order: None,
+        tol: match pace {
+            Pace::Parts(_) => None,
+            Pace::Tolerance(tolerance) => Some(tolerance),
+        },
+        n_reject: summary.work.rejected_steps,
         variant: about.label.to_owned(),
         dropped: ok && errors.q_rms < reference.floor(),
         message: failure.map(|failure| failure.1),

@@ -57,7 +57,7 @@ pub use clock::{Clock, WallClock};
 pub use errors::{Errors, TimeError, Weights};
 pub use machine::Provenance;
 pub use order::fit;
-pub use plan::{Contender, Grid, Plan, ReferenceChoice, TIMES};
+pub use plan::{Contender, Grid, Pace, Plan, ReferenceChoice, TIMES};
 pub use reference::{Reference, key};
 pub use results::{LineResult, Record, Results, Stop, VariantResult};
 pub use row::{COLUMNS, Row, RowStatus, SCHEMA, csv};
@@ -82,8 +82,8 @@ pub enum Event<'a> {
     Begun {
         /// The scheme.
         scheme: &'static str,
-        /// Its step [s].
-        step: f64,
+        /// `step` and its size [s], or `tolerance` and that.
+        pace: (&'static str, f64),
         /// What was varied.
         variant: &'a str,
         /// Rows finished.

@@ -7,7 +7,8 @@ pub(super) fn observe(rows: &mut [&mut Row]) {
     let mut before: Option<(f64, f64)> = None;
     for row in rows {
         row.obs_order = None;
-        let Some(error) = row.error().filter(|error| *error > 0.0) else {
+        // Steps that follow the error are of all sizes.
+        let Some(error) = row.error().filter(|error| *error > 0.0 && row.tol.is_none()) else {
             before = None;
             continue;
         };
@@ -20,6 +21,7 @@ pub(super) fn observe(rows: &mut [&mut Row]) {
 pub fn fit<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Option<f64> {
     let mut points: Vec<(f64, f64)> = rows
         .into_iter()
+        .filter(|row| row.tol.is_none())
         .filter_map(|row| Some((row.dt.ln(), row.error().filter(|error| *error > 0.0)?.ln())))
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -13,11 +13,12 @@ const MOST_TIMES: usize = 200;
 /// Seconds for a study that nothing else ends.
 const BUDGET: f64 = 60.0;
 /// The schemes without a list: one or two of each family.
-const USUAL: [&str; 12] = [
+const USUAL: [&str; 13] = [
     "symplectic-euler",
     "velocity-verlet",
     "rk4",
     "yoshida4",
+    "dormand-prince5",
     "implicit-euler",
     "implicit-midpoint",
     "generalised-alpha",
@@ -50,6 +51,15 @@ impl Contender {
     }
 }
 
+/// How a run goes through time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pace {
+    /// So many steps from one time of comparison to the next.
+    Parts(u64),
+    /// Steps that follow the error, of this tolerance.
+    Tolerance(f64),
+}
+
 /// Where the reference comes from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReferenceChoice {
@@ -69,6 +79,8 @@ pub struct Plan {
     pub contenders: Vec<Contender>,
     /// Steps [s]; chosen by factors of 2 if there are none.
     pub steps: Vec<f64>,
+    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 if there are neither steps nor tolerances.
+    pub tolerances: Vec<f64>,
     /// The smallest step that is chosen [s].
     pub smallest_step: Option<f64>,
     /// Values that are varied beside.
@@ -109,10 +121,11 @@ impl Plan {
         if own.documentation.order > 0 && contenders.iter().all(|c| c.method != own) {
             contenders.push(scene.time.integrator.into());
         }
-        let chosen = spec.steps.is_none() && spec.smallest_step.is_none();
+        let chosen = spec.steps.is_none() && spec.tolerances.is_empty() && spec.smallest_step.is_none();
         Ok(Plan {
             contenders,
             steps: spec.steps.unwrap_or_default(),
+            tolerances: spec.tolerances,
             smallest_step: spec.smallest_step,
             axes: axes.collect::<Result<_, _>>()?,
             times: spec.times.unwrap_or(TIMES),

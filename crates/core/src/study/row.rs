@@ -125,6 +125,10 @@ pub struct Row {
     pub peak_rss_mb: Option<f64>,
     /// Order between this row and that of the next larger step.
     pub obs_order: Option<f64>,
+    /// Tolerance of steps that follow the error; `dt` is then their mean.
+    pub tol: Option<f64>,
+    /// Steps that were taken back.
+    pub n_reject: Option<u64>,
     /// What was varied beside the scheme: `path=value`, joined by `; `.
     pub variant: String,
     /// Whether the error is too near to that of the reference to say anything.
@@ -184,7 +188,7 @@ pub const COLUMNS: [&str; 46] = [
 ];
 
 /// Columns behind those.
-const MORE: [&str; 2] = ["dropped", "message"];
+const MORE: [&str; 4] = ["tol", "n_reject", "dropped", "message"];
 
 impl Row {
     /// Whether it takes part in fits and charts of errors.

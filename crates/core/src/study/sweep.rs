@@ -8,7 +8,7 @@ use super::errors::Weights;
 use super::journal::Journal;
 use super::machine::Provenance;
 use super::measure::{About, measure};
-use super::plan::{Contender, Grid, Plan};
+use super::plan::{Contender, Grid, Pace, Plan};
 use super::reference::{Search, Store};
 use super::results::{LineResult, Record, Results, Stop, VariantResult};
 use super::row::RowStatus;
@@ -22,6 +22,11 @@ const BEYOND_STABILITY: f64 = 4.0;
 const MOST_STEPS: f64 = 1e8;
 /// Part of the budget that references may take.
 const FOR_REFERENCES: f64 = 0.4;
+/// The first tolerance that is chosen, and none below the other.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+const SMALLEST_TOLERANCE: f64 = 1e-13;
+/// What tells a scheme whose steps follow the error from the same at fixed steps.
+pub(super) const ADAPTIVE: &str = " (adaptive)";
 /// Seconds for each reference without a budget.
 const REFERENCE_SECONDS: f64 = 120.0;
 
@@ -55,8 +60,10 @@ struct Variant {
 struct Line {
     variant: usize,
     contender: Contender,
-    /// Steps between two times, those given or the next.
-    parts: Vec<u64>,
+    /// Whether its steps follow the error.
+    adaptive: bool,
+    /// Those given or the next, the last first.
+    paces: Vec<Pace>,
     /// Whether they are given.
     given: bool,
     records: Vec<Record>,
@@ -141,7 +148,7 @@ impl Study<'_> {
         let scene = source.scene()?;
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
         let located = |problems| StudyError::Variant(source.error(problems));
-        let assembly = runner.assemble(&scene, self.plan.contenders[0], grid.step(1)).map_err(located)?;
+        let assembly = runner.assemble(&scene, self.plan.contenders[0], Pace::Parts(1)).map_err(located)?;
         let simulation = &assembly.simulation;
         let pinned =
             |i: usize| simulation.system().is_pinned(simulation.numbering().internal(i as u32) as usize);
@@ -170,25 +177,44 @@ impl Study<'_> {
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
         for (index, variant) in variants.iter().enumerate() {
             for &contender in &self.plan.contenders {
-                let given = !self.plan.steps.is_empty();
-                let mut parts: Vec<u64> = self.plan.steps.iter().map(|step| grid.parts(*step)).collect();
-                parts.sort_unstable();
-                parts.dedup();
-                if !given {
+                let line = |adaptive, paces: Vec<Pace>, given| Line {
+                    variant: index,
+                    contender,
+                    adaptive,
+                    paces,
+                    given,
+                    records: vec![],
+                    cost: None,
+                    stop: None,
+                };
+                let Plan { steps, tolerances, .. } = self.plan;
+                let chosen = steps.is_empty() && tolerances.is_empty();
+                if chosen {
                     let assembly = runner
-                        .assemble(&variant.scene, contender, grid.step(1))
+                        .assemble(&variant.scene, contender, Pace::Parts(1))
                         .map_err(StudyError::Scene)?;
                     let method = assembly.simulation.method().documentation;
                     let limited = method.stability_limit.is_finite() && method.stability_limit > 0.0;
                     let limit = assembly.report.stability.filter(|_| limited).map(|s| s.step);
                     let first = limit.map_or(1, |limit| grid.parts(BEYOND_STABILITY * limit));
-                    parts.push(first.next_power_of_two());
+                    lines.push(line(false, vec![Pace::Parts(first.next_power_of_two())], false));
+                } else if !steps.is_empty() {
+                    let mut parts: Vec<u64> = steps.iter().map(|step| grid.parts(*step)).collect();
+                    parts.sort_unstable_by(|a, b| b.cmp(a));
+                    parts.dedup();
+                    lines.push(line(false, parts.into_iter().map(Pace::Parts).collect(), true));
                 }
-                // The next is at the end.
-                parts.reverse();
-                let line =
-                    Line { variant: index, contender, parts, given, records: vec![], cost: None, stop: None };
-                lines.push(line);
+                if !contender.method.is_adaptive() {
+                    continue;
+                }
+                if chosen {
+                    lines.push(line(true, vec![Pace::Tolerance(LARGEST_TOLERANCE)], false));
+                } else if !tolerances.is_empty() {
+                    let mut given = tolerances.clone();
+                    given.sort_by(f64::total_cmp);
+                    given.dedup();
+                    lines.push(line(true, given.into_iter().map(Pace::Tolerance).collect(), true));
+                }
             }
         }
         Ok(lines)
@@ -206,16 +232,15 @@ impl Study<'_> {
         finished: &mut usize,
         watch: &mut dyn FnMut(Event<'_>),
     ) -> Result<(), StudyError> {
-        let Some(parts) = line.parts.pop() else {
+        let Some(pace) = line.paces.pop() else {
             line.stop = Some(Stop::Steps);
             return Ok(());
         };
         let grid = Grid::new(variant.scene.time.duration, self.plan.times, &self.plan.steps);
-        let step = grid.step(parts);
         let now = self.clock.now();
         let share = (deadline - now) / active as f64;
         let expected = line.cost.map(|(_, one)| 2.0 * one);
-        let key = self.key(variant, line.contender, &grid, step);
+        let key = self.key(variant, line.contender, &grid, pace);
         let known = journal.find(&key).cloned();
         if known.is_none() && (share <= 0.0 || expected.is_some_and(|expected| expected > share)) {
             line.stop = Some(Stop::Budget);
@@ -223,7 +248,13 @@ impl Study<'_> {
         }
         let left = self.plan.budget.map(|_| (deadline - now).max(0.0));
         let scheme = line.contender.name();
-        watch(Event::Begun { scheme, step, variant: &variant.label, finished: *finished, left });
+        watch(Event::Begun {
+            scheme,
+            pace: shown(pace, &grid),
+            variant: &variant.label,
+            finished: *finished,
+            left,
+        });
         let record = match known {
             Some(record) => record,
             None => {
@@ -238,7 +269,7 @@ impl Study<'_> {
                 // Half of what is left for this scheme: the next step takes twice as long.
                 let slice = 0.5 * share;
                 let before = self.clock.now();
-                let Some(record) = measure(&about, line.contender, parts, slice, deadline)? else {
+                let Some(record) = measure(&about, line.contender, pace, slice, deadline)? else {
                     let interrupted = self.interrupt.load(Ordering::Relaxed);
                     line.stop = Some(if interrupted { Stop::Interrupted } else { Stop::Budget });
                     return Ok(());
@@ -256,23 +287,31 @@ impl Study<'_> {
         watch(Event::Finished(&record.row));
         line.records.push(record);
         if !line.given {
-            line.stop = self.stop(&line.records, &grid, parts);
-            line.parts.push(2 * parts);
+            let next = match pace {
+                Pace::Parts(parts) => Pace::Parts(2 * parts),
+                Pace::Tolerance(tolerance) => Pace::Tolerance(0.1 * tolerance),
+            };
+            line.stop = self.stop(&line.records, &grid, next);
+            line.paces.push(next);
         }
         Ok(())
     }
 
     /// Whether a smaller step is of no use.
-    fn stop(&self, records: &[Record], grid: &Grid, parts: u64) -> Option<Stop> {
+    fn stop(&self, records: &[Record], grid: &Grid, next: Pace) -> Option<Stop> {
         let last = records.last()?;
         if last.row.dropped {
             return Some(Stop::Reference);
         }
-        let next = grid.step(2 * parts);
-        if self.plan.smallest_step.is_some_and(|smallest| next < 0.999 * smallest) {
-            return Some(Stop::Steps);
-        }
-        if grid.duration / next > MOST_STEPS {
+        let is_last = match next {
+            Pace::Parts(parts) => {
+                let step = grid.step(parts);
+                let too_small = self.plan.smallest_step.is_some_and(|smallest| step < 0.999 * smallest);
+                too_small || grid.duration / step > MOST_STEPS
+            }
+            Pace::Tolerance(tolerance) => tolerance < SMALLEST_TOLERANCE,
+        };
+        if is_last {
             return Some(Stop::Steps);
         }
         // Twice in a row no better, once it was good.
@@ -285,13 +324,13 @@ impl Study<'_> {
     }
 
     /// What makes a row worth using again.
-    fn key(&self, variant: &Variant, contender: Contender, grid: &Grid, step: f64) -> String {
+    fn key(&self, variant: &Variant, contender: Contender, grid: &Grid, pace: Pace) -> String {
         let Provenance { commit, cpu, rustc, flags, .. } = self.provenance;
         let solver = variant.scene.time.solver.clone().unwrap_or_default();
         let problem = super::reference::key(&variant.scene, grid);
         let scheme = serde_json::to_string(&contender.spec).unwrap_or_default();
         let about = (&variant.reference.id, self.plan.repeats, self.plan.threads);
-        format!("{problem} {scheme} {step:?} {solver:?} {about:?} {commit} {cpu} {rustc} {flags}")
+        format!("{problem} {scheme} {pace:?} {solver:?} {about:?} {commit} {cpu} {rustc} {flags}")
     }
 
     fn results(&self, base: &Scene, grid: Grid, variants: Vec<Variant>, lines: Vec<Line>) -> Results {
@@ -311,7 +350,7 @@ impl Study<'_> {
             order::observe(&mut rows);
             let variant = &mut found[line.variant];
             variant.lines.push(LineResult {
-                integrator: integrator_name(line.contender),
+                integrator: integrator_name(line.contender, line.adaptive),
                 order_nominal: line.contender.method.documentation.order,
                 order_observed: order::fit(line.records.iter().map(|record| &record.row)),
                 stop: line.stop.unwrap_or(Stop::Steps),
@@ -331,7 +370,11 @@ impl Study<'_> {
 }
 
 /// A scheme's name, or as TOML with the parameters that are not the usual ones.
-pub(super) fn integrator_name(contender: Contender) -> String {
+pub(super) fn integrator_name(contender: Contender, adaptive: bool) -> String {
+    fixed_name(contender) + if adaptive { ADAPTIVE } else { "" }
+}
+
+fn fixed_name(contender: Contender) -> String {
     let spec = contender.spec;
     let is_usual = crate::integrator::IntegratorSpec::ALL.contains(&spec);
     let written = (!is_usual).then(|| serde_json::to_value(spec).ok()).flatten();
@@ -344,6 +387,14 @@ pub(super) fn integrator_name(contender: Contender) -> String {
             })
         }
         _ => contender.name().to_owned(),
+    }
+}
+
+/// The step [s] or the tolerance.
+fn shown(pace: Pace, grid: &Grid) -> (&'static str, f64) {
+    match pace {
+        Pace::Parts(parts) => ("step", grid.step(parts)),
+        Pace::Tolerance(tolerance) => ("tolerance", tolerance),
     }
 }
 
@@ -360,6 +411,8 @@ pub(super) fn status(outcome: &crate::run::Outcome) -> Option<(RowStatus, Option
         Outcome::Interrupted | Outcome::ObserverFailed(_) => None,
         Outcome::Failed(error) => Some(match error {
             StepError::NotFinite { time, .. } => (RowStatus::Diverged, Some((*time, error.to_string()))),
+            // As small a step as there can be does not help.
+            StepError::StepTooSmall { time, .. } => (RowStatus::Diverged, Some((*time, error.to_string()))),
             StepError::Unsolved { time, .. } => (RowStatus::NewtonFailed, Some((*time, error.to_string()))),
             StepError::Unstable { time, .. } => (RowStatus::EnergyBlowUp, Some((*time, error.to_string()))),
         }),

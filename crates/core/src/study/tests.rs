@@ -355,3 +355,17 @@ fn the_front_is_what_nothing_beats() {
     assert!(toml(&rows, 1e-2).contains("integrator = \"b\""));
     assert!(toml(&rows, 1e-5).contains("no setting reaches"));
 }
+
+#[test]
+fn steps_that_follow_the_error_land_on_the_times_of_comparison() {
+    let schemes = [IntegratorSpec::DormandPrince5];
+    let plan = Plan { tolerances: vec![1e-4, 1e-8], ..plan(PENDULUM, &schemes, &[]) };
+    let results = made(PENDULUM, &plan);
+    let rows: Vec<&Row> = results.rows().collect();
+    assert_eq!(rows.iter().map(|row| row.tol).collect::<Vec<_>>(), [Some(1e-4), Some(1e-8)]);
+    assert!(rows.iter().all(|row| row.integrator == "dormand-prince5 (adaptive)" && row.n_reject.is_some()));
+    let errors: Vec<f64> = rows.iter().map(|row| row.err_q_rms.unwrap()).collect();
+    // Twenty frames between are steps of their own: even the coarse tolerance is met well.
+    assert!(errors[1] < 1e-2 * errors[0] && errors[1] < 1e-7, "{errors:?}");
+    assert!(toml(results.rows(), 1e-7).contains("adaptive = { tolerance = 1e-8 }"));
+}

@@ -3,11 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use super::clock::Clock;
-use super::plan::{Contender, Grid};
+use super::plan::{Contender, Grid, Pace};
 use crate::assembly::{Assembly, UnstableStep};
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::run::{Outcome, Plan, Summary, run};
-use crate::scene::{Problem, Scene};
+use crate::scene::{Adaptive, Problem, Scene};
 
 /// What is left of a run for comparison: the state at each time, the start not among them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -54,14 +54,14 @@ pub(crate) struct Runner<'a> {
 }
 
 impl Runner<'_> {
-    /// The scene with this scheme and step [s], assembled.
+    /// The scene with this scheme and pace, assembled.
     pub(crate) fn assemble(
         &self,
         scene: &Scene,
         scheme: Contender,
-        step: f64,
+        pace: Pace,
     ) -> Result<Assembly, Vec<Problem>> {
-        let scene = with_scheme(scene, scheme, step);
+        let scene = self.paced(scene, scheme, pace);
         let mut assembly = scene.assemble(UnstableStep::Accept)?;
         // The same, unless somebody tests a scheme that is not in the registry.
         if scheme.method != scheme.spec.method() {
@@ -70,16 +70,35 @@ impl Runner<'_> {
         Ok(assembly)
     }
 
+    /// The scene with another scheme and pace. Explicit schemes have no solver.
+    fn paced(&self, scene: &Scene, scheme: Contender, pace: Pace) -> Scene {
+        let mut scene = scene.clone();
+        scene.time.integrator = scheme.spec;
+        (scene.time.step, scene.time.adaptive) = match pace {
+            Pace::Parts(parts) => (Some(self.grid.step(parts)), None),
+            Pace::Tolerance(tolerance) => {
+                let given = scene.time.adaptive.take().unwrap_or_default();
+                (None, Some(Adaptive { tolerance: Some(tolerance), ..given }))
+            }
+        };
+        // Frames, by which steps that follow the error go, are the times of comparison.
+        scene.output.rate = self.grid.rate();
+        if scheme.method.documentation.solves == 0 {
+            scene.time.solver = None;
+        }
+        scene
+    }
+
     /// A run that keeps states, until `deadline` at most.
     pub(crate) fn watch(
         &self,
         scene: &Scene,
         scheme: Contender,
-        parts: u64,
+        pace: Pace,
         deadline: f64,
     ) -> Result<Watched, Vec<Problem>> {
         let before = self.clock.now();
-        let mut assembly = self.assemble(scene, scheme, self.grid.step(parts))?;
+        let mut assembly = self.assemble(scene, scheme, pace)?;
         let setup = self.clock.now() - before;
         let mut watcher = Watcher {
             clock: self.clock,
@@ -98,33 +117,30 @@ impl Runner<'_> {
         Ok(Watched { assembly, summary, trajectory, series, out_of_time, setup, stepping })
     }
 
+    /// Frames a second of a run that is timed: the fewest there can be, unless steps go by them.
+    fn timed_rate(&self, pace: Pace) -> f64 {
+        match pace {
+            Pace::Parts(_) => 1.0 / self.grid.duration,
+            Pace::Tolerance(_) => self.grid.rate(),
+        }
+    }
+
     /// A run without a look at anything: seconds to assemble and to step.
     pub(crate) fn time(
         &self,
         scene: &Scene,
         scheme: Contender,
-        parts: u64,
+        pace: Pace,
     ) -> Result<(f64, f64), Vec<Problem>> {
         let before = self.clock.now();
-        let mut assembly = self.assemble(scene, scheme, self.grid.step(parts))?;
+        let mut assembly = self.assemble(scene, scheme, pace)?;
         let setup = self.clock.now() - before;
         let before = self.clock.now();
-        let plan = Plan { duration: self.grid.duration, rate: 1.0 / self.grid.duration };
+        let plan = Plan { duration: self.grid.duration, rate: self.timed_rate(pace) };
         let summary = run(&mut assembly.simulation, &plan, &mut [], self.interrupt);
         self.clock.worked(&summary.work);
         Ok((setup, self.clock.now() - before))
     }
-}
-
-/// The scene with another scheme and step [s]. Explicit schemes have no solver.
-pub(crate) fn with_scheme(scene: &Scene, scheme: Contender, step: f64) -> Scene {
-    let mut scene = scene.clone();
-    scene.time.integrator = scheme.spec;
-    scene.time.step = step;
-    if scheme.method.documentation.solves == 0 {
-        scene.time.solver = None;
-    }
-    scene
 }
 
 /// Keeps states.

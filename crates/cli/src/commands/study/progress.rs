@@ -41,13 +41,13 @@ impl StudyProgress {
             Event::Found(reference) => {
                 format!("{}: reference {}, its error {:.0e}", self.name, reference.how, reference.error)
             }
-            Event::Begun { scheme, step, variant, finished, left } => {
+            Event::Begun { scheme, pace: (what, size), variant, finished, left } => {
                 let left = left.map_or_else(String::new, |left| {
                     format!(", at most {} left", duration(Duration::from_secs_f64(left)))
                 });
                 let variant = if variant.is_empty() { String::new() } else { format!(", {variant}") };
                 let rows = format!("{finished} rows in {elapsed}{left}");
-                format!("{}: {scheme}, step {} s{variant} ({rows})", self.name, number(*step))
+                format!("{}: {scheme}, {what} {}{variant} ({rows})", self.name, number(*size))
             }
             Event::Finished(row) => {
                 if let Some(terminal) = self.verbose {

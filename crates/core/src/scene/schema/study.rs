@@ -17,6 +17,9 @@ pub struct StudySpec {
     /// to where the error no longer falls.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Duration>>>")]
     pub steps: Option<Vec<f64>>,
+    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 where there are neither `steps` nor these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tolerances: Vec<f64>,
     /// Values that are varied beside, for example `["body.0.elastic.neo-hookean.young = 1e5, 1e6"]`: every combination is studied.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub vary: Vec<String>,

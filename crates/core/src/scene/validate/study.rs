@@ -24,6 +24,13 @@ pub(super) fn study(check: &mut Checker, path: &KeyPath, study: &StudySpec) {
     for (index, step) in study.steps.iter().flatten().enumerate() {
         check.number(&path.key("steps").index(index), *step, Sign::Positive, "s");
     }
+    for (index, tolerance) in study.tolerances.iter().enumerate() {
+        let path = path.key("tolerances").index(index);
+        if check.number(&path, *tolerance, Sign::Positive, "") && *tolerance >= 1.0 {
+            let message = format!("`tolerances` must be below 1, got {tolerance:?}");
+            check.report(Problem::semantic(path, message));
+        }
+    }
     for (index, axis) in study.vary.iter().enumerate() {
         if let Err(error) = axis.parse::<Axis>() {
             check.report(Problem::semantic(path.key("vary").index(index), error.to_string()));

@@ -1,6 +1,6 @@
 //! References by computing: two schemes of different families, each extrapolated to step zero, that must agree.
 
-use super::super::plan::Contender;
+use super::super::plan::{Contender, Pace};
 use super::super::trajectory::{Trajectory, Watched};
 use super::{Reference, Search};
 use crate::integrator::IntegratorSpec;
@@ -87,7 +87,8 @@ fn extrapolate(
         }
         (search.watch)(Event::Reference { scheme: scheme.name(), step: grid.step(parts) });
         let before = clock.now();
-        let run = search.runner.watch(&scene, scheme, parts, deadline).map_err(StudyError::Scene)?;
+        let run =
+            search.runner.watch(&scene, scheme, Pace::Parts(parts), deadline).map_err(StudyError::Scene)?;
         cost = clock.now() - before;
         search.unless_interrupted()?;
         if run.out_of_time {
@@ -149,7 +150,7 @@ impl Search<'_, '_> {
     /// The size of the scene [m].
     fn size(&self) -> f64 {
         let scheme = self.scene.time.integrator.into();
-        let assembly = self.runner.assemble(self.scene, scheme, self.grid().step(1));
+        let assembly = self.runner.assemble(self.scene, scheme, Pace::Parts(1));
         assembly.map_or(1.0, |assembly| {
             crate::solver::scene_size(assembly.simulation.state().x(), self.scene.dimension)
         })
@@ -157,11 +158,10 @@ impl Search<'_, '_> {
 
     /// The largest stable step of a scheme at the start [s].
     fn stability_limit(&self, scheme: Contender) -> Result<f64, StudyError> {
-        let grid = self.grid();
         if scheme.method.documentation.stability_limit == f64::INFINITY {
             return Ok(f64::INFINITY);
         }
-        let assembly = self.runner.assemble(self.scene, scheme, grid.step(1)).map_err(StudyError::Scene)?;
+        let assembly = self.runner.assemble(self.scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
         Ok(assembly.report.stability.map_or(f64::INFINITY, |stability| stability.step))
     }
 

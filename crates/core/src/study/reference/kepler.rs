@@ -2,6 +2,7 @@
 
 use super::{Reference, Search};
 use crate::study::StudyError;
+use crate::study::plan::Pace;
 use crate::study::trajectory::Trajectory;
 
 /// Position and velocity relative to the centre, after a time.
@@ -84,7 +85,7 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
         return Ok(None);
     }
     let scheme = scene.time.integrator.into();
-    let assembly = search.runner.assemble(scene, scheme, grid.step(1)).map_err(StudyError::Scene)?;
+    let assembly = search.runner.assemble(scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
     let simulation = &assembly.simulation;
     let system = simulation.system();
     let (d, mass) = (system.dimension(), &assembly.topology.masses);

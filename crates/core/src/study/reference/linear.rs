@@ -4,6 +4,7 @@ use faer::{Mat, Side};
 
 use super::{Reference, Search};
 use crate::study::StudyError;
+use crate::study::plan::Pace;
 use crate::study::trajectory::Trajectory;
 
 /// More coordinates than this would take a dense matrix too long.
@@ -16,7 +17,7 @@ const LINEAR: f64 = 1e-10;
 pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>, StudyError> {
     let (scene, grid) = (search.scene, search.grid());
     let scheme = scene.time.integrator.into();
-    let mut assembly = search.runner.assemble(scene, scheme, grid.step(1)).map_err(StudyError::Scene)?;
+    let mut assembly = search.runner.assemble(scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
     let simulation = &mut assembly.simulation;
     let (x0, v0) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
     let system = simulation.system_mut();

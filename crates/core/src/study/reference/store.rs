@@ -24,7 +24,8 @@ fn problem(scene: &Scene, grid: &Grid) -> String {
         time: Time {
             integrator: crate::integrator::IntegratorSpec::VelocityVerlet,
             solver: None,
-            step: 1.0,
+            step: Some(1.0),
+            adaptive: None,
             ..scene.time.clone()
         },
         ..scene.clone()
