@@ -1,5 +1,7 @@
 //! What can be typed after `pliant`.
 
+mod modes;
+
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
@@ -8,6 +10,8 @@ use std::str::FromStr;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use pliant::quantity::Kind;
+
+pub(crate) use modes::{ModesArguments, Place};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -68,8 +72,8 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Show what a scene amounts to, without running it
     Check(CheckArguments),
-    /// Show the natural frequencies of a scene about where it starts
-    Modes(ModesArguments),
+    /// Show the natural frequencies of a scene; play its mode shapes and its sound
+    Modes(Box<ModesArguments>),
     /// List what scenes can be made of
     List(ListArguments),
     /// Show what a recording holds
@@ -122,19 +126,6 @@ pub(crate) struct CheckArguments {
     /// Change a value of the scene, for example time.step=1e-3; repeatable
     #[arg(long, value_name = "PATH=VALUE")]
     pub(crate) set: Vec<String>,
-}
-
-/// `pliant modes`.
-#[derive(Args, Clone, Debug)]
-pub(crate) struct ModesArguments {
-    /// Scene file (TOML)
-    pub(crate) scene: PathBuf,
-    /// Change a value of the scene, for example body.0.order=2; repeatable
-    #[arg(long, value_name = "PATH=VALUE")]
-    pub(crate) set: Vec<String>,
-    /// How many modes, from the lowest on
-    #[arg(long, value_name = "N", default_value = "10")]
-    pub(crate) count: NonZeroU16,
 }
 
 /// `pliant list`.

@@ -6,19 +6,26 @@
 //! sparse generalized symmetric eigenvalue problems"; the whole basis is kept orthogonal, and blocks find modes of equal frequency,
 //! such as those of rigid motion.
 
+mod dense;
+mod eigen;
 mod lanczos;
+mod oscillator;
+mod sound;
+mod superposition;
 #[cfg(test)]
 mod tests;
 
-use crate::material::Psd;
+pub use oscillator::Oscillator;
+pub use sound::{Partial, Silent, Sound, SoundError, Strike};
+pub use superposition::{Residual, Superposition};
+
 use crate::simulation::Simulation;
-use crate::solver::cholesky::Cholesky;
-use crate::solver::hessian::{Assembler, At, Weights};
+use eigen::Eigen;
 
 /// A natural mode.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Mode {
-    /// Angular frequency [rad/s]; 0 for rigid motion, up to rounding.
+    /// Angular frequency [rad/s]; 0 for rigid motion.
     pub omega: f64,
     /// Frequency [Hz].
     pub frequency: f64,
@@ -57,9 +64,39 @@ pub enum ModesError {
     /// Nothing holds anything together.
     #[error("nothing in the scene has a stiffness: there is nothing that vibrates")]
     NoStiffness,
-    /// Mutual gravity of many particles, say.
+    /// An element outside the domain of its material, or a factor that does not fit memory.
     #[error("the energy is not finite where the scene starts")]
     NotFinite,
+    /// Particles under mutual gravity have no equilibrium.
+    #[error(
+        "the particles of the scene attract each other: they have no stable equilibrium at rest about which they could vibrate"
+    )]
+    Attraction,
+    /// The present state is no place to linearise, or something else than a linear force acts.
+    #[error("modes cannot be superposed: {what}")]
+    NotLinear {
+        /// What is not linear, or changes.
+        what: String,
+    },
+    /// Modes that damping couples have no solutions of their own.
+    #[error(
+        "damping couples the modes ({coupling:.1e} of what it does to each alone): superposition needs damping that is proportional to \
+         mass and stiffness in all bodies alike"
+    )]
+    Coupled {
+        /// Largest `|C_ij| / sqrt(C_ii C_jj)`.
+        coupling: f64,
+    },
+    /// A dense eigenproblem would not fit.
+    #[error(
+        "{free} coordinates are free to move, too many to find all modes (at most {most}): ask for the lowest ones"
+    )]
+    TooManyForAll {
+        /// Coordinates that can move.
+        free: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// All is held.
     #[error("{asked} modes were asked for, and {free} coordinates are free to move")]
     TooMany {
@@ -80,14 +117,6 @@ pub enum ModesError {
     },
 }
 
-/// The first shift, as a part of the mean of `K_ii / M_ii`; the second is the first `omega^2` that it finds above zero. With a shift
-/// far below, rounding in the large eigenvalues of rigid motion drowns the others; far above, it drowns the low frequencies.
-const FIRST_SHIFT: f64 = 1e-3;
-/// Bounds of the relative residual, with the first and the second shift.
-const TOLERANCES: [f64; 2] = [1e-8, 1e-10];
-/// Rigid motion has an `omega^2` below this part of the shift.
-const RIGID: f64 = 1e-6;
-
 impl Simulation {
     /// The `count` lowest modes about the present state.
     ///
@@ -102,69 +131,25 @@ impl Simulation {
 }
 
 fn modes<const D: usize>(simulation: &mut Simulation, count: usize) -> Result<Modes, ModesError> {
-    let x = simulation.state().x().to_vec();
-    let system = simulation.system_mut();
-    let free: Vec<bool> = system.inverse_mass().iter().map(|w| *w > 0.0).collect();
-    let free_coordinates = free.iter().filter(|free| **free).count();
-    if count > free_coordinates {
-        return Err(ModesError::TooMany { asked: count, free: free_coordinates });
-    }
-    let mut assembler = Assembler::<D>::new(system);
-    let at = At { x: &x, v: &x, psd: Psd::Exact };
-    let stiffness = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
-    assembler.assemble(system, at, stiffness);
-    let matrix = assembler.matrix();
-    let diagonal = |n: usize| matrix.value[matrix.diagonal[n / D] as usize][n % D][n % D];
-    let mass: Vec<f64> = (0..x.len()).map(|n| if free[n] { system.mass()[n / D] } else { 0.0 }).collect();
-    let sum: f64 = (0..x.len()).filter(|n| free[*n]).map(|n| diagonal(n) / mass[n]).sum();
-    let mean = sum / free_coordinates as f64;
-    if !mean.is_finite() {
-        return Err(ModesError::NotFinite);
-    }
-    if mean <= 0.0 {
-        return Err(ModesError::NoStiffness);
-    }
-    let mut shift = FIRST_SHIFT * mean;
-    let (mut pairs, mut solves) = (vec![], 0);
-    for tolerance in TOLERANCES {
-        assembler.assemble(system, at, Weights { inertia: shift, ..stiffness });
-        let mut cholesky = Cholesky::new(assembler.matrix(), &x).ok_or(ModesError::NotFinite)?;
-        cholesky.factorize(assembler.matrix()).map_err(|_| ModesError::NotStable)?;
-        let found = lanczos::largest(&mass, count, tolerance, |b| cholesky.solve(b));
-        solves += found.solves;
-        if found.pairs.len() < count {
-            return Err(ModesError::NotConverged { found: found.pairs.len(), asked: count, solves });
-        }
-        // theta = 1 / (omega^2 + shift)
-        pairs = found.pairs.into_iter().map(|pair| (1.0 / pair.value - shift, pair)).collect();
-        let first = pairs.iter().find(|(square, _)| *square > RIGID * shift);
-        match first {
-            Some((square, _)) if tolerance == TOLERANCES[0] => shift = *square,
-            // Rigid motion alone was asked for.
-            _ => break,
-        }
-    }
+    let Eigen { mass, pairs, free_coordinates, solves, .. } = Eigen::<D>::about(simulation, Some(count))?;
     let axis_mass: Vec<f64> = (0..D).map(|c| mass.iter().skip(c).step_by(D).sum()).collect();
     let numbering = simulation.numbering();
     let mode = |(square, pair): (f64, lanczos::Pair)| {
-        if square < -RIGID * shift {
-            return Err(ModesError::NotStable);
-        }
-        let omega = square.max(0.0).sqrt();
+        let omega = square.sqrt();
         let effective = |c: usize| {
-            let part: f64 = (c..x.len()).step_by(D).map(|n| mass[n] * pair.vector[n]).sum();
+            let part: f64 = (c..mass.len()).step_by(D).map(|n| mass[n] * pair.vector[n]).sum();
             if axis_mass[c] > 0.0 { part * part / axis_mass[c] } else { 0.0 }
         };
-        Ok(Mode {
+        Mode {
             omega,
             frequency: omega / std::f64::consts::TAU,
             residual: pair.residual,
             effective_mass: (0..D).map(effective).collect(),
             shape: numbering.to_original(&pair.vector, D).into_owned(),
-        })
+        }
     };
     Ok(Modes {
-        modes: pairs.into_iter().map(mode).collect::<Result<_, _>>()?,
+        modes: pairs.into_iter().map(mode).collect(),
         free_mass: axis_mass.clone(),
         free_coordinates,
         solves,

@@ -1,0 +1,110 @@
+//! `pliant modes`: natural frequencies of a scene, its mode shapes as an animation, the sound of a blow.
+
+mod animation;
+mod sound;
+
+use std::path::Path;
+
+use pliant::assembly::{Assembly, UnstableStep};
+use pliant::integrator::IntegratorSpec;
+use pliant::modes::Modes;
+use serde_json::json;
+
+use crate::arguments::ModesArguments;
+use crate::failure::{Failure, Status};
+use crate::input::Input;
+use crate::terminal::Terminal;
+use crate::text::{counted, number, table};
+
+pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<Status, Failure> {
+    for path in arguments.output.iter().chain(&arguments.sound.sound) {
+        refuse(path, arguments)?;
+    }
+    let mut input = Input::read(&arguments.scene, &arguments.set, None)?;
+    if arguments.equilibrium {
+        input.scene.time.integrator = IntegratorSpec::QuasiStatic;
+    }
+    let mut assembly = input.assemble(UnstableStep::Accept)?;
+    if arguments.equilibrium {
+        let moved = settle(&mut assembly)?;
+        terminal.report(&format!(
+            "about the static equilibrium, {} m from where the scene starts\n",
+            number(moved)
+        ))?;
+    }
+    let found = assembly
+        .simulation
+        .modes(arguments.count.get().into())
+        .map_err(|error| Failure::failed("modes", error.to_string()))?;
+    terminal.report(&describe(&found))?;
+    let mut document = json!({ "status": Status::Done, "scene": input.source.name(), "modes": found });
+    if let Some(path) = &arguments.output {
+        let recorded = animation::record(path, arguments, &input, &assembly, &found)?;
+        terminal.report(&animation::describe(&recorded))?;
+        document["recording"] = json!({ "path": recorded.path, "frames": recorded.frames });
+    }
+    if let Some(path) = &arguments.sound.sound {
+        let heard = sound::write(path, arguments, &mut assembly)?;
+        terminal.report(&heard.describe())?;
+        heard.warnings().iter().for_each(|warning| terminal.warn(warning));
+        document["sound"] = heard.document();
+    }
+    terminal.document(&document)?;
+    Ok(Status::Done)
+}
+
+/// Before anything is computed: an output that is there, or is the scene.
+fn refuse(path: &Path, arguments: &ModesArguments) -> Result<(), Failure> {
+    Failure::unless_file(path)?;
+    if path.canonicalize().is_ok_and(|path| arguments.scene.canonicalize().is_ok_and(|s| s == path)) {
+        return Err(Failure::usage(format!("{} is the scene; choose another output", path.display())));
+    }
+    if path.exists() && !arguments.force {
+        let message = format!("{} exists; name another file, or replace it with `--force`", path.display());
+        return Err(Failure::usage(message));
+    }
+    Ok(())
+}
+
+/// Steps of statics until nothing moves: what dissipates resists each. How far the farthest coordinate has come [m].
+fn settle(assembly: &mut Assembly) -> Result<f64, Failure> {
+    let simulation = &mut assembly.simulation;
+    let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let start = simulation.state().x().to_vec();
+    let still = 1e-9 * simulation.size();
+    for _ in 0..STATIC_STEPS {
+        let before = simulation.state().x().to_vec();
+        simulation.step().map_err(|error| Failure::failed("equilibrium", error.to_string()))?;
+        if largest(&before, simulation.state().x()) <= still {
+            return Ok(largest(&start, simulation.state().x()));
+        }
+    }
+    let message =
+        format!("no equilibrium within {STATIC_STEPS} steps of statics: the loads or the pins go on moving");
+    Err(Failure::failed("equilibrium", message))
+}
+
+/// How many steps may go by before loads and damping have come to rest.
+const STATIC_STEPS: usize = 200;
+
+/// The table for people.
+fn describe(found: &Modes) -> String {
+    let axes = ["x", "y", "z"];
+    let mut header = vec!["mode".to_owned(), "frequency [Hz]".to_owned(), "period [s]".to_owned()];
+    header.extend(axes.iter().take(found.free_mass.len()).map(|axis| format!("mass along {axis}")));
+    let mut rows = vec![header];
+    for (i, mode) in found.modes.iter().enumerate() {
+        let period = if mode.frequency > 0.0 { number(1.0 / mode.frequency) } else { "-".into() };
+        let mut row = vec![(i + 1).to_string(), number(mode.frequency), period];
+        row.extend(mode.effective_mass.iter().map(|share| format!("{:.1}%", 100.0 * share)));
+        rows.push(row);
+    }
+    let mass: Vec<String> = found.free_mass.iter().map(|mass| number(*mass)).collect();
+    format!(
+        "{}\n{} free to move, {} kg of them along each axis; {}\n",
+        table(&rows, 0),
+        counted(found.free_coordinates as u64, "coordinate", "coordinates"),
+        mass.join(", "),
+        counted(found.solves as u64, "linear solve", "linear solves"),
+    )
+}

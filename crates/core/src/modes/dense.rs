@@ -1,0 +1,43 @@
+//! All modes at once.
+
+use faer::{Mat, Side};
+
+use super::lanczos::Pair;
+use crate::solver::block_matrix::BlockMatrix;
+
+/// From so many free coordinates on the matrix and its vectors would not fit a small machine: 128 MB each.
+pub(super) const MOST: usize = 4000;
+
+/// All pairs of `K phi = omega^2 M phi`, `M` diagonal with zeros where nothing moves, lowest first: the dense eigenproblem of
+/// `M^-1/2 K M^-1/2`, whose eigenvalues are right to a few roundings of the largest. Of what is rounding beside that, the square is
+/// zero. `None` where the iteration fails.
+pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Option<Vec<(f64, Pair)>> {
+    let free: Vec<usize> = (0..mass.len()).filter(|n| mass[*n] > 0.0).collect();
+    let mut place = vec![usize::MAX; mass.len()];
+    free.iter().enumerate().for_each(|(at, n)| place[*n] = at);
+    let mut scaled = Mat::<f64>::zeros(free.len(), free.len());
+    for row in 0..matrix.rows() {
+        for (column, block) in matrix.row(row) {
+            for k in 0..D {
+                for l in 0..D {
+                    let (i, j) = (row * D + k, column * D + l);
+                    if mass[i] > 0.0 && mass[j] > 0.0 {
+                        scaled[(place[i], place[j])] = block[k][l] / (mass[i] * mass[j]).sqrt();
+                    }
+                }
+            }
+        }
+    }
+    let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+    let largest = (0..free.len()).fold(0.0, |m: f64, j| m.max(eigen.S()[j].abs()));
+    let rounding = 64.0 * free.len() as f64 * f64::EPSILON * largest;
+    let pair = |j: usize| {
+        let square = eigen.S()[j];
+        let square = if square.abs() <= rounding { 0.0 } else { square };
+        let mut vector = vec![0.0; mass.len()];
+        free.iter().enumerate().for_each(|(i, n)| vector[*n] = eigen.U()[(i, j)] / mass[*n].sqrt());
+        let residual = if square == 0.0 { 0.0 } else { rounding / square.abs() };
+        (square, Pair { value: square, residual, vector })
+    };
+    Some((0..free.len()).map(pair).collect())
+}

@@ -1,0 +1,203 @@
+//! The sound of a struck body (lecture 2: what linear materials are for).
+
+use super::ModesError;
+use super::eigen::Eigen;
+use crate::simulation::Simulation;
+
+/// A blow, and where it is heard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strike {
+    /// The vertex that is struck, in the order of the scene.
+    pub vertex: usize,
+    /// The direction of the blow, one component per dimension, of any length but zero.
+    pub direction: Vec<f64>,
+    /// The vertex that is listened to, along the same direction; the struck one, if `None`.
+    pub listen: Option<usize>,
+    /// `(alpha, beta)` of damping `alpha M + beta K` [1/s, s] in place of the scene's.
+    pub rayleigh: Option<(f64, f64)>,
+}
+
+/// One tone of a [`Sound`]: `amplitude exp(-decay t) sin(2 pi frequency t)`.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Partial {
+    /// The mode, from 0.
+    pub mode: usize,
+    /// Of the damped motion, `sqrt(omega^2 - decay^2) / (2 pi)` [Hz].
+    pub frequency: f64,
+    /// [1/s].
+    pub decay: f64,
+    /// `(phi . n)(strike) (phi . n)(listen)` [1/kg]: velocity per impulse.
+    pub amplitude: f64,
+}
+
+/// Modes that are not heard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Silent {
+    /// Motion without stiffness.
+    pub rigid: usize,
+    /// At half the sample rate or above: sampled, they would sound as lower tones.
+    pub above_nyquist: usize,
+    /// Damped so strongly that they do not oscillate.
+    pub overdamped: usize,
+    /// At rest where the body is struck or listened to.
+    pub not_struck: usize,
+}
+
+/// What is heard of a struck body: the tones of its modes.
+///
+/// A blow of the impulse `I n` gives mode `j` the velocity `(phi_j . n) I`, and the point that is listened to moves with
+/// `v(t) = I sum_j a_j exp(-d_j t) cos(w_j t)`, `a_j = (phi_j . n)(strike) (phi_j . n)(listen)`. What is written is its companion a
+/// quarter of a period later, with sines, which begins in silence instead of with a click; the ear does not tell them apart. van den
+/// Doel, Pai 1998, "The sounds of physical shapes", Presence 7, 382.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sound {
+    /// Tones, lowest first.
+    pub partials: Vec<Partial>,
+    /// What is not among them.
+    pub silent: Silent,
+    sample_rate: f64,
+}
+
+/// There is no sound.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SoundError {
+    /// There are no modes.
+    #[error(transparent)]
+    Modes(#[from] ModesError),
+    /// A vertex that is not there.
+    #[error("there is no vertex {vertex}: the scene has {count}, 0 to {}", count - 1)]
+    NoVertex {
+        /// Asked for.
+        vertex: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A vertex that cannot move along the blow.
+    #[error("vertex {vertex} is held: a blow along ({}) does not move it", direction.iter().map(f64::to_string).collect::<Vec<_>>().join(", "))]
+    Held {
+        /// Struck, or listened to.
+        vertex: usize,
+        /// The direction of the blow.
+        direction: Vec<f64>,
+    },
+    /// A direction that is none.
+    #[error(
+        "the direction has {found} components with a length of {length}; it needs {expected}, not all zero"
+    )]
+    Direction {
+        /// Components given.
+        found: usize,
+        /// Components needed.
+        expected: usize,
+        /// Its length.
+        length: f64,
+    },
+    /// No mode is heard.
+    #[error(
+        "nothing is heard: of {modes} modes {} are rigid motion, {} are above half the sample rate, {} are overdamped and {} are at rest \
+         where the body is struck or listened to; ask for more modes, or strike elsewhere",
+        silent.rigid, silent.above_nyquist, silent.overdamped, silent.not_struck
+    )]
+    Silence {
+        /// Modes looked at.
+        modes: usize,
+        /// Why none is heard.
+        silent: Silent,
+    },
+}
+
+/// Amplitudes below this part of the largest are rounding.
+const INAUDIBLE: f64 = 1e-10;
+
+impl Simulation {
+    /// The sound of the body in the present state, from its `count` lowest modes, to be sampled at `sample_rate` [Hz].
+    ///
+    /// Of damping that couples modes only what it does to each alone is heard.
+    ///
+    /// # Errors
+    /// [`SoundError`].
+    pub fn sound(&mut self, count: usize, strike: &Strike, sample_rate: f64) -> Result<Sound, SoundError> {
+        match self.system().dimension() {
+            2 => sound::<2>(self, count, strike, sample_rate),
+            _ => sound::<3>(self, count, strike, sample_rate),
+        }
+    }
+}
+
+fn sound<const D: usize>(
+    simulation: &mut Simulation,
+    count: usize,
+    strike: &Strike,
+    sample_rate: f64,
+) -> Result<Sound, SoundError> {
+    let length = strike.direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if strike.direction.len() != D || !(length > 0.0 && length.is_finite()) {
+        return Err(SoundError::Direction { found: strike.direction.len(), expected: D, length });
+    }
+    let normal: Vec<f64> = strike.direction.iter().map(|c| c / length).collect();
+    let place = |vertex: usize| {
+        let vertices = simulation.system().mass().len();
+        if vertex >= vertices {
+            return Err(SoundError::NoVertex { vertex, count: vertices });
+        }
+        let at = simulation.numbering().internal(vertex as u32) as usize * D;
+        let moves = (0..D).any(|c| normal[c] != 0.0 && simulation.system().inverse_mass()[at + c] > 0.0);
+        if moves { Ok(at) } else { Err(SoundError::Held { vertex, direction: strike.direction.clone() }) }
+    };
+    let struck = place(strike.vertex)?;
+    let heard = strike.listen.map_or(Ok(struck), place)?;
+    let mut eigen = Eigen::<D>::about(simulation, Some(count))?;
+    let rates = match strike.rayleigh {
+        Some((alpha, beta)) => eigen.pairs.iter().map(|(square, _)| alpha + beta * square).collect(),
+        None => eigen.damping(simulation.system()).0,
+    };
+    let along = |shape: &[f64], at: usize| (0..D).map(|c| normal[c] * shape[at + c]).sum::<f64>();
+    let amplitudes: Vec<f64> =
+        eigen.pairs.iter().map(|(_, p)| along(&p.vector, struck) * along(&p.vector, heard)).collect();
+    let loudest = amplitudes.iter().fold(0.0, |m: f64, a| m.max(a.abs()));
+    let (mut partials, mut silent) = (vec![], Silent::default());
+    for (mode, (((square, _), rate), amplitude)) in eigen.pairs.iter().zip(&rates).zip(amplitudes).enumerate()
+    {
+        let decay = 0.5 * rate;
+        let frequency = (square - decay * decay).max(0.0).sqrt() / std::f64::consts::TAU;
+        if *square == 0.0 {
+            silent.rigid += 1;
+        } else if square.sqrt() / std::f64::consts::TAU >= 0.5 * sample_rate {
+            silent.above_nyquist += 1;
+        } else if frequency == 0.0 {
+            silent.overdamped += 1;
+        } else if amplitude.abs() <= INAUDIBLE * loudest {
+            silent.not_struck += 1;
+        } else {
+            partials.push(Partial { mode, frequency, decay, amplitude });
+        }
+    }
+    if partials.is_empty() {
+        return Err(SoundError::Silence { modes: eigen.pairs.len(), silent });
+    }
+    Ok(Sound { partials, silent, sample_rate })
+}
+
+impl Sound {
+    /// `seconds` of it, the largest of the samples at `peak`, at most 1: each tone turns by a constant complex factor from one sample
+    /// to the next, which is exact but for rounding.
+    pub fn samples(&self, seconds: f64, peak: f64) -> Vec<f64> {
+        let mut samples = vec![0.0; (seconds * self.sample_rate).round() as usize];
+        for partial in &self.partials {
+            let (sin, cos) = (std::f64::consts::TAU * partial.frequency / self.sample_rate).sin_cos();
+            let decay = (-partial.decay / self.sample_rate).exp();
+            let (re, im) = (decay * cos, decay * sin);
+            let (mut x, mut y) = (partial.amplitude, 0.0);
+            for sample in &mut samples {
+                *sample += y;
+                (x, y) = (re * x - im * y, im * x + re * y);
+            }
+        }
+        let largest = samples.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+        if largest > 0.0 {
+            samples.iter_mut().for_each(|s| *s *= peak / largest);
+        }
+        samples
+    }
+}

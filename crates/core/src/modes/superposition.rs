@@ -1,0 +1,279 @@
+//! The exact motion of a linear system, as a sum of its modes.
+
+use super::eigen::{Eigen, product};
+use super::{ModesError, Oscillator};
+use crate::simulation::Simulation;
+use crate::system::System;
+
+/// Damping that couples modes by more than this part of what it does to each is not taken for rounding.
+const COUPLING: f64 = 1e-8;
+/// The statics of what is left out is solved to this part.
+const STATICS: f64 = 1e-12;
+
+/// `M u'' + C u' + K u = f`, `x = x_0 + u`, solved exactly from the state `(x_0, v_0)` of a simulation: `K`, `C` and
+/// `f = -dE/dx` are those at that state, and `u = sum_j q_j(t) phi_j`, each `q_j` in closed form (lecture 2).
+///
+/// Exact in time for linear materials, gravity and dead loads, undamped or damped in proportion to mass or by ether drag: errors of time
+/// integrators are measured against it. For others it is the linearisation, see [`nonlinearity`](Self::nonlinearity): damping in
+/// proportion to the stiffness is that of the present shape, not of the shape at the start, and differs by as much as the strain. Assembled
+/// once, evaluated at any number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
+///
+/// ```
+/// use pliant::assembly::UnstableStep;
+/// use pliant::scene::Scene;
+///
+/// let scene = Scene::from_toml(
+///     "dimension = 2
+///     time = { integrator = 'rk4', step = 1e-3, duration = 1.0 }
+///     world = { gravity = [0.0, -9.81] }
+///     [[body]]
+///     mesh = { grid = { cells = [2, 1], spacing = 0.1 } }
+///     elastic = { linear = { young = 1e4, poisson = 0.3 } }
+///     mass = { density = 1000.0 }
+///     pin = [{ vertices = [0, 1] }]",
+/// )?;
+/// let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(|p| p[0].message.clone())?.simulation;
+/// let exact = simulation.superposition(None)?;
+/// let (mut x, mut v) = (vec![0.0; 12], vec![0.0; 12]);
+/// exact.state_at(0.1, &mut x, &mut v);
+/// (0..100).for_each(|_| simulation.step().unwrap());
+/// assert!(simulation.positions().iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-8));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Superposition {
+    dimension: usize,
+    /// `x_0`, in the order of the scene.
+    origin: Vec<f64>,
+    /// One shape after another, in the order of the scene.
+    shapes: Vec<f64>,
+    oscillators: Vec<Oscillator>,
+    residual: Residual,
+    nonlinearity: f64,
+}
+
+/// What the modes that were not asked for would add.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Residual {
+    /// Kinetic energy of the start that no mode has [J].
+    pub kinetic: f64,
+    /// All of it [J].
+    pub kinetic_total: f64,
+    /// Elastic energy of the static answer to the part of the force that no mode has, `1/2 r . K^-1 r` [J].
+    pub elastic: f64,
+    /// The same of the whole force, rigid motion left out [J].
+    pub elastic_total: f64,
+}
+
+impl Simulation {
+    /// The exact solution of the system linearised at the present state, from that state on: by all modes, or by the `count`
+    /// lowest.
+    ///
+    /// # Errors
+    /// [`ModesError`]; [`NotLinear`](ModesError::NotLinear) where walls, loads that change, follower loads or moving or
+    /// ending pins act, [`Coupled`](ModesError::Coupled) where damping couples modes.
+    pub fn superposition(&mut self, count: Option<usize>) -> Result<Superposition, ModesError> {
+        ensure_steady(self.system())?;
+        match self.system().dimension() {
+            2 => superposition::<2>(self, count),
+            _ => superposition::<3>(self, count),
+        }
+    }
+}
+
+/// What acts must be a constant force and a linear one.
+fn ensure_steady(system: &System) -> Result<(), ModesError> {
+    let fail = |what: String| Err(ModesError::NotLinear { what });
+    if !system.walls().is_empty() {
+        return fail("walls push where they are met".into());
+    }
+    if let Some(term) = system.terms().iter().find(|term| term.changes_with_time()) {
+        return fail(format!("{} changes with time", term.name()));
+    }
+    if let Some(term) = system.terms().iter().find(|term| !term.is_conservative()) {
+        return fail(format!("{} follows the body", term.name()));
+    }
+    if let Some(hold) = system.constraints().iter().find(|hold| hold.motion().is_some()) {
+        return fail(format!("pin `{}` moves", hold.name()));
+    }
+    if let Some(hold) = system.constraints().iter().find(|hold| hold.end() < f64::INFINITY) {
+        return fail(format!("pin `{}` lets go at {} s", hold.name(), hold.end()));
+    }
+    Ok(())
+}
+
+fn superposition<const D: usize>(
+    simulation: &mut Simulation,
+    count: Option<usize>,
+) -> Result<Superposition, ModesError> {
+    let mut eigen = Eigen::<D>::about(simulation, count)?;
+    let velocity = simulation.state().v().to_vec();
+    let system = simulation.system_mut();
+    let mut gradient = vec![0.0; eigen.x.len()];
+    system.gradient(&eigen.x, &mut gradient);
+    // The force on what is free.
+    let force: Vec<f64> =
+        gradient.iter().zip(&eigen.mass).map(|(g, m)| if *m > 0.0 { -g } else { 0.0 }).collect();
+    let momentum: Vec<f64> = velocity.iter().zip(&eigen.mass).map(|(v, m)| v * m).collect();
+    let (rates, coupling) = eigen.damping(system);
+    if coupling > COUPLING {
+        return Err(ModesError::Coupled { coupling });
+    }
+    let oscillators: Vec<Oscillator> = eigen
+        .pairs
+        .iter()
+        .zip(rates)
+        .map(|((square, pair), rate)| Oscillator {
+            square: *square,
+            rate,
+            force: product(&pair.vector, &force),
+            velocity: product(&pair.vector, &momentum),
+        })
+        .collect();
+    let residual = residual(&mut eigen, system, &oscillators, &force, &velocity)?;
+    let numbering = simulation.numbering();
+    let in_order = |flat: &[f64]| numbering.to_original(flat, D).into_owned();
+    let mut superposition = Superposition {
+        dimension: D,
+        origin: in_order(&eigen.x),
+        shapes: eigen.pairs.iter().flat_map(|(_, pair)| in_order(&pair.vector)).collect(),
+        oscillators,
+        residual,
+        nonlinearity: 0.0,
+    };
+    superposition.nonlinearity = nonlinearity(&superposition, &eigen, simulation, &gradient);
+    Ok(superposition)
+}
+
+fn residual<const D: usize>(
+    eigen: &mut Eigen<D>,
+    system: &System,
+    oscillators: &[Oscillator],
+    force: &[f64],
+    velocity: &[f64],
+) -> Result<Residual, ModesError> {
+    let (mut rest, mut still) = (force.to_vec(), velocity.to_vec());
+    for (o, (_, pair)) in oscillators.iter().zip(&eigen.pairs) {
+        for (n, phi) in pair.vector.iter().enumerate() {
+            rest[n] -= o.force * eigen.mass[n] * phi;
+            still[n] -= o.velocity * phi;
+        }
+    }
+    let kinetic = |v: &[f64]| 0.5 * v.iter().zip(&eigen.mass).map(|(v, m)| m * v * v).sum::<f64>();
+    let elastic = oscillators.iter().filter(|o| o.square > 0.0);
+    let found: f64 = elastic.map(|o| 0.5 * o.force * o.force / o.square).sum();
+    let (kinetic, kinetic_total) = (kinetic(&still), kinetic(velocity));
+    if oscillators.len() == eigen.free_coordinates {
+        return Ok(Residual { kinetic: 0.0, kinetic_total, elastic: 0.0, elastic_total: found });
+    }
+    // K y = r by y <- (K + s M)^-1 (r + s M y): no mode that is left out is below s, so that an iteration halves the error at least;
+    // without rigid motion K itself has an inverse.
+    let last = eigen.pairs.last().map_or(0.0, |(square, _)| *square);
+    let is_held = eigen.pairs.first().is_some_and(|(square, _)| *square > 0.0);
+    let shift = match (is_held, last > 0.0) {
+        (true, _) => 0.0,
+        (false, true) => last,
+        // Rigid motion alone was asked for: what is above it nobody knows.
+        (false, false) => {
+            return Ok(Residual { kinetic, kinetic_total, elastic: f64::NAN, elastic_total: f64::NAN });
+        }
+    };
+    let mut cholesky = eigen.shifted(system, shift)?;
+    let mut y = vec![0.0; rest.len()];
+    let mut energy = 0.0;
+    for _ in 0..100 {
+        y.iter_mut().enumerate().for_each(|(n, y)| *y = rest[n] + shift * eigen.mass[n] * *y);
+        cholesky.solve(&mut y);
+        for (_, pair) in &eigen.pairs {
+            let part: f64 = (0..y.len()).map(|n| y[n] * eigen.mass[n] * pair.vector[n]).sum();
+            y.iter_mut().zip(&pair.vector).for_each(|(y, phi)| *y -= part * phi);
+        }
+        let before = energy;
+        energy = 0.5 * product(&rest, &y);
+        if shift == 0.0 || (energy - before).abs() <= STATICS * energy.abs() {
+            break;
+        }
+    }
+    Ok(Residual { kinetic, kinetic_total, elastic: energy, elastic_total: found + energy })
+}
+
+/// By how much the force of the system differs from the linear one, `|f - (f_0 - K u - C v)|` beside `|K u|`, `|f_0|` and `|C v|`, in
+/// largest components, at the end of a quarter of the longest period.
+fn nonlinearity<const D: usize>(
+    superposition: &Superposition,
+    eigen: &Eigen<D>,
+    simulation: &mut Simulation,
+    gradient: &[f64],
+) -> f64 {
+    let Some(slowest) = superposition.oscillators.iter().map(|o| o.square).find(|s| *s > 0.0) else {
+        return 0.0;
+    };
+    let n = eigen.x.len();
+    let (mut x, mut v) = (vec![0.0; n], vec![0.0; n]);
+    superposition.state_at(0.5 * std::f64::consts::PI / slowest.sqrt(), &mut x, &mut v);
+    let internal = |flat: &[f64]| simulation.numbering().to_internal(flat, D).into_owned();
+    let (x, v) = (internal(&x), internal(&v));
+    let u: Vec<f64> = x.iter().zip(&eigen.x).map(|(x, origin)| x - origin).collect();
+    let system = simulation.system_mut();
+    let [mut there, mut linear, mut damped, mut viscous] = [0; 4].map(|_| vec![0.0; n]);
+    system.gradient(&x, &mut there);
+    system.hessian_product(&eigen.x, &u, &mut linear);
+    if system.is_damped() {
+        system.dissipative_force(&x, &v, &mut damped);
+        system.damping_product(&eigen.x, &v, &v, &mut viscous);
+    }
+    let (mut defect, mut scale) = (0.0f64, 0.0f64);
+    for i in (0..n).filter(|i| eigen.mass[*i] > 0.0) {
+        let difference = (there[i] - gradient[i] - linear[i] + damped[i] - viscous[i]).abs();
+        // A barrier is as nonlinear as can be.
+        defect = if difference.is_nan() { f64::INFINITY } else { defect.max(difference) };
+        scale = scale.max(linear[i].abs()).max(gradient[i].abs()).max(viscous[i].abs());
+    }
+    if defect == 0.0 { 0.0 } else { defect / scale }
+}
+
+impl Superposition {
+    /// Writes positions [m] and velocities [m/s] at `t >= 0` [s] after the start to `x` and `v`, flat `(n, dimension)`, vertices in the
+    /// order of the scene. No allocation.
+    ///
+    /// # Panics
+    /// If `x` or `v` has another length.
+    pub fn state_at(&self, t: f64, x: &mut [f64], v: &mut [f64]) {
+        x.copy_from_slice(&self.origin);
+        assert_eq!(v.len(), x.len(), "positions and velocities of all vertices");
+        v.fill(0.0);
+        for (oscillator, shape) in self.oscillators.iter().zip(self.shapes.chunks_exact(x.len())) {
+            let (q, rate) = oscillator.at(t);
+            for ((x, v), phi) in x.iter_mut().zip(v.iter_mut()).zip(shape) {
+                *x += q * phi;
+                *v += rate * phi;
+            }
+        }
+    }
+
+    /// 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// The modes in time, by frequency.
+    pub fn oscillators(&self) -> &[Oscillator] {
+        &self.oscillators
+    }
+
+    /// The shape of mode `j`, `phi^T M phi = 1`, flat, in the order of the scene [kg^-1/2].
+    pub fn shape(&self, j: usize) -> &[f64] {
+        &self.shapes[j * self.origin.len()..][..self.origin.len()]
+    }
+
+    /// What the modes that were left out would add; nothing where all are there.
+    pub fn residual(&self) -> Residual {
+        self.residual
+    }
+
+    /// How far forces are from being linear, as a part of the largest: compared at a quarter of the longest period. Rounding, some
+    /// 1e-10, for linear systems; if it is more, this is the solution of the linearised system.
+    pub fn nonlinearity(&self) -> f64 {
+        self.nonlinearity
+    }
+}
