@@ -26,7 +26,14 @@ fn spec(name: &str) -> IntegratorSpec {
 fn study(source: &Source, schemes: &[&str], steps: &[f64]) -> Results {
     let plan = Plan::of(&source.scene().unwrap()).unwrap();
     let contenders = schemes.iter().map(|name| spec(name).into()).collect();
-    let plan = Plan { contenders, steps: steps.to_vec(), repeats: Some(1), axes: vec![], ..plan };
+    let plan = Plan {
+        contenders,
+        steps: steps.to_vec(),
+        tolerances: vec![],
+        repeats: Some(1),
+        axes: vec![],
+        ..plan
+    };
     let study = Study {
         source,
         name: "standard",
@@ -158,7 +165,10 @@ fn the_committed_report_still_holds() {
     for name in ["kepler", "chain", "beam"] {
         let source = source(name);
         let of_scene = |row: &&HashMap<String, String>| {
-            row["case"] == name && (row["variant"].is_empty() || row["variant"].contains("{ neo-hookean"))
+            // Steps that follow the error are of sizes that small changes decide.
+            row["case"] == name
+                && row["tol"].is_empty()
+                && (row["variant"].is_empty() || row["variant"].contains("{ neo-hookean"))
         };
         let rows: Vec<_> = rows.iter().filter(of_scene).collect();
         let number = |row: &HashMap<String, String>, key: &str| row[key].parse::<f64>().ok();

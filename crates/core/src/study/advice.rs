@@ -24,25 +24,18 @@ pub fn cheapest<'a>(rows: impl IntoIterator<Item = &'a Row>, error: f64) -> Opti
     good.min_by(|a, b| a.wall_min_s.total_cmp(&b.wall_min_s))
 }
 
-/// The front in words: for each of a few errors what to take. Errors that no row reaches are left out, as are those for which the
-/// answer is the same as for a smaller one.
+/// The front in words: for each of a few errors what to take. Errors that no row reaches are left out.
 pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone) -> Vec<String> {
-    let mut said: Vec<(String, String)> = vec![];
+    let mut said = vec![];
     for error in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
         let Some(row) = cheapest(rows.clone(), error) else { break };
         let variant = if row.variant.is_empty() { String::new() } else { format!(" with {}", row.variant) };
         let pace =
             row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("a tolerance of {tolerance:e}"));
-        let what = format!("{} at {pace}{variant}: {}", row.integrator, seconds(row.wall_min_s));
-        if let Some(last) = said.last_mut()
-            && last.1 == what
-        {
-            last.0 = percent(error);
-            continue;
-        }
-        said.push((percent(error), what));
+        let time = seconds(row.wall_min_s);
+        said.push(format!("for {} error take {} at {pace}{variant}: {time}", percent(error), row.integrator));
     }
-    said.into_iter().map(|(error, what)| format!("for {error} error take {what}")).collect()
+    said
 }
 
 /// What to write into the scene for errors of at most `error`; a remark where no row reaches that.

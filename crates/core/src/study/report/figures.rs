@@ -48,12 +48,17 @@ pub struct Figure {
 
 const ERROR: &str = "error of positions, relative";
 
-pub(super) fn all(prefix: &str, variant: &VariantResult, kinds: &[Kind]) -> Result<Vec<Figure>, PlotError> {
+pub(super) fn all(
+    prefix: &str,
+    title: &str,
+    variant: &VariantResult,
+    kinds: &[Kind],
+) -> Result<Vec<Figure>, PlotError> {
     let mut figures = vec![];
     for kind in kinds {
         let (chart, caption) = match kind {
             Kind::Time => (
-                against(variant, "Error against run time", "run time, stepping alone [s]", true, |row| row.wall_min_s),
+                against(variant, "error against run time", "run time, stepping alone [s]", true, |row| row.wall_min_s),
                 "Error against run time: the lower left is better. The label is the smallest step of each scheme, each mark a step \
                  half as long as the one before."
                     .to_owned(),
@@ -63,11 +68,11 @@ pub(super) fn all(prefix: &str, variant: &VariantResult, kinds: &[Kind]) -> Resu
                 "Error against step. Triangles show the slopes of orders of convergence.".to_owned(),
             ),
             Kind::Forces => (
-                against(variant, "Error against work: forces", "force evaluations", false, |row| row.n_force as f64),
+                against(variant, "error against work: forces", "force evaluations", false, |row| row.n_force as f64),
                 "Error against evaluations of the force: the same on every machine.".to_owned(),
             ),
             Kind::Newton => (
-                against(variant, "Error against work: linear systems", "Newton iterations", false, |row| {
+                against(variant, "error against work: linear systems", "Newton iterations", false, |row| {
                     row.n_newton as f64
                 }),
                 "Error against Newton iterations, implicit schemes alone.".to_owned(),
@@ -77,6 +82,7 @@ pub(super) fn all(prefix: &str, variant: &VariantResult, kinds: &[Kind]) -> Resu
         if chart.lines.is_empty() {
             continue;
         }
+        let chart = Chart { title: format!("{title}: {}", chart.title), ..chart };
         figures.push(Figure { file: format!("{prefix}-{}.svg", kind.name()), caption, svg: chart.svg()? });
     }
     Ok(figures)
@@ -102,7 +108,8 @@ fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: imp
         if let (true, Some(row), Some(point)) =
             (label, smallest, points.iter_mut().rev().find(|p| p.y.is_some()))
         {
-            point.label = Some(seconds(row.dt));
+            point.label =
+                Some(row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("tol. {tolerance:e}")));
         }
         chart.lines.push(Line { name: line.integrator.clone(), points, marked: true });
     }
@@ -110,7 +117,7 @@ fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: imp
 }
 
 fn steps(variant: &VariantResult) -> Chart {
-    let mut chart = against(variant, "Error against step", "step [s]", false, |row| row.dt);
+    let mut chart = against(variant, "error against step", "step [s]", false, |row| row.dt);
     if variant.rows().any(|row| row.dropped) {
         chart.floor = Some((variant.reference.floor(), "ten times the error of the reference".to_owned()));
     }
@@ -135,7 +142,7 @@ fn steps(variant: &VariantResult) -> Chart {
 /// Energies at the largest step at which half of the schemes work, or what each scheme has nearest to it.
 fn energy(variant: &VariantResult) -> (Chart, String) {
     let mut chart = Chart::new(
-        "Energy over time",
+        "energy over time",
         AxisSpec::linear("time [s]"),
         AxisSpec::linear("change of energy, relative"),
     );

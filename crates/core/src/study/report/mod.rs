@@ -117,7 +117,7 @@ fn section(
     Ok(Section {
         heading,
         about,
-        figures: figures::all(&prefix, variant, kinds)?,
+        figures: figures::all(&prefix, &study.title, variant, kinds)?,
         table,
         words: words(front(variant.rows())),
         remarks: remarks(variant),
