@@ -18,7 +18,7 @@ fn cloth(n: usize, linear: &str) -> Result<Scene, BenchmarkError> {
         time = {{ integrator = 'linearised-implicit-euler', step = 0.01, duration = 1.0, solver = {{ linear = '{linear}' }} }}
         world = {{ gravity = [0.0, 0.0, -2.0] }}
         [[body]]
-        mesh = {{ cloth = {{ cells = [{n}, {n}], u = [0.5, 0.0, 0.0], v = [0.0, 0.5, 0.0] }} }}
+        mesh = {{ cloth = {{ cells = [{n}, {n}], origin = [0.0, 0.0, 0.0], u = [0.5, 0.0, 0.0], v = [0.0, 0.5, 0.0] }} }}
         springs = {{ stiffness = 1000.0 }}
         mass = {{ per_vertex = 1.0 }}
         pin = [{{ vertices = [0, {last}] }}]"

@@ -21,6 +21,10 @@ impl Budget {
     /// For figures to keep.
     pub const FULL: Budget =
         Budget { total: Duration::from_millis(2500), sample: Duration::from_millis(25), fewest_rounds: 7 };
+    /// To see that it works.
+    #[cfg(test)]
+    pub(super) const ONCE: Budget =
+        Budget { total: Duration::ZERO, sample: Duration::ZERO, fewest_rounds: 1 };
     /// For a first look.
     pub const QUICK: Budget =
         Budget { total: Duration::from_millis(150), sample: Duration::from_millis(5), fewest_rounds: 3 };

@@ -100,3 +100,17 @@ fn the_renumbered_cloth_is_the_same_cloth() {
     }
     assert!((energy[0] - energy[1]).abs() < 1e-10 * energy[0].abs(), "{energy:?}");
 }
+
+// Not their largest cases, which take a while to assemble.
+#[test]
+fn the_smallest_case_of_every_row_does_its_work() {
+    for row in rows() {
+        let cases = (row.cases)(Some(1));
+        let smallest = cases[0].size;
+        for case in cases.into_iter().filter(|case| case.size == smallest && case.size <= 10_000) {
+            let measured = super::measure(&case, &super::Budget::ONCE, &|| false);
+            let measured = measured.unwrap_or_else(|e| panic!("{} {}: {e}", row.name, case.case));
+            assert!(measured.is_some(), "{} {}", row.name, case.case);
+        }
+    }
+}

@@ -148,6 +148,11 @@ pub trait EnergyTerm: Send + Sync {
         false
     }
 
+    /// Whether it is made of tetrahedra: factors of its Hessian fill up as those of sheets and strands do not.
+    fn fills_space(&self) -> bool {
+        false
+    }
+
     /// Whether the potential depends on time; [`set_time`](Self::set_time) is called only if it does.
     fn changes_with_time(&self) -> bool {
         false

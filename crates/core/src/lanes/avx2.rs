@@ -241,6 +241,21 @@ fn scatter_add_half<const D: usize>(rows: &mut RowSlice<D>, i: &[u16; WIDTH], l:
     }
 }
 
+/// Columns become rows.
+#[inline(always)]
+fn transpose4([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
+    register!({
+        let (ab0, ab1) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+        let (cd0, cd1) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+        [
+            _mm256_permute2f128_pd::<0x20>(ab0, cd0),
+            _mm256_permute2f128_pd::<0x20>(ab1, cd1),
+            _mm256_permute2f128_pd::<0x31>(ab0, cd0),
+            _mm256_permute2f128_pd::<0x31>(ab1, cd1),
+        ]
+    })
+}
+
 impl Lanes for Avx2 {
     const PAIRS_PAY: bool = false;
 
@@ -276,6 +291,19 @@ impl Lanes for Avx2 {
         }
         scatter_add_half(rows, index, 0, low);
         scatter_add_half(rows, index, 4, high);
+    }
+    #[inline(always)]
+    fn transpose(v: [Self; WIDTH]) -> [Self; WIDTH] {
+        let low = transpose4([v[0].0, v[1].0, v[2].0, v[3].0]);
+        let next = transpose4([v[0].1, v[1].1, v[2].1, v[3].1]);
+        let right = transpose4([v[4].0, v[5].0, v[6].0, v[7].0]);
+        let last = transpose4([v[4].1, v[5].1, v[6].1, v[7].1]);
+        let mut r = v;
+        for l in 0..4 {
+            r[l] = Avx2(low[l], right[l]);
+            r[l + 4] = Avx2(next[l], last[l]);
+        }
+        r
     }
     #[inline(always)]
     fn mask_to_bits(mask: Avx2Mask) -> u8 {

@@ -312,6 +312,31 @@ impl Lanes for Avx512 {
         }
     }
     #[inline(always)]
+    fn transpose(v: [Self; WIDTH]) -> [Self; WIDTH] {
+        let mut r = v;
+        for odd in 0..2 {
+            // Numbers `odd`, `odd + 2`, ... of rows 0 and 1, of rows 2 and 3, and so on, in halves of a quarter.
+            let pair = |i: usize| {
+                let (a, b) = (v[i].0, v[i + 1].0);
+                if odd == 0 {
+                    register!(_mm512_unpacklo_pd(a, b))
+                } else {
+                    register!(_mm512_unpackhi_pd(a, b))
+                }
+            };
+            let (a, b, c, d) = (pair(0), pair(2), pair(4), pair(6));
+            let (ab0, ab2) =
+                register!((_mm512_shuffle_f64x2::<0x88>(a, b), _mm512_shuffle_f64x2::<0xdd>(a, b)));
+            let (cd0, cd2) =
+                register!((_mm512_shuffle_f64x2::<0x88>(c, d), _mm512_shuffle_f64x2::<0xdd>(c, d)));
+            r[odd] = Avx512(register!(_mm512_shuffle_f64x2::<0x88>(ab0, cd0)));
+            r[odd + 2] = Avx512(register!(_mm512_shuffle_f64x2::<0x88>(ab2, cd2)));
+            r[odd + 4] = Avx512(register!(_mm512_shuffle_f64x2::<0xdd>(ab0, cd0)));
+            r[odd + 6] = Avx512(register!(_mm512_shuffle_f64x2::<0xdd>(ab2, cd2)));
+        }
+        r
+    }
+    #[inline(always)]
     fn mask_to_bits(mask: Avx512Mask) -> u8 {
         mask.0
     }

@@ -82,6 +82,22 @@ pub trait Lanes: Real {
             }
         }
     }
+    /// Lane `c` of pack `l` of the result is lane `l` of `v[c]`: columns become rows.
+    #[inline(always)]
+    fn transpose(v: [Self; WIDTH]) -> [Self; WIDTH] {
+        let mut rows = [[0.0; WIDTH]; WIDTH];
+        for c in 0..WIDTH {
+            let a = v[c].to_array();
+            for l in 0..WIDTH {
+                rows[l][c] = a[l];
+            }
+        }
+        let mut r = v;
+        for l in 0..WIDTH {
+            r[l] = Self::load(&rows[l]);
+        }
+        r
+    }
     /// Bit `l` of the result is lane `l` of the mask.
     fn mask_to_bits(mask: Self::Mask) -> u8;
     /// Lane `l` of the result is bit `l` of `bits`.

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::lanes::{Kernel, Lanes, dispatch_compact};
+
 /// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
 const TASK_ROWS: usize = 1024;
 
@@ -51,28 +53,52 @@ impl<const D: usize> BlockMatrix<D> {
 
     /// `y = A x`, both flat. The same bits on any number of threads.
     pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        let x = x.as_chunks::<D>().0;
-        let one = |(i, y): (usize, &mut [f64; D])| {
-            let mut sum = [0.0; D];
-            for (c, block) in self.row(i) {
-                for k in 0..D {
-                    for l in 0..D {
-                        sum[k] += block[k][l] * x[c][l];
-                    }
-                }
-            }
-            *y = sum;
-        };
-        let y = y.as_chunks_mut::<D>().0;
+        let (x, y) = (x.as_chunks::<D>().0, y.as_chunks_mut::<D>().0);
         if y.len() < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
-            y.iter_mut().enumerate().for_each(one);
-        } else {
-            y.par_iter_mut().enumerate().with_min_len(TASK_ROWS).for_each(one);
+            return dispatch_compact(Product { matrix: self, x, first: 0, y });
         }
+        let tasks = y.par_chunks_mut(TASK_ROWS).enumerate();
+        tasks.for_each(|(task, y)| {
+            dispatch_compact(Product { matrix: self, x, first: task * TASK_ROWS, y });
+        });
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         4 * (self.row_start.len() + self.column.len() + self.diagonal.len()) + size_of_val(&self.value[..])
+    }
+}
+
+/// Rows of `A x` from `first` on.
+struct Product<'a, const D: usize> {
+    matrix: &'a BlockMatrix<D>,
+    x: &'a [[f64; D]],
+    first: usize,
+    y: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> Kernel for Product<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (i, y) in self.y.iter_mut().enumerate() {
+            // A sum for every place in a block: they do not wait for each other.
+            let mut sums = [[0.0; D]; D];
+            for (c, block) in self.matrix.row(self.first + i) {
+                let x = &self.x[c];
+                for k in 0..D {
+                    for l in 0..D {
+                        sums[k][l] += block[k][l] * x[l];
+                    }
+                }
+            }
+            for k in 0..D {
+                y[k] = sums[k][0];
+                for l in 1..D {
+                    y[k] += sums[k][l];
+                }
+            }
+        }
     }
 }

@@ -4,12 +4,14 @@
 //! group; afterwards every row of the matrix adds the few groups that touch it, in a fixed order. Groups depend on the mesh
 //! alone, so the matrix has the same bits on any number of threads.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::block_matrix::{Block, BlockMatrix};
 use crate::energy::Stencils;
+use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::material::Psd;
 use crate::system::System;
 
@@ -52,7 +54,7 @@ pub struct Assembler<const D: usize> {
     sums: Vec<Block<D>>,
     /// For every stored block the block of the upper triangle that it is, or is the transpose of.
     upper: Vec<u32>,
-    /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`.
+    /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`, doubled; odd where transposed.
     source_start: Vec<u32>,
     source: Vec<u32>,
     /// Whether each coordinate is held, as it was when the structure was made.
@@ -68,7 +70,8 @@ struct TermPlan<const D: usize> {
     /// Pairs of vertices `a <= b` of a stencil.
     pairs: usize,
     groups: Vec<Group>,
-    /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where transposed.
+    /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where transposed. A sum is of
+    /// blocks as the first stencil of the group has them, so few are.
     slot: Vec<u32>,
     /// Memory for the Hessians of a group, one for each task.
     scratch: Vec<Vec<Block<D>>>,
@@ -94,19 +97,19 @@ impl<const D: usize> Assembler<D> {
             }
         }
         // The upper triangle: every pair of any group once, and the diagonal.
-        let mut upper: Vec<u64> = keys.clone();
+        let mut upper: Vec<u64> = keys.iter().map(|(a, b)| key(*a, *b)).collect();
         upper.extend((0..vertices as u32).map(|v| key(v, v)));
         upper.sort_unstable();
         upper.dedup();
         let index_of = |key: u64| upper.binary_search(&key).expect("every key was added");
         let mut source_start = vec![0u32; upper.len() + 1];
-        let position: Vec<u32> = keys.iter().map(|key| index_of(*key) as u32).collect();
+        let position: Vec<u32> = keys.iter().map(|(a, b)| index_of(key(*a, *b)) as u32).collect();
         position.iter().for_each(|p| source_start[*p as usize + 1] += 1);
         accumulate(&mut source_start);
         let mut next = source_start.clone();
         let mut source = vec![0; keys.len()];
-        for (slot, p) in position.iter().enumerate() {
-            source[next[*p as usize] as usize] = slot as u32;
+        for (slot, (p, (a, b))) in position.iter().zip(&keys).enumerate() {
+            source[next[*p as usize] as usize] = 2 * slot as u32 + u32::from(a > b);
             next[*p as usize] += 1;
         }
         // Both triangles by rows: the lower blocks of a row come from the columns above it.
@@ -171,38 +174,27 @@ impl<const D: usize> Assembler<D> {
         }
         let Assembler { matrix, sums, upper, source_start, source, held, .. } = self;
         let BlockMatrix { row_start, column, value, .. } = matrix;
-        let mass = system.mass();
-        let one = |row: usize, blocks: &mut [Block<D>]| {
-            let start = row_start[row] as usize;
-            for (i, block) in blocks.iter_mut().enumerate() {
-                let (col, upper) = (column[start + i] as usize, upper[start + i] as usize);
-                let mut sum = [[0.0; D]; D];
-                for &s in &source[source_start[upper] as usize..source_start[upper + 1] as usize] {
-                    add(&mut sum, &sums[s as usize], false);
-                }
-                for k in 0..D {
-                    for l in 0..D {
-                        let entry = if col < row { sum[l][k] } else { sum[k][l] };
-                        let held = held[row * D + k] || held[col * D + l];
-                        block[k][l] = if held { 0.0 } else { entry };
-                    }
-                    if row == col {
-                        // Any positive number would do for a held coordinate.
-                        let diagonal = if held[row * D + k] { 1.0 } else { weights.inertia * mass[row] };
-                        block[k][k] += diagonal;
-                    }
-                }
-            }
-        };
+        let (row_start, column, mass) = (&*row_start, &*column, system.mass());
+        let (sums, upper, source_start, source, held) = (&*sums, &*upper, &*source_start, &*source, &*held);
         // A task takes so many rows, and all their blocks.
         let starts: Vec<u32> = row_start.iter().copied().step_by(TASK_ROWS).collect();
         let end = row_start[row_start.len() - 1];
-        let task = |(task, mut blocks): (usize, &mut [Block<D>])| {
-            for row in (task * TASK_ROWS..row_start.len() - 1).take(TASK_ROWS) {
-                let own;
-                (own, blocks) = blocks.split_at_mut((row_start[row + 1] - row_start[row]) as usize);
-                one(row, own);
-            }
+        let task = |(task, blocks): (usize, &mut [Block<D>])| {
+            let rows = task * TASK_ROWS..((task + 1) * TASK_ROWS).min(row_start.len() - 1);
+            let inertia = weights.inertia;
+            dispatch(AddGroups {
+                rows,
+                row_start,
+                column,
+                upper,
+                source_start,
+                source,
+                sums,
+                held,
+                mass,
+                inertia,
+                blocks,
+            });
         };
         let tasks = split(&starts, end, value);
         if tasks.len() == 1 || rayon::current_num_threads() == 1 {
@@ -264,12 +256,12 @@ fn vertices_of(key: u64) -> (u32, u32) {
 }
 
 impl<const D: usize> TermPlan<D> {
-    /// Groups the stencils of a term; `keys` gains the pairs of each group.
+    /// Groups the stencils of a term; `keys` gains the pairs of each group, in the order in which they are first met.
     fn new(
         (term, dissipative): (usize, bool),
         Stencils { size, vertices }: &Stencils,
         is_held: impl Fn(u32) -> bool,
-        keys: &mut Vec<u64>,
+        keys: &mut Vec<(u32, u32)>,
     ) -> Self {
         let size = *size;
         let pairs = size * (size + 1) / 2;
@@ -280,20 +272,18 @@ impl<const D: usize> TermPlan<D> {
             let stencils = first..(first + GROUP).min(count);
             let of_stencil = |s: usize| &vertices[s * size..(s + 1) * size];
             let start = keys.len();
-            let mut own = vec![];
+            let (mut own, mut number) = (vec![], HashMap::new());
             for s in stencils.clone() {
                 for_pairs(of_stencil(s), |a, b| {
-                    if !is_held(a) && !is_held(b) {
-                        own.push(key(a, b));
+                    if is_held(a) || is_held(b) {
+                        slot.push(NOWHERE);
+                        return;
                     }
-                });
-            }
-            own.sort_unstable();
-            own.dedup();
-            for s in stencils.clone() {
-                for_pairs(of_stencil(s), |a, b| {
-                    let at = own.binary_search(&key(a, b));
-                    slot.push(at.map_or(NOWHERE, |at| 2 * at as u32 + u32::from(a > b)));
+                    let at = *number.entry(key(a, b)).or_insert_with(|| {
+                        own.push((a, b));
+                        own.len() - 1
+                    });
+                    slot.push(2 * at as u32 + u32::from(own[at] != (a, b)));
                 });
             }
             keys.extend(own);
@@ -334,12 +324,7 @@ impl<const D: usize> TermPlan<D> {
                 let sums = &mut sums[group.sums.start - base..group.sums.end - base];
                 sums.fill([[0.0; D]; D]);
                 let slots = &slot[group.stencils.start * pairs..group.stencils.end * pairs];
-                for (slot, block) in slots.iter().zip(hessians.iter()) {
-                    if *slot != NOWHERE {
-                        add(&mut sums[(slot / 2) as usize], block, slot % 2 == 1);
-                    }
-                }
-                sums.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|entry| *entry *= factor);
+                dispatch(AddBlocks { slots, hessians, sums, factor });
             }
         };
         let sums = &mut sums[first..last];
@@ -355,6 +340,88 @@ impl<const D: usize> TermPlan<D> {
     }
 }
 
+/// Rows of the matrix from the sums of groups.
+struct AddGroups<'a, const D: usize> {
+    rows: Range<usize>,
+    row_start: &'a [u32],
+    column: &'a [u32],
+    upper: &'a [u32],
+    source_start: &'a [u32],
+    source: &'a [u32],
+    sums: &'a [Block<D>],
+    held: &'a [bool],
+    mass: &'a [f64],
+    inertia: f64,
+    /// The blocks of these rows.
+    blocks: &'a mut [Block<D>],
+}
+
+impl<const D: usize> Kernel for AddGroups<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let first = self.row_start[self.rows.start] as usize;
+        for row in self.rows {
+            let range = self.row_start[row] as usize..self.row_start[row + 1] as usize;
+            let held = &self.held[row * D..][..D];
+            let row_held = held.contains(&true);
+            let blocks = &mut self.blocks[range.start - first..range.end - first];
+            for ((block, col), upper) in
+                blocks.iter_mut().zip(&self.column[range.clone()]).zip(&self.upper[range])
+            {
+                let (col, upper) = (*col as usize, *upper as usize);
+                let sources =
+                    &self.source[self.source_start[upper] as usize..self.source_start[upper + 1] as usize];
+                *block = [[0.0; D]; D];
+                for s in sources {
+                    add(block, &self.sums[(s / 2) as usize], (s % 2 == 1) != (col < row));
+                }
+                let others = &self.held[col * D..][..D];
+                if row_held || others.contains(&true) {
+                    for k in 0..D {
+                        for l in 0..D {
+                            if held[k] || others[l] {
+                                block[k][l] = 0.0;
+                            }
+                        }
+                    }
+                }
+                if row == col {
+                    for k in 0..D {
+                        // Any positive number would do for a held coordinate.
+                        block[k][k] += if held[k] { 1.0 } else { self.inertia * self.mass[row] };
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds blocks to where their slots say, and multiplies by a factor.
+struct AddBlocks<'a, const D: usize> {
+    slots: &'a [u32],
+    hessians: &'a [Block<D>],
+    sums: &'a mut [Block<D>],
+    factor: f64,
+}
+
+impl<const D: usize> Kernel for AddBlocks<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for (slot, block) in self.slots.iter().zip(self.hessians) {
+            if *slot != NOWHERE {
+                add(&mut self.sums[(slot / 2) as usize], block, slot % 2 == 1);
+            }
+        }
+        for entry in self.sums.as_flattened_mut().as_flattened_mut() {
+            *entry *= self.factor;
+        }
+    }
+}
+
 /// The pairs `a <= b` of the vertices of a stencil, in the order of the blocks of its Hessian.
 fn for_pairs(vertices: &[u32], mut visit: impl FnMut(u32, u32)) {
     for (i, a) in vertices.iter().enumerate() {
@@ -366,9 +433,15 @@ fn for_pairs(vertices: &[u32], mut visit: impl FnMut(u32, u32)) {
 
 #[inline(always)]
 fn add<const D: usize>(sum: &mut Block<D>, block: &Block<D>, transposed: bool) {
-    for k in 0..D {
-        for l in 0..D {
-            sum[k][l] += if transposed { block[l][k] } else { block[k][l] };
+    if transposed {
+        for k in 0..D {
+            for l in 0..D {
+                sum[k][l] += block[l][k];
+            }
+        }
+    } else {
+        for (sum, entry) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
+            *sum += entry;
         }
     }
 }

@@ -10,8 +10,9 @@ use crate::material::Psd;
 pub(super) const CG_TOLERANCE: f64 = 1e-6;
 /// Iterations with multigrid before a factorisation takes over: a V-cycle costs some ten products, so this many cost more.
 const MULTIGRID_ITERATIONS: u64 = 300;
-/// The levels are computed anew where a solve takes so many times the iterations of the first solve with them, and some.
-const WORN_OUT: f64 = 1.5;
+/// The levels are computed anew where a solve takes so many times the iterations that the first solve with them lets expect, and
+/// one more.
+const WORN_OUT: f64 = 1.2;
 
 /// Conjugate gradients with a preconditioner, kept from one matrix to the next.
 pub(super) struct Iterative<const D: usize> {
@@ -22,8 +23,13 @@ pub(super) struct Iterative<const D: usize> {
 enum Kind<const D: usize> {
     /// Computed anew for every matrix.
     Jacobi(BlockJacobi<D>),
-    /// Computed anew once in a step, and where it no longer fits.
-    Multigrid { levels: Box<Multigrid<D>>, made_for: Option<(Weights, Psd)>, first_iterations: Option<u64> },
+    /// Computed anew where it no longer fits.
+    Multigrid {
+        levels: Box<Multigrid<D>>,
+        made_for: Option<(Weights, Psd)>,
+        /// Iterations of the first solve for each factor `e` of the residual.
+        first_rate: Option<f64>,
+    },
 }
 
 impl<const D: usize> Iterative<D> {
@@ -34,24 +40,19 @@ impl<const D: usize> Iterative<D> {
     /// Arguments and result as those of [`Multigrid::new`].
     pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
         let levels = Box::new(Multigrid::new(matrix, x, held)?);
-        let kind = Kind::Multigrid { levels, made_for: None, first_iterations: None };
+        let kind = Kind::Multigrid { levels, made_for: None, first_rate: None };
         Some(Iterative { kind, cg: ConjugateGradients::default() })
     }
 
-    /// A new step begins: a preconditioner that was made in the last one is out of date.
-    pub(super) fn new_step(&mut self) {
-        if let Kind::Multigrid { made_for, .. } = &mut self.kind {
-            *made_for = None;
-        }
-    }
-
-    /// Solves `matrix solution = right`, a matrix made with these weights and this treatment of elements.
+    /// Solves `matrix solution = right` to a relative residual of `tolerance`; the matrix was made with these weights and this
+    /// treatment of elements.
     pub(super) fn solve(
         &mut self,
         matrix: &BlockMatrix<D>,
         of: (Weights, Psd),
         right: &[f64],
         solution: &mut [f64],
+        tolerance: f64,
     ) -> CgReport {
         let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
         let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
@@ -61,9 +62,9 @@ impl<const D: usize> Iterative<D> {
                 }
                 (jacobi, 10 * right.len() as u64 + 1000)
             }
-            Kind::Multigrid { levels, made_for, first_iterations } => {
+            Kind::Multigrid { levels, made_for, first_rate } => {
                 if *made_for != Some(of) {
-                    (*made_for, *first_iterations) = (None, None);
+                    (*made_for, *first_rate) = (None, None);
                     if levels.update(matrix).is_err() {
                         return indefinite;
                     }
@@ -73,10 +74,11 @@ impl<const D: usize> Iterative<D> {
             }
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
-        let report = self.cg.solve(product, preconditioner, right, solution, CG_TOLERANCE, most);
-        if let Kind::Multigrid { made_for, first_iterations, .. } = &mut self.kind {
-            let first = *first_iterations.get_or_insert(report.iterations);
-            let worn_out = report.iterations as f64 > WORN_OUT * first as f64 + 1.0;
+        let report = self.cg.solve(product, preconditioner, right, solution, tolerance, most);
+        if let Kind::Multigrid { made_for, first_rate, .. } = &mut self.kind {
+            let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
+            let first = *first_rate.get_or_insert(count / gained);
+            let worn_out = count > WORN_OUT * first * gained + 1.0;
             if worn_out || report.end != CgEnd::Converged {
                 *made_for = None;
             }

@@ -24,6 +24,10 @@ const ULPS: f64 = 64.0;
 const MAX_HALVINGS: u32 = 50;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
+/// The relative residual that is asked of the first solve by conjugate gradients, and the largest and the smallest afterwards.
+const FORCING: [f64; 3] = [1e-2, 1e-1, CG_TOLERANCE];
+/// A solve need not be more accurate than this part of what the matrix at hand lets corrections shrink by.
+const FORCING_PART: f64 = 0.3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.
 const NEAR: f64 = 1e-3;
 /// What is added to the diagonal of projected Hessians in statics, as a part of the largest entry.
@@ -36,8 +40,8 @@ pub(crate) struct Newton<const D: usize> {
     options: SolverOptions,
     assembler: Option<Assembler<D>>,
     cholesky: Option<Cholesky>,
-    /// The weights of the matrix that `cholesky` last factorised.
-    factorized: Option<Weights>,
+    /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients; none if it is projected.
+    at_hand: Option<Weights>,
     iterative: Option<Iterative<D>>,
     /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at the last time:
     /// they are tried again after twice as many.
@@ -74,7 +78,7 @@ impl<const D: usize> Newton<D> {
             options,
             assembler: None,
             cholesky: None,
-            factorized: None,
+            at_hand: None,
             iterative: None,
             direct: (0, 0),
             cg: ConjugateGradients::default(),
@@ -101,23 +105,20 @@ impl<const D: usize> Newton<D> {
         let matrix_free = self.options.linear == LinearSolver::MatrixFree;
         if !matrix_free && !self.assembler.as_ref().is_some_and(|a| a.fits(system)) {
             self.assembler = Some(Assembler::new(system));
-            (self.cholesky, self.factorized) = (None, None);
+            (self.cholesky, self.at_hand) = (None, None);
             self.iterative = None;
         }
         self.direct.0 = self.direct.0.saturating_sub(1);
-        if let Some(iterative) = &mut self.iterative {
-            iterative.new_step();
-        }
     }
 
-    /// Solves `A d = -residual` for the direction.
+    /// Solves `A d = -residual` for the direction; by conjugate gradients to a relative residual of `forcing`.
     fn solve_linear(
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
         at: &Iterate,
         psd: Psd,
-        old_factor: bool,
+        (old_matrix, forcing): (bool, f64),
     ) -> Direction {
         let weights = weights(objective);
         let x = &at.x;
@@ -129,19 +130,23 @@ impl<const D: usize> Newton<D> {
         if linear == LinearSolver::MatrixFree {
             return self.matrix_free(system, weights, x);
         }
-        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_factor) {
+        let by_iterations = linear != LinearSolver::Cholesky && self.direct.0 == 0;
+        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && !by_iterations) {
             cholesky.solve(&mut self.direction);
             return Direction::Descent;
         }
         let assembler = self.assembler.as_mut().expect("prepared");
-        assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
-        if objective.inertia == 0.0 && psd == Psd::Projected {
-            // Projected Hessians may be singular, and nothing has inertia.
-            assembler.shift(STATIC_SHIFT);
+        if !old_matrix {
+            assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
+            if objective.inertia == 0.0 && psd == Psd::Projected {
+                // Projected Hessians may be singular, and nothing has inertia.
+                assembler.shift(STATIC_SHIFT);
+            }
+            self.work.hessians += 1;
         }
-        self.work.hessians += 1;
         let matrix = assembler.matrix();
-        if linear != LinearSolver::Cholesky && self.direct.0 == 0 {
+        self.at_hand = None;
+        if by_iterations {
             if self.iterative.is_none() {
                 self.iterative = match linear {
                     LinearSolver::Multigrid => {
@@ -153,9 +158,11 @@ impl<const D: usize> Newton<D> {
                 };
             }
             let Some(iterative) = &mut self.iterative else { return Direction::Failed };
-            let report = iterative.solve(matrix, (weights, psd), &self.direction, &mut self.solution);
+            let made_for = (weights, psd);
+            let report = iterative.solve(matrix, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {
+                self.at_hand = (psd == Psd::Exact).then_some(weights);
                 std::mem::swap(&mut self.direction, &mut self.solution);
                 return Direction::Descent;
             }
@@ -173,12 +180,11 @@ impl<const D: usize> Newton<D> {
         }
         let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
         self.work.factorizations += 1;
-        self.factorized = None;
         if cholesky.factorize(matrix).is_err() {
             return Direction::Indefinite;
         }
         // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
-        self.factorized = (psd == Psd::Exact).then_some(weights);
+        self.at_hand = (psd == Psd::Exact).then_some(weights);
         cholesky.solve(&mut self.direction);
         Direction::Descent
     }
@@ -336,6 +342,14 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         let mut value = None;
         let mut psd = Psd::Exact;
         let mut correction = f64::INFINITY;
+        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within one minimisation.
+        let inexact = !objective.single_iteration && self.options.linear.choose(system).is_iterative();
+        if inexact {
+            self.at_hand = None;
+        }
+        // Whether Hessians were indefinite, or a step was shortened.
+        let mut curved = false;
+        let mut forcing = if inexact { FORCING[0] } else { CG_TOLERANCE };
         // The textbook's single iteration is one with the Hessian where it starts.
         let mut keep = !objective.single_iteration;
         for iteration in 0..self.options.max_iterations {
@@ -344,9 +358,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             }
             let before = correction;
             // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
-            let mut old_factor = keep && self.factorized == Some(weights(objective));
+            let mut old_matrix = keep && self.at_hand == Some(weights(objective));
             let slope = loop {
-                let slope = match self.solve_linear(system, objective, at, psd, old_factor) {
+                let slope = match self.solve_linear(system, objective, at, psd, (old_matrix, forcing)) {
                     Direction::Descent => dot(&self.direction, &self.residual),
                     Direction::Indefinite => f64::NAN,
                     Direction::Failed => {
@@ -354,8 +368,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     }
                 };
                 correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-                if old_factor && !(slope < 0.0 && correction <= CONTRACTION * before) {
-                    old_factor = false;
+                if old_matrix && !(slope < 0.0 && correction <= CONTRACTION * before) {
+                    old_matrix = false;
                     continue;
                 }
                 if slope < 0.0 {
@@ -421,7 +435,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 if correction <= tolerance.max(floor) {
                     return Ok(());
                 }
-                if old_factor {
+                if old_matrix {
                     keep = false;
                     continue;
                 }
@@ -444,10 +458,24 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return fail(system, at, Verdict::Infeasible, iteration, correction);
             }
             // The first correction by a factor of an earlier solve says little about the next.
-            let known = iteration > 0 || !old_factor;
+            let known = iteration > 0 || !old_matrix;
             let rounding = correction <= floor && correction >= 0.5 * before;
             if (correction <= tolerance || rounding) && known {
                 return Ok(());
+            }
+            if inexact {
+                // Corrections shrink by what solves leave, or by how much the matrix has changed: the former need not be much less.
+                // Negative curvature, though, shows only in solves that are accurate.
+                curved |= psd == Psd::Projected || !keep;
+                let shrink = if before.is_finite() { correction / before } else { FORCING[0] };
+                let needed = tolerance / correction;
+                forcing = (FORCING_PART * shrink.max(needed)).clamp(FORCING[2], FORCING[1]);
+                if curved {
+                    forcing = FORCING[2];
+                }
+                if before.is_finite() && keep && correction * (shrink + forcing) <= tolerance {
+                    return Ok(());
+                }
             }
         }
         fail(system, at, Verdict::IterationCap, self.options.max_iterations, correction)

@@ -40,9 +40,12 @@ pub enum LinearSolver {
     MatrixFree,
 }
 
-/// From so many unknowns on `auto` takes multigrid, in 1, 2 and 3 dimensions. The factor of a solid grows like the 4/3rd power
-/// of the unknowns, that of a plane body hardly faster than the matrix.
-const MULTIGRID_FROM: [usize; 3] = [usize::MAX, 200_000, 12_000];
+/// From so many unknowns on `auto` takes multigrid for solids. Their factor grows like the 4/3rd power of the unknowns; that of plane
+/// bodies and of sheets hardly faster than the matrix, and those that are large and stiff buckle in ways that conjugate gradients
+/// are slow to find.
+const SOLID_FROM: usize = 3_000;
+/// From so many in two dimensions, and where nothing fills space.
+const PLANE_FROM: usize = 200_000;
 
 impl LinearSolver {
     /// The solver for `system`, itself never [`Auto`](Self::Auto).
@@ -54,6 +57,11 @@ impl LinearSolver {
             LinearSolver::Auto => LinearSolver::Multigrid,
             chosen => chosen,
         }
+    }
+
+    /// Whether this is conjugate gradients on an assembled matrix.
+    pub(crate) fn is_iterative(self) -> bool {
+        matches!(self, LinearSolver::Cg | LinearSolver::Multigrid)
     }
 
     /// That, and why.
@@ -71,10 +79,10 @@ impl LinearSolver {
             }
             LinearSolver::Auto if from == usize::MAX => format!("{what}, chosen for one dimension"),
             LinearSolver::Auto if unknowns < from => {
-                format!("{what}, chosen for {unknowns} unknowns (below {from} in {}D)", system.dimension())
+                format!("{what}, chosen for {unknowns} unknowns (below {from} {})", of_what(system))
             }
             LinearSolver::Auto => {
-                format!("{what}, chosen for {unknowns} unknowns (from {from} on in {}D)", system.dimension())
+                format!("{what}, chosen for {unknowns} unknowns (from {from} on {})", of_what(system))
             }
             _ => what.into(),
         }
@@ -86,7 +94,23 @@ fn unknowns(system: &System) -> usize {
 }
 
 fn multigrid_from(system: &System) -> usize {
-    MULTIGRID_FROM[system.dimension() - 1]
+    match system.dimension() {
+        1 => usize::MAX,
+        3 if has_solids(system) => SOLID_FROM,
+        _ => PLANE_FROM,
+    }
+}
+
+fn has_solids(system: &System) -> bool {
+    system.terms().iter().any(|term| term.fills_space())
+}
+
+fn of_what(system: &System) -> &'static str {
+    match system.dimension() {
+        3 if has_solids(system) => "for solids",
+        3 => "for sheets and strands",
+        _ => "in 2D",
+    }
 }
 
 /// Whether the matrix is full.

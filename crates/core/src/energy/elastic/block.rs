@@ -64,6 +64,20 @@ impl<const D: usize> Block<D> {
     }
 }
 
+/// The eigenvalues of `dP/dF` of `WIDTH` elements side by side, see [`Spectrum`].
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(super) struct SpectrumBlock<const D: usize> {
+    pub(super) scaling: Block<D>,
+    pub(super) twist: Block<D>,
+    pub(super) flip: Block<D>,
+}
+
+impl<const D: usize> SpectrumBlock<D> {
+    pub(super) const ZERO: Self =
+        SpectrumBlock { scaling: Block::ZERO, twist: Block::ZERO, flip: Block::ZERO };
+}
+
 /// A material as elements see it.
 pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     /// Overwrites each `F` by `P` [Pa].
@@ -74,6 +88,19 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
     /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that is no function of them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>>;
+    /// As [`BlockMaterial::spectrum`], eight at a time, `sigma[i][lane]`.
+    fn spectra(&self, sigma: &[[f64; WIDTH]; D], out: &mut SpectrumBlock<D>) {
+        for lane in 0..WIDTH {
+            let mut of_lane = [0.0; D];
+            for i in 0..D {
+                of_lane[i] = sigma[i][lane];
+            }
+            let spectrum = self.spectrum(&of_lane).expect("models without a spectrum do not come here");
+            out.scaling.set_lane(lane, &spectrum.scaling);
+            out.twist.set_lane(lane, &spectrum.twist);
+            out.flip.set_lane(lane, &spectrum.flip);
+        }
+    }
     /// `dP/dF` [Pa].
     fn tangent(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
     /// Where the model is defined.
@@ -100,6 +127,7 @@ impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
         dispatch_compact(DensityKernel { material: self, f, psi });
     }
 
+    #[inline]
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         Material::<D>::spectrum(self, sigma)
     }

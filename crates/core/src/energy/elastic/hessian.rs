@@ -12,62 +12,38 @@
 use std::ops::Range;
 
 use super::Elastic;
-use crate::algebra::{Mat, Vect, signed_svd, symmetric_eigen_of_lanes};
+use super::block::{Block, SpectrumBlock};
+use crate::algebra::{Mat, signed_svd, symmetric_eigen_of_lanes};
 use crate::element::{
     SimplexPack, edge_matrix, order, quadrature_count, quadrature_position, reference_gradients,
 };
-use crate::lanes::{Kernel, Lanes, WIDTH, dispatch_compact};
-use crate::material::{Psd, Spectrum, Tangent};
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::material::{Psd, Tangent};
 
 /// Packs that go through all phases together: what is handed on stays in the first cache.
 const BATCH: usize = 4;
 
-/// The numbers of a matrix, `[row][column][lane]`.
-type Matrix<const D: usize> = [[[f64; WIDTH]; D]; D];
+/// Numbers in the Hessian of a tetrahedron, rounded up to whole packs.
+const MOST_ENTRIES: usize = 96;
 
 /// What is known of the elements of a pack on the way.
 #[repr(align(64))]
 struct Work<const D: usize, const N: usize> {
     points: [[[f64; WIDTH]; D]; N],
-    u: Matrix<D>,
-    v: Matrix<D>,
+    u: Block<D>,
+    v: Block<D>,
     sigma: [[f64; WIDTH]; D],
-    scaling: Matrix<D>,
-    twist: Matrix<D>,
-    flip: Matrix<D>,
-    /// The blocks of the pairs `1 <= a <= b`, in order.
-    blocks: [Matrix<D>; 6],
+    spectrum: SpectrumBlock<D>,
 }
 
 impl<const D: usize, const N: usize> Work<D, N> {
     const EMPTY: Self = Work {
         points: [[[0.0; WIDTH]; D]; N],
-        u: [[[0.0; WIDTH]; D]; D],
-        v: [[[0.0; WIDTH]; D]; D],
+        u: Block::ZERO,
+        v: Block::ZERO,
         sigma: [[0.0; WIDTH]; D],
-        scaling: [[[0.0; WIDTH]; D]; D],
-        twist: [[[0.0; WIDTH]; D]; D],
-        flip: [[[0.0; WIDTH]; D]; D],
-        blocks: [[[[0.0; WIDTH]; D]; D]; 6],
+        spectrum: SpectrumBlock::ZERO,
     };
-
-    fn set_spectrum(&mut self, lane: usize, spectrum: &Spectrum<D>) {
-        for i in 0..D {
-            for j in 0..D {
-                self.scaling[i][j][lane] = spectrum.scaling[i][j];
-                self.twist[i][j][lane] = spectrum.twist[i][j];
-                self.flip[i][j][lane] = spectrum.flip[i][j];
-            }
-        }
-    }
-
-    fn sigma_of(&self, lane: usize) -> Vect<f64, D> {
-        let mut sigma = [0.0; D];
-        for i in 0..D {
-            sigma[i] = self.sigma[i][lane];
-        }
-        sigma
-    }
 }
 
 /// Writes the Hessians of `stencils`, whole packs of them.
@@ -100,19 +76,11 @@ pub(super) fn fill<const D: usize, const N: usize>(
                 }
             }
         }
-        dispatch_compact(Decompose { packs, work });
+        dispatch(Decompose { packs, work });
         for pack in &mut *work {
-            for lane in 0..WIDTH {
-                let spectrum = material.spectrum(&pack.sigma_of(lane)).expect("there is one");
-                pack.set_spectrum(lane, &spectrum);
-            }
+            material.spectra(&pack.sigma, &mut pack.spectrum);
         }
-        dispatch_compact(Blocks { packs, work, psd });
-        for (pack, out) in work.iter().zip(out.chunks_exact_mut(WIDTH * per_stencil)) {
-            for (lane, out) in out.chunks_exact_mut(per_stencil).enumerate() {
-                write(&pack.blocks, lane, N, out);
-            }
-        }
+        dispatch(Blocks { packs, work, psd, out });
     }
 }
 
@@ -137,31 +105,55 @@ impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
             let svd = signed_svd(&edge_matrix(&x).mul(&pack.inverse_rest::<L>()));
             for i in 0..D {
                 svd.sigma[i].store(&mut work.sigma[i]);
-                for j in 0..D {
-                    svd.u[i][j].store(&mut work.u[i][j]);
-                    svd.v[i][j].store(&mut work.v[i][j]);
+            }
+            work.u.store(&svd.u);
+            work.v.store(&svd.v);
+        }
+    }
+}
+
+/// The blocks of every pair of vertices, weighted.
+struct Blocks<'a, const D: usize, const N: usize> {
+    packs: &'a [SimplexPack<D>],
+    work: &'a [Work<D, N>],
+    psd: Psd,
+    /// The Hessians, one element after another.
+    out: &'a mut [f64],
+}
+
+/// The numbers of the Hessians of a pack, in the order in which they are written.
+#[repr(align(64))]
+struct Entries([[f64; WIDTH]; MOST_ENTRIES]);
+
+impl Entries {
+    #[inline(always)]
+    fn set<L: Lanes, const D: usize>(&mut self, block: usize, k: &Mat<L, D>) {
+        for i in 0..D {
+            for j in 0..D {
+                k[i][j].store(&mut self.0[block * D * D + i * D + j]);
+            }
+        }
+    }
+
+    /// Writes `count` numbers of each lane, one lane after another.
+    #[inline(always)]
+    fn write<L: Lanes>(&self, count: usize, out: &mut [f64]) {
+        for (i, columns) in self.0.as_chunks::<WIDTH>().0.iter().enumerate().take(count.div_ceil(WIDTH)) {
+            let mut pack = [L::zero(); WIDTH];
+            for c in 0..WIDTH {
+                pack[c] = L::load(&columns[c]);
+            }
+            let rows = L::transpose(pack);
+            for l in 0..WIDTH {
+                let out = &mut out[l * count..][..count][i * WIDTH..];
+                if let Some(out) = out.first_chunk_mut() {
+                    rows[l].store(out);
+                } else {
+                    out.copy_from_slice(&rows[l].to_array()[..out.len()]);
                 }
             }
         }
     }
-}
-
-/// The blocks between the vertices after the first, weighted.
-struct Blocks<'a, const D: usize, const N: usize> {
-    packs: &'a [SimplexPack<D>],
-    work: &'a mut [Work<D, N>],
-    psd: Psd,
-}
-
-#[inline(always)]
-fn load<L: Lanes, const D: usize>(m: &Matrix<D>) -> Mat<L, D> {
-    let mut r = Mat::zero();
-    for i in 0..D {
-        for j in 0..D {
-            r[i][j] = L::load(&m[i][j]);
-        }
-    }
-    r
 }
 
 #[inline(always)]
@@ -199,16 +191,22 @@ impl<const D: usize, const N: usize> Kernel for Blocks<'_, D, N> {
     fn run<L: Lanes>(self) {
         let projected = self.psd == Psd::Projected;
         let half = L::splat(0.5);
-        for (pack, work) in self.packs.iter().zip(self.work) {
-            let mut scaling = load::<L, D>(&work.scaling);
+        let count = N * (N + 1) / 2 * D * D;
+        // Where the block of a pair `a <= b` is.
+        let place = |a: usize, b: usize| a * N - a * (a + 1) / 2 + b;
+        let mut entries = Entries([[0.0; WIDTH]; MOST_ENTRIES]);
+        let packs = self.packs.iter().zip(self.work).zip(self.out.chunks_exact_mut(WIDTH * count));
+        for ((pack, work), out) in packs {
+            let mut scaling = work.spectrum.scaling.load::<L>();
             if projected {
                 scaling = nearest_psd(&scaling);
             }
+            let (twist, flip) = (work.spectrum.twist.load::<L>(), work.spectrum.flip.load::<L>());
             let (mut same, mut swapped) = (Mat::<L, D>::zero(), Mat::<L, D>::zero());
             for i in 0..D {
                 for j in i + 1..D {
-                    let twist = clamp(L::load(&work.twist[i][j]), projected);
-                    let flip = clamp(L::load(&work.flip[i][j]), projected);
+                    let twist = clamp(twist[i][j], projected);
+                    let flip = clamp(flip[i][j], projected);
                     same[i][j] = half * (flip + twist);
                     swapped[i][j] = half * (flip - twist);
                     same[j][i] = same[i][j];
@@ -217,9 +215,10 @@ impl<const D: usize, const N: usize> Kernel for Blocks<'_, D, N> {
             }
             let weight = pack.weight::<L>();
             // Rows: the gradients of the shape functions in the frame of V.
-            let g = pack.inverse_rest::<L>().mul(&load::<L, D>(&work.v));
-            let u = load::<L, D>(&work.u);
-            let mut at = 0;
+            let g = pack.inverse_rest::<L>().mul(&work.v.load::<L>());
+            let u = work.u.load::<L>();
+            // A translation costs nothing: the blocks of vertex 0 are minus the sums of the others.
+            let mut first = [Mat::<L, D>::zero(); N];
             for a in 0..D {
                 for b in a..D {
                     let mut k = Mat::<L, D>::zero();
@@ -236,40 +235,19 @@ impl<const D: usize, const N: usize> Kernel for Blocks<'_, D, N> {
                         k[i][i] = weight * diagonal;
                     }
                     let block = u.mul(&k).mul_transpose(&u);
-                    for i in 0..D {
-                        for j in 0..D {
-                            block[i][j].store(&mut work.blocks[at][i][j]);
-                        }
-                    }
-                    at += 1;
-                }
-            }
-        }
-    }
-}
-
-/// Writes the blocks of one lane; those of vertex 0 are minus the sums of the others, for a translation costs nothing.
-fn write<const D: usize>(blocks: &[Matrix<D>; 6], lane: usize, nodes: usize, out: &mut [f64]) {
-    let others = nodes - 1;
-    let block = |a: usize, b: usize| if a == 0 { b } else { a * nodes - a * (a + 1) / 2 + b };
-    out[..nodes * D * D].fill(0.0);
-    let mut at = 0;
-    for a in 1..=others {
-        for b in a..=others {
-            for i in 0..D {
-                for k in 0..D {
-                    let entry = blocks[at][i][k][lane];
-                    out[block(a, b) * D * D + i * D + k] = entry;
-                    // K_0b = -sum_a K_ab, with K_ba = K_ab^T.
-                    out[b * D * D + i * D + k] -= entry;
-                    out[i * D + k] += entry;
+                    entries.set(place(a + 1, b + 1), &block);
+                    // K_0b = -sum_a K_ab, with K_ba = K_ab^T; K_00 = -sum_b K_0b^T.
+                    first[b + 1] = first[b + 1] - block;
                     if a != b {
-                        out[a * D * D + k * D + i] -= entry;
-                        out[k * D + i] += entry;
+                        first[a + 1] = first[a + 1] - block.transpose();
                     }
                 }
+                first[0] = first[0] - first[a + 1].transpose();
             }
-            at += 1;
+            for b in 0..N {
+                entries.set(b, &first[b]);
+            }
+            entries.write::<L>(count, out);
         }
     }
 }

@@ -208,6 +208,10 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         format!("elements of `{}`", self.body)
     }
 
+    fn fills_space(&self) -> bool {
+        D == 3
+    }
+
     fn kind(&self) -> EnergyKind {
         EnergyKind::Elastic
     }

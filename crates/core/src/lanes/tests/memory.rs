@@ -216,3 +216,33 @@ fn rows_begin_at_a_cache_line() {
     let kept: Vec<_> = (0..4).map(|_| Rows::<3>::new()).collect();
     assert!(kept.iter().all(|rows| (rows.as_slice().as_ptr() as usize).is_multiple_of(64)));
 }
+
+struct Transpose<'a>(&'a mut [[f64; WIDTH]; WIDTH]);
+impl Kernel for Transpose<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut v = [L::zero(); WIDTH];
+        for c in 0..WIDTH {
+            v[c] = L::load(&self.0[c]);
+        }
+        let v = L::transpose(v);
+        for l in 0..WIDTH {
+            v[l].store(&mut self.0[l]);
+        }
+    }
+}
+
+#[test]
+fn columns_become_rows() {
+    let rows: [[f64; WIDTH]; WIDTH] = std::array::from_fn(|l| std::array::from_fn(|c| (10 * l + c) as f64));
+    for level in Level::ALL {
+        let mut after = rows;
+        dispatch_at(level, Transpose(&mut after));
+        for l in 0..WIDTH {
+            for c in 0..WIDTH {
+                assert_eq!(after[l][c], rows[c][l], "{level:?}");
+            }
+        }
+    }
+}

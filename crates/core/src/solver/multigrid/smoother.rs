@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 
+use crate::lanes::{Kernel, Lanes, dispatch_compact};
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::conjugate_gradients::inverse;
 
@@ -103,10 +104,7 @@ impl<const D: usize> Smoother<D> {
         let mut eigenvalue = 1.0;
         for _ in 0..POWER_ITERATIONS {
             let factor = (1.0 / before.sqrt()) as f32;
-            rows(&mut y, |i, y| {
-                let ax = self.product(i, &x);
-                *y = times(factor, self.precondition(i, &ax));
-            });
+            self.run(Power { x: &x, factor }, [&mut y, &mut [], &mut []]);
             before = square(&y);
             eigenvalue = before.sqrt();
             std::mem::swap(&mut x, &mut y);
@@ -158,16 +156,12 @@ impl<const D: usize> Smoother<D> {
     pub(super) fn smooth_from_zero(&mut self) {
         let [mut x, mut r, mut d, mut e] = self.take();
         let (first, factors) = self.coefficients();
-        rows3(&mut x, &mut r, &mut d, |i, x, r, d| {
-            *r = self.b[i];
-            *d = times(first, self.precondition(i, r));
-            *x = *d;
-        });
-        for factors in factors {
-            self.advance(&mut x, &mut r, &d, &mut e, factors, false);
+        self.run(FromZero { first }, [&mut x, &mut r, &mut d]);
+        for (kept, gained) in factors {
+            self.run(Advance { d: &d, kept, gained, last: 0.0 }, [&mut x, &mut r, &mut e]);
             std::mem::swap(&mut d, &mut e);
         }
-        rows(&mut r, |i, r| *r = minus(r, &self.product(i, &d)));
+        self.run(Residual { x: &d }, [&mut r, &mut [], &mut []]);
         self.put_back([x, r, d, e]);
     }
 
@@ -175,37 +169,35 @@ impl<const D: usize> Smoother<D> {
     pub(super) fn smooth(&mut self) {
         let [mut x, mut r, mut d, mut e] = self.take();
         let (first, factors) = self.coefficients();
-        rows3(&mut r, &mut d, &mut e, |i, r, d, _| {
-            *r = minus(&self.b[i], &self.product(i, &x));
-            *d = times(first, self.precondition(i, r));
-        });
-        for (n, factors) in factors.into_iter().enumerate() {
+        self.run(FromSolution { x: &x, first }, [&mut r, &mut d, &mut []]);
+        for (n, (kept, gained)) in factors.into_iter().enumerate() {
             // The first direction could not be added while the old solution was being read.
-            self.advance(&mut x, &mut r, &d, &mut e, factors, n == 0);
+            let last = if n == 0 { 1.0 } else { 0.0 };
+            self.run(Advance { d: &d, kept, gained, last }, [&mut x, &mut r, &mut e]);
             std::mem::swap(&mut d, &mut e);
         }
         self.put_back([x, r, d, e]);
     }
 
-    /// One iteration: `r -= A d`, `e = kept d + gained D^-1 r`, `x += e`, and `x += d` where that is due.
-    fn advance(
-        &self,
-        x: &mut [Row],
-        r: &mut [Row],
-        d: &[Row],
-        e: &mut [Row],
-        (kept, gained): (f32, f32),
-        add_last: bool,
-    ) {
-        let last = if add_last { 1.0 } else { 0.0 };
-        rows3(x, r, e, |i, x, r, e| {
-            *r = minus(r, &self.product(i, d));
-            let z = self.precondition(i, r);
-            for k in 0..4 {
-                e[k] = kept * d[i][k] + gained * z[k];
-                x[k] += last * d[i][k] + e[k];
-            }
-        });
+    /// Runs `pass` on every row of the vectors, those that it needs.
+    fn run<P: Pass<D>>(&self, pass: P, vectors: [&mut [Row]; 3]) {
+        let n = vectors[0].len();
+        let [a, b, c] = vectors;
+        let pass = &pass;
+        let task = |(i, a, b, c)| dispatch_compact(Rows { smoother: self, pass, first: i, a, b, c });
+        if n < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
+            return task((0, a, b, c));
+        }
+        // Vectors that are not needed are empty.
+        let mut tasks = Vec::with_capacity(n.div_ceil(TASK_ROWS));
+        let (mut b, mut c) = (b, c);
+        for (number, a) in a.chunks_mut(TASK_ROWS).enumerate() {
+            let (of_b, rest_b) = b.split_at_mut(a.len().min(b.len()));
+            let (of_c, rest_c) = c.split_at_mut(a.len().min(c.len()));
+            (b, c) = (rest_b, rest_c);
+            tasks.push((number * TASK_ROWS, a, of_b, of_c));
+        }
+        tasks.into_par_iter().for_each(task);
     }
 
     /// The factor of the first direction; of the last direction and of the residual in every further iteration.
@@ -246,7 +238,7 @@ fn minus(a: &Row, b: &Row) -> Row {
 
 #[inline(always)]
 fn times(s: f32, a: Row) -> Row {
-    a.map(|a| s * a)
+    [s * a[0], s * a[1], s * a[2], s * a[3]]
 }
 
 /// The sum of all squares.
@@ -254,26 +246,120 @@ fn square(rows: &[Row]) -> f64 {
     rows.iter().map(|r| f64::from(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])).sum()
 }
 
-/// Runs `one` on every row of `a`, with its number.
-fn rows(a: &mut [Row], one: impl Fn(usize, &mut Row) + Send + Sync) {
-    if a.len() < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
-        a.iter_mut().enumerate().for_each(|(i, a)| one(i, a));
-    } else {
-        a.par_iter_mut().enumerate().with_min_len(TASK_ROWS).for_each(|(i, a)| one(i, a));
+/// What is done with row `i` of up to three vectors.
+trait Pass<const D: usize>: Sync {
+    /// How many vectors it takes.
+    const VECTORS: usize;
+    /// Mark the implementation `#[inline(always)]`, see [`crate::lanes`].
+    fn row(&self, smoother: &Smoother<D>, i: usize, rows: [&mut Row; 3]);
+}
+
+/// Rows from `first` on.
+struct Rows<'a, P, const D: usize> {
+    smoother: &'a Smoother<D>,
+    pass: &'a P,
+    first: usize,
+    a: &'a mut [Row],
+    b: &'a mut [Row],
+    c: &'a mut [Row],
+}
+
+impl<P: Pass<D>, const D: usize> Kernel for Rows<'_, P, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Rows { smoother, pass, first, a, b, c } = self;
+        let (mut spare_b, mut spare_c) = ([0.0; 4], [0.0; 4]);
+        for (i, a) in a.iter_mut().enumerate() {
+            let b = if P::VECTORS > 1 { &mut b[i] } else { &mut spare_b };
+            let c = if P::VECTORS > 2 { &mut c[i] } else { &mut spare_c };
+            pass.row(smoother, first + i, [a, b, c]);
+        }
     }
 }
 
-/// Runs `one` on every row of `a`, `b` and `c`, with its number.
-fn rows3(
-    a: &mut [Row],
-    b: &mut [Row],
-    c: &mut [Row],
-    one: impl Fn(usize, &mut Row, &mut Row, &mut Row) + Send + Sync,
-) {
-    if a.len() < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
-        a.iter_mut().zip(b).zip(c).enumerate().for_each(|(i, ((a, b), c))| one(i, a, b, c));
-    } else {
-        let rows = a.par_iter_mut().zip(b).zip(c).enumerate().with_min_len(TASK_ROWS);
-        rows.for_each(|(i, ((a, b), c))| one(i, a, b, c));
+/// `y = factor D^-1 A x`.
+struct Power<'a> {
+    x: &'a [Row],
+    factor: f32,
+}
+
+impl<const D: usize> Pass<D> for Power<'_> {
+    const VECTORS: usize = 1;
+
+    #[inline(always)]
+    fn row(&self, smoother: &Smoother<D>, i: usize, [y, _, _]: [&mut Row; 3]) {
+        let ax = smoother.product(i, self.x);
+        *y = times(self.factor, smoother.precondition(i, &ax));
+    }
+}
+
+/// `r = b`, `x = d = first D^-1 r`.
+struct FromZero {
+    first: f32,
+}
+
+impl<const D: usize> Pass<D> for FromZero {
+    const VECTORS: usize = 3;
+
+    #[inline(always)]
+    fn row(&self, smoother: &Smoother<D>, i: usize, [x, r, d]: [&mut Row; 3]) {
+        *r = smoother.b[i];
+        *d = times(self.first, smoother.precondition(i, r));
+        *x = *d;
+    }
+}
+
+/// `r = b - A x`, `d = first D^-1 r`.
+struct FromSolution<'a> {
+    x: &'a [Row],
+    first: f32,
+}
+
+impl<const D: usize> Pass<D> for FromSolution<'_> {
+    const VECTORS: usize = 2;
+
+    #[inline(always)]
+    fn row(&self, smoother: &Smoother<D>, i: usize, [r, d, _]: [&mut Row; 3]) {
+        *r = minus(&smoother.b[i], &smoother.product(i, self.x));
+        *d = times(self.first, smoother.precondition(i, r));
+    }
+}
+
+/// `r -= A x`.
+struct Residual<'a> {
+    x: &'a [Row],
+}
+
+impl<const D: usize> Pass<D> for Residual<'_> {
+    const VECTORS: usize = 1;
+
+    #[inline(always)]
+    fn row(&self, smoother: &Smoother<D>, i: usize, [r, _, _]: [&mut Row; 3]) {
+        *r = minus(r, &smoother.product(i, self.x));
+    }
+}
+
+/// One iteration: `r -= A d`, `e = kept d + gained D^-1 r`, `x += e + last d`.
+struct Advance<'a> {
+    d: &'a [Row],
+    kept: f32,
+    gained: f32,
+    last: f32,
+}
+
+impl<const D: usize> Pass<D> for Advance<'_> {
+    const VECTORS: usize = 3;
+
+    #[inline(always)]
+    fn row(&self, smoother: &Smoother<D>, i: usize, [x, r, e]: [&mut Row; 3]) {
+        *r = minus(r, &smoother.product(i, self.d));
+        let z = smoother.precondition(i, r);
+        let d = &self.d[i];
+        for k in 0..4 {
+            e[k] = self.kept * d[k] + self.gained * z[k];
+            x[k] += self.last * d[k] + e[k];
+        }
     }
 }
