@@ -67,6 +67,8 @@ struct Line {
     /// Whether they are given.
     given: bool,
     records: Vec<Record>,
+    /// The last that was run.
+    last: Option<Pace>,
     /// Seconds that the last run took, all repeats together and one alone.
     cost: Option<(f64, f64)>,
     stop: Option<Stop>,
@@ -111,6 +113,10 @@ impl Study<'_> {
         while lines.iter().any(|line| line.stop.is_none()) {
             for i in 0..lines.len() {
                 let active = lines.iter().filter(|line| line.stop.is_none()).count();
+                let left = match self.plan.budget {
+                    Some(_) => Some((deadline - self.clock.now()).max(0.0)),
+                    None => left(&lines),
+                };
                 let line = &mut lines[i];
                 if line.stop.is_some() {
                     continue;
@@ -119,15 +125,8 @@ impl Study<'_> {
                     line.stop = Some(Stop::Interrupted);
                     continue;
                 }
-                self.one(
-                    &variants[line.variant],
-                    line,
-                    active,
-                    deadline,
-                    &mut journal,
-                    &mut finished,
-                    watch,
-                )?;
+                let variant = &variants[line.variant];
+                self.one(variant, line, (active, left), deadline, &mut journal, &mut finished, watch)?;
             }
         }
         if finished == 0 {
@@ -184,6 +183,7 @@ impl Study<'_> {
                     paces,
                     given,
                     records: vec![],
+                    last: None,
                     cost: None,
                     stop: None,
                 };
@@ -226,7 +226,7 @@ impl Study<'_> {
         &self,
         variant: &Variant,
         line: &mut Line,
-        active: usize,
+        (active, left): (usize, Option<f64>),
         deadline: f64,
         journal: &mut Journal,
         finished: &mut usize,
@@ -246,7 +246,6 @@ impl Study<'_> {
             line.stop = Some(Stop::Budget);
             return Ok(());
         }
-        let left = self.plan.budget.map(|_| (deadline - now).max(0.0));
         let scheme = line.contender.name();
         watch(Event::Begun {
             scheme,
@@ -283,6 +282,7 @@ impl Study<'_> {
         if line.cost.is_none() {
             line.cost = Some((0.0, record.row.wall_median_s + record.row.setup_s));
         }
+        line.last = Some(pace);
         *finished += 1;
         watch(Event::Finished(&record.row));
         line.records.push(record);
@@ -388,6 +388,31 @@ fn fixed_name(contender: Contender) -> String {
         }
         _ => contender.name().to_owned(),
     }
+}
+
+/// Seconds that all paces given will likely take: each in proportion to its steps. `None` where nothing has been run yet, or where
+/// paces are chosen.
+fn left(lines: &[Line]) -> Option<f64> {
+    let steps = |pace: &Pace| match pace {
+        Pace::Parts(parts) => *parts as f64,
+        // Of order 5, say.
+        Pace::Tolerance(tolerance) => tolerance.powf(-0.2),
+    };
+    if lines.iter().any(|line| !line.given) {
+        return None;
+    }
+    let known: Vec<f64> =
+        lines.iter().filter_map(|line| Some(line.cost?.0 / steps(line.last.as_ref()?))).collect();
+    if known.is_empty() {
+        return None;
+    }
+    let usual = known.iter().sum::<f64>() / known.len() as f64;
+    let active = lines.iter().filter(|line| line.stop.is_none());
+    let each = active.map(|line| {
+        let rate = line.cost.zip(line.last.as_ref()).map_or(usual, |((cost, _), last)| cost / steps(last));
+        rate * line.paces.iter().map(steps).sum::<f64>()
+    });
+    Some(each.sum())
 }
 
 /// The step [s] or the tolerance.

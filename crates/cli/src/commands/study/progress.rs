@@ -43,7 +43,7 @@ impl StudyProgress {
             }
             Event::Begun { scheme, pace: (what, size), variant, finished, left } => {
                 let left = left.map_or_else(String::new, |left| {
-                    format!(", at most {} left", duration(Duration::from_secs_f64(left)))
+                    format!(", about {} left", duration(Duration::from_secs_f64(left)))
                 });
                 let variant = if variant.is_empty() { String::new() } else { format!(", {variant}") };
                 let rows = format!("{finished} rows in {elapsed}{left}");

@@ -100,7 +100,7 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
     let internal = |i: usize| simulation.numbering().internal(i as u32) as usize;
     let partly = |i: usize| {
         let weights = &system.inverse_mass()[internal(i) * d..][..d];
-        weights.iter().any(|w| *w == 0.0) && !weights.iter().all(|w| *w == 0.0)
+        weights.contains(&0.0) && !weights.iter().all(|w| *w == 0.0)
     };
     let held = [0, 1].map(|i| system.is_pinned(internal(i)));
     if partly(0) || partly(1) || held == [true, true] {
@@ -172,7 +172,7 @@ mod tests {
             ),
         ];
         for (e, t, x, v) in states {
-            let speed = ((1.0 + e) / (1.0 - e) as f64).sqrt();
+            let speed = f64::sqrt((1.0 + e) / (1.0 - e));
             let orbit = Orbit { mu: 1.0, x: [1.0 - e, 0.0, 0.0], v: [0.0, speed, 0.0] };
             let (rx, rv) = orbit.after(orbit.axis().unwrap(), t);
             for c in 0..2 {
