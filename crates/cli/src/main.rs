@@ -1,18 +1,7 @@
 //! The command-line program of pliant.
 
-mod arguments;
-mod commands;
-mod failure;
-mod input;
-mod interrupt;
-mod progress;
-mod recording;
-mod statistics;
-mod terminal;
-mod text;
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(commands::execute(std::env::args_os()).code())
+    ExitCode::from(pliant_cli::execute(std::env::args_os()))
 }

@@ -68,7 +68,29 @@ pub(crate) struct Controller {
     pub(crate) rejected: u64,
 }
 
+/// What a [`Controller`] has learnt.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Pace {
+    next: f64,
+    last: Option<f64>,
+    taken_back: bool,
+    rejected: u64,
+}
+
 impl Controller {
+    /// What it has learnt so far.
+    pub(crate) fn pace(&self) -> Pace {
+        let Controller { next, last, taken_back, rejected, .. } = *self;
+        Pace { next, last, taken_back, rejected }
+    }
+
+    /// Goes on from what one of the same scheme has learnt.
+    pub(crate) fn resume(&mut self, pace: Pace) {
+        let Pace { next, last, taken_back, rejected } = pace;
+        self.next = next.min(self.control.largest);
+        (self.last, self.taken_back, self.rejected) = (last, taken_back, rejected);
+    }
+
     /// A controller for `method` that begins with steps of `first` [s].
     ///
     /// # Panics

@@ -1,8 +1,16 @@
 //! A system, its state and a scheme: the stepper.
 
-use std::borrow::Cow;
-
 mod adaptive;
+mod change;
+mod matrices;
+mod snapshot;
+#[cfg(test)]
+mod tests;
+
+pub use matrices::{MatrixError, SparseMatrix};
+pub use snapshot::{Snapshot, SnapshotError};
+
+use std::borrow::Cow;
 
 use crate::control::Controller;
 use crate::diagnostics::{

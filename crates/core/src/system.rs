@@ -19,6 +19,8 @@ pub struct System {
     inverse_mass: Vec<f64>,
     /// Those that have not let go.
     holds: Vec<Hold>,
+    /// Those that have, by their time: they are back where a simulation goes back in time.
+    let_go: Vec<Hold>,
     /// How often the set of held coordinates has changed.
     constraint_set: u64,
     /// Whether any held coordinate moves.
@@ -65,6 +67,7 @@ impl System {
             mass,
             rest_positions: None,
             holds: vec![],
+            let_go: vec![],
             constraint_set: 0,
             moves: false,
             terms: vec![],
@@ -120,13 +123,65 @@ impl System {
         if self.holds.iter().all(|hold| hold.end() > time) {
             return false;
         }
-        self.holds.retain(|hold| hold.end() > time);
+        let (holds, let_go) = std::mem::take(&mut self.holds).into_iter().partition(|hold| hold.end() > time);
+        self.holds = holds;
+        self.let_go.extend::<Vec<Hold>>(let_go);
+        self.holds_changed();
+        true
+    }
+
+    /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
+    pub(crate) fn hold_as_at(&mut self, time: f64) {
+        if !self.let_go.is_empty() {
+            self.holds.append(&mut self.let_go);
+            self.holds_changed();
+        }
+        self.release(time);
+    }
+
+    /// Ends the holds of this name; whether there were any.
+    pub(crate) fn end_hold(&mut self, name: &str) -> bool {
+        let count = self.holds.len() + self.let_go.len();
+        self.let_go.retain(|hold| hold.name() != name);
+        self.holds.retain(|hold| hold.name() != name);
+        self.holds_changed();
+        self.holds.len() + self.let_go.len() < count
+    }
+
+    fn holds_changed(&mut self) {
         self.moves = self.holds.iter().any(|hold| hold.motion().is_some());
         self.inverse_mass = self.inverse_mass_of(|_| true);
         self.constraint_set += 1;
         // A force may be good although it is not finite where it was held.
         self.force = ForceId::NONE;
-        true
+    }
+
+    /// Puts `term` in the place of the one of this name, or after all others; without one, the one of this name is gone.
+    pub(crate) fn replace_term(&mut self, name: &str, term: Option<Box<dyn EnergyTerm>>) {
+        self.force = ForceId::NONE;
+        self.energies.clear();
+        let there = self.terms.iter().position(|term| term.name() == name);
+        match (there, term) {
+            (Some(i), Some(term)) => self.terms[i] = term,
+            (Some(i), None) => drop(self.terms.remove(i)),
+            (None, Some(term)) => self.add_term(term),
+            (None, None) => {}
+        }
+        self.changes_with_time = self.terms.iter().any(|term| term.changes_with_time());
+    }
+
+    /// What `measure` finds where nothing is held.
+    pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
+        let free = self.inverse_mass_of(|_| false);
+        let now = std::mem::replace(&mut self.inverse_mass, free);
+        let found = measure(self);
+        self.inverse_mass = now;
+        found
+    }
+
+    /// Goes on counting where another system stopped.
+    pub(crate) fn count_evaluations_of(&mut self, other: &System) {
+        self.force_evaluations += other.force_evaluations;
     }
 
     /// `1 / m` of every coordinate, zero where one of these holds is.

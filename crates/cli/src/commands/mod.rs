@@ -11,6 +11,8 @@ mod run;
 mod schema;
 mod study;
 
+pub use run::closing;
+
 use std::ffi::OsString;
 
 use serde_json::json;

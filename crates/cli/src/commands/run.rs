@@ -4,11 +4,13 @@ mod closing;
 mod probes;
 
 use std::io::IsTerminal;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use pliant::assembly::UnstableStep;
+use pliant::assembly::{Report, UnstableStep};
 use pliant::observer::Observer;
-use pliant::run::{self, Outcome};
+use pliant::record;
+use pliant::run::{self, Outcome, Summary};
+use pliant::scene::Scene;
 use rayon::ThreadPoolBuilder;
 
 use super::check;
@@ -84,6 +86,17 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     }
     terminal.document(&closing.document(input.source.name(), recorded.as_ref()))?;
     Ok(closing.status())
+}
+
+/// What the end of a run leaves in a recording: messages for `/log`, the first of which are warnings for the user, and how it ended.
+pub fn closing(
+    scene: &Scene,
+    report: &Report,
+    summary: &Summary,
+) -> (Vec<(record::Level, String)>, record::Outcome) {
+    let statistics = Statistics::new(scene);
+    let closing = Closing::new(scene, report, summary, &statistics, Duration::ZERO);
+    (closing.messages(), closing.recorded_outcome())
 }
 
 /// Makes this many threads do the work. The result is the same bits for any number.

@@ -2,7 +2,7 @@
 
 /// The integral over time of a rate that is sampled after every step, to fourth order: the cubic through the last four samples
 /// (the weights of Adams and Moulton), at the start the polynomial through all there are.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Integral {
     /// Up to where a new beginning was made, or over all but the last intervals.
     before: f64,

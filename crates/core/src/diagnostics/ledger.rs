@@ -16,7 +16,7 @@ pub(crate) struct Flows {
 }
 
 /// Which flows are looked at.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Looked {
     loads: bool,
     gravity: bool,
@@ -43,7 +43,7 @@ impl BeforeWalls {
 }
 
 /// Keeps a [`Balance`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Ledger {
     motion: Option<Motion>,
     loads: Option<Integral>,
@@ -56,7 +56,7 @@ pub(crate) struct Ledger {
     looked: Looked,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Motion {
     power: Integral,
     /// Kinetic energy of what moves, now, and what it had when it began or began to move [J].
@@ -95,6 +95,11 @@ impl Ledger {
             walls: walls.then_some(0.0),
             looked,
         })
+    }
+
+    /// Whether it holds what walls take.
+    pub(crate) fn counts_walls(&self) -> bool {
+        self.walls.is_some()
     }
 
     /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force `force`.

@@ -87,6 +87,22 @@ impl Integrator for Alpha {
         self.after.v.copy_from_slice(state.v());
     }
 
+    fn memory(&self, system: &System, state: &State) -> Vec<f64> {
+        let known = self.known == Some(system.constraint_set())
+            && self.after.x == state.x()
+            && self.after.v == state.v();
+        if known { self.acceleration.clone() } else { vec![] }
+    }
+
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State, _h: f64) {
+        self.known = (memory.len() == self.acceleration.len()).then(|| {
+            self.acceleration.copy_from_slice(memory);
+            self.after.x.copy_from_slice(state.x());
+            self.after.v.copy_from_slice(state.v());
+            system.constraint_set()
+        });
+    }
+
     fn work(&self) -> SolverWork {
         self.solver.work()
     }

@@ -145,6 +145,25 @@ impl Integrator for Bdf2 {
         self.step = if self.started { None } else { step };
     }
 
+    fn memory(&self, system: &System, state: &State) -> Vec<f64> {
+        let known = self.step.is_some_and(|(_, set)| set == system.constraint_set())
+            && self.after.x == state.x()
+            && self.after.v == state.v();
+        if known { [&self.before.x[..], &self.before.v].concat() } else { vec![] }
+    }
+
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State, h: f64) {
+        let n = self.z.len();
+        if memory.len() != 2 * n {
+            self.step = None;
+            return;
+        }
+        self.before.x.copy_from_slice(&memory[..n]);
+        self.before.v.copy_from_slice(&memory[n..]);
+        self.started = false;
+        self.remember(system, state, h);
+    }
+
     fn work(&self) -> SolverWork {
         self.solver.work().plus(self.start.work())
     }

@@ -28,6 +28,12 @@ impl Source {
         Source { name: name.into(), text, directory: PathBuf::new(), overrides: Vec::new() }
     }
 
+    /// The same text, where files that the scene names are relative to `directory`.
+    #[must_use]
+    pub fn in_directory(self, directory: impl Into<PathBuf>) -> Source {
+        Source { directory: directory.into(), ..self }
+    }
+
     /// Reads a file. Files that the scene names are relative to its directory.
     ///
     /// # Errors

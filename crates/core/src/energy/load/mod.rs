@@ -1,11 +1,13 @@
 //! Loads: forces from outside that a scene puts on bodies.
 
 mod dead;
+mod external;
 mod pressure;
 #[cfg(test)]
 mod tests;
 
 pub use dead::{DeadLoad, Sample};
+pub use external::{ExternalForce, ExternalForces, ForceFunction};
 pub use pressure::{Pressure, PressureField, rim};
 pub(crate) use pressure::{image, nodes};
 

@@ -1,0 +1,124 @@
+//! Forces from outside that are set while a simulation runs: by a controller, a hand, another program.
+
+use crate::energy::{EnergyKind, EnergyTerm, Fault};
+use crate::integrator::all_finite;
+use crate::numbering::Numbering;
+
+/// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it cannot.
+pub type ForceFunction = Box<dyn FnMut(f64, &[f64], &mut [f64]) -> bool + Send + Sync>;
+
+/// Forces on all vertices, flat `(n, dimension)`, vertices in the order of the scene [N].
+pub enum ExternalForce {
+    /// The same until they are set anew.
+    Constant(Vec<f64>),
+    /// A function, asked at every evaluation of the force.
+    Function(ForceFunction),
+}
+
+/// [`ExternalForce`] as a term: a force without a potential, whose work is energy that comes in.
+///
+/// Its derivative is not known: Newton's method does without, and converges more slowly where a force depends strongly on positions.
+pub struct ExternalForces {
+    name: String,
+    dimension: usize,
+    numbering: Numbering,
+    force: ExternalForce,
+    time: f64,
+    /// Force of the last evaluation, vertices in the order of the simulation.
+    now: Vec<f64>,
+}
+
+impl ExternalForces {
+    /// `force` on the `vertices` vertices of a simulation that has them in this order.
+    ///
+    /// # Panics
+    /// If constant forces are not as many as coordinates.
+    pub fn new(
+        name: &str,
+        dimension: usize,
+        vertices: usize,
+        numbering: Numbering,
+        force: ExternalForce,
+    ) -> Self {
+        let now = match &force {
+            ExternalForce::Constant(force) => {
+                assert_eq!(force.len(), vertices * dimension, "one row of components per vertex");
+                numbering.to_internal(force, dimension).into_owned()
+            }
+            ExternalForce::Function(_) => vec![0.0; vertices * dimension],
+        };
+        ExternalForces { name: name.into(), dimension, numbering, force, time: 0.0, now }
+    }
+}
+
+impl EnergyTerm for ExternalForces {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Load
+    }
+
+    fn changes_with_time(&self) -> bool {
+        matches!(self.force, ExternalForce::Function(_))
+    }
+
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    /// Zero: there is no potential.
+    fn energy(&mut self, _x: &[f64]) -> f64 {
+        0.0
+    }
+
+    /// The sum of all forces over the diagonal of the bounding box.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let rows = self.now.chunks_exact(self.dimension);
+        let lengths = rows.map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
+        lengths.sum::<f64>() * crate::state::diagonal(x, self.dimension)
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let ExternalForces { dimension, numbering, force, time, now, .. } = self;
+        let ExternalForce::Function(function) = force else { return all_finite(now) };
+        let done = if numbering.is_identity() {
+            function(*time, x, now)
+        } else {
+            let mut rows = vec![0.0; now.len()];
+            let done = function(*time, &numbering.to_original(x, *dimension), &mut rows);
+            now.copy_from_slice(&numbering.to_internal(&rows, *dimension));
+            done
+        };
+        if !done {
+            now.fill(f64::NAN);
+        }
+        all_finite(now)
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        let rows = &self.now[first * self.dimension..];
+        g.iter_mut().zip(rows).for_each(|(g, f)| *g -= f);
+    }
+
+    fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
+
+    fn is_conservative(&self) -> bool {
+        false
+    }
+
+    /// `sum_i f_i . v_i`, of the force last evaluated.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        self.now.iter().zip(v).map(|(f, v)| f * v).sum()
+    }
+
+    fn fault(&self, _x: &[f64]) -> Option<Fault> {
+        (!all_finite(&self.now)).then(|| Fault::Load { load: self.name.clone(), time: self.time })
+    }
+
+    fn bytes(&self) -> usize {
+        let constant = if let ExternalForce::Constant(force) = &self.force { force.len() } else { 0 };
+        8 * (self.now.len() + constant) + self.numbering.bytes()
+    }
+}

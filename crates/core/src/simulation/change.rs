@@ -1,0 +1,116 @@
+//! Parameters that change while a simulation runs (lecture 21).
+
+use super::Simulation;
+use crate::constraint::Hold;
+use crate::energy::EnergyTerm;
+use crate::energy::load::{ExternalForce, ExternalForces};
+
+/// The name of the term of [`Simulation::set_external_forces`].
+const EXTERNAL: &str = "forces from outside";
+
+impl Simulation {
+    /// Puts the vertices, in the order of the scene, at `x`, flat `(n, dimension)` [m], but for coordinates on prescribed motion. What is
+    /// held is held where it is put.
+    ///
+    /// # Panics
+    /// If `x` has not the length of the state's.
+    pub fn set_positions(&mut self, x: &[f64]) {
+        let d = self.system.dimension();
+        let x = self.numbering.to_internal(x, d);
+        // From where the last step ended, the force is known.
+        if self.state.x() != &x[..] {
+            self.state_mut().x_mut().copy_from_slice(&x);
+            self.rest_where_held();
+        }
+    }
+
+    /// Gives the vertices, in the order of the scene, the velocities `v`, flat `(n, dimension)` [m/s], but for held coordinates.
+    ///
+    /// # Panics
+    /// If `v` has not the length of the state's.
+    pub fn set_velocities(&mut self, v: &[f64]) {
+        let d = self.system.dimension();
+        let v = self.numbering.to_internal(v, d);
+        if self.state.v() != &v[..] {
+            self.state_mut().v_mut().copy_from_slice(&v);
+            self.rest_where_held();
+        }
+    }
+
+    /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of the same bodies with other
+    /// parameters. Loads and motions that depend on time are at the present time; the balance of energy ends, as after
+    /// [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added to the simulation itself, forces from
+    /// outside and pins, is gone: it is not in `other`.
+    ///
+    /// # Panics
+    /// If `other` has other vertices: it then is not of the same bodies.
+    pub fn adopt(&mut self, other: Simulation) {
+        assert_eq!(other.state.x().len(), self.state.x().len(), "the same vertices");
+        assert_eq!(other.numbering, self.numbering, "numbered likewise");
+        let (step, time) = (self.state.step, self.state.time);
+        let state = self.state.clone();
+        let before = std::mem::replace(self, other);
+        self.system.count_evaluations_of(&before.system);
+        self.counts_losses = before.counts_losses;
+        if step > 0 {
+            self.set_pace(before.pace());
+        }
+        (self.state.step, self.state.time) = (step, time);
+        let (x, v) = self.state.rows_mut();
+        x.copy_from_slice(state.x());
+        v.copy_from_slice(state.v());
+        if step > 0 {
+            self.hold_as_after(step, time);
+            // The balance is one from the start on.
+            self.ledger = None;
+            self.system.count_walls(false);
+        }
+        self.rest_where_held();
+    }
+
+    /// Puts these forces on the vertices, in place of those set before; `None` for none. Unless no step has been taken, the balance of
+    /// energy ends.
+    pub fn set_external_forces(&mut self, force: Option<ExternalForce>) {
+        let term = force.map(|force| -> Box<dyn EnergyTerm> {
+            let (d, n) = (self.system.dimension(), self.system.mass().len());
+            Box::new(ExternalForces::new(EXTERNAL, d, n, self.numbering.clone(), force))
+        });
+        self.system.replace_term(EXTERNAL, term);
+        self.changed();
+    }
+
+    /// Holds the coordinates of these vertices, in the order of the scene, along these of the axes x, y, z where they are now, under a
+    /// name by which they can be [let go](Self::let_go).
+    pub fn pin(&mut self, name: &str, vertices: &[u32], axes: [bool; 3]) {
+        let vertices = vertices.iter().map(|v| self.numbering.internal(*v)).collect();
+        self.system.hold(Hold::new(name, vertices).along(axes));
+        self.rest_where_held();
+        self.changed();
+    }
+
+    /// Lets go of the pins of this name; whether there were any. What they moved flies on.
+    pub fn let_go(&mut self, name: &str) -> bool {
+        let found = self.system.end_hold(name);
+        self.changed();
+        found
+    }
+
+    /// The equations are others from now on.
+    fn changed(&mut self) {
+        self.state_mut().x_mut();
+    }
+
+    /// Held coordinates have no velocity, but for those that move.
+    fn rest_where_held(&mut self) {
+        let time = self.state.time;
+        for (v, w) in self.state.v_mut().iter_mut().zip(self.system.inverse_mass()) {
+            if *w == 0.0 {
+                *v = 0.0;
+            }
+        }
+        if self.system.has_prescribed_motion() {
+            let (x, v) = self.state.rows_mut();
+            self.system.prescribe(time, x, v);
+        }
+    }
+}

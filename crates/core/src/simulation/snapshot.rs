@@ -1,0 +1,157 @@
+//! States of a simulation that are kept and gone back to.
+
+use super::{Simulation, StepError};
+use crate::control::Pace;
+use crate::diagnostics::Ledger;
+use crate::system::ForceId;
+
+/// Relative; a time that a step landed on is within it.
+const ROUNDING: f64 = 1e-14;
+
+/// A moment of a simulation: enough to go on from there as if nothing had happened in between.
+///
+/// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of their solver, which begins
+/// without what it has learnt from earlier steps. Parameters (materials, forces, pins that were added) are no part of it.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Snapshot {
+    /// Steps taken.
+    pub step: u64,
+    /// Simulated time [s].
+    pub time: f64,
+    /// Positions, flat `(n, dimension)`, vertices in the order of the scene [m].
+    pub x: Vec<f64>,
+    /// Velocities, likewise [m/s].
+    pub v: Vec<f64>,
+    /// What a scheme of several steps remembers.
+    memory: Vec<f64>,
+    /// What is known of step sizes that follow the error.
+    pace: Option<Pace>,
+    ledger: Option<Ledger>,
+}
+
+/// A simulation cannot go on from this snapshot.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SnapshotError {
+    /// It is of another scene.
+    #[error(
+        "the state is one of {found} coordinates, the simulation has {expected}: it is a state of another scene"
+    )]
+    Size {
+        /// Coordinates of the snapshot.
+        found: usize,
+        /// Coordinates of the simulation.
+        expected: usize,
+    },
+    /// A number in it is not finite.
+    #[error("the state is not finite at vertex {vertex}")]
+    NotFinite {
+        /// The first such vertex, in the order of the scene.
+        vertex: usize,
+    },
+}
+
+impl Snapshot {
+    /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what schemes and the balance of
+    /// energy remember.
+    pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
+        Snapshot { step, time, x, v, memory: vec![], pace: None, ledger: None }
+    }
+}
+
+impl Simulation {
+    /// The present moment.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            step: self.state.step,
+            time: self.state.time,
+            x: self.positions().into_owned(),
+            v: self.velocities().into_owned(),
+            memory: self.integrator.memory(&self.system, &self.state),
+            pace: self.pace(),
+            ledger: self.ledger.clone(),
+        }
+    }
+
+    /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let go at their time are back
+    /// where that time has not come yet.
+    ///
+    /// # Errors
+    /// [`SnapshotError`]; nothing has changed then.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (expected, d) = (self.state.x().len(), self.system.dimension());
+        for values in [&snapshot.x, &snapshot.v] {
+            if values.len() != expected {
+                return Err(SnapshotError::Size { found: values.len(), expected });
+            }
+            if let Some(i) = values.iter().position(|value| !value.is_finite()) {
+                return Err(SnapshotError::NotFinite { vertex: i / d });
+            }
+        }
+        self.hold_as_after(snapshot.step, snapshot.time);
+        self.state.step = snapshot.step;
+        self.state.time = snapshot.time;
+        self.state.x_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.x, d));
+        self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
+        self.state.force = ForceId::NONE;
+        self.integrator = self.method.build(expected, self.solver);
+        self.integrator.recall(&snapshot.memory, &self.system, &self.state, self.step_size);
+        self.set_ledger(snapshot.ledger.clone());
+        self.set_pace(snapshot.pace);
+        Ok(())
+    }
+
+    /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state at the present time, in place, vertices in
+    /// the order of the scene. The simulation itself stays where it is. Velocities of held coordinates count as none.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step).
+    ///
+    /// # Panics
+    /// If the arrays have not the length of the state's.
+    pub fn advanced(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
+        let memory = self.integrator.memory(&self.system, &self.state);
+        let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
+        self.set_positions(x);
+        self.set_velocities(v);
+        let end = self.step();
+        if end.is_ok() {
+            x.copy_from_slice(&self.positions());
+            v.copy_from_slice(&self.velocities());
+        }
+        self.state = state;
+        self.hold_as_after(self.state.step, self.state.time);
+        self.integrator.recall(&memory, &self.system, &self.state, self.step_size);
+        self.set_ledger(ledger);
+        self.set_pace(pace);
+        end
+    }
+
+    /// Holds what is held after `step` steps, at `time` [s].
+    pub(super) fn hold_as_after(&mut self, step: u64, time: f64) {
+        self.system.hold_as_at(match self.controller {
+            _ if step == 0 => f64::NEG_INFINITY,
+            // The last step looked for what ends half a step before its end.
+            None => time - 0.5 * self.step_size,
+            // Or landed on it, for the next to find.
+            Some(_) => time * (1.0 - ROUNDING),
+        });
+    }
+
+    pub(super) fn pace(&self) -> Option<Pace> {
+        self.controller.as_ref().map(|controller| controller.pace())
+    }
+
+    /// Where step sizes follow the error, goes on with what was learnt, if anything was.
+    pub(super) fn set_pace(&mut self, pace: Option<Pace>) {
+        if let (Some(controller), Some(pace)) = (&mut self.controller, pace) {
+            controller.resume(pace);
+            self.step_size = controller.next();
+        }
+    }
+
+    fn set_ledger(&mut self, ledger: Option<Ledger>) {
+        self.system.count_walls(ledger.as_ref().is_some_and(Ledger::counts_walls));
+        self.ledger = ledger;
+    }
+}

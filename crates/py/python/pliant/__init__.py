@@ -1,0 +1,42 @@
+"""Simulate deformable things: particles, cloth, strands, hyperelastic bodies.
+
+>>> import pliant
+>>> simulation = pliant.Simulation(pliant.Scene.from_toml("scenes/cantilever_fem_2d.toml"))
+>>> simulation.run(record="cantilever.mcap")
+>>> pliant.load("cantilever.mcap").positions[:].shape
+(121, 80, 2)
+
+Arrays are float64 of shape (n, dim); everything is in SI units.
+"""
+
+from __future__ import annotations
+
+import os as _os
+
+from . import _pliant
+from ._errors import SceneError, StepError
+from ._pliant import Frame, Scene, Simulation, State, __version__
+from ._run import Summary
+from .batch import Outcome, combinations, rollout, sweep
+from .trajectory import Frames, Trajectory, load
+
+__all__ = [
+    "Frame",
+    "Frames",
+    "Outcome",
+    "Scene",
+    "SceneError",
+    "Simulation",
+    "State",
+    "StepError",
+    "Summary",
+    "Trajectory",
+    "__version__",
+    "combinations",
+    "load",
+    "rollout",
+    "sweep",
+]
+
+if hasattr(_os, "register_at_fork"):
+    _os.register_at_fork(after_in_child=_pliant._after_fork)

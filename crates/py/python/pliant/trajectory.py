@@ -1,0 +1,312 @@
+"""Recordings: what `Simulation.run` and ``pliant run`` write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from os import PathLike
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from ._pliant import Recording, Scene
+
+if TYPE_CHECKING:
+    import meshio as _meshio  # type: ignore[import-untyped]
+    import pandas as _pandas
+    import pyvista as _pyvista
+
+Array = npt.NDArray[np.float64]
+
+#: Rows of vertex numbers of each kind of cell, as attachments have them, and their names in meshio and VTK.
+_CELLS = {
+    "edge": (2, "line", 3),
+    "tri": (3, "triangle", 5),
+    "tet": (4, "tetra", 10),
+    "tri6": (6, "triangle6", 22),
+    "tet10": (10, "tetra10", 24),
+}
+
+
+class Frames:
+    """Rows of every frame, read when they are asked for: a lazy array.
+
+    An index gives a frame, of shape (rows, columns), a slice or a list of indices several, of shape (frames, rows, columns).
+    ``numpy.asarray`` and ``[:]`` read all.
+    """
+
+    def __init__(self, recording: Recording, name: str, shape: tuple[int, int, int]) -> None:
+        self._recording, self._name = recording, name
+        #: tuple of int: Frames, rows, columns.
+        self.shape = shape
+        #: numpy.dtype: That of float64.
+        self.dtype = np.dtype(np.float64)
+        self.ndim = 3
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def _frame(self, index: int) -> Array:
+        if self._name in ("positions", "velocities"):
+            read = self._recording.positions if self._name == "positions" else self._recording.velocities
+            return read(index)
+        return self._recording.elements(self._name, index)
+
+    @overload
+    def __getitem__(self, index: int) -> Array: ...
+    @overload
+    def __getitem__(self, index: slice | list[int] | npt.NDArray[np.integer[Any]] | tuple[Any, ...]) -> Array: ...
+
+    def __getitem__(self, index: Any) -> Array:
+        rest: tuple[Any, ...] = ()
+        if isinstance(index, tuple):
+            index, rest = index[0], index[1:]
+        if isinstance(index, slice):
+            frames = range(*index.indices(len(self)))
+        elif np.ndim(index) == 0:
+            number = range(len(self))[int(index)]
+            chosen: Array = self._frame(number)[rest]
+            return chosen
+        else:
+            frames = range(len(self))
+            frames = [frames[int(i)] for i in np.asarray(index)]  # type: ignore[assignment]
+        out = np.empty((len(frames), *self.shape[1:]))
+        for i, frame in enumerate(frames):
+            out[i] = self._frame(frame)
+        return out[(slice(None), *rest)]
+
+    def __iter__(self) -> Iterator[Array]:
+        return (self._frame(i) for i in range(len(self)))
+
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        if copy is False:
+            raise ValueError("frames are read from a file: there is no array to share")
+        return self[:] if dtype is None else self[:].astype(dtype)
+
+    def __repr__(self) -> str:
+        return f"<pliant.Frames {self._name} of shape {self.shape}>"
+
+
+class Trajectory:
+    """The frames of a recording, read when they are asked for.
+
+    Made by `load`.
+    """
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        self._recording = Recording(path)
+        self._info: dict[str, Any] | None = None
+        self.path = path
+        #: int: Space dimension, 2 or 3.
+        self.dimension: int = self._recording.dimension
+        #: int: Number of vertices.
+        self.vertex_count: int = self._recording.vertex_count
+        #: ndarray of float64, shape (F,): Simulated time of each frame [s].
+        self.times: Array = self._recording.times
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def __repr__(self) -> str:
+        return f"<pliant.Trajectory {str(self.path)}: {len(self)} frames of {self.vertex_count} vertices in {self.dimension}D>"
+
+    def __reduce__(self) -> tuple[type[Trajectory], tuple[str | PathLike[str]]]:
+        return (Trajectory, (self.path,))
+
+    @property
+    def positions(self) -> Frames:
+        """Frames, shape (F, n, dim): Positions [m]."""
+        return Frames(self._recording, "positions", (len(self), self.vertex_count, self.dimension))
+
+    @property
+    def velocities(self) -> Frames:
+        """Frames, shape (F, n, dim): Velocities [m/s]."""
+        return Frames(self._recording, "velocities", (len(self), self.vertex_count, self.dimension))
+
+    def measure(self, name: str) -> Frames:
+        """A measure of every finite element.
+
+        Parameters
+        ----------
+        name : str
+            A channel of the recording: ``"von-mises"``, ``"green-strain"``, ...
+
+        Returns
+        -------
+        Frames, shape (F, m, k)
+
+        Raises
+        ------
+        KeyError
+            The recording does not have it.
+        """
+        rows, columns = self._recording.elements(name, 0).shape
+        return Frames(self._recording, name, (len(self), rows, columns))
+
+    @property
+    def energy(self) -> dict[str, Array]:
+        """dict of str to ndarray of float64, shape (F,): What the channel ``energy`` has: energies [J], momenta, work, by name."""
+        return self._recording.energy()
+
+    @property
+    def reactions(self) -> dict[str, Array]:
+        """dict of str to ndarray of float64, shape (F,): Forces [N] and moments [N m] of pins, by name; NaN where one has let go."""
+        return self._recording.reactions()
+
+    def probe(self, name: str) -> dict[str, Array]:
+        """Readings of a probe.
+
+        Parameters
+        ----------
+        name : str
+            Its name.
+
+        Returns
+        -------
+        dict of str to ndarray of float64, shape (F,)
+        """
+        return self._recording.probe(name)
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """dict of str to object: What is in the file and how the run ended, as ``pliant info --json`` prints it."""
+        if self._info is None:
+            self._info = self._recording.info()
+        return self._info
+
+    @property
+    def scene(self) -> Scene:
+        """Scene: What was simulated; files that it names are relative to the working directory."""
+        text = self._recording.attachment("scene.toml")
+        if text is None:
+            raise KeyError(f"{self.path} does not say what scene it is of")
+        return Scene.from_toml(text.decode())
+
+    @property
+    def rest_positions(self) -> Array:
+        """ndarray of float64, shape (n, dim): Rest positions [m]."""
+        return np.frombuffer(self._attachment("rest.f64"), "<f8").reshape(-1, self.dimension).copy()
+
+    @property
+    def masses(self) -> Array:
+        """ndarray of float64, shape (n,): Lumped mass of every vertex [kg]."""
+        return np.frombuffer(self._attachment("mass.f64"), "<f8").copy()
+
+    def _attachment(self, name: str) -> bytes:
+        content = self._recording.attachment(name)
+        if content is None:
+            raise KeyError(f"{self.path} has no attachment {name}")
+        return content
+
+    @property
+    def topology(self) -> dict[str, dict[str, npt.NDArray[np.uint32]]]:
+        """dict of str to dict: The cells of each body by its name: ``edge``, ``tri``, ``tet``, ``tri6``, ``tet10``, ``surface``, rows of vertex numbers."""
+        topology: dict[str, dict[str, npt.NDArray[np.uint32]]] = {}
+        for body in self.metadata["bodies"]:
+            cells = {}
+            for kind, width in [*((kind, width) for kind, (width, _, _) in _CELLS.items()), ("surface", 3)]:
+                content = self._recording.attachment(f"topology/{body['name']}.{kind}.u32")
+                if content is not None:
+                    cells[kind] = np.frombuffer(content, "<u4").reshape(-1, width).copy()
+            topology[body["name"]] = cells
+        return topology
+
+    def _blocks(self) -> list[tuple[str, npt.NDArray[np.uint32]]]:
+        """Cells of all bodies: finite elements where there are any, else springs, else the vertices themselves."""
+        blocks: list[tuple[str, npt.NDArray[np.uint32]]] = []
+        for body in self.topology.values():
+            kinds = [kind for kind in ("tet10", "tet", "tri6", "tri", "edge") if kind in body]
+            blocks.extend((kind, body[kind]) for kind in kinds[:1])
+        return blocks
+
+    def _points(self, frame: int) -> Array:
+        points = np.zeros((self.vertex_count, 3))
+        points[:, : self.dimension] = self.positions[frame]
+        return points
+
+    def to_meshio(self, frame: int = -1) -> _meshio.Mesh:
+        """A frame as a mesh of meshio, which must be installed.
+
+        Parameters
+        ----------
+        frame : int, default -1
+            Which.
+
+        Returns
+        -------
+        meshio.Mesh
+            With velocities [m/s] as data of points; in 2D, z is 0.
+        """
+        import meshio
+
+        velocities = np.zeros((self.vertex_count, 3))
+        velocities[:, : self.dimension] = self.velocities[frame]
+        blocks = [(_CELLS[kind][1], cells.astype(np.int64)) for kind, cells in self._blocks()]
+        vertices = [("vertex", np.arange(self.vertex_count)[:, None])]
+        return meshio.Mesh(self._points(frame), blocks or vertices, point_data={"velocity": velocities})
+
+    def to_pyvista(self, frame: int = -1) -> _pyvista.UnstructuredGrid:
+        """A frame as a grid of PyVista, which must be installed.
+
+        Parameters
+        ----------
+        frame : int, default -1
+            Which.
+
+        Returns
+        -------
+        pyvista.UnstructuredGrid
+            With velocities [m/s] as data of points; in 2D, z is 0.
+        """
+        import pyvista
+
+        blocks = [(_CELLS[kind][2], cells) for kind, cells in self._blocks()]
+        blocks = blocks or [(1, np.arange(self.vertex_count, dtype=np.uint32)[:, None])]
+        cells = [np.insert(block, 0, block.shape[1], axis=1).ravel().astype(np.int64) for _, block in blocks]
+        types = [np.full(len(block), kind, np.uint8) for kind, block in blocks]
+        grid = pyvista.UnstructuredGrid(np.concatenate(cells), np.concatenate(types), self._points(frame))
+        velocities = np.zeros((self.vertex_count, 3))
+        velocities[:, : self.dimension] = self.velocities[frame]
+        grid.point_data["velocity"] = velocities
+        return grid
+
+    def to_pandas(self) -> _pandas.DataFrame:
+        """The channel ``energy`` as a table of pandas, which must be installed.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row per frame, indexed by time [s].
+        """
+        import pandas
+
+        return pandas.DataFrame(self.energy).set_index("time")
+
+
+def load(path: str | PathLike[str]) -> Trajectory:
+    """Open a recording.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        A complete ``.mcap`` file of `Simulation.run` or ``pliant run``.
+
+    Returns
+    -------
+    Trajectory
+        Its frames, read when they are asked for.
+
+    Raises
+    ------
+    FileNotFoundError, OSError
+        It is not there, or cannot be read.
+    ValueError
+        It is no recording, damaged, or unfinished (``pliant recover`` makes it whole).
+
+    Examples
+    --------
+    >>> trajectory = load("cantilever.mcap")
+    >>> trajectory.positions[-1]  # shape (n, dim)
+    >>> trajectory.energy["total"]  # shape (F,)
+    """
+    return Trajectory(path)

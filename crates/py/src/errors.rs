@@ -1,0 +1,78 @@
+//! What goes wrong, as Python's exceptions.
+
+use std::io;
+
+use pliant::energy::Fault;
+use pliant::record::RecordError;
+use pliant::scene::{Problem, SceneError as Error};
+use pliant::simulation::StepError as Step;
+use pyo3::exceptions::{
+    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyError, PyOSError, PyValueError,
+};
+use pyo3::prelude::*;
+
+use crate::document::from_json;
+
+mod types {
+    #![allow(missing_docs)]
+    pyo3::import_exception!(pliant._errors, SceneError);
+    pyo3::import_exception!(pliant._errors, StepError);
+}
+
+/// `SceneError(message, problems)`.
+pub(crate) fn scene(py: Python<'_>, error: &Error) -> PyErr {
+    let problems: Vec<&Problem> = error.problems().iter().collect();
+    let document = serde_json::to_value(&problems).unwrap_or_default();
+    match from_json(py, &document) {
+        Ok(problems) => types::SceneError::new_err((error.render(false), problems.unbind())),
+        Err(error) => error,
+    }
+}
+
+/// `StepError(message, step, time, element, J, body, vertex, step_size, stable_step)`.
+pub(crate) fn step(error: &Step) -> PyErr {
+    let (step, time, step_size, fault, vertex, stable) = match error {
+        Step::NotFinite { step, time, fault, vertex, step_size, stable_step } => {
+            (*step, *time, *step_size, fault.as_ref(), *vertex, *stable_step)
+        }
+        Step::Unsolved { step, time, fault, step_size, .. } => {
+            (*step, *time, *step_size, fault.as_ref(), None, None)
+        }
+        Step::StepTooSmall { step, time, fault, vertex, step_size, .. } => {
+            (*step, *time, *step_size, fault.as_ref(), *vertex, None)
+        }
+        Step::Unstable { step, time, step_size, stable_step, .. } => {
+            (*step, *time, *step_size, None, None, *stable_step)
+        }
+        _ => (0, f64::NAN, f64::NAN, None, None, None),
+    };
+    let (element, j, body) = match fault {
+        Some(Fault::Element { body, element, j }) => (Some(*element), Some(*j), Some(body.clone())),
+        Some(Fault::Spring { body, spring, .. }) => (Some(*spring), None, Some(body.clone())),
+        Some(Fault::Stencil { body, index, .. }) => (Some(*index), None, Some(body.clone())),
+        _ => (None, None, None),
+    };
+    types::StepError::new_err((error.to_string(), step, time, element, j, body, vertex, step_size, stable))
+}
+
+/// An `OSError` of the right kind where a file is the trouble, an `IndexError` where a frame is, and a `KeyError` where a channel is.
+pub(crate) fn record(error: &RecordError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        RecordError::Exists { .. } | RecordError::LeftOver { .. } | RecordError::InUse { .. } => {
+            // The words of the command line.
+            PyFileExistsError::new_err(
+                message.replace("`-o`", "`record=`").replace("`--force`", "`overwrite=True`"),
+            )
+        }
+        RecordError::Read { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+            PyFileNotFoundError::new_err(message)
+        }
+        RecordError::Read { .. } | RecordError::Write { .. } | RecordError::Incomplete { .. } => {
+            PyOSError::new_err(message)
+        }
+        RecordError::NoFrame { .. } => PyIndexError::new_err(message),
+        RecordError::NoChannel { .. } => PyKeyError::new_err(message),
+        _ => PyValueError::new_err(message),
+    }
+}

@@ -1,0 +1,43 @@
+//! The compiled half of the Python package `pliant`; the other half is in `python/pliant`.
+
+mod arrays;
+mod document;
+mod errors;
+mod run;
+mod scene;
+mod simulation;
+mod state;
+mod threads;
+mod topology;
+mod trajectory;
+
+use pyo3::prelude::*;
+
+/// What the package is made of; users import it from `pliant`.
+#[pymodule]
+mod _pliant {
+    #[pymodule_export]
+    use super::run::Frame;
+    #[pymodule_export]
+    use super::scene::Scene;
+    #[pymodule_export]
+    use super::simulation::Simulation;
+    #[pymodule_export]
+    use super::state::State;
+    #[pymodule_export]
+    use super::threads::{_after_fork, _rollout};
+    #[pymodule_export]
+    use super::trajectory::Recording;
+    use super::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+
+    /// Runs the command line, the program's name first, and returns its exit code.
+    #[pyfunction]
+    fn _command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+        py.detach(|| pliant_cli::execute(arguments.into_iter()))
+    }
+}

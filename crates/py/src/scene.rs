@@ -1,0 +1,211 @@
+//! Scenes.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pliant::assembly::{Assembly, UnstableStep};
+use pliant::scene::{self as core, SceneError, Source};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use crate::{document, errors, threads};
+
+/// What is simulated: bodies, the world around them, how time advances, what is written.
+///
+/// Built from keyword arguments that are the tables of a scene file (``docs/scene-format.md`` has every key), with dictionaries for
+/// tables and lists or arrays for lists; or read from TOML by `from_toml`. Both are checked by the same code.
+///
+/// Parameters
+/// ----------
+/// **tables
+///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units, or texts with a unit: ``"3 MPa"``.
+///
+/// Raises
+/// ------
+/// SceneError
+///     What the tables say cannot be simulated. Lines and columns are those of the scene written as TOML, `text`.
+///
+/// Examples
+/// --------
+/// >>> scene = Scene(
+/// ...     dimension=2,
+/// ...     time={"integrator": "symplectic-euler", "step": 1e-3, "duration": 1.0},
+/// ...     world={"gravity": [0.0, -9.8]},
+/// ...     body=[{
+/// ...         "mesh": {"grid": {"cells": [4, 1], "spacing": 0.1}},
+/// ...         "elastic": {"corotated": {"young": 1e5, "poisson": 0.3}},
+/// ...         "mass": {"density": 1000.0},
+/// ...     }],
+/// ... )
+#[pyclass(frozen, module = "pliant", from_py_object)]
+#[derive(Clone)]
+pub(crate) struct Scene {
+    pub(crate) source: Arc<Source>,
+    pub(crate) scene: Arc<core::Scene>,
+}
+
+impl Scene {
+    pub(crate) fn of(py: Python<'_>, source: Source) -> PyResult<Self> {
+        let scene = source.scene().map_err(|error| errors::scene(py, &error))?;
+        Ok(Scene { source: Arc::new(source), scene: Arc::new(scene) })
+    }
+
+    /// Builds the simulation; problems that show only then are located in the text.
+    pub(crate) fn assemble(&self, py: Python<'_>) -> PyResult<Assembly> {
+        let assembled = py.detach(|| threads::run(|| self.scene.assemble(UnstableStep::Refuse)));
+        assembled.map_err(|problems| errors::scene(py, &self.source.error(problems)))
+    }
+
+    /// The same scene with values changed, `{"time.step": 1e-3}`.
+    pub(crate) fn changed(&self, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let py = changes.py();
+        let mut overrides = vec![];
+        for (path, value) in changes {
+            let path: String = path.extract()?;
+            let Some(value) = document::value(&value, &path)? else {
+                return Err(PyTypeError::new_err(format!("`{path}` is None: name a value")));
+            };
+            overrides.push((path, value.to_string()));
+        }
+        let source = self.source.varied(&overrides);
+        Scene::of(py, source.map_err(|error| errors::scene(py, &error))?)
+    }
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (**tables))]
+    fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let table = tables.map_or_else(|| Ok(toml::Table::new()), document::table)?;
+        let text = toml::to_string(&table)
+            .map_err(|error| PyTypeError::new_err(format!("the scene cannot be written as TOML: {error}")))?;
+        Scene::of(py, Source::new("<scene>", text))
+    }
+
+    /// Read a scene written in TOML.
+    ///
+    /// Parameters
+    /// ----------
+    /// path_or_text : str or os.PathLike
+    ///     A file, or the text itself: a text has more than one line, or an equals sign. Files that a scene names are relative to its
+    ///     own directory, or to the working directory where the text is given.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     The file cannot be read, is no TOML, or is no scene that can be simulated; with line and column.
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, path_or_text: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let source = match path_or_text.extract::<String>() {
+            Ok(text) if text.contains(['\n', '=']) => Ok(Source::new("<scene>", text)),
+            _ => Source::from_path(path_or_text.extract::<PathBuf>()?),
+        };
+        let located = |error: SceneError| errors::scene(py, &error);
+        Scene::of(py, source.map_err(located)?)
+    }
+
+    /// The same scene with some values changed.
+    ///
+    /// Parameters
+    /// ----------
+    /// changes : dict
+    ///     New values by their paths, as ``--set`` of the command line has them: ``{"time.step": 1e-3,
+    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0.
+    ///
+    /// Returns
+    /// -------
+    /// Scene
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     A path leads nowhere, or the changed scene cannot be simulated.
+    fn with_changes(&self, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
+        self.changed(changes)
+    }
+
+    /// The scene as TOML.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     A text that reads as an equal scene; comments and order of `text` are lost, quantities are numbers in SI units.
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        self.scene.to_toml().map_err(|error| errors::scene(py, &error))
+    }
+
+    /// str: The text of the scene, changes included.
+    #[getter]
+    fn text(&self) -> &str {
+        self.source.text()
+    }
+
+    /// str: Where the text comes from: the path of a file, or ``<scene>``.
+    #[getter]
+    fn name(&self) -> &str {
+        self.source.name()
+    }
+
+    /// str or None: One line that says what this is.
+    #[getter]
+    fn title(&self) -> Option<&str> {
+        self.scene.title.as_deref()
+    }
+
+    /// int: Space dimension, 2 or 3.
+    #[getter]
+    fn dimension(&self) -> usize {
+        self.scene.dimension
+    }
+
+    /// float or None: Time step [s]; None where it follows the error.
+    #[getter]
+    fn step_size(&self) -> Option<f64> {
+        self.scene.time.step
+    }
+
+    /// float: Simulated time to run [s].
+    #[getter]
+    fn duration(&self) -> f64 {
+        self.scene.time.duration
+    }
+
+    /// list of str: Names of the bodies.
+    #[getter]
+    fn bodies(&self) -> Vec<String> {
+        self.scene.body.iter().enumerate().map(|(i, body)| body.name_or_default(i)).collect()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.scene == other.scene
+    }
+
+    fn __repr__(&self) -> String {
+        let title = self.scene.title.as_deref().map_or(String::new(), |title| format!(", {title:?}"));
+        format!(
+            "<pliant.Scene {}: {} bodies in {}D{title}>",
+            self.name(),
+            self.scene.body.len(),
+            self.scene.dimension
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let this = slf.get();
+        let directory = this.source.directory().as_os_str();
+        let state = (this.name(), this.text(), directory).into_pyobject(slf.py())?;
+        Ok((slf.get_type().getattr("_restore")?, state))
+    }
+
+    /// What pickle calls.
+    #[staticmethod]
+    fn _restore(py: Python<'_>, name: String, text: String, directory: PathBuf) -> PyResult<Self> {
+        Scene::of(py, Source::new(name, text).in_directory(directory))
+    }
+}

@@ -1,0 +1,246 @@
+//! The stepper.
+
+mod measure;
+mod parameters;
+mod state;
+
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::time::{Duration, Instant};
+
+use numpy::{PyArray2, PyArrayMethods};
+use pliant::assembly::Report;
+use pliant::probe::Probe;
+use pliant::simulation::{Simulation as Core, Snapshot, StepError};
+use pliant::topology::Topology;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+
+use crate::arrays::Doubles;
+use crate::scene::Scene;
+use crate::{arrays, errors, threads};
+pub(crate) use measure::energies;
+pub(crate) use parameters::Additions;
+
+/// Steps are taken in batches of about this long; Ctrl-C is looked for between them.
+const BATCH: Duration = Duration::from_millis(20);
+
+/// Advances a scene in time, ``(x_n, v_n) -> (x_{n+1}, v_{n+1})``.
+///
+/// The same steps with the same bits as ``pliant run``. While it takes steps, other Python threads run; one simulation is used by one
+/// thread at a time.
+///
+/// Parameters
+/// ----------
+/// scene : Scene
+///     What to simulate.
+///
+/// Raises
+/// ------
+/// SceneError
+///     The scene cannot be simulated: a mesh, a selection, a mass, or a time step above the stability limit.
+///
+/// Examples
+/// --------
+/// >>> simulation = Simulation(Scene.from_toml("scenes/cantilever_fem_2d.toml"))
+/// >>> simulation.step(100)
+/// >>> simulation.positions.shape
+/// (80, 2)
+#[pyclass(frozen, module = "pliant", weakref)]
+pub(crate) struct Simulation {
+    inner: Mutex<Inner>,
+    dimension: usize,
+    vertices: usize,
+}
+
+/// All that changes.
+pub(crate) struct Inner {
+    pub(crate) simulation: Core,
+    pub(crate) scene: Scene,
+    pub(crate) topology: Arc<Topology>,
+    pub(crate) probes: Vec<Probe>,
+    pub(crate) report: Report,
+    /// How it began.
+    start: Snapshot,
+    pub(crate) additions: Additions,
+    views: Views,
+}
+
+/// Arrays that Python sees, and that show the state after each call.
+#[derive(Default)]
+struct Views {
+    positions: Option<Py<PyArray2<f64>>>,
+    velocities: Option<Py<PyArray2<f64>>>,
+}
+
+impl Inner {
+    /// Shows the present state to those who look.
+    pub(crate) fn publish(&self, py: Python<'_>) -> PyResult<()> {
+        if let Some(view) = &self.views.positions {
+            overwrite(view.bind(py), &self.simulation.positions())?;
+        }
+        if let Some(view) = &self.views.velocities {
+            overwrite(view.bind(py), &self.simulation.velocities())?;
+        }
+        Ok(())
+    }
+
+    /// What a function of the user raised, if that is why a step failed.
+    pub(crate) fn failed(&self, py: Python<'_>, error: PyErr) -> PyErr {
+        match self.additions.raised() {
+            Some(raised) => {
+                raised.set_cause(py, Some(error));
+                raised
+            }
+            None => error,
+        }
+    }
+}
+
+/// Writes to an array that Python cannot write to.
+fn overwrite(view: &Bound<'_, PyArray2<f64>>, values: &[f64]) -> PyResult<()> {
+    view.call_method1("setflags", (true,))?;
+    let written = view.readwrite().as_slice_mut().map(|rows| rows.copy_from_slice(values));
+    arrays::freeze(view)?;
+    Ok(written?)
+}
+
+impl Simulation {
+    pub(crate) fn assembled(py: Python<'_>, scene: Scene) -> PyResult<Self> {
+        let assembly = scene.assemble(py)?;
+        let simulation = assembly.simulation;
+        let inner = Inner {
+            start: simulation.snapshot(),
+            simulation,
+            scene,
+            topology: Arc::new(assembly.topology),
+            probes: assembly.probes,
+            report: assembly.report,
+            additions: Additions::default(),
+            views: Views::default(),
+        };
+        let (dimension, vertices) = (inner.topology.dimension, inner.topology.vertex_count);
+        Ok(Simulation { inner: Mutex::new(inner), dimension, vertices })
+    }
+
+    /// The simulation, for one thread.
+    pub(crate) fn lock(&self) -> PyResult<MutexGuard<'_, Inner>> {
+        match self.inner.try_lock() {
+            Ok(inner) => Ok(inner),
+            // A step that panicked is not a state to go on from, but one to look at.
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
+                "the simulation is in the middle of a step: it is used by another thread, or by a function that it calls itself",
+            )),
+        }
+    }
+
+    fn shape(&self) -> [usize; 2] {
+        [self.vertices, self.dimension]
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    #[new]
+    fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
+        Simulation::assembled(py, scene.clone())
+    }
+
+    /// Take steps.
+    ///
+    /// Parameters
+    /// ----------
+    /// n : int, default 1
+    ///     How many.
+    ///
+    /// Raises
+    /// ------
+    /// StepError
+    ///     A step cannot be taken; the state is the last good one.
+    #[pyo3(signature = (n = 1))]
+    fn step(&self, py: Python<'_>, n: u64) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let end = step(py, &mut inner.simulation, n);
+        inner.publish(py)?;
+        match end {
+            Ok(signal) => signal,
+            Err(error) => Err(inner.failed(py, errors::step(&error))),
+        }
+    }
+
+    /// One step from a given state: a pure function, ``x1, v1 = simulation.advance(x0, v0)``.
+    ///
+    /// Parameters
+    /// ----------
+    /// positions : array_like, shape (n, dim)
+    ///     Positions at the beginning of the step [m].
+    /// velocities : array_like, shape (n, dim)
+    ///     Velocities [m/s]; those of pinned coordinates count as zero.
+    ///
+    /// Returns
+    /// -------
+    /// positions : ndarray of float64, shape (n, dim)
+    ///     At its end [m].
+    /// velocities : ndarray of float64, shape (n, dim)
+    ///     Likewise [m/s].
+    ///
+    /// Raises
+    /// ------
+    /// StepError
+    ///     The step cannot be taken.
+    ///
+    /// Notes
+    /// -----
+    /// What depends on time is taken at `time`. The simulation itself stays where it is.
+    fn advance<'py>(
+        &self,
+        py: Python<'py>,
+        positions: &Bound<'py, PyAny>,
+        velocities: &Bound<'py, PyAny>,
+    ) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+        let mut x = arrays::finite_rows(positions, &self.shape(), "positions")?;
+        let mut v = arrays::finite_rows(velocities, &self.shape(), "velocities")?;
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let end = py.detach(|| threads::run(|| simulation.advanced(&mut x, &mut v)));
+        end.map_err(|error| inner.failed(py, errors::step(&error)))?;
+        Ok((arrays::array(py, x, &self.shape())?, arrays::array(py, v, &self.shape())?))
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let inner = self.lock()?;
+        let state = inner.simulation.state();
+        Ok(format!(
+            "<pliant.Simulation of {}: {} vertices in {}D, t = {} s after {} steps>",
+            inner.scene.source.name(),
+            self.vertices,
+            self.dimension,
+            state.time,
+            state.step
+        ))
+    }
+}
+
+/// Takes `n` steps; inside, what a signal's handler raised between two of them.
+fn step(py: Python<'_>, simulation: &mut Core, n: u64) -> Result<PyResult<()>, StepError> {
+    if n == 1 {
+        return py.detach(|| threads::run(|| simulation.step())).map(Ok);
+    }
+    let (mut left, mut batch) = (n, 1);
+    while left > 0 {
+        let count = left.min(batch);
+        let started = Instant::now();
+        py.detach(|| threads::run(|| (0..count).try_for_each(|_| simulation.step())))?;
+        left -= count;
+        let taken = started.elapsed();
+        if taken < BATCH / 2 {
+            batch *= 2;
+        } else if taken > 2 * BATCH {
+            batch = (batch / 2).max(1);
+        }
+        if let Err(signal) = py.check_signals() {
+            return Ok(Err(signal));
+        }
+    }
+    Ok(Ok(()))
+}

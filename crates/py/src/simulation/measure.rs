@@ -1,0 +1,275 @@
+//! What is measured of a simulation.
+
+use numpy::{IntoPyArray, PyArray1};
+use pliant::diagnostics::{Diagnostics, ElementState, MEASURES};
+use pliant::modes::Modes;
+use pliant::simulation::{MatrixError, SparseMatrix};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::{Inner, Simulation};
+use crate::arrays::Doubles;
+use crate::{arrays, document, threads};
+
+/// Energies by their names, those of the balance with its name before.
+pub(crate) fn energies<'py>(py: Python<'py>, measured: &Diagnostics) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    table.set_item("kinetic", measured.kinetic)?;
+    table.set_item("elastic", measured.elastic)?;
+    table.set_item("gravitational", measured.gravitational)?;
+    if let Some(loads) = measured.loads {
+        table.set_item("loads", loads)?;
+    }
+    table.set_item("total", measured.total)?;
+    if let Some(balance) = &measured.balance {
+        let fields = serde_json::to_value(balance).unwrap_or_default();
+        for (name, value) in fields.as_object().into_iter().flatten() {
+            table.set_item(format!("balance.{name}"), value.as_f64())?;
+        }
+    }
+    Ok(table)
+}
+
+impl Inner {
+    fn diagnostics(&mut self, py: Python<'_>) -> PyResult<Diagnostics> {
+        let simulation = &mut self.simulation;
+        let measured = py.detach(|| threads::run(|| simulation.diagnostics()));
+        match self.additions.raised() {
+            Some(raised) => Err(raised),
+            None => Ok(measured),
+        }
+    }
+
+    fn elements(&self, py: Python<'_>) -> Vec<ElementState> {
+        py.detach(|| threads::run(|| self.simulation.element_states()))
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    /// Energies now.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to float
+    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and what came in and went out since the
+    ///     start: ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``, ``balance.damping``, ``balance.walls``.
+    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let measured = self.lock()?.diagnostics(py)?;
+        energies(py, &measured)
+    }
+
+    /// Linear momentum now.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (dim,)
+    ///     ``sum m v`` [kg m/s].
+    fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let measured = self.lock()?.diagnostics(py)?;
+        Ok(measured.linear_momentum[..self.dimension].to_vec().into_pyarray(py))
+    }
+
+    /// Angular momentum now, about the origin.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (3,)
+    ///     ``sum m x cross v`` [kg m^2/s]; in 2D only the third component.
+    fn angular_momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let measured = self.lock()?.diagnostics(py)?;
+        Ok(measured.angular_momentum.to_vec().into_pyarray(py))
+    }
+
+    /// Deformation gradient of every finite element, body after body, each in the order of its mesh.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (m, dim, dim)
+    ///     ``F``, of elements of second order at their centroids.
+    fn deformation_gradient<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        let (states, d) = (self.lock()?.elements(py), self.dimension);
+        let part = |state: &ElementState| -> Vec<f64> {
+            state.deformation_gradient.0[..d].iter().flat_map(|row| row[..d].to_vec()).collect()
+        };
+        arrays::array(py, states.iter().flat_map(part).collect(), &[states.len(), d, d])
+    }
+
+    /// Stress of every finite element, body after body, each in the order of its mesh.
+    ///
+    /// Parameters
+    /// ----------
+    /// kind : {"cauchy", "first-piola", "von-mises"}
+    ///     Which.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (m, 3, 3), or (m,) for "von-mises"
+    ///     [Pa]; in 2D the third axis is out of the plane.
+    #[pyo3(signature = (kind = "cauchy"))]
+    fn stress<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Doubles<'py>> {
+        let states = self.lock()?.elements(py);
+        let tensors = |of: fn(&ElementState) -> [[f64; 3]; 3]| {
+            let values = states.iter().flat_map(|state| of(state).as_flattened().to_vec()).collect();
+            arrays::array(py, values, &[states.len(), 3, 3])
+        };
+        match kind {
+            "cauchy" => tensors(|state| state.cauchy_stress().0),
+            "first-piola" => tensors(|state| state.first_piola.0),
+            "von-mises" => {
+                let values = states.iter().map(ElementState::von_mises_stress).collect();
+                arrays::array(py, values, &[states.len()])
+            }
+            _ => Err(PyValueError::new_err(format!(
+                "there is no stress {kind:?}; there are \"cauchy\", \"first-piola\" and \"von-mises\""
+            ))),
+        }
+    }
+
+    /// A measure of every finite element, as channels of a recording have it.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     As in ``[output] channels`` of a scene: ``"green-strain"``, ``"jacobian"``, ``"principal-stretches"``, ...
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of float64, shape (m, k)
+    ///     Its numbers, in the order that ``pliant list channels`` names.
+    fn measure<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Doubles<'py>> {
+        let Some(measure) = MEASURES.iter().find(|measure| measure.name == name) else {
+            let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
+            let message = format!("there is no measure {name:?}; there are {}", names.join(", "));
+            return Err(PyValueError::new_err(message));
+        };
+        let states = self.lock()?.elements(py);
+        let mut values = vec![];
+        states.iter().for_each(|state| measure.write(state, &mut values));
+        arrays::array(py, values, &[states.len(), measure.fields.len()])
+    }
+
+    /// Forces with which pins hold their vertices, now.
+    ///
+    /// Returns
+    /// -------
+    /// dict of str to ndarray of float64, shape (2, 3)
+    ///     By name, the force [N] and the moment [N m]; the moment is about the mean position of the vertices, or the point that the pin turns
+    ///     about.
+    fn reactions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let reactions = py.detach(|| threads::run(|| simulation.reactions()));
+        let table = PyDict::new(py);
+        for reaction in reactions {
+            let values = [reaction.force, reaction.moment].as_flattened().to_vec();
+            table.set_item(reaction.name, arrays::array(py, values, &[2, 3])?)?;
+        }
+        Ok(table)
+    }
+
+    /// The largest stable step of the scheme for the motion linearised about the present state.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     [s]; infinite for schemes that are stable at any step.
+    fn critical_step(&self, py: Python<'_>) -> PyResult<f64> {
+        let mut inner = self.lock()?;
+        let duration = inner.scene.scene.time.duration;
+        let simulation = &mut inner.simulation;
+        Ok(py.detach(|| threads::run(|| simulation.stability_limit(duration))).step)
+    }
+
+    /// dict of str to object: Work done so far, in counts that do not depend on the machine.
+    #[getter]
+    fn work<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let work = self.lock()?.simulation.work();
+        document::from_json(py, &serde_json::to_value(work).unwrap_or_default())
+    }
+
+    /// The stiffness matrix ``K = d2E/dx2`` at the present positions.
+    ///
+    /// Returns
+    /// -------
+    /// scipy.sparse.csr_array, shape (n * dim, n * dim)
+    ///     [N/m], coordinate ``vertex * dim + axis``; symmetric, of all coordinates, as if nothing were held. Forces from outside by a function
+    ///     are left out: their derivative is not known.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Mutual gravity couples every vertex with all others: the matrix is full.
+    /// ImportError
+    ///     SciPy is not installed.
+    fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        self.csr(py, py.detach(|| threads::run(|| simulation.stiffness_matrix())))
+    }
+
+    /// The damping matrix ``C = d2R/dv2`` at the present state.
+    ///
+    /// Returns
+    /// -------
+    /// scipy.sparse.csr_array, shape (n * dim, n * dim)
+    ///     [N s/m], as `stiffness`; ether drag is not in it.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError, ImportError
+    ///     As for `stiffness`.
+    fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        self.csr(py, py.detach(|| threads::run(|| simulation.damping_matrix())))
+    }
+
+    /// The lumped mass matrix.
+    ///
+    /// Returns
+    /// -------
+    /// scipy.sparse.csr_array, shape (n * dim, n * dim)
+    ///     Diagonal [kg].
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     SciPy is not installed.
+    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let count = self.vertices * self.dimension;
+        let masses = self.lock()?.topology.masses.clone();
+        let value = masses.iter().flat_map(|m| std::iter::repeat_n(*m, self.dimension)).collect();
+        self.csr(
+            py,
+            Ok(SparseMatrix { row_start: (0..=count).collect(), column: (0..count).collect(), value }),
+        )
+    }
+
+    /// Natural modes about the present state, as a dictionary of columns, shapes last.
+    fn _modes<'py>(&self, py: Python<'py>, count: usize) -> PyResult<(Bound<'py, PyAny>, Doubles<'py>)> {
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let found: Modes = py
+            .detach(|| threads::run(|| simulation.modes(count)))
+            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        let shapes = found.modes.iter().flat_map(|mode| mode.shape.iter().copied()).collect();
+        let shapes = arrays::array(py, shapes, &[found.modes.len(), self.vertices, self.dimension])?;
+        Ok((document::from_json(py, &serde_json::to_value(&found).unwrap_or_default())?, shapes))
+    }
+}
+
+impl Simulation {
+    fn csr<'py>(
+        &self,
+        py: Python<'py>,
+        matrix: Result<SparseMatrix, MatrixError>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let matrix = matrix.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let SparseMatrix { row_start, column, value } = matrix;
+        let parts = (value.into_pyarray(py), arrays::counts(py, &column), arrays::counts(py, &row_start));
+        let count = self.vertices * self.dimension;
+        py.import("scipy.sparse")?.call_method1("csr_array", (parts, (count, count)))
+    }
+}

@@ -1,0 +1,356 @@
+//! What changes while a simulation runs: parameters, forces, pins.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pliant::assembly::Assembly;
+use pliant::energy::load::ExternalForce;
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::{Inner, Simulation};
+use crate::arrays;
+
+/// What was added to a simulation after it was assembled, to be added again when parameters change.
+#[derive(Default)]
+pub(crate) struct Additions {
+    pins: Vec<AddedPin>,
+    /// Names of pins of the scene that were let go.
+    let_go: Vec<String>,
+    force: Option<Py<PyAny>>,
+    raised: Raised,
+}
+
+/// What functions of the user raised: it is kept until the step that called them is over.
+pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
+
+#[derive(Clone)]
+struct AddedPin {
+    name: String,
+    vertices: Vec<u32>,
+    axes: [bool; 3],
+}
+
+impl Additions {
+    /// What a function raised, once.
+    pub(crate) fn raised(&self) -> Option<PyErr> {
+        self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The same for another simulation.
+    pub(crate) fn duplicate(&self, py: Python<'_>) -> Self {
+        Additions {
+            pins: self.pins.clone(),
+            let_go: self.let_go.clone(),
+            force: self.force.as_ref().map(|force| force.clone_ref(py)),
+            raised: Raised::default(),
+        }
+    }
+
+    /// As a tuple that pickles if the functions in it do.
+    pub(crate) fn pickled<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        let pins: Vec<_> =
+            self.pins.iter().map(|pin| (pin.name.clone(), pin.vertices.clone(), pin.axes)).collect();
+        let force = self.force.as_ref().map(|force| force.clone_ref(py));
+        (pins, self.let_go.clone(), force).into_pyobject(py)
+    }
+
+    /// Back from that tuple.
+    pub(crate) fn unpickled(tuple: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        type Parts = (Vec<(String, Vec<u32>, [bool; 3])>, Vec<String>, Option<Py<PyAny>>);
+        let (pins, let_go, force): Parts = tuple.extract()?;
+        let pins = pins.into_iter().map(|(name, vertices, axes)| AddedPin { name, vertices, axes });
+        Ok(Additions { pins: pins.collect(), let_go, force, raised: Raised::default() })
+    }
+}
+
+impl Inner {
+    /// Adds again what was added, to a simulation that has none of it.
+    pub(crate) fn apply_additions(&mut self, py: Python<'_>) -> PyResult<()> {
+        for name in &self.additions.let_go {
+            self.simulation.let_go(name);
+        }
+        for pin in &self.additions.pins {
+            self.simulation.pin(&pin.name, &pin.vertices, pin.axes);
+        }
+        let force = self.additions.force.as_ref().map(|force| force.clone_ref(py));
+        let force = force.map(|force| self.external_force(force.bind(py))).transpose()?.flatten();
+        if force.is_some() {
+            self.simulation.set_external_forces(force);
+        }
+        Ok(())
+    }
+
+    /// Forces from what a user gives: nothing, an array, a function.
+    fn external_force(&self, force: &Bound<'_, PyAny>) -> PyResult<Option<ExternalForce>> {
+        let shape = [self.topology.vertex_count, self.topology.dimension];
+        if force.is_none() {
+            return Ok(None);
+        }
+        if !force.is_callable() {
+            let rows = arrays::finite_rows(force, &shape, "external forces")?;
+            return Ok(Some(ExternalForce::Constant(rows)));
+        }
+        let (function, raised) = (force.clone().unbind(), self.additions.raised.clone());
+        let call = move |time: f64, x: &[f64], f: &mut [f64]| {
+            Python::attach(|py| match called(function.bind(py), time, x, &shape) {
+                Ok(force) => {
+                    f.copy_from_slice(&force);
+                    true
+                }
+                Err(error) => {
+                    *raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                    false
+                }
+            })
+        };
+        Ok(Some(ExternalForce::Function(Box::new(call))))
+    }
+
+    /// Goes on with the scene changed so.
+    fn change(&mut self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+        let py = changes.py();
+        let scene = self.scene.changed(changes)?;
+        for (i, (new, old)) in scene.scene.body.iter().zip(&self.scene.scene.body).enumerate() {
+            let start = [
+                ("mesh", new.mesh == old.mesh),
+                ("position", new.position == old.position),
+                ("velocity", new.velocity == old.velocity),
+            ];
+            if let Some((key, _)) = start.iter().find(|(_, same)| !same) {
+                let message = format!("body.{i}.{key} says how a simulation starts: make a new one");
+                return Err(PyValueError::new_err(message));
+            }
+        }
+        let Assembly { mut simulation, topology, probes, report } = scene.assemble(py)?;
+        if topology.vertex_count != self.topology.vertex_count
+            || topology.dimension != self.topology.dimension
+        {
+            let message = "the changed scene has other vertices: make a new simulation";
+            return Err(PyValueError::new_err(message));
+        }
+        // Before velocities of what is held are taken away.
+        for name in &self.additions.let_go {
+            simulation.let_go(name);
+        }
+        self.simulation.adopt(simulation);
+        (self.scene, self.topology, self.probes, self.report) = (scene, Arc::new(topology), probes, report);
+        self.apply_additions(py)
+    }
+}
+
+/// What a function of time and positions gives for forces.
+fn called(function: &Bound<'_, PyAny>, time: f64, x: &[f64], shape: &[usize]) -> PyResult<Vec<f64>> {
+    let x = arrays::array(function.py(), x.to_vec(), shape)?;
+    arrays::finite_rows(&function.call1((time, x))?, shape, "external forces of a function")
+}
+
+#[pymethods]
+impl Simulation {
+    /// Change parameters of the scene and go on from the present state.
+    ///
+    /// Parameters
+    /// ----------
+    /// changes : dict
+    ///     New values by their paths, as `Scene.with_changes` has them: ``{"body.0.elastic.corotated.young": 1e5}``, ``{"world.gravity":
+    ///     [0.0, 0.0]}``, ``{"time.step": 1e-4}``.
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     The changed scene cannot be simulated, because its step is now above the stability limit, say. Nothing has changed then.
+    /// ValueError
+    ///     A change says how a simulation starts (meshes, initial positions and velocities).
+    ///
+    /// Notes
+    /// -----
+    /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set without. The balance of energy
+    /// (``balance.*`` in `energy`) ends here.
+    fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        inner.change(changes)?;
+        inner.publish(changes.py())
+    }
+
+    /// Change Young's modulus or Poisson's ratio of a body, and go on from the present state.
+    ///
+    /// Parameters
+    /// ----------
+    /// body : str or int
+    ///     Name, or number from 0.
+    /// young : float or str, optional
+    ///     Young's modulus [Pa].
+    /// poisson : float, optional
+    ///     Poisson's ratio.
+    ///
+    /// Raises
+    /// ------
+    /// SceneError, ValueError
+    ///     As for `set`.
+    /// KeyError
+    ///     There is no such body.
+    #[pyo3(signature = (body, *, young = None, poisson = None))]
+    fn set_material(
+        &self,
+        py: Python<'_>,
+        body: &Bound<'_, PyAny>,
+        young: Option<Bound<'_, PyAny>>,
+        poisson: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let bodies = &inner.scene.scene.body;
+        let index = match body.extract::<usize>() {
+            Ok(index) => Some(index).filter(|index| *index < bodies.len()),
+            Err(_) => {
+                let name: String = body.extract()?;
+                bodies.iter().enumerate().position(|(i, body)| body.name_or_default(i) == name)
+            }
+        };
+        let index = index.ok_or_else(|| PyKeyError::new_err(format!("there is no body {body}")))?;
+        let written = serde_json::to_value(&bodies[index].elastic).unwrap_or_default();
+        let Some(kind) = written.as_object().and_then(|table| table.keys().next()) else {
+            return Err(PyValueError::new_err(format!("body {body} is not elastic: it has no `elastic`")));
+        };
+        let changes = PyDict::new(py);
+        for (key, value) in [("young", young), ("poisson", poisson)] {
+            if let Some(value) = value {
+                changes.set_item(format!("body.{index}.elastic.{kind}.{key}"), value)?;
+            }
+        }
+        inner.change(&changes)?;
+        inner.publish(py)
+    }
+
+    /// ndarray or callable or None: Forces on all vertices [N] beside those of the scene: an array of shape (n, dim), which acts until
+    /// it is set anew, or a function ``f(time, positions)`` that returns one, called at every evaluation of the force. Their work is energy
+    /// that comes in.
+    #[getter]
+    fn external_forces(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        Ok(self.lock()?.additions.force.as_ref().map(|force| force.clone_ref(py)))
+    }
+
+    #[setter]
+    fn set_external_forces(&self, force: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let term = inner.external_force(force)?;
+        // An array is copied: what its owner does with it is no force.
+        let kept: Option<Py<PyAny>> = match &term {
+            None => None,
+            Some(ExternalForce::Constant(rows)) => {
+                Some(arrays::array(force.py(), rows.clone(), &self.shape())?.into_any().unbind())
+            }
+            Some(_) => Some(force.clone().unbind()),
+        };
+        inner.additions.force = kept;
+        inner.simulation.set_external_forces(term);
+        Ok(())
+    }
+
+    /// Hold vertices where they are.
+    ///
+    /// Parameters
+    /// ----------
+    /// vertices : array_like of int, or of bool with shape (n,)
+    ///     Which.
+    /// axes : str, default "xyz"
+    ///     Along which axes.
+    /// name : str, optional
+    ///     Name to `release` it by.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     Its name.
+    ///
+    /// Notes
+    /// -----
+    /// To drag what is held, assign `positions`.
+    #[pyo3(signature = (vertices, *, axes = "xyz", name = None))]
+    fn pin(
+        &self,
+        py: Python<'_>,
+        vertices: &Bound<'_, PyAny>,
+        axes: &str,
+        name: Option<String>,
+    ) -> PyResult<String> {
+        let vertices = arrays::vertices(vertices, self.vertices)?;
+        let known = &"xyz"[..self.dimension];
+        if axes.is_empty() || axes.chars().any(|axis| !"xyz".contains(axis)) {
+            return Err(PyValueError::new_err(format!("axes are letters of {known:?}, got {axes:?}")));
+        }
+        if vertices.is_empty() {
+            return Err(PyValueError::new_err("no vertices to hold"));
+        }
+        let mut inner = self.lock()?;
+        let mut number = inner.additions.pins.len();
+        let taken = |inner: &Inner, name: &str| inner.simulation.pin_names().iter().any(|pin| pin == name);
+        let name = name.unwrap_or_else(|| {
+            while taken(&inner, &format!("pin{number}")) {
+                number += 1;
+            }
+            format!("pin{number}")
+        });
+        if taken(&inner, &name) {
+            return Err(PyValueError::new_err(format!("there is a pin {name:?} already")));
+        }
+        let axes = ['x', 'y', 'z'].map(|axis| axes.contains(axis));
+        inner.simulation.pin(&name, &vertices, axes);
+        inner.additions.pins.push(AddedPin { name: name.clone(), vertices, axes });
+        inner.publish(py)?;
+        Ok(name)
+    }
+
+    /// Let go of a pin.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     That `pin` returned, or ``body/pin`` of a pin of the scene.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     There is no such pin, or it has let go already.
+    fn release(&self, name: &str) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        if !inner.simulation.let_go(name) {
+            let names = inner.simulation.pin_names();
+            let message = format!("there is no pin {name:?}; there are {names:?}");
+            return Err(PyKeyError::new_err(message));
+        }
+        let before = inner.additions.pins.len();
+        inner.additions.pins.retain(|pin| pin.name != name);
+        if inner.additions.pins.len() == before {
+            inner.additions.let_go.push(name.to_owned());
+        }
+        Ok(())
+    }
+
+    /// list of str: Names of the pins that hold.
+    #[getter]
+    fn pins(&self) -> PyResult<Vec<String>> {
+        Ok(self.lock()?.simulation.pin_names())
+    }
+
+    /// list of float: Gravity of the scene [m/s^2], or texts where it is a formula of time; zero where the scene has none. What is assigned
+    /// changes ``world.gravity``, as by `set`.
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let inner = self.lock()?;
+        let gravity = serde_json::to_value(&inner.scene.scene.world).unwrap_or_default();
+        match gravity.get("gravity") {
+            Some(gravity) => crate::document::from_json(py, gravity),
+            None => Ok(vec![0.0; self.dimension].into_pyobject(py)?),
+        }
+    }
+
+    #[setter]
+    fn set_gravity(&self, py: Python<'_>, gravity: &Bound<'_, PyAny>) -> PyResult<()> {
+        if gravity.is_none() {
+            return Err(PyTypeError::new_err("gravity takes one number per axis"));
+        }
+        let changes = PyDict::new(py);
+        changes.set_item("world.gravity", gravity)?;
+        self.set(&changes)
+    }
+}

@@ -1,0 +1,213 @@
+//! Where a simulation is, and how that is changed.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
+
+use super::Simulation;
+use crate::arrays::Doubles;
+use crate::scene::Scene;
+use crate::state::State;
+use crate::{arrays, topology};
+
+#[pymethods]
+impl Simulation {
+    /// Scene: What is simulated, changes by `set` included.
+    #[getter]
+    fn scene(&self) -> PyResult<Scene> {
+        Ok(self.lock()?.scene.clone())
+    }
+
+    /// float: Simulated time [s].
+    #[getter]
+    fn time(&self) -> PyResult<f64> {
+        Ok(self.lock()?.simulation.state().time)
+    }
+
+    /// int: Steps taken.
+    #[getter]
+    fn steps(&self) -> PyResult<u64> {
+        Ok(self.lock()?.simulation.state().step)
+    }
+
+    /// float: Time step [s]; where it follows the error, that to be tried next.
+    #[getter]
+    fn step_size(&self) -> PyResult<f64> {
+        Ok(self.lock()?.simulation.step_size())
+    }
+
+    /// int: Space dimension, 2 or 3.
+    #[getter]
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// int: Number of vertices.
+    #[getter]
+    fn vertex_count(&self) -> usize {
+        self.vertices
+    }
+
+    /// ndarray of float64, shape (n, dim): Positions [m]: a copy. What is assigned must have this shape; prescribed motion keeps its own, and
+    /// what is pinned is held where it is put.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        let positions = self.lock()?.simulation.positions().into_owned();
+        arrays::array(py, positions, &self.shape())
+    }
+
+    #[setter]
+    fn set_positions(&self, py: Python<'_>, positions: &Bound<'_, PyAny>) -> PyResult<()> {
+        let x = arrays::finite_rows(positions, &self.shape(), "positions")?;
+        let mut inner = self.lock()?;
+        inner.simulation.set_positions(&x);
+        inner.publish(py)
+    }
+
+    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy. What is assigned must have this shape; velocities of pinned coordinates
+    /// stay what they are.
+    #[getter]
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        let velocities = self.lock()?.simulation.velocities().into_owned();
+        arrays::array(py, velocities, &self.shape())
+    }
+
+    #[setter]
+    fn set_velocities(&self, py: Python<'_>, velocities: &Bound<'_, PyAny>) -> PyResult<()> {
+        let v = arrays::finite_rows(velocities, &self.shape(), "velocities")?;
+        let mut inner = self.lock()?;
+        inner.simulation.set_velocities(&v);
+        inner.publish(py)
+    }
+
+    /// ndarray of float64, shape (n, dim): Positions [m], read only and without a copy: the same array each time, which shows the state
+    /// after the last call that changed it. It outlives the simulation.
+    #[getter]
+    fn positions_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let mut inner = self.lock()?;
+        if let Some(view) = &inner.views.positions {
+            return Ok(view.bind(py).clone());
+        }
+        let view = inner.simulation.positions().into_owned().into_pyarray(py).reshape(self.shape())?;
+        arrays::freeze(&view)?;
+        inner.views.positions = Some(view.clone().unbind());
+        Ok(view)
+    }
+
+    /// ndarray of float64, shape (n, dim): Velocities [m/s], as `positions_view`.
+    #[getter]
+    fn velocities_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let mut inner = self.lock()?;
+        if let Some(view) = &inner.views.velocities {
+            return Ok(view.bind(py).clone());
+        }
+        let view = inner.simulation.velocities().into_owned().into_pyarray(py).reshape(self.shape())?;
+        arrays::freeze(&view)?;
+        inner.views.velocities = Some(view.clone().unbind());
+        Ok(view)
+    }
+
+    /// ndarray of float64, shape (n, dim): Rest positions [m].
+    #[getter]
+    fn rest_positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        let rest = self.lock()?.topology.rest_positions.clone();
+        arrays::array(py, rest, &self.shape())
+    }
+
+    /// ndarray of float64, shape (n,): Lumped mass of every vertex [kg].
+    #[getter]
+    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.lock()?.topology.masses.clone().into_pyarray(py))
+    }
+
+    /// list of dict: The bodies: ``name``, ``kind``, ``vertices`` (first, and one behind the last), and their cells by rows of vertex numbers:
+    /// ``edges``, ``triangles``, ``tetrahedra``, ``surface``, and the nodes in the middle of the edges of cells of second order.
+    #[getter]
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let topology = self.lock()?.topology.clone();
+        topology::bodies(py, &topology)
+    }
+
+    /// State: This moment, to go back to. What is assigned must be a state of this scene.
+    #[getter]
+    fn state(&self) -> PyResult<State> {
+        Ok(State { snapshot: self.lock()?.simulation.snapshot(), dimension: self.dimension })
+    }
+
+    #[setter]
+    fn set_state(&self, py: Python<'_>, state: &State) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let restored = inner.simulation.restore(&state.snapshot);
+        restored.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        inner.publish(py)
+    }
+
+    /// Go back to how the scene starts, at time 0. Parameters, forces and pins stay as they are now.
+    fn reset(&self, py: Python<'_>) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let start = inner.start.clone();
+        let restored = inner.simulation.restore(&start);
+        restored.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        inner.publish(py)
+    }
+
+    /// Make a second simulation that goes on from here on its own.
+    ///
+    /// Returns
+    /// -------
+    /// Simulation
+    ///     In the same state with the same parameters, forces and pins.
+    fn clone(&self, py: Python<'_>) -> PyResult<Self> {
+        let (scene, state, additions) = {
+            let inner = self.lock()?;
+            (inner.scene.clone(), inner.simulation.snapshot(), inner.additions.duplicate(py))
+        };
+        Simulation::rebuilt(py, scene, &State { snapshot: state, dimension: self.dimension }, additions)
+    }
+
+    fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
+        self.clone(py)
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.clone(py)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let (scene, additions) = {
+            let inner = this.lock()?;
+            (inner.scene.clone(), inner.additions.pickled(py)?)
+        };
+        let state = (scene, this.state()?, additions).into_pyobject(py)?;
+        Ok((slf.get_type().getattr("_restore")?, state))
+    }
+
+    /// What pickle calls.
+    #[staticmethod]
+    fn _restore(
+        py: Python<'_>,
+        scene: &Scene,
+        state: &State,
+        additions: &Bound<'_, PyTuple>,
+    ) -> PyResult<Self> {
+        Simulation::rebuilt(py, scene.clone(), state, super::Additions::unpickled(additions)?)
+    }
+}
+
+impl Simulation {
+    /// A simulation of `scene` in this state, with what was added to another.
+    fn rebuilt(py: Python<'_>, scene: Scene, state: &State, additions: super::Additions) -> PyResult<Self> {
+        let simulation = Simulation::assembled(py, scene)?;
+        {
+            let mut inner = simulation.lock()?;
+            inner.additions = additions;
+            // Before the state, so that what energies remember fits the terms that there are; pins where they are held.
+            inner.apply_additions(py)?;
+            let restored = inner.simulation.restore(&state.snapshot);
+            restored.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        }
+        Ok(simulation)
+    }
+}

@@ -1,0 +1,77 @@
+//! Moments of a simulation.
+
+use pliant::simulation::Snapshot;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyTuple};
+
+use crate::arrays::{self, Doubles};
+
+/// A moment of a simulation: enough to go on from there.
+///
+/// What `Simulation.state` gives and takes. It pickles. Simulations by explicit schemes go on from it with the same bits, those by
+/// implicit schemes to the tolerance of their solver. Parameters (materials, forces, pins) are no part of it.
+#[pyclass(frozen, module = "pliant")]
+pub(crate) struct State {
+    pub(crate) snapshot: Snapshot,
+    pub(crate) dimension: usize,
+}
+
+#[pymethods]
+impl State {
+    /// int: Steps taken.
+    #[getter]
+    fn step(&self) -> u64 {
+        self.snapshot.step
+    }
+
+    /// float: Simulated time [s].
+    #[getter]
+    fn time(&self) -> f64 {
+        self.snapshot.time
+    }
+
+    /// ndarray of float64, shape (n, dim): Positions [m].
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        self.rows(py, &self.snapshot.x)
+    }
+
+    /// ndarray of float64, shape (n, dim): Velocities [m/s].
+    #[getter]
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        self.rows(py, &self.snapshot.v)
+    }
+
+    fn __repr__(&self) -> String {
+        let Snapshot { step, time, x, .. } = &self.snapshot;
+        format!("<pliant.State after {step} steps, t = {time} s, {} vertices>", x.len() / self.dimension)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.snapshot == other.snapshot
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let this = slf.get();
+        let text = serde_json::to_vec(&this.snapshot).map_err(broken)?;
+        let state = (this.dimension, PyBytes::new(slf.py(), &text)).into_pyobject(slf.py())?;
+        Ok((slf.get_type().getattr("_restore")?, state))
+    }
+
+    /// What pickle calls.
+    #[staticmethod]
+    fn _restore(dimension: usize, text: &[u8]) -> PyResult<Self> {
+        Ok(State { snapshot: serde_json::from_slice(text).map_err(broken)?, dimension })
+    }
+}
+
+impl State {
+    fn rows<'py>(&self, py: Python<'py>, rows: &[f64]) -> PyResult<Doubles<'py>> {
+        arrays::array(py, rows.to_vec(), &[rows.len() / self.dimension, self.dimension])
+    }
+}
+
+fn broken(error: serde_json::Error) -> PyErr {
+    PyValueError::new_err(format!("the state cannot be kept: {error}"))
+}

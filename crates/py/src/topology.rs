@@ -1,0 +1,28 @@
+//! What bodies are made of, for Python.
+
+use pliant::topology::{BodyTopology, Topology};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::arrays::indices;
+
+/// One dictionary per body.
+pub(crate) fn bodies<'py>(py: Python<'py>, topology: &Topology) -> PyResult<Bound<'py, PyList>> {
+    let bodies = topology.bodies.iter().map(|body| described(py, body)).collect::<PyResult<Vec<_>>>()?;
+    PyList::new(py, bodies)
+}
+
+fn described<'py>(py: Python<'py>, body: &BodyTopology) -> PyResult<Bound<'py, PyDict>> {
+    let table = PyDict::new(py);
+    table.set_item("name", &body.name)?;
+    let kind = serde_json::to_value(body.kind).unwrap_or_default();
+    table.set_item("kind", kind.as_str())?;
+    table.set_item("vertices", (body.vertices.start, body.vertices.end))?;
+    table.set_item("edges", indices(py, &body.edges)?)?;
+    table.set_item("triangles", indices(py, &body.triangles)?)?;
+    table.set_item("tetrahedra", indices(py, &body.tetrahedra)?)?;
+    table.set_item("triangle_middles", indices(py, &body.triangle_middles)?)?;
+    table.set_item("tetrahedron_middles", indices(py, &body.tetrahedron_middles)?)?;
+    table.set_item("surface", indices(py, &body.surface)?)?;
+    Ok(table)
+}

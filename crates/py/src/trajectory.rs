@@ -1,0 +1,121 @@
+//! Recordings, for `pliant.load`.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use numpy::{IntoPyArray, PyArray1};
+use pliant::diagnostics::MEASURES;
+use pliant::record::RecordError;
+use pliant::record::read::{Column, Trajectory, info};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::arrays::Doubles;
+use crate::{arrays, document, errors};
+
+/// The frames of a complete file, read one by one. What `Trajectory` is made of.
+#[pyclass(frozen, module = "pliant._pliant")]
+pub(crate) struct Recording {
+    path: PathBuf,
+    reader: Mutex<Trajectory>,
+}
+
+impl Recording {
+    /// Reads without the lock of the interpreter.
+    fn read<T: Send>(
+        &self,
+        py: Python<'_>,
+        read: impl FnOnce(&mut Trajectory) -> Result<T, RecordError> + Send,
+    ) -> PyResult<T> {
+        let read = py.detach(|| read(&mut self.reader.lock().unwrap_or_else(PoisonError::into_inner)));
+        read.map_err(|error| errors::record(&error))
+    }
+
+    fn frame<'py>(
+        &self,
+        py: Python<'py>,
+        read: impl FnOnce(&mut Trajectory) -> Result<Vec<f64>, RecordError> + Send,
+    ) -> PyResult<Doubles<'py>> {
+        let (values, shape) =
+            self.read(py, |reader| Ok((read(reader)?, [reader.vertex_count(), reader.dimension()])))?;
+        arrays::array(py, values, &shape)
+    }
+
+    fn columns<'py>(
+        &self,
+        py: Python<'py>,
+        read: impl FnOnce(&mut Trajectory) -> Result<Vec<Column>, RecordError> + Send,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        for column in self.read(py, read)? {
+            columns.set_item(column.name, column.values.into_pyarray(py))?;
+        }
+        Ok(columns)
+    }
+}
+
+#[pymethods]
+impl Recording {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let reader = py.detach(|| Trajectory::open(&path)).map_err(|error| errors::record(&error))?;
+        Ok(Recording { path, reader: Mutex::new(reader) })
+    }
+
+    #[getter]
+    fn dimension(&self, py: Python<'_>) -> PyResult<usize> {
+        self.read(py, |reader| Ok(reader.dimension()))
+    }
+
+    #[getter]
+    fn vertex_count(&self, py: Python<'_>) -> PyResult<usize> {
+        self.read(py, |reader| Ok(reader.vertex_count()))
+    }
+
+    #[getter]
+    fn times<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(self.read(py, |reader| Ok(reader.times().to_vec()))?.into_pyarray(py))
+    }
+
+    fn positions<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Doubles<'py>> {
+        self.frame(py, |reader| reader.positions(frame))
+    }
+
+    fn velocities<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Doubles<'py>> {
+        self.frame(py, |reader| reader.velocities(frame))
+    }
+
+    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.columns(py, Trajectory::energy)
+    }
+
+    fn reactions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.columns(py, Trajectory::reactions)
+    }
+
+    fn probe<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
+        self.columns(py, |reader| reader.probe(name))
+    }
+
+    fn attachment<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        Ok(self.read(py, |reader| reader.attachment(name))?.map(|bytes| PyBytes::new(py, &bytes)))
+    }
+
+    fn elements<'py>(&self, py: Python<'py>, measure: &str, frame: usize) -> PyResult<Doubles<'py>> {
+        let Some(measure) = MEASURES.iter().find(|known| known.name == measure) else {
+            let names: Vec<&str> = MEASURES.iter().map(|known| known.name).collect();
+            let message = format!("there is no measure {measure:?}; there are {}", names.join(", "));
+            return Err(PyValueError::new_err(message));
+        };
+        let rows = self.read(py, |reader| reader.elements(measure, frame))?;
+        let width = rows.fields.len();
+        let count = rows.values.len() / width;
+        arrays::array(py, rows.values, &[count, width])
+    }
+
+    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let found = py.detach(|| info(Path::new(&self.path))).map_err(|error| errors::record(&error))?;
+        document::from_json(py, &serde_json::to_value(&found).unwrap_or_default())
+    }
+}

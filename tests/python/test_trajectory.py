@@ -1,0 +1,106 @@
+"""Recordings, read back."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pliant
+import pytest
+from conftest import SCENES, beam
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[pliant.Trajectory, list[pliant.Frame]]:
+    path = tmp_path_factory.mktemp("recorded") / "beam.mcap"
+    frames: list[pliant.Frame] = []
+    channels = ["state", "mesh", "energy", "reactions", "von-mises"]
+    scene = beam(**{"output.channels": channels, "title": "A beam"})
+    pliant.Simulation(scene).run(record=path, callback=frames.append)
+    return pliant.load(path), frames
+
+
+def test_frames_are_those_that_were_shown(recorded: tuple[pliant.Trajectory, list[pliant.Frame]]) -> None:
+    trajectory, frames = recorded
+    assert len(trajectory) == len(frames) == 7
+    for i, frame in enumerate(frames):
+        np.testing.assert_array_equal(trajectory.positions[i], frame.positions)
+        np.testing.assert_array_equal(trajectory.velocities[i], frame.velocities)
+        assert abs(trajectory.times[i] - frame.time) < 1e-9
+        assert trajectory.energy["total"][i] == frame.energy["total"]
+    assert trajectory.energy["time"].tolist() == [frame.time for frame in frames]
+
+
+def test_frames_are_indexed_like_arrays(recorded: tuple[pliant.Trajectory, list[pliant.Frame]]) -> None:
+    lazy = recorded[0].positions
+    assert lazy.shape == (7, 10, 2) and len(lazy) == 7
+    whole = np.asarray(lazy)
+    assert whole.shape == lazy.shape and whole.dtype == np.float64
+    for index in (0, -1, np.int64(3), slice(None), slice(1, 6, 2), slice(None, None, -1), [0, 5, -1], np.array([2, 2])):
+        np.testing.assert_array_equal(lazy[index], whole[index])
+    np.testing.assert_array_equal(lazy[2, 3:5], whole[2, 3:5])
+    np.testing.assert_array_equal(lazy[:, 9, 1], whole[:, 9, 1])
+    np.testing.assert_array_equal(np.stack(list(lazy)), whole)
+    for wrong in (7, -8):
+        with pytest.raises(IndexError):
+            lazy[wrong]
+
+
+def test_a_recording_knows_what_it_is_of(recorded: tuple[pliant.Trajectory, list[pliant.Frame]]) -> None:
+    trajectory = recorded[0]
+    simulation = pliant.Simulation(beam())
+    np.testing.assert_array_equal(trajectory.rest_positions, simulation.rest_positions)
+    np.testing.assert_array_equal(trajectory.masses, simulation.masses)
+    np.testing.assert_array_equal(trajectory.topology["beam"]["tri"], simulation.bodies[0]["triangles"])
+    assert trajectory.metadata["title"] == trajectory.scene.title == "A beam"
+    assert trajectory.metadata["outcome"]["status"] == "completed"
+    simulation = pliant.Simulation(trajectory.scene)
+    simulation.run()
+    np.testing.assert_array_equal(trajectory.positions[-1], simulation.positions)
+    assert trajectory.measure("von-mises").shape == (7, 8, 1)
+    np.testing.assert_allclose(trajectory.measure("von-mises")[-1, :, 0], simulation.stress("von-mises"), rtol=1e-12)
+    np.testing.assert_allclose(trajectory.reactions["beam/left.force[1]"][-1], simulation.reactions()["beam/left"][0, 1])
+    again = pickle.loads(pickle.dumps(trajectory))
+    np.testing.assert_array_equal(again.positions[3], trajectory.positions[3])
+
+
+def test_what_is_not_there_is_said(recorded: tuple[pliant.Trajectory, list[pliant.Frame]], tmp_path: Path) -> None:
+    with pytest.raises(KeyError, match="green-strain"):
+        recorded[0].measure("green-strain")
+    with pytest.raises(ValueError, match="there is no measure"):
+        recorded[0].measure("strain")
+    with pytest.raises(KeyError, match="tip"):
+        recorded[0].probe("tip")
+    with pytest.raises(FileNotFoundError):
+        pliant.load(tmp_path / "absent.mcap")
+    (tmp_path / "text.mcap").write_text("no recording")
+    with pytest.raises(ValueError, match="not an MCAP file"):
+        pliant.load(tmp_path / "text.mcap")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "cells"),
+    [("twisted_bar", "tetra", 4), ("twisted_bar_quadratic", "tetra10", 10), ("strand", "line", 2), ("kepler", "vertex", 1)],
+)
+def test_frames_go_to_meshio_and_pyvista(name: str, kind: str, cells: int, tmp_path: Path) -> None:
+    meshio = pytest.importorskip("meshio")
+    pytest.importorskip("pyvista")
+    simulation = pliant.Simulation(pliant.Scene.from_toml(SCENES / f"{name}.toml"))
+    simulation.run(until=simulation.step_size, record=tmp_path / "out.mcap")
+    trajectory = pliant.load(tmp_path / "out.mcap")
+    mesh, grid = trajectory.to_meshio(), trajectory.to_pyvista()
+    assert {block.type for block in mesh.cells} == {kind} and mesh.cells[0].data.shape[1] == cells
+    count = sum(len(block.data) for block in mesh.cells)
+    assert grid.n_cells == count > 0 and grid.n_points == trajectory.vertex_count
+    np.testing.assert_array_equal(mesh.points[:, : trajectory.dimension], simulation.positions)
+    np.testing.assert_array_equal(grid.points, mesh.points)
+    mesh.write(tmp_path / "out.vtu")
+    np.testing.assert_array_equal(meshio.read(tmp_path / "out.vtu").points, mesh.points)
+
+
+def test_energies_go_to_pandas(recorded: tuple[pliant.Trajectory, list[pliant.Frame]]) -> None:
+    pytest.importorskip("pandas")
+    table = recorded[0].to_pandas()
+    assert table.index.name == "time" and table.shape[0] == 7
+    np.testing.assert_array_equal(table["kinetic"], recorded[0].energy["kinetic"])
