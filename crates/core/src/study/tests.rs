@@ -44,7 +44,7 @@ fn provenance() -> Provenance {
 fn plan(text: &str, schemes: &[IntegratorSpec], steps: &[f64]) -> Plan {
     let plan = Plan::of(&Source::new("scene", text).scene().unwrap()).unwrap();
     let contenders = schemes.iter().map(|spec| (*spec).into()).collect();
-    Plan { contenders, steps: steps.to_vec(), repeats: Some(1), budget: None, ..plan }
+    Plan { contenders, steps: steps.to_vec(), repeats: Some(1), budget: Some(5.0), ..plan }
 }
 
 struct Made {
@@ -117,7 +117,7 @@ fn a_scheme_that_is_wrong_is_exposed_by_its_order() {
 fn every_order_of_the_usual_schemes_is_observed() {
     let scene = Source::new("scene", PENDULUM).scene().unwrap();
     let usual = Plan::of(&scene).unwrap();
-    let plan = Plan { steps: vec![0.02, 0.01, 0.005], repeats: Some(1), budget: None, ..usual };
+    let plan = Plan { steps: vec![0.02, 0.01, 0.005], repeats: Some(1), budget: Some(20.0), ..usual };
     let results = made(PENDULUM, &plan);
     assert!(results.variants[0].lines.len() >= 12);
     for line in &results.variants[0].lines {
