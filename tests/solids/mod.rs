@@ -3,6 +3,7 @@
 mod axial;
 mod bar;
 mod beam;
+mod benchmarks;
 mod column;
 mod impossible;
 mod invariance;
