@@ -5,6 +5,7 @@ mod bar;
 mod beam;
 mod benchmarks;
 mod column;
+mod falling;
 mod impossible;
 mod invariance;
 mod loads;
