@@ -43,7 +43,7 @@ fn a_study_that_makes_no_sense_is_refused_with_what_would_be_right() {
     let study = |more: &[&str]| bench.pliant(["study", "scene.toml"].iter().chain(more)).ended_with(2);
     study(&["--integrators", "rk5"]).says(&["unknown choice `rk5`", "rk4"]);
     study(&["--integrators", "quasi-static"]).says(&["no order"]);
-    study(&["--steps", "-1"]).says(&["must be positive"]);
+    study(&["--steps=-1"]).says(&["must be positive"]);
     study(&["--times", "5"]).says(&["at least 20"]);
     study(&["--budget", "soon"]).says(&["it must be a time"]);
     study(&["--vary", "body.0.mass"]).says(&["gives no values"]);
