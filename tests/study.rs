@@ -121,11 +121,13 @@ fn reference(name: &str, duration: f64, vertex: usize) -> (Vec<f64>, f64) {
     (place.to_vec(), reference.error)
 }
 
+/// Name, time, vertex, place, how well the plan knows it [m], how well the reference is to know itself.
+type Case<'a> = (&'a str, f64, usize, &'a [f64], f64, f64);
+
 // A2, A5, A6, C13: closed forms and references of other codes.
 #[test]
 fn references_of_the_standard_scenes_are_those_of_the_plan() {
-    let cases: [(&str, f64, usize, &[f64], f64, f64); 5] = [
-        // Name, time, vertex, place, how well the plan knows it [m], how well the reference is to know itself.
+    let cases: [Case<'_>; 5] = [
         ("kepler", 10.0, 1, &[-1.535_023_591_909_813_7, -0.283_668_406_499_780_86], 1e-13, 1e-13),
         ("chain", 1.0, 1, &[4.0 - 0.476_280_915_542_335_7, 0.0], 1e-12, 1e-12),
         ("stiff_pendulum", 1.0, 1, &[-0.853_380_064_222_92, -0.521_294_613_602_41], 1e-11, 1e-10),
