@@ -33,7 +33,7 @@ fn go_to(simulation: &mut Simulation, time: f64) {
 
 /// Schemes whose error a companion estimates.
 fn pairs() -> impl Iterator<Item = Method> {
-    methods().filter(|method| method.is_adaptive())
+    methods().filter(|method| method.is_adaptive() && !method.has_own_criterion())
 }
 
 // A2: Kepler's equation in 40 digits, e = 0.9, where the step has to change by (1 + e)^1.5 / (1 - e)^1.5 = 83.

@@ -8,7 +8,7 @@
 //! h_(n+1) = h_n * 0.9 err_n^(-0.7/k) err_(n-1)^(0.4/k)
 //! ```
 //!
-//! `err` is the norm of the estimate, 1 what is allowed ([`Tolerances`](crate::integrator::estimate::Tolerances)), `k` the power of the
+//! `err` is the norm of the estimate, 1 what is allowed ([`Tolerances`]), `k` the power of the
 //! step that the estimate grows with. After a step that was taken back, `h_(n+1) = h_n * 0.9 err^(-1/k)`.
 
 use crate::integrator::Method;
@@ -41,7 +41,7 @@ const LEAST_ULPS: f64 = 16.0;
 /// How step sizes follow the error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StepControl {
-    /// The errors that a step may make.
+    /// The errors that a step may make; where a scheme has a criterion of its own, those that the first step goes by.
     pub tolerances: Tolerances,
     /// The first step to try [s]; `None`: by the algorithm of Hairer, Norsett, Wanner 1993, section II.4.
     pub first: Option<f64>,

@@ -70,7 +70,7 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} (t = {time:.6} s) was not solved: {verdict}; {iterations} Newton iterations, last correction {correction:.3e} m{}; \
+        "step {step} (t = {time:.6} s) was not solved: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}; \
          try a smaller step, {:.4e} s",
         place(.fault), 0.5 * *.step_size
     )]

@@ -158,6 +158,8 @@ pub enum Verdict {
     LinearSolver,
     /// The iterations are used up.
     IterationCap,
+    /// The corrections of an explicit iteration no longer shrink.
+    Diverged,
 }
 
 impl std::fmt::Display for Verdict {
@@ -167,6 +169,7 @@ impl std::fmt::Display for Verdict {
             Verdict::Stalled => "stalled: the line search finds no decrease",
             Verdict::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
             Verdict::LinearSolver => "the linear solver did not converge",
+            Verdict::Diverged => "the iteration for the accelerations does not converge at this step",
             Verdict::IterationCap => "not converged within the iterations allowed",
         })
     }
