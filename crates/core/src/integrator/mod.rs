@@ -172,6 +172,7 @@ impl Method {
     pub fn error_exponent(&self) -> Option<u32> {
         let companion = match self.scheme {
             Scheme::RungeKutta(tableau) => tableau.companion?,
+            Scheme::Dirk(tableau) => tableau.companion?,
             Scheme::GaussRadau(_) => return Some(gauss_radau::TERMS as u32),
             _ => return None,
         };

@@ -86,6 +86,9 @@ pub(crate) trait Minimizer: Send + Sync {
     /// The objective at a configuration; `+inf` outside the domain of a material.
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64;
 
+    /// Replaces `right` by the solution with the matrix that the last minimisation ended with; false where there is none.
+    fn solve_last(&mut self, right: &mut [f64]) -> bool;
+
     /// Work done so far.
     fn work(&self) -> SolverWork;
 
