@@ -38,7 +38,8 @@ fn areas(assembly: &Assembly) -> Vec<f64> {
 #[test]
 fn every_scene_opens_with_a_comment_and_its_first_steps_can_be_taken() {
     let mut count = 0;
-    for entry in std::fs::read_dir(folder()).unwrap() {
+    let folders = [folder(), folder().join("study")].map(|folder| std::fs::read_dir(folder).unwrap());
+    for entry in folders.into_iter().flatten() {
         let path = entry.unwrap().path();
         if path.extension().is_none_or(|e| e != "toml") {
             continue;
@@ -47,7 +48,7 @@ fn every_scene_opens_with_a_comment_and_its_first_steps_can_be_taken() {
         let comment: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
         let comment = comment.join(" ");
         assert!(comment.contains("What one should see: "), "{} says what one should see", path.display());
-        let (_, mut assembly) = assembled(path.file_name().unwrap().to_str().unwrap());
+        let (_, mut assembly) = assembled(path.strip_prefix(folder()).unwrap().to_str().unwrap());
         for _ in 0..20 {
             assembly.simulation.step().unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         }

@@ -11,6 +11,7 @@ mod scenes;
 mod signals;
 mod stability;
 mod stress;
+mod study;
 mod usage;
 
 use std::ffi::OsStr;

@@ -222,6 +222,12 @@ impl Simulation {
         self.integrator = self.method.build(self.state.x().len(), options);
     }
 
+    /// Steps by this scheme from now on; a new beginning of schemes that remember earlier steps.
+    pub fn set_method(&mut self, method: Method) {
+        self.method = method;
+        self.integrator = method.build(self.state.x().len(), self.solver);
+    }
+
     /// Which linear solver the steps of an implicit scheme take, and why.
     pub fn linear_solver(&self) -> String {
         if matches!(self.method.scheme, Scheme::Collocation(_)) {

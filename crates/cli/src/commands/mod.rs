@@ -11,6 +11,7 @@ mod run;
 mod schema;
 mod stability;
 mod stress;
+mod study;
 
 pub use run::closing;
 
@@ -42,6 +43,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
         Command::Stress(arguments) => stress::execute(&arguments, terminal),
         Command::Stability(arguments) => stability::execute(&arguments, terminal),
+        Command::Study(arguments) => study::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }

@@ -265,6 +265,9 @@ fn uses(
         solver.unwrap_or_default(),
         "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
     );
+    if scene.study.is_some() {
+        left_out.push("the study: a run takes no notice of it, `pliant study` makes it".into());
+    }
     (uses, left_out)
 }
 
