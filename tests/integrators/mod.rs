@@ -10,4 +10,5 @@ mod oscillator;
 mod pendulum;
 mod prescribed_motion;
 mod ring;
+mod stiff;
 mod three_bodies;

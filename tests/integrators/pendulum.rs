@@ -1,5 +1,6 @@
 //! The spring pendulum: soft, stiff, and on both sides of the stability limit of explicit schemes.
 
+use pliant::integrator::generalised_alpha::GeneralisedAlphaParameters;
 use pliant::run::Outcome;
 
 use crate::support::particles::spring_pendulum;
@@ -88,11 +89,47 @@ fn implicit_schemes_swing_the_stiff_pendulum_as_an_independent_code_finds() {
         ("sdirk3", 0.208, -0.74),
         ("crouzeix3", -5.8e-4, -8.9e-4),
         ("sdirk4", -0.62, 2.62),
+        ("radau-iia2", -1.7e-4, -3.6e-4),
+        ("radau-iia3", -2.69e-4, -1.2e-5),
     ];
     for (name, angle, energy) in rows {
         let (measured_angle, measured_energy) = after_ten_seconds(name, 1000);
         assert_relative(measured_angle, angle, 0.05, &format!("{name}: angle"));
         assert_relative(measured_energy, energy, 0.05, &format!("{name}: energy"));
+    }
+}
+
+// A6: Gauss is exact to the digits given; its energy is that of a scheme without damping, -9e-7 J.
+#[test]
+fn gauss_swings_the_stiff_pendulum_as_an_independent_code_finds() {
+    let (angle, energy) = after_ten_seconds("gauss2", 1000);
+    assert_relative(angle, -2.69e-4, 0.01, "angle");
+    assert!((energy + 9e-7).abs() < 5e-7, "{energy:e} J");
+}
+
+// A6: h = 1/32, h omega = 31, every step solved: the energy gained after 10 s. Stage order decides, not L-stability: SDIRK4 gains.
+#[test]
+fn at_h_omega_of_31_stage_order_decides_what_becomes_of_energy() {
+    let alpha = |rho: f64| GeneralisedAlphaParameters { rho }.method();
+    let rows = [
+        (method("radau-iia2"), -0.008_193),
+        (method("gauss2"), 0.0369),
+        (alpha(0.0), -0.5452),
+        (alpha(0.5), 0.1162),
+        (alpha(0.8), 0.198),
+        (method("sdirk2"), -2.417),
+        (method("sdirk3"), -2.161),
+        (method("sdirk4"), 5.586),
+        (method("implicit-midpoint"), 0.210_68),
+        (method("trapezoid"), -0.012_34),
+        (method("radau-iia3"), -2e-5),
+    ];
+    for (method, expected) in rows {
+        let mut simulation = spring_pendulum(method, 1e6, 1.0 / 32.0);
+        let start = simulation.diagnostics().total;
+        advance(&mut simulation, 320);
+        let gained = simulation.diagnostics().total - start;
+        assert_relative(gained, expected, 2e-3, method.documentation.name);
     }
 }
 

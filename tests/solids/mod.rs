@@ -3,7 +3,9 @@
 mod axial;
 mod bar;
 mod beam;
+mod benchmarks;
 mod column;
+mod falling;
 mod impossible;
 mod invariance;
 mod loads;

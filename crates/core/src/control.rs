@@ -8,7 +8,7 @@
 //! h_(n+1) = h_n * 0.9 err_n^(-0.7/k) err_(n-1)^(0.4/k)
 //! ```
 //!
-//! `err` is the norm of the estimate, 1 what is allowed ([`Tolerances`](crate::integrator::estimate::Tolerances)), `k` the power of the
+//! `err` is the norm of the estimate, 1 what is allowed ([`Tolerances`]), `k` the power of the
 //! step that the estimate grows with. After a step that was taken back, `h_(n+1) = h_n * 0.9 err^(-1/k)`.
 
 use crate::integrator::Method;

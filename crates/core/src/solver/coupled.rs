@@ -305,6 +305,16 @@ impl<const D: usize> Coupled<D> {
         }
         self.right.iter().fold(0.0, |m: f64, d| if d.is_nan() { *d } else { m.max(d.abs()) })
     }
+
+    /// Whether the correction that the factor at hand gives for the residual at hand is shorter than the last, of which `step` was taken:
+    /// a step across a stiff spring stretches it to second order, so that its residual grows while the solution comes nearer. The
+    /// natural monotonicity test: Deuflhard 2004, *Newton Methods for Nonlinear Problems*, section 3.3.
+    fn falls_naturally(&mut self, system: &System, stages: usize, step: f64, last: f64) -> bool {
+        let residual = self.residual.clone();
+        let correction = self.correction(system, stages);
+        self.residual = residual;
+        correction < (1.0 - 0.25 * step) * last
+    }
 }
 
 impl<const D: usize> CoupledNewton for Coupled<D> {
@@ -339,7 +349,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             return fail(system, &self.positions, &v[0], Verdict::Infeasible, 0, norm);
         }
         let (mut keep, mut before) = (true, f64::INFINITY);
-        for iteration in 0..self.options.max_iterations {
+        'newton: for iteration in 0..self.options.max_iterations {
             if norm == 0.0 {
                 return Ok(());
             }
@@ -380,6 +390,15 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 // Near the solution the residual is rounding, and need not fall.
                 if there < norm || there.is_finite() && correction <= tolerance.max(STAGNATION * self.size) {
                     break there;
+                }
+                if there.is_finite() && self.falls_naturally(system, s, step, correction) {
+                    break there;
+                }
+                if halvings == MAX_HALVINGS && old_factor {
+                    // That of another place may point anywhere.
+                    self.residual.clone_from(&residual);
+                    keep = false;
+                    continue 'newton;
                 }
                 if halvings == MAX_HALVINGS {
                     return fail(system, &self.positions, &v[0], Verdict::Stalled, iteration, correction);

@@ -22,7 +22,11 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
     }
     let mut input = Input::read(&arguments.scene, &arguments.set, None)?;
     if arguments.equilibrium {
-        input.scene.time.integrator = IntegratorSpec::QuasiStatic;
+        let time = &mut input.scene.time;
+        time.integrator = IntegratorSpec::QuasiStatic;
+        // Statics has no error in time that steps could follow.
+        time.adaptive = None;
+        time.step.get_or_insert(time.duration);
     }
     let mut assembly = input.assemble(UnstableStep::Accept)?;
     if arguments.equilibrium {
