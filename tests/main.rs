@@ -22,3 +22,4 @@ mod properties;
 mod scenes;
 mod solids;
 mod springs;
+mod study;

@@ -10,6 +10,7 @@ mod run;
 mod scenes;
 mod signals;
 mod stability;
+mod study;
 mod usage;
 
 use std::ffi::OsStr;

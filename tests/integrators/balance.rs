@@ -3,7 +3,7 @@
 
 use pliant::assembly::UnstableStep;
 use pliant::diagnostics::Balance;
-use pliant::integrator::IntegratorSpec;
+use pliant::integrator::{Documentation, IntegratorSpec};
 use pliant::scene::{Scene, SceneError};
 use pliant::simulation::Simulation;
 
@@ -152,8 +152,9 @@ fn losses_are_counted_only_where_somebody_asks() {
 #[test]
 fn the_balance_of_energy_closes_to_the_order_of_every_scheme_whatever_takes_energy() {
     for (what, case) in &CASES {
-        // Implicit schemes are solved to a tolerance, which would be measured here.
-        for spec in IntegratorSpec::ALL.iter().filter(|spec| spec.method().documentation.solves == 0) {
+        // Implicit schemes are solved to a tolerance, which would be measured here; with order 15, rounding.
+        let measured = |documentation: Documentation| documentation.solves == 0 && documentation.order < 10;
+        for spec in IntegratorSpec::ALL.iter().filter(|spec| measured(spec.method().documentation)) {
             let documentation = spec.method().documentation;
             let (name, order) = (documentation.name, f64::from(documentation.order).min(case.order));
             let residual = |steps: usize| {

@@ -108,8 +108,10 @@ fn exactly_the_symplectic_schemes_conserve_angular_momentum_at_any_step() {
             let name = method.documentation.name;
             if method.documentation.symplectic {
                 assert!(change < 1e-13, "{name} changes L by {change:e}");
-            } else if method.documentation.order < 5 || steps_per_period < 1000.0 {
-                // Small steps of order 5 are too accurate to tell.
+            } else if method.documentation.order < 5
+                || method.documentation.order < 10 && steps_per_period < 1000.0
+            {
+                // Small steps of order 5 are too accurate to tell, and any of order 15.
                 assert!(change > 1e-11, "{name} changes L by {change:e} only");
             }
         }

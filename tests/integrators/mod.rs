@@ -3,6 +3,7 @@
 mod adaptive;
 mod balance;
 mod chain;
+mod gauss_radau;
 mod gravity_over_time;
 mod kepler;
 mod orders;

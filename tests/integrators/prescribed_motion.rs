@@ -78,12 +78,13 @@ fn errors(spec: IntegratorSpec, steps: usize) -> [f64; 3] {
 // A8: the stages of a step see the moving end where it is at their times, and its work is known as well as the state.
 #[test]
 fn every_scheme_keeps_its_order_with_a_moving_end() {
-    for spec in dynamic() {
+    // Order 15 is not to be seen in double precision.
+    for spec in dynamic().filter(|spec| spec.method().documentation.order < 10) {
         let documentation = spec.method().documentation;
         let (name, order) = (documentation.name, f64::from(documentation.order));
         let steps = if order < 2.5 {
             400
-        } else if order < 4.5 {
+        } else if order < 4.5 || documentation.solves == 0 {
             80
         } else {
             40

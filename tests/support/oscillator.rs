@@ -61,6 +61,8 @@ pub(crate) fn closed_form(name: &str, z: f64) -> Matrix {
             1.0 - z2 / 2.0 + z2 * z2 / 24.0 - z2.powi(3) / 600.0,
             z - z * z2 / 6.0 + z * z2 * z2 / 120.0,
         ),
+        // To rounding, up to z = 1.
+        "ias15" => rotation(z.cos(), z.sin()),
         "symplectic-euler" => [[1.0 - z2, z], [-z, 1.0]],
         "velocity-verlet" => verlet(z),
         "yoshida4" => {

@@ -41,7 +41,7 @@ const LEAST_ULPS: f64 = 16.0;
 /// How step sizes follow the error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StepControl {
-    /// The errors that a step may make.
+    /// The errors that a step may make; where a scheme has a criterion of its own, those that the first step goes by.
     pub tolerances: Tolerances,
     /// The first step to try [s]; `None`: by the algorithm of Hairer, Norsett, Wanner 1993, section II.4.
     pub first: Option<f64>,

@@ -72,7 +72,7 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} (t = {time:.6} s) was not solved: {verdict}; {iterations} Newton iterations, last correction {correction:.3e} m{}; \
+        "step {step} (t = {time:.6} s) was not solved: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}; \
          try a smaller step, {:.4e} s",
         place(.fault), 0.5 * *.step_size
     )]
@@ -222,6 +222,12 @@ impl Simulation {
     pub fn set_solver(&mut self, options: SolverOptions) {
         self.solver = options;
         self.integrator = self.method.build(self.state.x().len(), options);
+    }
+
+    /// Steps by this scheme from now on; a new beginning of schemes that remember earlier steps.
+    pub fn set_method(&mut self, method: Method) {
+        self.method = method;
+        self.integrator = method.build(self.state.x().len(), self.solver);
     }
 
     /// Which linear solver the steps of an implicit scheme take, and why.

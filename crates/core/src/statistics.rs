@@ -13,6 +13,8 @@ use crate::scene::{Problem, Scene};
 pub struct RunStatistics {
     /// Time steps taken.
     pub steps: u64,
+    /// Steps that were taken back because their error was too large.
+    pub rejected_steps: u64,
     /// Evaluations of the total force.
     pub force_evaluations: u64,
     /// Matrices assembled; 0 for explicit schemes, as everything below up to the times.
@@ -41,6 +43,7 @@ impl RunStatistics {
         let solver = work.solver.unwrap_or_default();
         RunStatistics {
             steps: work.steps,
+            rejected_steps: work.rejected_steps.unwrap_or(0),
             force_evaluations: work.force_evaluations,
             hessians: solver.hessians,
             factorizations: solver.factorizations,

@@ -101,6 +101,7 @@ fn integrator(method: &Method) -> Item {
         format!("step x frequency up to {}", number(about.stability_limit))
     };
     let cost = match (about.solves, about.force_evaluations) {
+        (0, 0) => "seven force evaluations an iteration, two or three iterations a step".to_owned(),
         (0, 1) => "1 force evaluation a step".to_owned(),
         (0, forces) => format!("{forces} force evaluations a step"),
         (1, _) => "1 nonlinear solve a step".to_owned(),

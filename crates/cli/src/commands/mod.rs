@@ -9,6 +9,7 @@ mod modes;
 mod recover;
 mod run;
 mod schema;
+mod study;
 
 pub use run::closing;
 
@@ -38,6 +39,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
         Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
+        Command::Study(arguments) => study::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }

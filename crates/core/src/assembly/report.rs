@@ -235,7 +235,7 @@ fn uses(
     let control = simulation.step_control();
     say(
         control.is_some(),
-        control.map_or(String::new(), follows),
+        control.map_or(String::new(), |control| follows(control, simulation)),
         "error estimates, steps that are taken back: the step size is fixed",
     );
     let channel = |c: Channel| scene.output.channels.contains(&c);
@@ -265,11 +265,17 @@ fn uses(
         solver.unwrap_or_default(),
         "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
     );
+    if scene.study.is_some() {
+        left_out.push("the study: a run takes no notice of it, `pliant study` makes it".into());
+    }
     (uses, left_out)
 }
 
 /// How step sizes follow the error.
-fn follows(control: &StepControl) -> String {
+fn follows(control: &StepControl, simulation: &Simulation) -> String {
+    if simulation.method().has_own_criterion() {
+        return format!("step sizes by the scheme's own criterion, steps up to {:.3e} s", control.largest);
+    }
     let Tolerances { position, velocity, relative } = control.tolerances;
     format!(
         "step sizes that follow the error: {position:.3e} m and {velocity:.3e} m/s + {relative:e} of the speed in every step, steps up to \
@@ -281,6 +287,7 @@ fn follows(control: &StepControl) -> String {
 /// What a step costs.
 fn cost(method: &Documentation) -> String {
     match method.solves {
+        0 if method.force_evaluations == 0 => "some iterations of seven force evaluations".into(),
         0 => plural(method.force_evaluations as usize, "force evaluation"),
         solves => plural(solves as usize, "nonlinear solve"),
     }

@@ -12,6 +12,7 @@ mod hessian_stable_neo_hookean;
 mod implicit_euler;
 mod measure;
 mod nbody_direct;
+mod processor;
 #[cfg(feature = "mcap")]
 mod recording;
 mod scatter;
@@ -34,6 +35,7 @@ use crate::scene::SceneError;
 use crate::simulation::StepError;
 
 pub use measure::{Budget, Measurement, TimedPart, measure};
+pub use processor::processor;
 pub use stream::triad;
 
 /// The table, in its order.

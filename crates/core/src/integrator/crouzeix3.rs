@@ -20,5 +20,6 @@ pub const METHOD: Method = Method {
     scheme: Scheme::Dirk(DirkTableau {
         a: &[&[0.788_675_134_594_812_9], &[-0.577_350_269_189_625_7, 0.788_675_134_594_812_9]],
         b: &[0.5, 0.5],
+        companion: None,
     }),
 };

@@ -144,6 +144,12 @@ impl StageSolver {
         end
     }
 
+    /// Replaces `right` by the solution with the matrix of the last solve, or one kept from before with the same coefficients; false where
+    /// there is none.
+    pub(super) fn solve_last(&mut self, right: &mut [f64]) -> bool {
+        self.minimizer.as_mut().is_some_and(|minimizer| minimizer.solve_last(right))
+    }
+
     /// What the last minimum is away from the old positions, more exactly than its own positions say; flat [m].
     pub(super) fn increments(&self) -> &[f64] {
         &self.at.u

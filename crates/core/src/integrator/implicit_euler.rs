@@ -2,7 +2,7 @@
 use super::dirk::DirkTableau;
 use super::{Documentation, Method, Scheme};
 
-pub(super) const TABLEAU: DirkTableau = DirkTableau { a: &[&[1.0]], b: &[1.0] };
+pub(super) const TABLEAU: DirkTableau = DirkTableau { a: &[&[1.0]], b: &[1.0], companion: None };
 
 /// The scheme and what is known of it.
 pub const METHOD: Method = Method {

@@ -18,5 +18,5 @@ pub const METHOD: Method = Method {
         conserves: "angular momentum, quadratic invariants",
         source: "Hairer, Lubich, Wanner 2006, Geometric Numerical Integration, section II.1.1",
     },
-    scheme: Scheme::Dirk(DirkTableau { a: &[&[0.5]], b: &[1.0] }),
+    scheme: Scheme::Dirk(DirkTableau { a: &[&[0.5]], b: &[1.0], companion: None }),
 };

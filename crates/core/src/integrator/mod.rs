@@ -8,6 +8,7 @@ mod amplification;
 pub mod collocation;
 pub mod dirk;
 pub mod estimate;
+pub mod gauss_radau;
 mod implicit;
 pub mod runge_kutta;
 pub mod splitting;
@@ -78,6 +79,7 @@ register! {
     rk4 => Rk4,
     bogacki_shampine3 => BogackiShampine3,
     dormand_prince5 => DormandPrince5,
+    ias15 => Ias15(p: Ias15Parameters),
     yoshida4 => Yoshida4,
     implicit_euler => ImplicitEuler,
     linearised_implicit_euler => LinearisedImplicitEuler,
@@ -117,7 +119,7 @@ pub struct Documentation {
     pub summary: &'static str,
     /// Order of convergence of positions and velocities; 0 for statics, where there is none.
     pub order: u32,
-    /// Force evaluations per step; 0 for implicit schemes, where that depends on the iterations.
+    /// Force evaluations per step; 0 for schemes that iterate, where that depends on the iterations.
     pub force_evaluations: u32,
     /// Systems of equations solved per step; 0 for explicit schemes.
     pub solves: u32,
@@ -149,6 +151,8 @@ pub enum Scheme {
     Bdf2(bdf2::Bdf2Start),
     /// Fully implicit, all stages at once.
     Collocation(collocation::CollocationTableau),
+    /// The acceleration as a polynomial through Gauss-Radau nodes.
+    GaussRadau(ias15::Ias15Parameters),
     /// Static equilibrium, step after step.
     QuasiStatic,
 }
@@ -168,9 +172,16 @@ impl Method {
     pub fn error_exponent(&self) -> Option<u32> {
         let companion = match self.scheme {
             Scheme::RungeKutta(tableau) => tableau.companion?,
+            Scheme::Dirk(tableau) => tableau.companion?,
+            Scheme::GaussRadau(_) => return Some(gauss_radau::TERMS as u32),
             _ => return None,
         };
         Some(companion.order.min(self.documentation.order) + 1)
+    }
+
+    /// Whether adaptive steps follow a criterion of the scheme's own instead of tolerances.
+    pub fn has_own_criterion(&self) -> bool {
+        matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
     /// Whether steps can follow the error.
@@ -192,6 +203,7 @@ impl Method {
             Scheme::Collocation(tableau) => {
                 Box::new(collocation::Collocation::new(tableau, unknowns, options))
             }
+            Scheme::GaussRadau(parameters) => Box::new(gauss_radau::GaussRadau::new(parameters, unknowns)),
             Scheme::QuasiStatic => Box::new(quasi_static::QuasiStatic::new(unknowns, options)),
             Scheme::Bdf2(start) => Box::new(bdf2::Bdf2::new(start, unknowns, options)),
         }

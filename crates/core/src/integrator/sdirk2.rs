@@ -22,5 +22,6 @@ pub const METHOD: Method = Method {
     scheme: Scheme::Dirk(DirkTableau {
         a: &[&[0.292_893_218_813_452_5], &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5]],
         b: &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5],
+        companion: None,
     }),
 };

@@ -2,6 +2,7 @@
 //!
 //! Of stage order 1: on a stiff pendulum it gains energy (verification.md A6), L-stable though it is.
 use super::dirk::DirkTableau;
+use super::estimate::Companion;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -26,5 +27,10 @@ pub const METHOD: Method = Method {
             &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0, 0.25],
         ],
         b: &[25.0 / 24.0, -49.0 / 48.0, 125.0 / 16.0, -85.0 / 12.0, 0.25],
+        // Less 59/48, -17/96, 225/32, -85/12, 0; same table.
+        companion: Some(Companion {
+            difference: &[-3.0 / 16.0, -27.0 / 32.0, 25.0 / 32.0, 0.0, 0.25],
+            order: 3,
+        }),
     }),
 };

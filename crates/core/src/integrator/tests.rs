@@ -32,7 +32,9 @@ fn the_stability_limit_is_where_the_spectral_radius_leaves_one() {
         let limit = method.documentation.stability_limit;
         let radius = |z: f64| amplification(&method, z, 0.0, 0.0).spectral_radius();
         if limit == 0.0 {
-            assert!(radius(1e-2) > 1.0 + 1e-12, "{} should grow at any step", method.documentation.name);
+            // The growth of order 15 is rounding at small steps.
+            let z = if method.documentation.order < 10 { 1e-2 } else { 4.0 };
+            assert!(radius(z) > 1.0 + 1e-12, "{} should grow at any step", method.documentation.name);
             continue;
         }
         if limit == f64::INFINITY {
@@ -89,7 +91,8 @@ fn coefficients_sum_to_one() {
                 assert!((tableau.b.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{name}");
                 assert!(tableau.a.iter().all(|row| row.len() == tableau.b.len()), "{name}");
             }
-            Scheme::Bdf2(_) | Scheme::QuasiStatic => {}
+            // The nodes are tested beside the engine.
+            Scheme::Bdf2(_) | Scheme::GaussRadau(_) | Scheme::QuasiStatic => {}
         }
     }
 }
@@ -103,6 +106,7 @@ fn companions_have_exactly_their_order() {
         let name = method.documentation.name;
         let (a, b, companion) = match method.scheme {
             Scheme::RungeKutta(tableau) => (tableau.a, tableau.b, tableau.companion),
+            Scheme::Dirk(tableau) => (tableau.a, tableau.b, tableau.companion),
             _ => continue,
         };
         let Some(companion) = companion else { continue };
@@ -139,7 +143,7 @@ fn companions_have_exactly_their_order() {
             assert!(defect(companion.order + 1) > 1e-4, "{name} has a companion of a higher order");
         }
     }
-    assert!(count >= 2);
+    assert!(count >= 5);
 }
 
 /// A symplectic scheme preserves area, at any step; the others do not. On the hardening oscillator `E = x^2/2 + x^4/4`: on a
@@ -159,7 +163,9 @@ fn exactly_the_schemes_that_say_so_are_symplectic() {
             }
             [state.x()[0], state.v()[0]]
         };
-        for h in [0.3, 0.6] {
+        // What order 15 does to areas shows at large steps.
+        let steps = if method.documentation.order < 10 { [0.3, 0.6] } else { [1.8, 2.2] };
+        for h in steps {
             let (x, v, e) = (1.0, 0.3, 1e-4);
             // Fourth-order differences: their error is about 1e-12.
             let slope = |f: &dyn Fn(f64) -> [f64; 2], c: usize| {

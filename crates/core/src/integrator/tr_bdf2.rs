@@ -2,6 +2,7 @@
 //!
 //! The same amplification as SDIRK2 on linear problems, but of stage order 2: on stiff nonlinear ones it keeps its order.
 use super::dirk::DirkTableau;
+use super::estimate::Companion;
 use super::{Documentation, Method, Scheme};
 
 pub(super) const TABLEAU: DirkTableau = DirkTableau {
@@ -11,6 +12,11 @@ pub(super) const TABLEAU: DirkTableau = DirkTableau {
         &[0.353_553_390_593_273_8, 0.353_553_390_593_273_8, 0.292_893_218_813_452_5],
     ],
     b: &[0.353_553_390_593_273_8, 0.353_553_390_593_273_8, 0.292_893_218_813_452_5],
+    // (sqrt 2 - 1)/3, -1/3, (2 - sqrt 2)/3: the estimate of Bank et al. as weights, of order 3.
+    companion: Some(Companion {
+        difference: &[0.138_071_187_457_698_36, -1.0 / 3.0, 0.195_262_145_875_634_98],
+        order: 3,
+    }),
 };
 
 /// The scheme and what is known of it.

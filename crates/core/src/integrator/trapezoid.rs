@@ -15,5 +15,5 @@ pub const METHOD: Method = Method {
         conserves: "nothing else; conjugate to the implicit midpoint rule",
         source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, section IV.3",
     },
-    scheme: Scheme::Dirk(DirkTableau { a: &[&[0.0], &[0.5, 0.5]], b: &[0.5, 0.5] }),
+    scheme: Scheme::Dirk(DirkTableau { a: &[&[0.0], &[0.5, 0.5]], b: &[0.5, 0.5], companion: None }),
 };

@@ -86,6 +86,9 @@ pub(crate) trait Minimizer: Send + Sync {
     /// The objective at a configuration; `+inf` outside the domain of a material.
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64;
 
+    /// Replaces `right` by the solution with the matrix that the last minimisation ended with; false where there is none.
+    fn solve_last(&mut self, right: &mut [f64]) -> bool;
+
     /// Work done so far.
     fn work(&self) -> SolverWork;
 
@@ -158,6 +161,8 @@ pub enum Verdict {
     LinearSolver,
     /// The iterations are used up.
     IterationCap,
+    /// The corrections of an explicit iteration no longer shrink.
+    Diverged,
 }
 
 impl std::fmt::Display for Verdict {
@@ -167,6 +172,7 @@ impl std::fmt::Display for Verdict {
             Verdict::Stalled => "stalled: the line search finds no decrease",
             Verdict::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
             Verdict::LinearSolver => "the linear solver did not converge",
+            Verdict::Diverged => "the iteration for the accelerations does not converge at this step",
             Verdict::IterationCap => "not converged within the iterations allowed",
         })
     }

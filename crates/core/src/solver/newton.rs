@@ -486,6 +486,16 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         self.value(system, objective, at, at)
     }
 
+    fn solve_last(&mut self, right: &mut [f64]) -> bool {
+        // Conjugate gradients keep no factor, and one of a projected matrix is none of the Jacobian.
+        if self.at_hand.is_none() || self.iterative.is_some() {
+            return false;
+        }
+        let Some(cholesky) = &mut self.cholesky else { return false };
+        cholesky.solve(right);
+        true
+    }
+
     fn work(&self) -> SolverWork {
         self.work
     }

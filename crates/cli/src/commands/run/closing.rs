@@ -99,6 +99,9 @@ impl<'a> Closing<'a> {
     /// What would make the steps more accurate.
     fn finer(&self) -> String {
         match &self.report.step_control {
+            Some(_) if self.scene.time.integrator.method().has_own_criterion() => {
+                "a smaller `epsilon`".to_owned()
+            }
             Some(control) => format!("a smaller `tolerance` than {:e}", control.tolerances.relative),
             None => format!("a smaller step than {} s", number(self.report.step)),
         }

@@ -25,6 +25,7 @@ mod pin;
 mod probe;
 mod shapes;
 mod solver;
+mod study;
 mod transform;
 
 pub use adaptive::Adaptive;
@@ -43,6 +44,7 @@ pub use pin::*;
 pub use probe::*;
 pub use shapes::*;
 pub use solver::Solver;
+pub use study::StudySpec;
 pub use transform::*;
 
 /// A scene: bodies, the world around them, how time advances, what is written.
@@ -73,6 +75,9 @@ pub struct Scene {
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
+    /// What `pliant study` compares.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study: Option<StudySpec>,
     /// Directory that files named in the scene are relative to: where the scene file is. No part of the text.
     #[serde(skip)]
     pub directory: PathBuf,

@@ -52,7 +52,20 @@ fn adaptive(check: &mut Checker, path: &KeyPath, adaptive: &Adaptive, time: &Tim
             check.report(Problem::semantic(path, message).with_help(help));
         }
     }
-    let Adaptive { tolerance: _, position, velocity, first, smallest, largest } = *adaptive;
+    let Adaptive { tolerance, position, velocity, first, smallest, largest } = *adaptive;
+    let errors = [
+        ("tolerance", tolerance.is_some()),
+        ("position", position.is_some()),
+        ("velocity", velocity.is_some()),
+    ];
+    for (key, _) in errors.into_iter().filter(|(_, given)| *given && method.has_own_criterion()) {
+        let message = format!("{} follows a criterion of its own, not `{key}`", method.documentation.name);
+        let problem = Problem::semantic(path.key(key), message).at_key();
+        check
+            .report(problem.with_help(
+                "remove it; accuracy is a parameter of the scheme, see `pliant list integrators`",
+            ));
+    }
     let values = [
         ("position", position, "m"),
         ("velocity", velocity, "m/s"),

@@ -16,6 +16,7 @@ mod motion;
 mod pins;
 mod probe;
 mod shapes;
+mod study;
 mod surroundings;
 mod transform;
 
@@ -41,6 +42,9 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     attachment::attachments(&mut check, &root.key("attachment"), scene);
     probe::probes(&mut check, &root.key("probe"), scene);
     surroundings::output(&mut check, &root.key("output"), scene);
+    if let Some(study) = &scene.study {
+        study::study(&mut check, &root.key("study"), study);
+    }
     check.into_problems()
 }
 

@@ -103,7 +103,7 @@ impl Ticks {
     /// Finer ticks, where they help: 2 to 9 of each decade, if there are not too many decades.
     fn fine(&self) -> Vec<f64> {
         let (first, last) = (self.from.log10().floor(), self.to.log10().ceil());
-        if self.scale == Scale::Linear || last - first > 8.0 {
+        if self.scale == Scale::Linear || last - first > 5.0 {
             return vec![];
         }
         let decades = first as i32..=last as i32;

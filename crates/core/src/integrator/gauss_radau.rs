@@ -1,0 +1,451 @@
+//! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by iteration.
+
+use super::estimate::{Judgement, Tolerances};
+use super::ias15::Ias15Parameters;
+use super::implicit::Next;
+use super::{Integrator, StepFault};
+use crate::solver::{SolveError, Verdict};
+use crate::state::State;
+use crate::system::{ForceId, System};
+
+/// Terms of the polynomial after the constant one.
+pub(super) const TERMS: usize = 7;
+/// The nodes: zeros of `(P_7 + P_8)(2 s - 1)`; Rein, Spiegel 2015, section 2.1, in more digits.
+#[allow(clippy::excessive_precision, reason = "the digits of the reference")]
+const NODES: [f64; TERMS + 1] = [
+    0.0,
+    0.056_262_560_536_922_146_465_652_191,
+    0.180_240_691_736_892_364_987_579_942_8,
+    0.352_624_717_113_169_637_373_907_770_2,
+    0.547_153_626_330_555_383_001_448_557_7,
+    0.734_210_177_215_410_531_523_210_605_8,
+    0.885_320_946_839_095_768_090_359_762_9,
+    0.977_520_613_561_287_501_891_174_500_4,
+];
+/// An iteration that changes the acceleration by less than this part has converged.
+const CONVERGED: f64 = 1e-16;
+/// One that has stopped to shrink is rounding below this.
+const ROUNDING: f64 = 1e-12;
+/// After so many iterations the step is large, and rounding is larger.
+const LONG: u32 = 12;
+const LARGE_ROUNDING: f64 = 1e-10;
+/// An iteration whose changes have grown so much does not converge.
+const HOPELESS: f64 = 1e6;
+/// Iterations that a step may take.
+const MAX_ITERATIONS: u32 = 40;
+/// A step so many times as large as the last one is not predicted from it.
+const LARGEST_RATIO: f64 = 20.0;
+
+/// The coefficients of one coordinate.
+type Terms = [f64; TERMS];
+
+/// Runs the method.
+pub struct GaussRadau {
+    parameters: Ias15Parameters,
+    /// Coefficients of `s (s - h_1) ... (s - h_j)` in powers of `s` from the first on, and of the powers in these products.
+    to_powers: [Terms; TERMS],
+    to_products: [Terms; TERMS],
+    /// The step taken last, and the one before: what a step that is taken back leaves.
+    now: Memory,
+    before: Memory,
+    dimension: usize,
+    /// Divided differences.
+    g: Vec<Terms>,
+    /// What rounding has taken from the coefficients in this step.
+    lost: Vec<Terms>,
+    /// Accelerations at the beginning of the step and at a node.
+    first: Vec<f64>,
+    at: Vec<f64>,
+    next: Next,
+    /// `max |b_6| / max |a|` of the last step.
+    last_term: f64,
+    /// Where positions are seen from in this step [m]; zero unless only the bodies act on each other.
+    origin: [f64; 3],
+}
+
+/// What a step leaves for the next one.
+struct Memory {
+    /// Its size [s]; 0: nothing.
+    h: f64,
+    b: Vec<Terms>,
+    /// What `b` was predicted to be.
+    predicted: Vec<Terms>,
+    /// The state it led to, and what rounding took from it.
+    after: Next,
+    lost: Next,
+    /// Held coordinates.
+    constraint_set: u64,
+}
+
+impl Memory {
+    fn new(unknowns: usize) -> Self {
+        Memory {
+            h: 0.0,
+            b: vec![[0.0; TERMS]; unknowns],
+            predicted: vec![[0.0; TERMS]; unknowns],
+            after: Next::new(unknowns),
+            lost: Next::new(unknowns),
+            constraint_set: 0,
+        }
+    }
+
+    /// Whether `state` is what the step led to.
+    fn leads_to(&self, system: &System, state: &State) -> bool {
+        self.h > 0.0
+            && self.constraint_set == system.constraint_set()
+            && self.after.x == state.x()
+            && self.after.v == state.v()
+    }
+
+    fn bytes(&self) -> usize {
+        2 * size_of_val(&self.b[..]) + self.after.bytes() + self.lost.bytes()
+    }
+}
+
+impl GaussRadau {
+    /// A runner on `unknowns` coordinates.
+    pub fn new(parameters: Ias15Parameters, unknowns: usize) -> Self {
+        let (to_powers, to_products) = conversions();
+        GaussRadau {
+            parameters,
+            to_powers,
+            to_products,
+            now: Memory::new(unknowns),
+            before: Memory::new(unknowns),
+            dimension: 1,
+            g: vec![[0.0; TERMS]; unknowns],
+            lost: vec![[0.0; TERMS]; unknowns],
+            first: vec![0.0; unknowns],
+            at: vec![0.0; unknowns],
+            next: Next::new(unknowns),
+            last_term: 0.0,
+            origin: [0.0; 3],
+        }
+    }
+
+    /// Begins a step of `h` [s]: the coefficients that the last one predicts, corrected by what it was wrong by itself; Rein, Spiegel 2015,
+    /// eq. 12 and 13.
+    fn predict(&mut self, system: &System, state: &State, h: f64) {
+        if self.now.leads_to(system, state) {
+            std::mem::swap(&mut self.now, &mut self.before);
+        } else if !self.before.leads_to(system, state) {
+            self.before.h = 0.0;
+        }
+        let (last, now) = (&self.before, &mut self.now);
+        let ratio = h / last.h;
+        let known = last.h > 0.0;
+        if known {
+            now.lost.x.copy_from_slice(&last.lost.x);
+            now.lost.v.copy_from_slice(&last.lost.v);
+        } else {
+            now.lost.x.fill(0.0);
+            now.lost.v.fill(0.0);
+        }
+        if !known || ratio > LARGEST_RATIO {
+            now.b.fill([0.0; TERMS]);
+            now.predicted.fill([0.0; TERMS]);
+        } else {
+            for i in 0..now.b.len() {
+                let predicted = continued(&last.b[i], ratio);
+                for k in 0..TERMS {
+                    now.b[i][k] = predicted[k] + (last.b[i][k] - last.predicted[i][k]);
+                }
+                now.predicted[i] = predicted;
+            }
+        }
+        for (g, b) in self.g.iter_mut().zip(&now.b) {
+            *g = [0.0; TERMS];
+            for (j, g) in g.iter_mut().enumerate() {
+                for k in j..TERMS {
+                    *g += self.to_products[k][j] * b[k];
+                }
+            }
+        }
+        self.lost.fill([0.0; TERMS]);
+    }
+
+    /// Bodies that only act on each other do not feel where the origin is. Seen from the one that is accelerated most, the nearest ones have
+    /// small coordinates, with digits to spare that [`Memory::lost`] fills: the rounding of positions, large beside a small distance,
+    /// stays out of the forces. Whether there is such an origin.
+    fn choose_origin(&mut self, system: &System, state: &State) -> bool {
+        let d = self.dimension;
+        self.origin = [0.0; 3];
+        let only_each_other = system.terms().iter().all(|term| term.couples_all())
+            && !(system.terms().is_empty() || system.is_damped() || system.ether_drag() != 0.0)
+            && system.constraints().is_empty();
+        if !only_each_other {
+            return false;
+        }
+        let (mut most, mut at) = (-1.0, 0);
+        for (vertex, a) in self.at.chunks_exact(d).enumerate() {
+            let square: f64 = a.iter().map(|a| a * a).sum();
+            if square > most {
+                (most, at) = (square, vertex);
+            }
+        }
+        self.origin[..d].copy_from_slice(&state.x()[at * d..][..d]);
+        true
+    }
+
+    /// Positions, and velocities where `wants_velocity`, at the part `s` of the step.
+    fn go(&mut self, state: &State, h: f64, s: f64, wants_velocity: bool) {
+        let (hs, d) = (h * s, self.dimension);
+        for i in 0..self.at.len() {
+            let (b, a, v) = (&self.now.b[i], self.first[i], state.v()[i]);
+            let [mut twice, mut once] = [0.0; 2];
+            for k in (0..TERMS).rev() {
+                let n = (k + 1) as f64;
+                twice = s * (b[k] / ((n + 1.0) * (n + 2.0)) + twice);
+                if wants_velocity {
+                    once = s * (b[k] / (n + 1.0) + once);
+                }
+            }
+            let (lost_x, lost_v) = (self.now.lost.x[i], self.now.lost.v[i]);
+            let moved = hs * (v + (hs * (0.5 * a + twice) - lost_v));
+            self.next.x[i] = (state.x()[i] - self.origin[i % d]) + (moved - lost_x);
+            if wants_velocity {
+                self.next.v[i] = v + (hs * (a + once) - lost_v);
+            }
+        }
+    }
+
+    /// Takes in the accelerations at node `n`, in `at`; the largest change of the last coefficient, and the largest acceleration.
+    fn correct(&mut self, n: usize) -> (f64, f64) {
+        let (mut change, mut largest) = (0.0f64, 0.0f64);
+        let weights = &self.to_powers[n - 1];
+        for i in 0..self.at.len() {
+            let (g, b, lost) = (&mut self.g[i], &mut self.now.b[i], &mut self.lost[i]);
+            let mut difference = (self.at[i] - self.first[i]) / NODES[n];
+            for j in 1..n {
+                difference = (difference - g[j - 1]) / (NODES[n] - NODES[j]);
+            }
+            let by = difference - g[n - 1];
+            g[n - 1] = difference;
+            for k in 0..n {
+                add(&mut b[k], &mut lost[k], by * weights[k]);
+            }
+            change = change.max(by.abs());
+            largest = largest.max(self.at[i].abs());
+            if !by.is_finite() {
+                return (f64::NAN, largest);
+            }
+        }
+        (change, largest)
+    }
+
+    /// Writes the accelerations at `(x, v)`, in `next`, to `at`; false where they are not finite.
+    fn evaluate(&mut self, system: &mut System, time: f64) -> bool {
+        system.set_time(time);
+        let Next { x, v } = &mut self.next;
+        if !system.prescribe(time, x, v) || system.evaluate(x).is_none() {
+            return false;
+        }
+        accelerate(system, x, v, &mut self.at);
+        true
+    }
+
+    /// Iterates until the polynomial goes through the accelerations that it leads to.
+    fn iterate(&mut self, system: &mut System, state: &State, h: f64) -> Result<(), StepFault> {
+        let wants_velocity =
+            system.is_damped() || system.ether_drag() != 0.0 || system.has_prescribed_motion();
+        let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
+        for iteration in 1..=MAX_ITERATIONS {
+            let (mut change, mut largest) = (0.0, 0.0);
+            for n in 1..=TERMS {
+                self.go(state, h, NODES[n], wants_velocity);
+                if !self.evaluate(system, state.time + NODES[n] * h) {
+                    return Err(StepFault::at(system, &self.next.x, &self.next.v));
+                }
+                (change, largest) = self.correct(n);
+            }
+            let error = if change == 0.0 { 0.0 } else { change / largest };
+            let rounding = if iteration > LONG { LARGE_ROUNDING } else { ROUNDING };
+            let stagnates = iteration > 2 && error >= before || iteration == MAX_ITERATIONS;
+            if error < CONVERGED || stagnates && error < rounding {
+                let last = self.now.b.iter().fold(0.0f64, |m, b| m.max(b[TERMS - 1].abs()));
+                self.last_term = if last == 0.0 { 0.0 } else { last / largest };
+                return Ok(());
+            }
+            // The first few need not shrink.
+            least = least.min(error);
+            if error.is_nan() || error > HOPELESS * least {
+                return Err(diverged(iteration, h * h * change));
+            }
+            before = error;
+        }
+        Err(diverged(MAX_ITERATIONS, h * h * before))
+    }
+
+    /// The end of the step, added up so that little is lost to rounding, small terms first.
+    fn finish(&mut self, state: &State, h: f64) {
+        let Next { x, v } = &mut self.next;
+        x.copy_from_slice(state.x());
+        v.copy_from_slice(state.v());
+        for i in 0..x.len() {
+            let (b, lost) = (&self.now.b[i], &mut self.now.lost);
+            let lost_v = lost.v[i];
+            for k in (0..TERMS).rev() {
+                let n = (k + 1) as f64;
+                add(&mut x[i], &mut lost.x[i], h * h * (b[k] / ((n + 1.0) * (n + 2.0))));
+                add(&mut v[i], &mut lost.v[i], h * (b[k] / (n + 1.0)));
+            }
+            add(&mut x[i], &mut lost.x[i], h * h * (0.5 * self.first[i]));
+            add(&mut x[i], &mut lost.x[i], -h * lost_v);
+            add(&mut x[i], &mut lost.x[i], h * state.v()[i]);
+            add(&mut v[i], &mut lost.v[i], h * self.first[i]);
+        }
+    }
+}
+
+/// `sum += by` with what is lost to rounding kept for the next time; Kahan 1965, *Further remarks on reducing truncation errors*.
+fn add(sum: &mut f64, lost: &mut f64, by: f64) {
+    let by = by - *lost;
+    let new = *sum + by;
+    *lost = (new - *sum) - by;
+    *sum = new;
+}
+
+/// Writes the whole acceleration at `(x, v)` [m/s^2], of the force that the system holds, over `a`.
+fn accelerate(system: &mut System, x: &[f64], v: &[f64], a: &mut [f64]) {
+    system.evaluate_dissipation(x, v);
+    system.accelerations(a);
+    let drag = system.ether_drag();
+    if drag != 0.0 {
+        let free = system.inverse_mass().iter().map(|w| *w > 0.0);
+        a.iter_mut().zip(v).zip(free).filter(|(_, free)| *free).for_each(|((a, v), _)| *a -= drag * v);
+    }
+}
+
+fn diverged(iterations: u32, correction: f64) -> StepFault {
+    let solve = Some(SolveError { verdict: Verdict::Diverged, iterations, correction });
+    StepFault { fault: None, vertex: None, solve }
+}
+
+/// The polynomial beyond its step, in powers of a step `ratio` times as large: Taylor's series about the end.
+fn continued(b: &Terms, ratio: f64) -> Terms {
+    let mut out = [0.0; TERMS];
+    let mut power = 1.0;
+    for k in 0..TERMS {
+        power *= ratio;
+        // Binomial coefficients (j + 1 over k + 1).
+        let mut binomial = 1.0;
+        let mut sum = 0.0;
+        for j in k..TERMS {
+            sum += binomial * b[j];
+            binomial *= (j + 2) as f64 / (j + 1 - k) as f64;
+        }
+        out[k] = power * sum;
+    }
+    out
+}
+
+/// The coefficients of products in powers, and of powers in products; row `j` is that of `s (s - h_1) ... (s - h_j)`, and of `s^(j+1)`.
+fn conversions() -> ([Terms; TERMS], [Terms; TERMS]) {
+    let (mut to_powers, mut to_products) = ([[0.0; TERMS]; TERMS], [[0.0; TERMS]; TERMS]);
+    for j in 0..TERMS {
+        (to_powers[j][j], to_products[j][j]) = (1.0, 1.0);
+        for k in 0..j {
+            let below = |table: &[Terms; TERMS]| if k > 0 { table[j - 1][k - 1] } else { 0.0 };
+            to_powers[j][k] = below(&to_powers) - NODES[j] * to_powers[j - 1][k];
+            to_products[j][k] = below(&to_products) + NODES[k + 1] * to_products[j - 1][k];
+        }
+    }
+    (to_powers, to_products)
+}
+
+impl Integrator for GaussRadau {
+    fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
+        self.dimension = system.dimension();
+        self.predict(system, state, h);
+        if self.choose_origin(system, state) {
+            self.go(state, h, 0.0, false);
+            if system.evaluate(&self.next.x).is_none() {
+                return Err(StepFault::at(system, state.x(), state.v()));
+            }
+        } else if !system.holds(state.force) {
+            system.set_time(state.time);
+            if system.evaluate(state.x()).is_none() {
+                return Err(StepFault::at(system, state.x(), state.v()));
+            }
+        }
+        accelerate(system, state.x(), state.v(), &mut self.first);
+        // Until the step stands, nothing leads anywhere.
+        self.now.h = 0.0;
+        self.iterate(system, state, h)?;
+        self.finish(state, h);
+        let Next { x, v } = &mut self.next;
+        system.prescribe(state.time + h, x, v);
+        self.now.after.x.copy_from_slice(x);
+        self.now.after.v.copy_from_slice(v);
+        self.next.commit(system, state, h, ForceId::NONE)?;
+        (self.now.h, self.now.constraint_set) = (h, system.constraint_set());
+        Ok(())
+    }
+
+    fn judge(&mut self, _: &mut System, _: &State, h: f64, _: &Tolerances) -> Option<Judgement> {
+        let ratio = self.parameters.epsilon / self.last_term;
+        Some(Judgement::Step(if self.last_term == 0.0 { f64::INFINITY } else { h * ratio.powf(1.0 / 7.0) }))
+    }
+
+    fn undo(&mut self, state: &mut State) {
+        state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+        self.now.h = 0.0;
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.g[..])
+            + size_of_val(&self.lost[..])
+            + 8 * (self.first.len() + self.at.len())
+            + self.now.bytes()
+            + self.before.bytes()
+            + self.next.bytes()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The nodes integrate polynomials of degree 14 exactly with the weights that interpolate them, and not of degree 15; and what
+    /// goes from powers to products comes back.
+    #[test]
+    fn nodes_and_conversions_are_those_of_the_gauss_radau_rule() {
+        let (to_powers, to_products) = conversions();
+        for i in 0..TERMS {
+            for j in 0..TERMS {
+                let sum: f64 = (0..TERMS).map(|k| to_powers[i][k] * to_products[k][j]).sum();
+                assert!((sum - if i == j { 1.0 } else { 0.0 }).abs() < 1e-14, "{i} {j}: {sum}");
+            }
+        }
+        let integral = |degree: i32| {
+            // Newton's form through s^degree at the nodes, then powers.
+            let mut g: Vec<f64> = NODES.iter().map(|s| s.powi(degree)).collect();
+            for j in 1..=TERMS {
+                for n in (j..=TERMS).rev() {
+                    g[n] = (g[n] - g[n - 1]) / (NODES[n] - NODES[n - j]);
+                }
+            }
+            (0..TERMS)
+                .map(|j| (0..=j).map(|k| g[j + 1] * to_powers[j][k] / (k as f64 + 2.0)).sum::<f64>())
+                .sum::<f64>()
+        };
+        for degree in 1..=14 {
+            assert!((integral(degree) - 1.0 / f64::from(degree + 1)).abs() < 2e-14, "degree {degree}");
+        }
+        assert!((integral(15) - 1.0 / 16.0).abs() > 1e-9);
+    }
+
+    /// Taylor: continued by a step of the same size, `a_0 + b_0 s + ...` is itself at `1 + s`.
+    #[test]
+    fn a_polynomial_is_continued_beyond_its_step() {
+        let b = [1.0, -2.0, 0.5, 3.0, -1.0, 0.25, 2.0];
+        let value = |b: &Terms, s: f64| (0..TERMS).map(|k| b[k] * s.powi(k as i32 + 1)).sum::<f64>();
+        for ratio in [0.3, 1.0, 2.5] {
+            let continued = continued(&b, ratio);
+            for s in [0.2, 0.7, 1.0] {
+                let expected = value(&b, 1.0 + ratio * s) - value(&b, 1.0);
+                assert!((value(&continued, s) - expected).abs() < 1e-12 * expected.abs(), "{ratio} {s}");
+            }
+        }
+    }
+}

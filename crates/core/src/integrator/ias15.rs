@@ -1,0 +1,71 @@
+//! A Gauss-Radau method of order 15 that chooses its own steps: Rein and Spiegel's IAS15, after Everhart.
+//!
+//! The acceleration is a polynomial in time through its values at the beginning of the step and at seven Gauss-Radau nodes,
+//! `a(s h) = a_0 + b_0 s + b_1 s^2 + ... + b_6 s^7`, and is integrated twice. Values and polynomial are found in turn, to rounding,
+//! from what the last step makes of this one. Steps that follow the error are as large as to keep the last term, which the
+//! method would do without at order 14, a part `epsilon` of the acceleration:
+//!
+//! ```text
+//! h_(n+1) = h_n (epsilon / (max |b_6| / max |a|))^(1/7)
+//! ```
+//!
+//! Collocation at the beginning of a step but not at its end, so that amplitudes grow at any step, if by less than rounding up to about
+//! two radians; the iteration converges up to about five, best below two.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{BadParameter, Documentation, Method, Scheme};
+
+/// Parameters of the Gauss-Radau method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ias15Parameters {
+    /// What the last term of the acceleration may be beside the whole where steps are `adaptive`; the error of a step is far below. 1e-9 is
+    /// where rounding begins to be the larger part of the error.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    pub epsilon: f64,
+}
+
+impl Default for Ias15Parameters {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+impl Ias15Parameters {
+    /// Rein and Spiegel's choice.
+    pub const DEFAULT: Self = Ias15Parameters { epsilon: 1e-9 };
+
+    /// Whether the parameters make sense.
+    ///
+    /// # Errors
+    /// [`BadParameter`].
+    pub fn check(&self) -> Result<(), BadParameter> {
+        if self.epsilon > 0.0 && self.epsilon < 1.0 {
+            return Ok(());
+        }
+        Err(BadParameter {
+            name: "epsilon",
+            value: self.epsilon,
+            right: "above 0 and below 1: 1e-9 is accurate to rounding",
+        })
+    }
+
+    /// The scheme.
+    pub fn method(self) -> Method {
+        Method {
+            documentation: Documentation {
+                name: "ias15",
+                summary: "Gauss-Radau method of order 15 with steps of its own choice: orbits and close encounters to rounding",
+                order: 15,
+                force_evaluations: 0,
+                solves: 0,
+                stability_limit: 0.0,
+                symplectic: false,
+                conserves: "energy and angular momentum to rounding, where its steps are its own",
+                source: "Rein, Spiegel 2015, IAS15: a fast, adaptive, high-order integrator for gravitational dynamics, MNRAS 446, 1424",
+            },
+            scheme: Scheme::GaussRadau(self),
+        }
+    }
+}

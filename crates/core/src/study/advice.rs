@@ -1,0 +1,102 @@
+//! Which scheme at which step: the rows that no other row beats.
+
+use super::row::Row;
+use super::sweep::ADAPTIVE;
+
+/// Rows that no other row beats in both error and time, the fastest first.
+pub fn front<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<&'a Row> {
+    let mut ranked: Vec<(&Row, f64)> = rows.into_iter().filter_map(|row| Some((row, row.error()?))).collect();
+    ranked.sort_by(|a, b| a.0.wall_min_s.total_cmp(&b.0.wall_min_s).then(a.1.total_cmp(&b.1)));
+    let mut best = f64::INFINITY;
+    ranked.retain(|(_, error)| {
+        let better = *error < best;
+        if better {
+            best = *error;
+        }
+        better
+    });
+    ranked.into_iter().map(|(row, _)| row).collect()
+}
+
+/// The fastest row whose error is at most `error`.
+pub fn cheapest<'a>(rows: impl IntoIterator<Item = &'a Row>, error: f64) -> Option<&'a Row> {
+    let good = rows.into_iter().filter(|row| row.error().is_some_and(|e| e <= error));
+    good.min_by(|a, b| a.wall_min_s.total_cmp(&b.wall_min_s))
+}
+
+/// The front in words: for each of a few errors what to take. Errors that no row reaches are left out.
+pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone) -> Vec<String> {
+    let mut said = vec![];
+    for error in [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
+        let Some(row) = cheapest(rows.clone(), error) else { break };
+        let variant = if row.variant.is_empty() { String::new() } else { format!(" with {}", row.variant) };
+        let pace =
+            row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("a tolerance of {tolerance:e}"));
+        let time = seconds(row.wall_min_s);
+        said.push(format!("for {} error take {} at {pace}{variant}: {time}", percent(error), row.integrator));
+    }
+    said
+}
+
+/// What to write into the scene for errors of at most `error`; a remark where no row reaches that.
+pub fn toml<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone, error: f64) -> String {
+    let Some(row) = cheapest(rows.clone(), error) else {
+        let best = rows.into_iter().filter_map(|row| Some((row, row.error()?)));
+        return match best.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((row, least)) => format!(
+                "# no setting reaches an error of {}; the best, {least:.1e}:\n{}",
+                percent(error),
+                settings(row)
+            ),
+            None => "# no setting ran to its end with an error that can be told\n".to_owned(),
+        };
+    };
+    let reached = row.error().unwrap_or(f64::NAN);
+    format!(
+        "# error {reached:.1e} of at most {}, in {} on {}\n{}",
+        percent(error),
+        seconds(row.wall_min_s),
+        row.cpu,
+        settings(row)
+    )
+}
+
+fn settings(row: &Row) -> String {
+    let mut out = String::new();
+    for change in row.variant.split("; ").filter(|change| !change.is_empty()) {
+        out += &format!("# with --set {change}\n");
+    }
+    out += &format!("[time]\nintegrator = {}\n", scheme(row.integrator.trim_end_matches(ADAPTIVE)));
+    out += &match row.tol {
+        Some(tolerance) => format!("adaptive = {{ tolerance = {tolerance:?} }}\n"),
+        None => format!("step = {:?}\n", row.dt),
+    };
+    out
+}
+
+/// As TOML: a name, or a table that has been written as one.
+fn scheme(name: &str) -> String {
+    if name.starts_with('{') { name.to_owned() } else { format!("{name:?}") }
+}
+
+/// `1 %`, `0.1 %`, `1e-6`.
+fn percent(error: f64) -> String {
+    if error >= 1e-4 { format!("{} %", number(100.0 * error)) } else { format!("{error:e}") }
+}
+
+/// Three digits of a time, in the unit that suits it.
+pub(super) fn seconds(t: f64) -> String {
+    let (value, unit) = match t.abs() {
+        t if t >= 1.0 || t == 0.0 => (t, "s"),
+        t if t >= 1e-3 => (1e3 * t, "ms"),
+        t if t >= 1e-6 => (1e6 * t, "us"),
+        t => (1e9 * t, "ns"),
+    };
+    format!("{} {unit}", number(value))
+}
+
+/// Three significant digits.
+pub(super) fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    if rounded != 0.0 && rounded.abs() < 1e-3 { format!("{rounded:e}") } else { format!("{rounded}") }
+}

@@ -1,0 +1,63 @@
+//! Rows are written down as they are finished, so that an interrupted study goes on where it ended.
+
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+
+use super::Record;
+
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Entry {
+    key: String,
+    record: Record,
+}
+
+/// Finished rows by their keys; in memory alone without a folder.
+#[derive(Default)]
+pub(super) struct Journal {
+    kept: HashMap<String, Record>,
+    file: Option<File>,
+}
+
+impl Journal {
+    /// Opens the journal of a folder. A last line that a killed study left half written is passed over.
+    pub(super) fn open(folder: Option<&Path>) -> std::io::Result<Journal> {
+        let Some(folder) = folder else { return Ok(Journal::default()) };
+        let path = folder.join("journal.jsonl");
+        let mut kept = HashMap::new();
+        let mut complete = true;
+        if path.exists() {
+            for line in BufReader::new(File::open(&path)?).lines() {
+                let line = line?;
+                complete = false;
+                if let Ok(Entry { key, record }) = serde_json::from_str(&line) {
+                    kept.insert(key, record);
+                    complete = true;
+                }
+            }
+        }
+        let mut file = OpenOptions::new().create(true).append(true).open(&path)?;
+        if !complete {
+            writeln!(file)?;
+        }
+        Ok(Journal { kept, file: Some(file) })
+    }
+
+    /// The row of this key, if it is known.
+    pub(super) fn find(&self, key: &str) -> Option<&Record> {
+        self.kept.get(key)
+    }
+
+    /// Writes a row down.
+    pub(super) fn keep(&mut self, key: String, record: &Record) -> std::io::Result<()> {
+        if let Some(file) = &mut self.file {
+            let mut line = serde_json::to_string(&Entry { key: key.clone(), record: record.clone() })?;
+            line.push('\n');
+            file.write_all(line.as_bytes())?;
+            file.flush()?;
+        }
+        self.kept.insert(key, record.clone());
+        Ok(())
+    }
+}

@@ -1,0 +1,178 @@
+//! Reports: what a study has found, for people. One page of HTML that needs nothing else, one of Markdown beside its charts.
+
+mod figures;
+mod html;
+mod markdown;
+
+use super::advice::{front, number, seconds, toml, words};
+use super::plot::PlotError;
+use super::results::{LineResult, Results, VariantResult};
+use super::row::RowStatus;
+
+pub use figures::{Figure, Kind};
+
+/// What is shown of one variant of one scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Title of the scene, and what was varied.
+    pub heading: String,
+    /// What runs are compared with, and on what.
+    pub about: Vec<String>,
+    /// The charts.
+    pub figures: Vec<Figure>,
+    /// Header and rows of the table of schemes.
+    pub table: Vec<[String; 7]>,
+    /// The front, in words.
+    pub words: Vec<String>,
+    /// Everything that a reader should know before believing a line.
+    pub remarks: Vec<String>,
+}
+
+/// A report about one study or several.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// At the top.
+    pub title: String,
+    /// What it was measured on.
+    pub machine: String,
+    /// The parts.
+    pub sections: Vec<Section>,
+    /// What to write into each scene: its name and TOML.
+    pub recommendations: Vec<(String, String)>,
+}
+
+impl Report {
+    /// Of these studies, with charts of these kinds.
+    ///
+    /// # Errors
+    /// A chart cannot be drawn.
+    pub fn new(title: &str, studies: &[Results], kinds: &[Kind]) -> Result<Report, PlotError> {
+        let mut sections = vec![];
+        let mut recommendations = vec![];
+        for study in studies {
+            for (index, variant) in study.variants.iter().enumerate() {
+                sections.push(section(study, variant, index, kinds)?);
+            }
+            recommendations.push((study.name.clone(), toml(study.rows(), study.error)));
+        }
+        let machine = studies.first().map_or_else(String::new, |study| {
+            let p = &study.provenance;
+            let threads = study.rows().next().map_or(1, |row| row.threads);
+            let plural = if threads == 1 { "" } else { "s" };
+            format!("{}, {threads} thread{plural}; {}; {}; commit {}", p.cpu, p.rustc, p.flags, p.commit)
+        });
+        Ok(Report { title: title.to_owned(), machine, sections, recommendations })
+    }
+
+    /// Names and texts of all charts.
+    pub fn charts(&self) -> impl Iterator<Item = (&str, &str)> {
+        let figures = self.sections.iter().flat_map(|section| &section.figures);
+        figures.map(|figure| (figure.file.as_str(), figure.svg.as_str()))
+    }
+
+    /// As Markdown, with charts at `folder` (a relative path, empty or ending in a slash).
+    pub fn markdown(&self, folder: &str) -> String {
+        markdown::page(self, folder)
+    }
+
+    /// As one page of HTML that holds its charts.
+    pub fn html(&self) -> String {
+        html::page(self)
+    }
+}
+
+fn section(
+    study: &Results,
+    variant: &VariantResult,
+    index: usize,
+    kinds: &[Kind],
+) -> Result<Section, PlotError> {
+    let heading = match variant.variant.is_empty() {
+        true => study.title.clone(),
+        false => format!("{}: {}", study.title, variant.variant),
+    };
+    let prefix =
+        if study.variants.len() > 1 { format!("{}-{}", study.name, index + 1) } else { study.name.clone() };
+    let row = variant.rows().next();
+    let mut about = vec![format!(
+        "Reference: {}. Its own error is about {:.0e}; errors below ten times that are left out.",
+        variant.reference.how, variant.reference.error
+    )];
+    if let Some(row) = row {
+        let what: Vec<&str> =
+            [row.material.as_str(), row.element.as_str()].into_iter().filter(|w| !w.is_empty()).collect();
+        about.push(format!(
+            "{}, {} coordinates free to move, {} simulated; the largest error of {} common times, relative to the motion.",
+            what.join(", "),
+            row.ndof,
+            seconds(row.t_end),
+            study.grid.times
+        ));
+    }
+    let mut table = vec![
+        ["scheme", "order", "observed", "smallest error", "at step", "in", "ended because"]
+            .map(str::to_owned),
+    ];
+    table.extend(variant.lines.iter().map(|line| table_row(variant, line)));
+    Ok(Section {
+        heading,
+        about,
+        figures: figures::all(&prefix, &study.title, variant, kinds)?,
+        table,
+        words: words(front(variant.rows())),
+        remarks: remarks(variant),
+    })
+}
+
+fn table_row(variant: &VariantResult, line: &LineResult) -> [String; 7] {
+    let rows = variant.of(&line.integrator).map(|record| &record.row);
+    let counting = rows.filter_map(|row| Some((row, row.error()?)));
+    let best = counting.min_by(|a, b| a.1.total_cmp(&b.1));
+    let dash = || "-".to_owned();
+    [
+        line.integrator.clone(),
+        line.order_nominal.to_string(),
+        line.order_observed.map_or_else(dash, |order| format!("{order:.2}")),
+        best.map_or_else(dash, |(_, error)| format!("{error:.1e}")),
+        best.map_or_else(dash, |(row, _)| seconds(row.dt)),
+        best.map_or_else(dash, |(row, _)| seconds(row.wall_min_s)),
+        line.stop.words().to_owned(),
+    ]
+}
+
+/// What failed, what was left out, and who fell short.
+fn remarks(variant: &VariantResult) -> Vec<String> {
+    let mut out = vec![];
+    for line in &variant.lines {
+        let failed: Vec<String> = variant
+            .of(&line.integrator)
+            .filter(|record| record.row.status != RowStatus::Ok)
+            .map(|record| {
+                let row = &record.row;
+                let when = row.fail_time.map_or(String::new(), |t| format!(" at t = {}", seconds(t)));
+                format!("{} ({}{when})", seconds(row.dt), row.status.words())
+            })
+            .collect();
+        if !failed.is_empty() {
+            out.push(format!("{} failed with steps of {}", line.integrator, failed.join(", ")));
+        }
+        if line.falls_short() {
+            out.push(format!(
+                "{} shows order {:.1} where {} is documented: its steps do not resolve all motions yet, a solver or the \
+                 reference limits the error, or the scheme is wrong",
+                line.integrator,
+                line.order_observed.unwrap_or(f64::NAN),
+                line.order_nominal
+            ));
+        }
+    }
+    let dropped = variant.rows().filter(|row| row.dropped).count();
+    if dropped > 0 {
+        out.push(format!(
+            "{dropped} {} dropped: the error is below {}, ten times that of the reference",
+            if dropped == 1 { "row was" } else { "rows were" },
+            number(variant.reference.floor())
+        ));
+    }
+    out
+}

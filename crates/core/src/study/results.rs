@@ -1,0 +1,123 @@
+//! What a study has found.
+
+use serde::{Deserialize, Serialize};
+
+use super::errors::TimeError;
+use super::machine::Provenance;
+use super::plan::Grid;
+use super::reference::Reference;
+use super::row::Row;
+
+/// A row with what was seen on the way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The row.
+    pub row: Row,
+    /// Errors at each time of comparison, in the units of the scene; as far as the run came.
+    pub errors: Vec<TimeError>,
+    /// Times at which energies were measured [s].
+    pub times: Vec<f64>,
+    /// `E - E_0` over the energy in play, at these times.
+    pub energy: Vec<f64>,
+}
+
+/// Why a scheme was not refined further.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stop {
+    /// Its error is too near to that of the reference.
+    Reference,
+    /// Its error no longer falls: rounding, or the tolerance of a solver.
+    Floor,
+    /// The budget would not hold the next step.
+    Budget,
+    /// The steps asked for are done, or the smallest is reached.
+    Steps,
+    /// It was interrupted.
+    Interrupted,
+}
+
+impl Stop {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Stop::Reference => "error as small as the reference's can be told",
+            Stop::Floor => "error no longer falls",
+            Stop::Budget => "budget used up",
+            Stop::Steps => "all steps done",
+            Stop::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// One scheme on one variant.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LineResult {
+    /// The scheme.
+    pub integrator: String,
+    /// The order that it is documented to have.
+    pub order_nominal: u32,
+    /// The slope through its finest rows that count.
+    pub order_observed: Option<f64>,
+    /// Why it ends where it does.
+    pub stop: Stop,
+}
+
+impl LineResult {
+    /// Whether it falls short of its order: stiff motions that steps do not resolve yet, or a scheme that is wrong.
+    pub fn falls_short(&self) -> bool {
+        self.order_observed.is_some_and(|order| order < f64::from(self.order_nominal) - 0.4)
+    }
+}
+
+/// All schemes on one variant of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VariantResult {
+    /// What was varied: `path=value`, joined by `; `; empty for the scene itself.
+    pub variant: String,
+    /// What runs are compared with.
+    pub reference: Reference,
+    /// The rows, scheme after scheme, from the largest step to the smallest.
+    pub records: Vec<Record>,
+    /// The schemes.
+    pub lines: Vec<LineResult>,
+}
+
+impl VariantResult {
+    /// The rows.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> + Clone {
+        self.records.iter().map(|record| &record.row)
+    }
+
+    /// The records of a scheme.
+    pub fn of(&self, integrator: &str) -> impl Iterator<Item = &Record> {
+        self.records.iter().filter(move |record| record.row.integrator == integrator)
+    }
+}
+
+/// A whole study.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Results {
+    /// Name of the scene.
+    pub name: String,
+    /// Its title.
+    pub title: String,
+    /// What it ran on.
+    pub provenance: Provenance,
+    /// Simulated time [s] and number of times of comparison.
+    #[serde(skip)]
+    pub grid: Grid,
+    /// The largest error that the recommendation may have.
+    pub error: f64,
+    /// The variants.
+    pub variants: Vec<VariantResult>,
+    /// Whether it came to its end.
+    pub complete: bool,
+}
+
+impl Results {
+    /// All rows.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> + Clone {
+        self.variants.iter().flat_map(VariantResult::rows)
+    }
+}

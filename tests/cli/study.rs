@@ -1,0 +1,64 @@
+//! `pliant study`.
+
+use super::{Bench, SPRING};
+
+const STUDY: [&str; 6] =
+    ["study", "scene.toml", "--integrators", "velocity-verlet,rk4", "--steps", "10ms,5 ms"];
+
+#[test]
+fn a_study_leaves_a_table_charts_and_reports_and_says_what_to_take() {
+    let bench = Bench::new(SPRING);
+    let ended = bench.pliant(STUDY.iter().chain(&["--repeats", "2", "-o", "out", "--json"])).succeeded();
+    let document = ended.json();
+    assert_eq!(document["status"], "done");
+    let rows = document["studies"][0]["variants"][0]["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    assert_eq!(rows[0]["row"]["integrator"], "velocity-verlet");
+    assert_eq!(rows[0]["row"]["repeats"], 2);
+    assert!(rows[1]["row"]["obs_order"].as_f64().unwrap() > 1.9);
+    let read = |name: &str| std::fs::read_to_string(bench.path("out").join(name)).unwrap();
+    let table = read("rows.csv");
+    assert_eq!(table.lines().count(), 5);
+    assert!(table.starts_with("schema,case,commit,"));
+    let page = read("report.md");
+    assert!(page.contains("![") && page.contains("scene-time.svg"), "{page}");
+    assert!(page.trim_end().ends_with("```"), "the recommendation is last");
+    assert!(page.contains("[time]\nintegrator = \""), "{page}");
+    assert!(read("report.html").contains("<svg"));
+    for chart in ["time", "step", "forces", "energy"] {
+        assert!(read(&format!("scene-{chart}.svg")).contains("velocity-verlet"), "{chart}");
+    }
+    // The same again takes the rows that are there: their times are the same to the last digit.
+    bench.pliant(STUDY.iter().chain(&["--repeats", "2", "-o", "out"])).succeeded().prints(&[
+        "velocity-verlet",
+        "for 1 % error take",
+        "report.html",
+    ]);
+    assert_eq!(read("rows.csv"), table);
+}
+
+#[test]
+fn a_study_that_makes_no_sense_is_refused_with_what_would_be_right() {
+    let bench = Bench::new(SPRING);
+    let study = |more: &[&str]| bench.pliant(["study", "scene.toml"].iter().chain(more)).ended_with(2);
+    study(&["--integrators", "rk5"]).says(&["unknown choice `rk5`", "rk4"]);
+    study(&["--integrators", "quasi-static"]).says(&["no order"]);
+    study(&["--steps=-1"]).says(&["must be positive"]);
+    study(&["--times", "5"]).says(&["at least 20"]);
+    study(&["--budget", "soon"]).says(&["it must be a time"]);
+    study(&["--vary", "body.0.mass"]).says(&["gives no values"]);
+    study(&["--vary", "body.3.order=1,2", "--steps", "0.01"]).says(&["there is no `body.3`"]);
+    let pinned = "--set=body.0.position={ affine = { matrix = [[1.0, 0.1], [0.0, 1.0]] } }";
+    study(&[
+        "--reference",
+        "exact",
+        "--steps",
+        "0.01",
+        pinned,
+        "--set",
+        "world.gravity=[0, -1]",
+        "--set",
+        "body.0.pin=[{ vertices = [0] }]",
+    ])
+    .says(&["no exact solution"]);
+}

@@ -1,0 +1,191 @@
+//! The Gauss-Radau method of order 15 against solutions in 40 and 55 digits.
+
+use pliant::control::StepControl;
+use pliant::integrator::estimate::Tolerances;
+use pliant::simulation::{Simulation, StepError};
+
+use crate::support::oscillator::oscillator;
+use crate::support::particles::{FIGURE_EIGHT_PERIOD, figure_eight, kepler, pythagorean};
+use crate::support::{advance, distance, largest_difference, method};
+
+/// Lets the scheme choose its steps.
+fn free(mut simulation: Simulation) -> Simulation {
+    // For the first step alone.
+    let tolerances = Tolerances { position: 1e-6, velocity: 1e-6, relative: 1e-6 };
+    simulation.set_step_control(StepControl { tolerances, first: None, smallest: 0.0, largest: 10.0 });
+    simulation
+}
+
+fn go_to(simulation: &mut Simulation, time: f64) {
+    while simulation.state().time < time {
+        simulation.step_towards(time).unwrap();
+    }
+    assert_eq!(simulation.state().time, time);
+}
+
+// A4: Taylor series in 40 and 55 digits, which agree in all digits.
+const PYTHAGOREAN: [(f64, [f64; 4]); 6] = [
+    (
+        1.0,
+        [
+            0.949_550_134_839_484_25,
+            2.773_231_694_945_563_1,
+            -1.666_229_065_913_728_9,
+            -0.949_442_409_147_773_13,
+        ],
+    ),
+    (
+        10.0,
+        [
+            0.778_480_410_138_085_49,
+            0.141_392_300_290_086_16,
+            -2.025_092_477_978_198_6,
+            0.097_219_384_146_058_397,
+        ],
+    ),
+    (
+        20.0,
+        [
+            3.004_292_636_696_399_2,
+            0.511_925_235_024_685_87,
+            -1.388_626_537_510_895_4,
+            -0.470_476_050_252_722_17,
+        ],
+    ),
+    (
+        40.0,
+        [
+            -0.622_003_691_801_097_12,
+            1.858_318_157_899_772_8,
+            0.173_544_556_816_439_8,
+            -2.368_410_443_283_164_2,
+        ],
+    ),
+    (
+        60.0,
+        [
+            0.743_807_500_118_082_92,
+            1.939_947_951_094_863_3,
+            0.264_010_334_686_254_36,
+            -0.731_624_394_869_963_72,
+        ],
+    ),
+    (
+        70.0,
+        [6.933_463_599_011_887_3, 20.261_804_305_951_714, -2.003_006_002_605_984_1, -6.872_463_435_824_544_8],
+    ),
+];
+
+// lecture 8; A4: through the encounter at 4e-4 to t = 70. Errors of rounding grow by ten orders of magnitude on the way; with those that
+// positions of 1 make in a distance of 4e-4, one would be off by 1e-2.
+#[test]
+fn the_pythagorean_problem_is_solved_to_the_escape() {
+    let mut simulation = free(pythagorean(method("ias15"), 1.0));
+    let start = simulation.diagnostics().total;
+    assert!((start + 12.816_666_666_666_667).abs() < 1e-14);
+    for (time, expected) in PYTHAGOREAN {
+        go_to(&mut simulation, time);
+        let error = largest_difference(&simulation.state().x()[..4], &expected);
+        let bar = if time <= 20.0 { 1e-11 } else { 1e-3 };
+        assert!(error < bar, "off by {error:e} at t = {time}");
+        let energy = (simulation.diagnostics().total / start - 1.0).abs();
+        assert!(energy < 1e-12, "energy off by {energy:e} at t = {time}");
+    }
+    let work = simulation.work();
+    assert!(work.steps < 20_000 && work.rejected_steps.unwrap() * 10 < work.steps, "{work:?}");
+}
+
+// lecture 8; A2, e = 0.9: some two hundred steps a revolution, and as exact as rounding allows.
+#[test]
+fn an_eccentric_orbit_is_exact_to_rounding_in_steps_of_its_own() {
+    let rows = [
+        (
+            10.0,
+            [
+                -1.853_853_709_405_579_2,
+                -0.130_885_404_839_925_55,
+                0.161_569_452_558_431_34,
+                -0.223_719_276_791_897_1,
+            ],
+        ),
+        (
+            100.0,
+            [
+                -0.750_633_333_029_645_2,
+                -0.431_000_027_577_321_34,
+                1.142_347_674_435_413_7,
+                0.075_219_128_096_267_15,
+            ],
+        ),
+    ];
+    for (time, expected) in rows {
+        let mut simulation = free(kepler(method("ias15"), 0.9, 1.0));
+        go_to(&mut simulation, time);
+        let state = simulation.state();
+        let error = distance(&[&state.x()[2..], &state.v()[2..]].concat(), &expected);
+        // One unit in the last place of the energy shifts the phase by 3 pi eps a revolution.
+        assert!(error < 2e-13 * time, "off by {error:e} at t = {time}");
+        assert!(simulation.work().steps < 45 * time as u64, "{:?}", simulation.work());
+    }
+}
+
+// lecture 8; A3: the orbit closes to rounding, the state at t = 20 is the known one.
+#[test]
+fn the_figure_eight_returns_to_rounding() {
+    let mut simulation = free(figure_eight(method("ias15"), 1.0));
+    let start = simulation.state().x().to_vec();
+    go_to(&mut simulation, FIGURE_EIGHT_PERIOD);
+    let error = largest_difference(simulation.state().x(), &start);
+    assert!(error < 1e-13, "off by {error:e} after a period");
+    go_to(&mut simulation, 20.0);
+    let expected = [
+        -0.035_748_430_765_979_085,
+        0.019_599_399_448_157_258,
+        0.899_124_736_113_422_15,
+        0.461_488_831_645_681_12,
+    ];
+    let error = distance(&simulation.state().x()[..4], &expected);
+    assert!(error < 1e-12, "off by {error:e} at t = 20");
+}
+
+// A1: in steps of 3.2 and 4.4 rad the error of a step grows with the 16th power, fewer terms in the polynomial would show as fewer powers.
+#[test]
+fn the_error_of_a_step_grows_with_the_sixteenth_power() {
+    let error = |z: f64| {
+        let mut simulation = oscillator(method("ias15"), 1.0, 1.0, z);
+        advance(&mut simulation, 1);
+        let state = simulation.state();
+        (state.x()[2] - z.cos()).hypot(state.v()[2] + z.sin())
+    };
+    let measured = (error(4.4) / error(3.2)).ln() / (4.4f64 / 3.2).ln();
+    assert!((measured - 16.0).abs() < 1.0, "{measured}: {:e}, {:e}", error(3.2), error(4.4));
+}
+
+// Promise 2: a step at which the iteration does not converge is not taken.
+#[test]
+fn a_step_too_large_to_converge_is_an_error() {
+    let mut simulation = oscillator(method("ias15"), 1.0, 1.0, 8.0);
+    let before = simulation.state().x().to_vec();
+    let error = simulation.step().unwrap_err();
+    assert!(matches!(error, StepError::Unsolved { .. }), "{error}");
+    assert!(error.to_string().contains("does not converge at this step"), "{error}");
+    assert_eq!(simulation.state().x(), before);
+}
+
+// A step that is taken back leaves no trace: what comes after it is what would have come without it.
+#[test]
+fn a_step_that_is_taken_back_leaves_the_memory_of_the_scheme() {
+    let build = || kepler(method("ias15"), 0.6, 0.05);
+    let (mut simulation, mut undisturbed) = (build(), build());
+    advance(&mut simulation, 7);
+    advance(&mut undisturbed, 7);
+    let (x, v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
+    let (mut far, mut fast) = (vec![0.0, 0.0, f64::NAN, 0.0], v.clone());
+    assert!(simulation.advance(&mut far, &mut fast).is_err());
+    simulation.state_mut().x_mut().copy_from_slice(&x);
+    simulation.state_mut().v_mut().copy_from_slice(&v);
+    advance(&mut simulation, 5);
+    advance(&mut undisturbed, 5);
+    assert_eq!(simulation.state().x(), undisturbed.state().x());
+    assert_eq!(simulation.state().v(), undisturbed.state().v());
+}

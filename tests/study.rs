@@ -1,0 +1,247 @@
+//! Studies of the standard scenes against the verification plan, and the committed report against studies.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, OnceLock};
+
+use pliant::integrator::IntegratorSpec;
+use pliant::scene::Source;
+use pliant::study::{Plan, Provenance, Results, Study, WallClock};
+use tempfile::TempDir;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn source(name: &str) -> Source {
+    Source::from_path(root().join(format!("scenes/study/{name}.toml"))).unwrap()
+}
+
+fn spec(name: &str) -> IntegratorSpec {
+    let mut all = IntegratorSpec::ALL.iter();
+    *all.find(|spec| spec.method().documentation.name == name)
+        .unwrap_or_else(|| panic!("no scheme is called {name}"))
+}
+
+/// References of all tests, so that each is found once.
+fn folder() -> &'static Mutex<TempDir> {
+    static FOLDER: OnceLock<Mutex<TempDir>> = OnceLock::new();
+    FOLDER.get_or_init(|| Mutex::new(TempDir::new().unwrap()))
+}
+
+/// A study of these schemes and steps, each run twice: once watched, once timed.
+fn study(source: &Source, schemes: &[&str], steps: &[f64]) -> Results {
+    let folder = folder().lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let plan = Plan::of(&source.scene().unwrap()).unwrap();
+    let contenders = schemes.iter().map(|name| spec(name).into()).collect();
+    let plan = Plan {
+        contenders,
+        steps: steps.to_vec(),
+        tolerances: vec![],
+        repeats: Some(1),
+        axes: vec![],
+        ..plan
+    };
+    let study = Study {
+        source,
+        name: "standard",
+        plan: &plan,
+        folder: Some(folder.path()),
+        provenance: &Provenance::here("", "", ""),
+        clock: &WallClock::default(),
+        interrupt: &AtomicBool::new(false),
+    };
+    study.run(&mut |_| {}).unwrap()
+}
+
+/// The rms error at the end [m], of a scheme at a step.
+fn error_at_end(results: &Results, scheme: &str, step: f64) -> f64 {
+    let mut records = results.variants[0].of(scheme);
+    let record = records.find(|record| (record.row.dt / step - 1.0).abs() < 1e-9).unwrap();
+    assert_eq!(record.row.t_end, record.errors.last().unwrap().time);
+    record.errors.last().unwrap().q_rms
+}
+
+/// Checks errors at the end of runs in so many steps, which the plan has divided by `part`.
+fn errors_are(source: &Source, duration: f64, rows: &[(&str, &[(f64, f64)])], part: f64) {
+    for (scheme, expected) in rows {
+        let steps: Vec<f64> = expected.iter().map(|(count, _)| duration / count).collect();
+        let results = study(source, &[scheme], &steps);
+        for (count, expected) in *expected {
+            let error = error_at_end(&results, scheme, duration / count) / part;
+            assert!(
+                (error / expected - 1.0).abs() < 0.02,
+                "{scheme} in {count} steps: {error:e} instead of {expected:e}"
+            );
+        }
+    }
+}
+
+// A2: errors at e = 0.6, t = 10, of independent implementations, to 2 %.
+#[test]
+fn errors_on_keplers_ellipse_are_those_of_the_plan() {
+    let rows: [(&str, &[(f64, f64)]); 8] = [
+        ("velocity-verlet", &[(2000.0, 1.952e-3), (4000.0, 4.881e-4)]),
+        ("implicit-midpoint", &[(2000.0, 2.592e-3)]),
+        ("tr-bdf2", &[(2000.0, 1.481e-3)]),
+        ("rk4", &[(500.0, 2.068e-5), (1000.0, 1.113e-6), (2000.0, 6.40e-8)]),
+        ("yoshida4", &[(500.0, 3.053e-4), (1000.0, 1.921e-5), (2000.0, 1.203e-6)]),
+        ("gauss2", &[(500.0, 5.324e-6), (1000.0, 3.334e-7)]),
+        ("sdirk4", &[(500.0, 5.735e-6), (1000.0, 3.303e-7)]),
+        ("radau-iia3", &[(200.0, 3.386e-5), (400.0, 1.064e-6), (800.0, 3.324e-8)]),
+    ];
+    errors_are(&source("kepler"), 10.0, &rows, 1.0);
+}
+
+// C13 W1: mass-weighted rms errors at t = 1 of independent implementations on an independent finite element code.
+#[test]
+fn errors_of_the_beam_are_those_of_the_plan() {
+    let rows: [(&str, &[(f64, f64)]); 7] = [
+        ("velocity-verlet", &[(200.0, 8.83e-5), (400.0, 2.196e-5), (800.0, 5.477e-6)]),
+        ("symplectic-euler", &[(200.0, 2.09e-3)]),
+        ("yoshida4", &[(200.0, 1.06e-5), (400.0, 7.2e-7)]),
+        ("rk4", &[(100.0, 1.53e-5), (200.0, 1.36e-6), (400.0, 8.86e-8)]),
+        ("implicit-midpoint", &[(50.0, 2.319e-3), (100.0, 6.475e-4), (200.0, 1.715e-4)]),
+        ("tr-bdf2", &[(25.0, 3.60e-3), (50.0, 1.148e-3), (100.0, 3.19e-4)]),
+        ("sdirk4", &[(25.0, 2.45e-4), (50.0, 2.86e-5)]),
+    ];
+    // Those are over all coordinates, of which each vertex has two.
+    errors_are(&source("beam"), 1.0, &rows, 2f64.sqrt());
+}
+
+/// Where a vertex is in the reference after `duration`, and how well that is known, relative.
+fn reference(name: &str, duration: f64, vertex: usize) -> (Vec<f64>, f64) {
+    let duration = ("time.duration".to_owned(), format!("{duration:?}"));
+    let source = source(name).with_overrides(&[duration]).unwrap();
+    let scene = source.scene().unwrap();
+    let results = study(&source, &["implicit-euler"], &[scene.time.duration / 25.0]);
+    let reference = &results.variants[0].reference;
+    let place = &reference.trajectory.x.last().unwrap()[scene.dimension * vertex..][..scene.dimension];
+    (place.to_vec(), reference.error)
+}
+
+/// Name, time, vertex, place, how well the plan knows it [m], how well the reference is to know itself.
+type Case<'a> = (&'a str, f64, usize, &'a [f64], f64, f64);
+
+// A2, A5, C13: closed forms and references of other codes.
+#[test]
+fn references_of_the_cheap_standard_scenes_are_those_of_the_plan() {
+    let cases: [Case<'_>; 4] = [
+        ("kepler", 10.0, 1, &[-1.535_023_591_909_813_7, -0.283_668_406_499_780_86], 1e-13, 1e-13),
+        ("chain", 1.0, 1, &[4.0 - 0.476_280_915_542_335_7, 0.0], 1e-12, 1e-12),
+        ("beam", 1.0, 26, &[4.0 - 1.100_354_095_79, 1.0 - 3.429_259_839_75], 2e-11, 1e-11),
+        (
+            "twisted_bar",
+            1.0,
+            19,
+            &[1.0 + 0.070_522_510_311_9, 1.0 - 0.079_217_193_69, 4.0 + 1.652_013e-5],
+            2e-11,
+            1e-11,
+        ),
+    ];
+    for (name, duration, vertex, expected, tolerance, known) in cases {
+        let (place, error) = reference(name, duration, vertex);
+        assert!(error <= known, "{name}: known to {error:e}");
+        for (x, expected) in place.iter().zip(expected) {
+            assert!((x - expected).abs() <= tolerance, "{name}: {place:?} instead of {expected}");
+        }
+    }
+}
+
+/// Cells of a table by the name of their column.
+fn committed() -> Vec<HashMap<String, String>> {
+    let text = std::fs::read_to_string(root().join("docs/accuracy/rows.csv")).unwrap();
+    let mut lines = text.lines();
+    let header = cells(lines.next().unwrap());
+    lines.map(|line| header.iter().cloned().zip(cells(line)).collect()).collect()
+}
+
+fn cells(line: &str) -> Vec<String> {
+    let (mut cells, mut cell, mut quoted) = (vec![], String::new(), false);
+    for c in line.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => cells.push(std::mem::take(&mut cell)),
+            c => cell.push(c),
+        }
+    }
+    cells.push(cell);
+    cells
+}
+
+// The issue's bar: error columns hold to 1e-6 relative; times are those of a machine.
+#[test]
+fn the_committed_report_still_holds() {
+    let rows = committed();
+    let mut compared = 0;
+    for name in ["kepler", "chain", "beam"] {
+        let source = source(name);
+        let of_scene = |row: &&HashMap<String, String>| {
+            // Steps that follow the error are of sizes that small changes decide.
+            row["case"] == name
+                && row["tol"].is_empty()
+                && (row["variant"].is_empty() || row["variant"].contains("{ neo-hookean"))
+        };
+        let rows: Vec<_> = rows.iter().filter(of_scene).collect();
+        let number = |row: &HashMap<String, String>, key: &str| row[key].parse::<f64>().ok();
+        // Those that take few steps.
+        let cheap = |row: &&&HashMap<String, String>| number(row, "steps").unwrap() <= 260.0;
+        let mut schemes: Vec<&str> = rows.iter().map(|row| row["integrator"].as_str()).collect();
+        schemes.dedup();
+        assert!(schemes.len() >= 10, "{name}: {schemes:?}");
+        let mut steps: Vec<f64> = rows.iter().filter(cheap).filter_map(|row| number(row, "dt")).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.dedup();
+        let results = study(&source, &schemes, &steps);
+        for row in results.rows() {
+            let committed = rows
+                .iter()
+                .find(|c| {
+                    c["integrator"] == row.integrator
+                        && (number(c, "dt").unwrap() / row.dt - 1.0).abs() < 1e-9
+                })
+                .unwrap_or_else(|| panic!("{name}: no row for {} at {} s", row.integrator, row.dt));
+            let what = format!("{name}, {} at {} s", row.integrator, row.dt);
+            let status = serde_json::to_value(row.status).unwrap();
+            assert_eq!(committed["status"], status.as_str().unwrap(), "{what}");
+            // The reference itself is known to so much.
+            let slack = 2.0 * row.ref_err;
+            let columns = [
+                ("err_q_rms", row.err_q_rms),
+                ("err_q_max", row.err_q_max),
+                ("err_v_rms", row.err_v_rms),
+                ("err_energy_max", row.err_energy_max),
+            ];
+            for (column, value) in columns {
+                match (number(committed, column), value) {
+                    (None, None) => {}
+                    (Some(old), Some(new)) => {
+                        assert!(
+                            (old - new).abs() <= 1e-6 * old + slack,
+                            "{what}: {column} {new:e}, was {old:e}"
+                        );
+                        compared += 1;
+                    }
+                    (old, new) => panic!("{what}: {column} is {new:?}, was {old:?}"),
+                }
+            }
+        }
+    }
+    assert!(compared > 300, "{compared} errors compared");
+}
+
+#[test]
+fn every_chart_of_the_committed_page_is_there_and_no_other() {
+    let page = std::fs::read_to_string(root().join("docs/accuracy.md")).unwrap();
+    let mut named: Vec<&str> =
+        page.split("](accuracy/").skip(1).filter_map(|rest| rest.split(')').next()).collect();
+    named.sort_unstable();
+    let folder = std::fs::read_dir(root().join("docs/accuracy")).unwrap();
+    let mut there: Vec<String> =
+        folder.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    there.retain(|name| name.ends_with(".svg"));
+    there.sort();
+    assert_eq!(named, there);
+    assert!(there.len() >= 14, "two for each standard case: {there:?}");
+}
