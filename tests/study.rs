@@ -124,13 +124,12 @@ fn reference(name: &str, duration: f64, vertex: usize) -> (Vec<f64>, f64) {
 /// Name, time, vertex, place, how well the plan knows it [m], how well the reference is to know itself.
 type Case<'a> = (&'a str, f64, usize, &'a [f64], f64, f64);
 
-// A2, A5, A6, C13: closed forms and references of other codes.
+// A2, A5, C13: closed forms and references of other codes.
 #[test]
-fn references_of_the_standard_scenes_are_those_of_the_plan() {
-    let cases: [Case<'_>; 5] = [
+fn references_of_the_cheap_standard_scenes_are_those_of_the_plan() {
+    let cases: [Case<'_>; 4] = [
         ("kepler", 10.0, 1, &[-1.535_023_591_909_813_7, -0.283_668_406_499_780_86], 1e-13, 1e-13),
         ("chain", 1.0, 1, &[4.0 - 0.476_280_915_542_335_7, 0.0], 1e-12, 1e-12),
-        ("stiff_pendulum", 1.0, 1, &[-0.853_380_064_222_92, -0.521_294_613_602_41], 1e-11, 1e-10),
         ("beam", 1.0, 26, &[4.0 - 1.100_354_095_79, 1.0 - 3.429_259_839_75], 2e-11, 1e-11),
         (
             "twisted_bar",

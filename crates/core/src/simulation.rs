@@ -2,11 +2,13 @@
 
 mod adaptive;
 mod change;
+mod material;
 mod matrices;
 mod snapshot;
 #[cfg(test)]
 mod tests;
 
+pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
 pub use snapshot::{Snapshot, SnapshotError};
 

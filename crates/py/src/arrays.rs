@@ -22,14 +22,19 @@ pub(crate) fn doubles<'py>(object: &Bound<'py, PyAny>) -> PyResult<Doubles<'py>>
     Ok(array.cast_into::<PyArrayDyn<f64>>()?)
 }
 
-/// An array of `shape` as a list of numbers by rows; `what` names it in messages. A single number stands for an array of one.
-pub(crate) fn rows(object: &Bound<'_, PyAny>, shape: &[usize], what: &str) -> PyResult<Vec<f64>> {
+/// An array of `shape`; `what` names it in messages.
+pub(crate) fn shaped<'py>(object: &Bound<'py, PyAny>, shape: &[usize], what: &str) -> PyResult<Doubles<'py>> {
     let array = doubles(object)?;
     if array.shape() != shape {
         let message = format!("{what} must have shape {}, got {}", tuple(shape), tuple(array.shape()));
         return Err(PyValueError::new_err(message));
     }
-    Ok(array.readonly().as_slice()?.to_vec())
+    Ok(array)
+}
+
+/// The numbers of an array of `shape`, by rows.
+pub(crate) fn rows(object: &Bound<'_, PyAny>, shape: &[usize], what: &str) -> PyResult<Vec<f64>> {
+    Ok(shaped(object, shape, what)?.readonly().as_slice()?.to_vec())
 }
 
 /// The same, of finite numbers.

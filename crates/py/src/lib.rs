@@ -3,6 +3,7 @@
 mod arrays;
 mod document;
 mod errors;
+mod material;
 mod run;
 mod scene;
 mod simulation;

@@ -14,12 +14,13 @@ use pliant::simulation::{Simulation as Core, Snapshot, StepError};
 use pliant::topology::Topology;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::{arrays, errors, threads};
 pub(crate) use measure::energies;
-pub(crate) use parameters::Additions;
+pub(crate) use parameters::{Additions, Raised};
 
 /// Steps are taken in batches of about this long; Ctrl-C is looked for between them.
 const BATCH: Duration = Duration::from_millis(20);
@@ -33,6 +34,8 @@ const BATCH: Duration = Duration::from_millis(20);
 /// ----------
 /// scene : Scene
 ///     What to simulate.
+/// materials : dict of str to Material, optional
+///     Materials written in Python, by the names of bodies: they take the place of those of the scene. Slower; see `Material`.
 ///
 /// Raises
 /// ------
@@ -142,8 +145,16 @@ impl Simulation {
 #[pymethods]
 impl Simulation {
     #[new]
-    fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
-        Simulation::assembled(py, scene.clone())
+    #[pyo3(signature = (scene, *, materials = None))]
+    fn new(py: Python<'_>, scene: &Scene, materials: Option<Bound<'_, PyDict>>) -> PyResult<Self> {
+        let simulation = Simulation::assembled(py, scene.clone())?;
+        if let Some(materials) = materials {
+            let mut inner = simulation.lock()?;
+            inner.additions.set_materials(&materials)?;
+            inner.apply_additions(py)?;
+            inner.start = inner.simulation.snapshot();
+        }
+        Ok(simulation)
     }
 
     /// Take steps.

@@ -7,6 +7,7 @@ mod eigen;
 mod isotropic;
 mod matrix;
 mod polar;
+mod projection;
 mod svd;
 
 pub use dual::Dual;
@@ -15,6 +16,7 @@ pub use eigen::{symmetric_eigen, symmetric_eigen_of_lanes};
 pub use isotropic::{IsotropicFunction, isotropic_gradient, isotropic_hessian, isotropic_value};
 pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
+pub(crate) use projection::project_positive;
 pub use svd::{Svd, signed_svd};
 
 #[cfg(test)]

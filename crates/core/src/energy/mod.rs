@@ -1,6 +1,7 @@
 //! Additive potentials: the energy of a system is a sum of these terms, and everything else follows from it.
 
 pub mod attachment;
+pub mod batch;
 pub mod elastic;
 pub mod gravity;
 pub mod gravity_over_time;

@@ -96,7 +96,7 @@ impl Simulation {
     }
 
     /// The equations are others from now on.
-    fn changed(&mut self) {
+    pub(super) fn changed(&mut self) {
         self.state_mut().x_mut();
     }
 

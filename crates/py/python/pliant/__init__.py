@@ -18,11 +18,15 @@ from ._errors import SceneError, StepError
 from ._pliant import Frame, Scene, Simulation, State, __version__
 from ._run import Summary
 from .batch import Outcome, combinations, rollout, sweep
+from .material import Material
+from .tables import Modes, Table, modes
 from .trajectory import Frames, Trajectory, load
 
 __all__ = [
     "Frame",
     "Frames",
+    "Material",
+    "Modes",
     "Outcome",
     "Scene",
     "SceneError",
@@ -30,10 +34,12 @@ __all__ = [
     "State",
     "StepError",
     "Summary",
+    "Table",
     "Trajectory",
     "__version__",
     "combinations",
     "load",
+    "modes",
     "rollout",
     "sweep",
 ]

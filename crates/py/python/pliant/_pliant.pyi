@@ -7,6 +7,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ._run import Summary
+from .material import Material
 
 _Array: TypeAlias = npt.NDArray[np.float64]
 _Force: TypeAlias = Callable[[float, _Array], npt.ArrayLike]
@@ -86,7 +87,7 @@ class Frame:
 
 @final
 class Simulation:
-    def __new__(cls, scene: Scene) -> Simulation: ...
+    def __new__(cls, scene: Scene, *, materials: dict[str, Material] | None = None) -> Simulation: ...
     def step(self, n: int = 1) -> None: ...
     def run(
         self,

@@ -4,12 +4,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use pliant::assembly::Assembly;
 use pliant::energy::load::ExternalForce;
+use pliant::simulation::MaterialError;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::{Inner, Simulation};
 use crate::arrays;
+use crate::material::PythonMaterial;
 
 /// What was added to a simulation after it was assembled, to be added again when parameters change.
 #[derive(Default)]
@@ -18,6 +20,8 @@ pub(crate) struct Additions {
     /// Names of pins of the scene that were let go.
     let_go: Vec<String>,
     force: Option<Py<PyAny>>,
+    /// By the names of their bodies.
+    materials: Vec<(String, Py<PyAny>)>,
     raised: Raised,
 }
 
@@ -43,8 +47,20 @@ impl Additions {
             pins: self.pins.clone(),
             let_go: self.let_go.clone(),
             force: self.force.as_ref().map(|force| force.clone_ref(py)),
+            materials: self.copied_materials(py),
             raised: Raised::default(),
         }
+    }
+
+    fn copied_materials(&self, py: Python<'_>) -> Vec<(String, Py<PyAny>)> {
+        self.materials.iter().map(|(body, material)| (body.clone(), material.clone_ref(py))).collect()
+    }
+
+    pub(crate) fn set_materials(&mut self, materials: &Bound<'_, PyDict>) -> PyResult<()> {
+        for (body, material) in materials {
+            self.materials.push((body.extract()?, material.unbind()));
+        }
+        Ok(())
     }
 
     /// As a tuple that pickles if the functions in it do.
@@ -52,21 +68,31 @@ impl Additions {
         let pins: Vec<_> =
             self.pins.iter().map(|pin| (pin.name.clone(), pin.vertices.clone(), pin.axes)).collect();
         let force = self.force.as_ref().map(|force| force.clone_ref(py));
-        (pins, self.let_go.clone(), force).into_pyobject(py)
+        (pins, self.let_go.clone(), force, self.copied_materials(py)).into_pyobject(py)
     }
 
     /// Back from that tuple.
     pub(crate) fn unpickled(tuple: &Bound<'_, PyTuple>) -> PyResult<Self> {
-        type Parts = (Vec<(String, Vec<u32>, [bool; 3])>, Vec<String>, Option<Py<PyAny>>);
-        let (pins, let_go, force): Parts = tuple.extract()?;
+        type Pins = Vec<(String, Vec<u32>, [bool; 3])>;
+        type Parts = (Pins, Vec<String>, Option<Py<PyAny>>, Vec<(String, Py<PyAny>)>);
+        let (pins, let_go, force, materials): Parts = tuple.extract()?;
         let pins = pins.into_iter().map(|(name, vertices, axes)| AddedPin { name, vertices, axes });
-        Ok(Additions { pins: pins.collect(), let_go, force, raised: Raised::default() })
+        Ok(Additions { pins: pins.collect(), let_go, force, materials, raised: Raised::default() })
     }
 }
 
 impl Inner {
     /// Adds again what was added, to a simulation that has none of it.
     pub(crate) fn apply_additions(&mut self, py: Python<'_>) -> PyResult<()> {
+        for (body, material) in &self.additions.materials {
+            let raised = self.additions.raised.clone();
+            let material = PythonMaterial::new(material.bind(py), self.topology.dimension, raised)?;
+            let set = self.simulation.set_material(&self.topology, body, Box::new(material));
+            set.map_err(|error| match error {
+                MaterialError::NoBody { .. } => PyKeyError::new_err(error.to_string()),
+                _ => PyValueError::new_err(error.to_string()),
+            })?;
+        }
         for name in &self.additions.let_go {
             self.simulation.let_go(name);
         }

@@ -1,0 +1,265 @@
+//! Finite elements whose material is evaluated for many points at once: for materials that are not of this library, given by functions in
+//! Python, say. Slower than [`Elastic`](super::elastic::Elastic), which knows its material when it is compiled.
+
+mod tangent;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use super::elastic::points_of;
+use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::algebra::Mat;
+use crate::diagnostics::ElementState;
+use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
+use crate::integrator::all_finite;
+use crate::material::Psd;
+
+/// A hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the other. Functions say false where
+/// they could not be evaluated at all; values that are not finite are part of an answer.
+pub trait BatchMaterial: Send + Sync {
+    /// Writes `Psi(F)` [J/m^3], `m` numbers; `+inf` outside of the material's domain.
+    fn density(&self, f: &[f64], psi: &mut [f64]) -> bool;
+
+    /// Writes `P = dPsi/dF` [Pa], `(m, d, d)`.
+    fn stress(&self, f: &[f64], p: &mut [f64]) -> bool;
+
+    /// Writes `dP_ij / dF_kl` [Pa], `(m, d, d, d, d)`; `None` where it is not known: central differences of the stress take its place.
+    fn tangent(&self, f: &[f64], tangent: &mut [f64]) -> Option<bool> {
+        let _ = (f, tangent);
+        None
+    }
+}
+
+/// Elements of `N` nodes in `D` dimensions: 3 and 6 in 2D, 4 and 10 in 3D. `E = sum_e sum_q w_q Psi(F_q)`.
+pub struct BatchElastic<const D: usize, const N: usize> {
+    body: String,
+    material: Box<dyn BatchMaterial>,
+    cells: Vec<[u32; N]>,
+    /// Quadrature points, those of an element one after the other.
+    points: Vec<QuadraturePoint<D, N>>,
+    /// Gradient last evaluated, flat over all vertices of the system [N].
+    gradient: Vec<f64>,
+    /// Memory for deformation gradients and what comes of them.
+    f: Vec<f64>,
+    p: Vec<f64>,
+    psi: Vec<f64>,
+}
+
+impl<const D: usize, const N: usize> BatchElastic<D, N> {
+    /// Elements `cells` (vertices of the system) of `body`, at rest at `rest`, flat over all vertices of the system [m].
+    ///
+    /// # Panics
+    /// If an element has no positive area or volume: meshes are checked before.
+    pub fn new(body: &str, material: Box<dyn BatchMaterial>, cells: Vec<[u32; N]>, rest: &[f64]) -> Self {
+        let mut points: Vec<QuadraturePoint<D, N>> = vec![];
+        for cell in &cells {
+            points.extend(quadrature_points(&points_of::<D, N>(rest, cell)));
+        }
+        let bad = points.iter().position(|point| point.weight <= 0.0);
+        assert!(bad.is_none(), "point {bad:?} of {body} has no volume");
+        BatchElastic {
+            body: body.into(),
+            material,
+            gradient: vec![0.0; rest.len()],
+            f: vec![0.0; points.len() * D * D],
+            p: vec![0.0; points.len() * D * D],
+            psi: vec![0.0; points.len()],
+            cells,
+            points,
+        }
+    }
+
+    /// The points of each of these elements, with the vertices of the element.
+    fn points(&self, elements: Range<usize>) -> impl Iterator<Item = (&[u32; N], &QuadraturePoint<D, N>)> {
+        let count = quadrature_count::<D, N>();
+        let points = self.points[elements.start * count..elements.end * count].iter();
+        points.enumerate().map(move |(i, point)| (&self.cells[elements.start + i / count], point))
+    }
+
+    /// Writes the deformation gradients of the points of these elements, `(points, D, D)`; of a direction in place of positions,
+    /// their change.
+    fn deform(&self, elements: Range<usize>, x: &[f64], f: &mut [f64]) {
+        for ((cell, point), f) in self.points(elements).zip(f.chunks_exact_mut(D * D)) {
+            let at = point.deformation_gradient(&points_of::<D, N>(x, cell));
+            f.copy_from_slice(at.0.as_flattened());
+        }
+    }
+
+    /// Adds `w P b_a` of every point to the rows of its vertices.
+    fn scatter(&self, p: &[f64], g: &mut [f64]) {
+        for ((cell, point), p) in self.points(0..self.cells.len()).zip(p.chunks_exact(D * D)) {
+            for (vertex, shape) in cell.iter().zip(&point.gradients) {
+                for i in 0..D {
+                    let force: f64 = (0..D).map(|j| p[i * D + j] * shape[j]).sum();
+                    g[*vertex as usize * D + i] += point.weight * force;
+                }
+            }
+        }
+    }
+
+    /// Deformation and stress at a deformation gradient. The stress out of the plane in 2D is not known: NaN.
+    fn state(&self, f: &[f64]) -> ElementState {
+        let mut p = vec![f64::NAN; D * D];
+        if !self.material.stress(f, &mut p) {
+            p.fill(f64::NAN);
+        }
+        let full = |part: &[f64], out: f64| {
+            let mut matrix = Mat::diagonal(&[out; 3]);
+            for (row, part) in matrix.0.iter_mut().zip(part.chunks_exact(D)) {
+                row[..D].copy_from_slice(part);
+            }
+            matrix
+        };
+        ElementState { deformation_gradient: full(f, 1.0), first_piola: full(&p, f64::NAN) }
+    }
+
+    /// `F` of an element at a point.
+    fn deformation_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Vec<f64> {
+        let count = quadrature_count::<D, N>();
+        let mut f = vec![0.0; count * D * D];
+        self.deform(element..element + 1, x, &mut f);
+        if count == 1 {
+            return f;
+        }
+        // dx/dxi and J are linear in the place, F is their quotient: exact where J is constant.
+        let weights = interpolation::<D, N>(at);
+        let mut sum = vec![0.0; D * D];
+        for (f, weight) in f.chunks_exact(D * D).zip(weights) {
+            sum.iter_mut().zip(f).for_each(|(sum, f)| *sum += weight * f);
+        }
+        sum
+    }
+}
+
+fn determinant<const D: usize>(f: &[f64]) -> f64 {
+    let mut matrix = Mat::<f64, D>::zero();
+    matrix.0.as_flattened_mut().copy_from_slice(f);
+    matrix.determinant()
+}
+
+impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
+    fn name(&self) -> String {
+        format!("elements of `{}`", self.body)
+    }
+
+    fn kind(&self) -> EnergyKind {
+        EnergyKind::Elastic
+    }
+
+    /// NaN where the material could not be evaluated.
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        let (mut f, mut psi) = (std::mem::take(&mut self.f), std::mem::take(&mut self.psi));
+        self.deform(0..self.cells.len(), x, &mut f);
+        let done = self.material.density(&f, &mut psi);
+        let energy = self.points.iter().zip(&psi).map(|(point, psi)| point.weight * psi).sum();
+        (self.f, self.psi) = (f, psi);
+        if done { energy } else { f64::NAN }
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        let (mut f, mut p) = (std::mem::take(&mut self.f), std::mem::take(&mut self.p));
+        self.deform(0..self.cells.len(), x, &mut f);
+        let done = self.material.stress(&f, &mut p);
+        let mut gradient = std::mem::take(&mut self.gradient);
+        gradient.fill(if done { 0.0 } else { f64::NAN });
+        if done {
+            self.scatter(&p, &mut gradient);
+        }
+        (self.f, self.p, self.gradient) = (f, p, gradient);
+        all_finite(&self.gradient)
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        let rows = &self.gradient[first * D..];
+        g.iter_mut().zip(rows).for_each(|(g, row)| *g += row);
+    }
+
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let mut change = vec![0.0; self.f.len()];
+        let mut f = std::mem::take(&mut self.f);
+        self.deform(0..self.cells.len(), x, &mut f);
+        self.deform(0..self.cells.len(), p, &mut change);
+        tangent::along::<D>(self.material.as_ref(), &f, &mut change);
+        self.scatter(&change, y);
+        self.f = f;
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        Stencils { size: N, vertices: self.cells.as_flattened().to_vec() }
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        let (count, block) = (quadrature_count::<D, N>(), D * D);
+        let mut f = vec![0.0; stencils.len() * count * block];
+        self.deform(stencils.clone(), x, &mut f);
+        let tangents = tangent::tangents::<D>(self.material.as_ref(), &f, psd);
+        out.fill(0.0);
+        let points = self.points[stencils.start * count..stencils.end * count].iter();
+        let pairs = N * (N + 1) / 2;
+        for (i, (point, tangent)) in points.zip(tangents.chunks_exact(block * block)).enumerate() {
+            let mut blocks = out[i / count * pairs * block..].chunks_exact_mut(block);
+            for a in 0..N {
+                for b in a..N {
+                    let Some(out) = blocks.next() else { return };
+                    let (a, b) = (&point.gradients[a], &point.gradients[b]);
+                    // K_ik = w dP_ij/dF_kl b_aj b_bl
+                    for (ik, out) in out.iter_mut().enumerate() {
+                        let (i, k) = (ik / D, ik % D);
+                        let entry = |jl: usize| {
+                            let (j, l) = (jl / D, jl % D);
+                            tangent[(i * D + j) * block + k * D + l] * a[j] * b[l]
+                        };
+                        *out += point.weight * (0..block).map(entry).sum::<f64>();
+                    }
+                }
+            }
+        }
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        let mut f = vec![0.0; self.f.len()];
+        self.deform(0..self.cells.len(), x, &mut f);
+        let (mut p, mut psi) = (vec![0.0; f.len()], vec![0.0; self.psi.len()]);
+        if !(self.material.stress(&f, &mut p) && self.material.density(&f, &mut psi)) {
+            return None;
+        }
+        let points = f.chunks_exact(D * D).zip(p.chunks_exact(D * D)).zip(&psi);
+        let found = points.map(|((f, p), psi)| (f, all_finite(p) && psi.is_finite()));
+        let (i, (f, _)) = found.enumerate().find(|(_, (_, good))| !good)?;
+        let element = i / quadrature_count::<D, N>();
+        Some(Fault::Element { body: self.body.clone(), element, j: determinant::<D>(f) })
+    }
+
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let mut f = std::mem::take(&mut self.f);
+        self.deform(0..self.cells.len(), x, &mut f);
+        let points = quadrature_count::<D, N>();
+        let extremes = f.chunks_exact(points * D * D).map(|element| {
+            let j = element.chunks_exact(D * D).map(determinant::<D>).fold(f64::INFINITY, f64::min);
+            DeformationExtremes { min_j: j, inverted: u64::from(j <= 0.0) }
+        });
+        let found = extremes.reduce(DeformationExtremes::merge);
+        self.f = f;
+        found
+    }
+
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let mut centre = [0.0; 4];
+        centre[..=D].fill(1.0 / (D + 1) as f64);
+        (0..self.cells.len()).map(|element| self.state(&self.deformation_at(x, element, &centre))).collect()
+    }
+
+    fn element_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
+        (element < self.cells.len()).then(|| self.state(&self.deformation_at(x, element, at)))
+    }
+
+    fn bytes(&self) -> usize {
+        let numbers = self.gradient.len() + self.f.len() + self.p.len() + self.psi.len();
+        8 * numbers + size_of_val(&self.cells[..]) + size_of_val(&self.points[..])
+    }
+}

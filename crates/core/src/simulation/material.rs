@@ -1,0 +1,98 @@
+//! Materials that are not of this library.
+
+use super::Simulation;
+use crate::energy::EnergyTerm;
+use crate::energy::batch::{BatchElastic, BatchMaterial};
+use crate::topology::{BodyKind, BodyTopology, Topology};
+
+/// A body cannot have this material.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MaterialError {
+    /// No body has this name.
+    #[error("there is no body `{body}`")]
+    NoBody {
+        /// The name.
+        body: String,
+    },
+    /// It is not filled with elements.
+    #[error("`{body}` has no elements in which a deformation gradient is square: it is no elastic solid")]
+    NoSolid {
+        /// The body.
+        body: String,
+    },
+}
+
+impl Simulation {
+    /// Gives the elements of a solid another material in place of that of the scene; `topology` is that of the
+    /// [assembly](crate::assembly::Assembly). The step is judged anew when it is asked for.
+    ///
+    /// # Errors
+    /// [`MaterialError`].
+    pub fn set_material(
+        &mut self,
+        topology: &Topology,
+        body: &str,
+        material: Box<dyn BatchMaterial>,
+    ) -> Result<(), MaterialError> {
+        let none = || MaterialError::NoBody { body: body.to_owned() };
+        let found = topology.bodies.iter().find(|one| one.name == body).ok_or_else(none)?;
+        if found.kind != BodyKind::Solid {
+            return Err(MaterialError::NoSolid { body: body.to_owned() });
+        }
+        let rest = self.numbering.to_internal(&topology.rest_positions, topology.dimension).into_owned();
+        let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = found;
+        let term: Box<dyn EnergyTerm> =
+            match (topology.dimension, triangle_middles.is_empty(), tetrahedron_middles.is_empty()) {
+                (2, true, _) => Box::new(BatchElastic::<2, 3>::new(
+                    body,
+                    material,
+                    self.cells::<3, 0, 3>(triangles, &[]),
+                    &rest,
+                )),
+                (2, false, _) => Box::new(BatchElastic::<2, 6>::new(
+                    body,
+                    material,
+                    self.cells(triangles, triangle_middles),
+                    &rest,
+                )),
+                (_, _, true) => Box::new(BatchElastic::<3, 4>::new(
+                    body,
+                    material,
+                    self.cells::<4, 0, 4>(tetrahedra, &[]),
+                    &rest,
+                )),
+                _ => Box::new(BatchElastic::<3, 10>::new(
+                    body,
+                    material,
+                    self.cells(tetrahedra, tetrahedron_middles),
+                    &rest,
+                )),
+            };
+        self.replace_term(&term.name(), term);
+        self.stability = None;
+        Ok(())
+    }
+
+    /// Cells in the numbers of the simulation: corners, then middles; of those there are none, or as many rows.
+    fn cells<const C: usize, const M: usize, const N: usize>(
+        &self,
+        corners: &[[u32; C]],
+        middles: &[[u32; M]],
+    ) -> Vec<[u32; N]> {
+        let cell = |(i, corners): (usize, &[u32; C])| {
+            let mut cell = [0; N];
+            let middles = middles.get(i).map_or(&[][..], |middles| &middles[..]);
+            for (node, vertex) in cell.iter_mut().zip(corners.iter().chain(middles)) {
+                *node = self.numbering.internal(*vertex);
+            }
+            cell
+        };
+        corners.iter().enumerate().map(cell).collect()
+    }
+
+    fn replace_term(&mut self, name: &str, term: Box<dyn EnergyTerm>) {
+        self.system.replace_term(name, Some(term));
+        self.changed();
+    }
+}

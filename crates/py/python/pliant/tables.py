@@ -1,0 +1,150 @@
+"""Reports as tables: columns by name, with plots where matplotlib is installed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._pliant import Scene, Simulation
+
+if TYPE_CHECKING:
+    import pandas as _pandas
+    from matplotlib.axes import Axes as _Axes
+
+Array = npt.NDArray[Any]
+
+
+class Table(Mapping[str, Array]):
+    """Columns of equal length by their names: a mapping from names to arrays.
+
+    Attributes
+    ----------
+    units : dict of str to str
+        Unit of each column that has one.
+    """
+
+    def __init__(self, columns: Mapping[str, npt.ArrayLike], units: Mapping[str, str] | None = None) -> None:
+        self._columns = {name: np.asarray(column) for name, column in columns.items()}
+        self.units = dict(units or {})
+        lengths = {len(column) for column in self._columns.values()}
+        if len(lengths) > 1:
+            raise ValueError(f"columns of different lengths: {sorted(lengths)}")
+
+    def __getitem__(self, name: str) -> Array:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def rows(self) -> int:
+        """int: Number of rows."""
+        return len(next(iter(self._columns.values()), ()))
+
+    def to_pandas(self) -> _pandas.DataFrame:
+        """The table as one of pandas, which must be installed. Columns of more than one axis are left out.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        import pandas
+
+        return pandas.DataFrame({name: column for name, column in self.items() if column.ndim == 1})
+
+    def __repr__(self) -> str:
+        flat = {name: column for name, column in self.items() if column.ndim == 1}
+        heads = [f"{name} [{self.units[name]}]" if name in self.units else name for name in flat]
+        cells = [[f"{value:.6g}" if isinstance(value, float) else str(value) for value in column.tolist()] for column in flat.values()]
+        widths = [max(map(len, [head, *column])) for head, column in zip(heads, cells)]
+        lines = [[head, *column] for head, column in zip(heads, cells)]
+        text = ["  ".join(line[i].rjust(width) for line, width in zip(lines, widths)) for i in range(self.rows + 1)]
+        return "\n".join(text)
+
+
+class Modes(Table):
+    """Natural modes, by frequency: columns ``frequency`` [Hz], ``omega`` [rad/s], ``residual``, ``mass_x``, ``mass_y``, ``mass_z`` (shares of
+    the mass that is free to move along each axis) and ``shape``, of shape (count, n, dim), with ``shape^T M shape = 1`` [kg^-1/2].
+
+    Attributes
+    ----------
+    rest : ndarray of float64, shape (n, dim)
+        Positions that the modes are about [m].
+    free_coordinates : int
+        Coordinates that are free to move.
+    """
+
+    def __init__(self, found: dict[str, Any], shapes: Array, rest: Array) -> None:
+        modes = found["modes"]
+        columns: dict[str, npt.ArrayLike] = {
+            name: [mode[name] for mode in modes] for name in ("frequency", "omega", "residual")
+        }
+        for c, axis in enumerate("xyz"[: rest.shape[1]]):
+            columns[f"mass_{axis}"] = [mode["effective_mass"][c] for mode in modes]
+        columns["shape"] = shapes
+        super().__init__(columns, {"frequency": "Hz", "omega": "rad/s"})
+        self.rest = rest
+        self.free_coordinates: int = found["free_coordinates"]
+
+    def plot(self, mode: int = 0, *, axes: _Axes | None = None, size: float = 0.1) -> _Axes:
+        """Draw a mode shape beside where it is about, projected to x and y, by matplotlib, which must be installed.
+
+        Parameters
+        ----------
+        mode : int, default 0
+            Which.
+        axes : matplotlib.axes.Axes, optional
+            Where to; new ones without it.
+        size : float, default 0.1
+            Largest displacement as a part of the size of the body.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        axes = axes or _axes()
+        shape = self["shape"][mode]
+        extent = float(np.ptp(self.rest, axis=0).max())
+        moved = self.rest + shape * (size * extent / max(float(np.abs(shape).max()), 1e-300))
+        axes.plot(*self.rest[:, :2].T, ".", color="0.8", label="at rest")
+        axes.plot(*moved[:, :2].T, ".", label=f"mode {mode}")
+        axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"{self['frequency'][mode]:.6g} Hz")
+        axes.legend()
+        return axes
+
+
+def _axes() -> _Axes:
+    import matplotlib.pyplot as plt
+
+    return plt.subplots()[1]
+
+
+def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
+    """Natural frequencies and mode shapes, as ``pliant modes``.
+
+    Parameters
+    ----------
+    scene : Scene or Simulation
+        A scene is looked at where it starts, a simulation where it is: in a stable equilibrium.
+    count : int, default 10
+        How many, from the lowest.
+
+    Returns
+    -------
+    Modes
+        A table that plots.
+
+    Raises
+    ------
+    RuntimeError
+        There is no stable equilibrium, or nothing that vibrates.
+    """
+    simulation = Simulation(scene) if isinstance(scene, Scene) else scene
+    found, shapes = simulation._modes(count)
+    return Modes(found, shapes, simulation.positions)

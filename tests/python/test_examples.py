@@ -1,0 +1,75 @@
+"""The examples, and what the README shows."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import numpy as np
+import pliant
+import pytest
+from conftest import ROOT
+
+EXAMPLES = ROOT / "crates" / "py" / "examples"
+sys.path.insert(0, str(EXAMPLES))
+
+
+def test_the_five_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    five = next(block for block in blocks if "import pliant" in block)
+    assert len([line for line in five.splitlines() if line.strip()]) <= 5
+    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(five, names)  # noqa: S102
+    assert names["positions"].shape == (121, 80, 2)  # type: ignore[attr-defined]
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_crawler_is_an_environment() -> None:
+    pytest.importorskip("gymnasium")
+    from gymnasium.utils.env_checker import check_env
+
+    crawler = runpy.run_path(str(EXAMPLES / "crawler.py"))
+    check_env(crawler["Crawler"](), skip_render_check=True)
+    env = crawler["Crawler"](episode=75)
+    env.reset(seed=3)
+    rewards, ended = [], False
+    while not ended:
+        _, reward, _, ended, info = env.step(crawler["wave"](len(rewards)))
+        rewards.append(reward)
+    assert len(rewards) == 75 and abs(info["time"] - 1.5) < 1e-9
+    # It crawls forwards: by a tenth of its length and more, and much more than it slips by doing nothing.
+    env.reset(seed=3)
+    idle = sum(env.step(np.full(4, -1.0, np.float32))[1] for _ in range(75))
+    assert sum(rewards) > 0.03 and sum(rewards) > 5 * abs(idle)
+
+
+def test_a_dataset_is_the_same_for_the_same_seed() -> None:
+    dataset = runpy.run_path(str(EXAMPLES / "dataset.py"))
+    one, other = (dataset["generate"](3, seed=5, threads=threads) for threads in (1, 2))
+    assert one["positions"].shape == one["velocities"].shape == (3, 26, 52, 2)
+    for name, values in one.items():
+        np.testing.assert_array_equal(values, other[name])
+    np.testing.assert_allclose(one["times"], np.linspace(0.0, 0.5, 26), atol=1e-12)
+    simulation = pliant.Simulation(dataset["scene"](float(one["young"][2]), one["gravity"][2].tolist()))
+    simulation.run()
+    np.testing.assert_array_equal(one["positions"][2, -1], simulation.positions)
+
+
+def test_the_notebook_of_the_lecture_runs() -> None:
+    """Its cells assert what they claim."""
+    nbclient = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    pytest.importorskip("matplotlib")
+    notebook = nbformat.read(EXAMPLES / "lecture.ipynb", as_version=4)
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    pictures = [
+        output
+        for cell in notebook.cells
+        for output in cell.get("outputs", [])
+        if "image/png" in output.get("data", {})
+    ]
+    assert len(pictures) == 5
