@@ -7,7 +7,8 @@
 //! [[body]]
 //! mesh = { grid = { cells = [4, 1], spacing = 0.1 } }
 //! elastic = { corotated = { young = 1e5, poisson = 0.3 } }
-//! mass = { density = 1000.0 }";
+//! mass = { density = 1000.0 }
+//! ";
 //! let stiffer = vary::with(text, "body.0.elastic.corotated.young", "1e6")?;
 //! assert_eq!(stiffer, text.replace("1e5", "1e6"));
 //! let axes = ["body.0.elastic.corotated.young=1e5,1e6".parse()?, "time.integrator=rk4,yoshida4".parse()?];
