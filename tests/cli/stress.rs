@@ -65,6 +65,16 @@ fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
     assert!(inverted["advice"].as_str().unwrap().contains("the material stable-neo-hookean"), "{inverted}");
     let arguments = ["stress", "scene.toml", "--quick", "--integrators", "implicit-euler"];
     bench.pliant(arguments).prints(&["implicit-euler, auto: "]);
+    let arguments = ["stress", "scene.toml", "--quick", "--json", "--solvers", "cg,multigrid"];
+    let json = bench.pliant(arguments).json();
+    let solvers: Vec<&str> =
+        json["cases"].as_array().unwrap().iter().map(|c| c["solver"].as_str().unwrap()).collect();
+    assert!(solvers.contains(&"cg") && solvers.contains(&"multigrid"), "{solvers:?}");
+    assert!(solvers.iter().all(|s| ["cg", "multigrid"].contains(s)), "{solvers:?}");
+    bench
+        .pliant(["stress", "--solvers", "lu"])
+        .ended_with(2)
+        .says(&["the linear solvers are auto, cholesky, cg"]);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use std::str::FromStr;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use pliant::quantity::Kind;
+use pliant::solver::LinearSolver;
 
 pub(crate) use modes::{ModesArguments, Place};
 
@@ -277,6 +278,10 @@ pub(crate) struct StressArguments {
     /// Only these integrators; those without numbers of an independent program run if they are named
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) integrators: Vec<String>,
+    /// Only these linear solvers: auto, cholesky, cg, multigrid, matrix-free; those that are named go through every start, and through
+    /// every implicit scheme on a scene
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = linear_solver)]
+    pub(crate) solvers: Vec<LinearSolver>,
     /// What takes a tenth of a second or less
     #[arg(long)]
     pub(crate) quick: bool,
@@ -403,6 +408,13 @@ pub(crate) enum SchemaFormat {
     Json,
     /// Reference page
     Markdown,
+}
+
+fn linear_solver(text: &str) -> Result<LinearSolver, String> {
+    let named = LinearSolver::ALL.into_iter().find(|solver| solver.name().eq_ignore_ascii_case(text));
+    named.ok_or_else(|| {
+        format!("the linear solvers are {}", LinearSolver::ALL.map(LinearSolver::name).join(", "))
+    })
 }
 
 fn positive_seconds(text: &str) -> Result<f64, String> {

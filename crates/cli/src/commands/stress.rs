@@ -26,6 +26,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
         only: arguments.only.clone(),
         materials: arguments.materials.clone(),
         integrators: arguments.integrators.clone(),
+        solvers: arguments.solvers.clone(),
         quick: arguments.quick,
     };
     let cases = match &arguments.scene {
@@ -34,7 +35,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     };
     if cases.is_empty() {
         return Err(Failure::usage(
-            "no case is of these rows, materials and integrators; rows are torture and D1 to D13, `pliant list` has the others",
+            "no case is of these rows, materials, integrators and solvers; rows are torture and D1 to D13, `pliant list` has materials and integrators",
         ));
     }
     if let Some(folder) = &arguments.output {

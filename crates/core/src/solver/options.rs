@@ -48,6 +48,15 @@ const SOLID_FROM: usize = 3_000;
 const PLANE_FROM: usize = 200_000;
 
 impl LinearSolver {
+    /// All of them.
+    pub const ALL: [LinearSolver; 5] = [
+        LinearSolver::Auto,
+        LinearSolver::Cholesky,
+        LinearSolver::Cg,
+        LinearSolver::Multigrid,
+        LinearSolver::MatrixFree,
+    ];
+
     /// The name in scenes.
     pub fn name(self) -> &'static str {
         match self {

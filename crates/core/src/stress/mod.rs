@@ -200,6 +200,8 @@ pub struct Choice {
     pub materials: Vec<String>,
     /// Schemes.
     pub integrators: Vec<String>,
+    /// Linear solvers. Those that are named go through the whole table of starts, and through every implicit scheme on a scene.
+    pub solvers: Vec<LinearSolver>,
     /// Quick cases alone.
     pub quick: bool,
 }
@@ -212,6 +214,7 @@ impl Choice {
         listed(&self.only, case.row)
             && listed(&self.materials, &case.material)
             && listed(&self.integrators, &case.integrator)
+            && (self.solvers.is_empty() || self.solvers.contains(&case.solver))
             && (case.quick || !self.quick)
     }
 }

@@ -80,7 +80,9 @@ pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneE
         let Some(scene) = altered(source, ordeal)? else { continue };
         for integrator in &integrators {
             let about = integrator.method().documentation;
-            let solvers: &[LinearSolver] = if about.name == "implicit-euler" && !choice.quick {
+            let solvers: &[LinearSolver] = if !choice.solvers.is_empty() {
+                if about.solves > 0 { &choice.solvers } else { &[] }
+            } else if about.name == "implicit-euler" && !choice.quick {
                 &[LinearSolver::Auto, LinearSolver::Cg, LinearSolver::Multigrid, LinearSolver::MatrixFree]
             } else {
                 &[LinearSolver::Auto]

@@ -42,6 +42,16 @@ fn solids_come_back_from_every_start_of_the_table() {
     }
 }
 
+// Conjugate gradients get there as factorisations do.
+#[test]
+fn a_solver_that_is_named_goes_through_the_table() {
+    let solvers = vec![LinearSolver::Multigrid];
+    let materials = vec!["stable-neo-hookean".into(), "stvk".into()];
+    let results = stands(&Choice { solvers, materials, quick: true, ..rows(&["torture"]) });
+    assert!(results.len() >= 60, "{}", results.len());
+    assert!(results.iter().all(|(case, _)| case.solver == LinearSolver::Multigrid));
+}
+
 // D1: Newton's method needs few iterations at any step; twenty steps of a second lead to static equilibrium.
 #[test]
 fn steps_from_a_millisecond_to_a_second_are_solved() {

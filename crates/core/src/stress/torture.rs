@@ -87,8 +87,9 @@ pub(super) fn add(choice: &Choice, cases: &mut Vec<Case>) {
             cases.push(Cell { integrator: ImplicitEuler, known: Some(iterations[1]), ..cell.clone() }.case());
             let others = [LinearSolver::Cg, LinearSolver::Multigrid, LinearSolver::MatrixFree];
             let usual = known.poisson == 0.3 && known.material == "stable-neo-hookean";
-            if usual && matches!(cell.start, Start::Scramble | Start::Stretch) && !cell.free {
-                for solver in others {
+            let usual = usual && matches!(cell.start, Start::Scramble | Start::Stretch) && !cell.free;
+            for solver in others {
+                if usual || choice.solvers.contains(&solver) {
                     for integrator in [QuasiStatic, ImplicitEuler] {
                         cases.push(Cell { solver, integrator, known: None, ..cell.clone() }.case());
                     }
