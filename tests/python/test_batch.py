@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -89,35 +90,41 @@ def test_processes_do_it_too_forked_or_not() -> None:
 def test_a_cluster_that_loses_a_worker_loses_nothing(tmp_path: Path) -> None:
     """Two worker processes of a real local cluster, one killed while it simulates: its tasks are run again."""
     distributed = pytest.importorskip("distributed")
-    scene = beam(**{"time.duration": 20.0})
+    scene, killed = beam(**{"time.duration": 20.0}), tmp_path / "killed"
     values = {YOUNG: [1e5, 1.2e5, 1.4e5, 1.6e5, 1.8e5, 2e5]}
     expected = pliant.sweep(scene, values)
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None, "host": "127.0.0.1"}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         client.wait_for_workers(2, timeout=60)
         pids = client.run(os.getpid)
-        kill = threading.Thread(target=kill_when_busy, args=(client, pids))
+        kill = threading.Thread(target=kill_when_busy, args=(client, pids, killed))
         kill.start()
-        outcomes = pliant.sweep(scene, values, executor=client.get_executor(), measure=worker)
+        outcomes = pliant.sweep(scene, values, executor=client.get_executor(), measure=partial(worker, killed))
         kill.join()
     assert [one.error for one in outcomes] == [None] * 6
     for one, other in zip(outcomes, expected):
         assert one.parameters == other.parameters and one.positions.tobytes() == other.positions.tobytes()
-    # Somebody else has done what the killed one did.
-    killed = next(iter(pids.values()))
-    assert killed not in {one.result for one in outcomes[:2]} and not alive(killed)
+    # Somebody else has done what the killed one was doing.
+    victim = next(iter(pids.values()))
+    assert killed.exists() and victim not in {one.result for one in outcomes} and not alive(victim)
 
 
-def worker(simulation: pliant.Simulation) -> int:
-    return os.getpid()
+def worker(killed: Path, simulation: pliant.Simulation) -> int:
+    """Ends no task before one of the workers has been killed: however fast the machine is, that one was at work."""
+    for _ in range(3000):
+        if killed.exists():
+            return os.getpid()
+        time.sleep(0.02)
+    raise TimeoutError("nobody was killed")
 
 
-def kill_when_busy(client: object, pids: dict[str, int]) -> None:
+def kill_when_busy(client: object, pids: dict[str, int], killed: Path) -> None:
     address = next(iter(pids))
     for _ in range(600):
         if client.processing().get(address):  # type: ignore[attr-defined]
             time.sleep(0.05)
             os.kill(pids[address], signal.SIGKILL)
+            killed.touch()
             return
         time.sleep(0.02)
 
