@@ -27,8 +27,8 @@ const ULPS: f64 = 64.0;
 const MAX_HALVINGS: u32 = 50;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
-/// The relative residual that is asked of the first solve by conjugate gradients, and the largest and the smallest afterwards.
-const FORCING: [f64; 3] = [1e-2, 1e-1, CG_TOLERANCE];
+/// The relative residual that is asked of the first solve by conjugate gradients, and the largest afterwards.
+const FORCING: [f64; 2] = [1e-2, 1e-1];
 /// A solve need not be more accurate than this part of what the matrix at hand lets corrections shrink by.
 const FORCING_PART: f64 = 0.3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.
@@ -447,7 +447,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             };
             let Some(there) = accepted else {
                 if correction <= tolerance.max(floor) && !truncated {
-                    return Ok(());
+                    if forcing <= CG_TOLERANCE {
+                        return Ok(());
+                    }
+                    forcing = CG_TOLERANCE;
                 }
                 if old_matrix {
                     keep = false;
@@ -474,7 +477,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             // The first correction by a factor of an earlier solve says little about the next.
             let known = (iteration > 0 || !old_matrix) && !truncated;
             let rounding = correction <= floor && correction >= 0.5 * before;
-            if (correction <= tolerance || rounding) && known {
+            // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
+            if (correction <= tolerance || rounding) && known && forcing <= CG_TOLERANCE {
                 return Ok(());
             }
             if inexact {
@@ -482,14 +486,12 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 // Negative curvature, though, shows only in solves that are accurate.
                 curved |= psd == Psd::Projected || truncated || !keep;
                 let shrink = if before.is_finite() { correction / before } else { FORCING[0] };
-                let needed = tolerance / correction;
-                forcing = (FORCING_PART * shrink.max(needed)).clamp(FORCING[2], FORCING[1]);
-                if curved {
-                    forcing = FORCING[2];
-                }
-                if before.is_finite() && keep && !truncated && correction * (shrink + forcing) <= tolerance {
-                    return Ok(());
-                }
+                let last = correction * shrink <= tolerance;
+                forcing = if curved || last {
+                    CG_TOLERANCE
+                } else {
+                    (FORCING_PART * shrink).clamp(CG_TOLERANCE, FORCING[1])
+                };
             }
         }
         fail(system, at, Verdict::IterationCap, self.options.max_iterations, correction)
