@@ -336,6 +336,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
         let (tolerance, floor) =
             (self.options.tolerance.unwrap_or(1e-9 * self.size), ULPS * f64::EPSILON * reach);
+        let negligible = tolerance.max(floor);
         let fail = |system: &System, at: &Iterate, verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
             Err(StepFault { solve, ..StepFault::at(system, &at.x, &at.x) })
@@ -386,7 +387,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 if slope < 0.0 {
                     break slope;
                 }
-                if slope == 0.0 && correction <= tolerance.max(floor) && !truncated {
+                if slope == 0.0 && correction <= negligible && !truncated {
                     // So near that the product underflows.
                     return Ok(());
                 }
@@ -432,7 +433,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     let finite = self.residual_at_trial(system, objective);
                     let end = dot(&self.direction, &self.residual);
                     // Downhill at the end is as good: the way to a saddle gets steeper.
-                    if finite && (end <= FLATTER * slope.abs() || correction <= tolerance.max(floor)) {
+                    if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
                         evaluated = Some(finite);
                         break Some(there);
                     }
@@ -446,7 +447,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 step *= 0.5;
             };
             let Some(there) = accepted else {
-                if correction <= tolerance.max(floor) && !truncated {
+                if correction <= negligible && !truncated {
                     if forcing <= CG_TOLERANCE {
                         return Ok(());
                     }
@@ -486,7 +487,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 // Negative curvature, though, shows only in solves that are accurate.
                 curved |= psd == Psd::Projected || truncated || !keep;
                 let shrink = if before.is_finite() { correction / before } else { FORCING[0] };
-                let last = correction * shrink <= tolerance;
+                let last = correction * shrink.min(1.0) <= negligible;
                 forcing = if curved || last {
                     CG_TOLERANCE
                 } else {
