@@ -13,7 +13,10 @@ mod stability;
 mod stress;
 mod study;
 
+pub use export::export;
+pub use list::listed;
 pub use run::closing;
+pub use study::provenance;
 
 use std::ffi::OsString;
 

@@ -31,7 +31,7 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     let inputs = arguments.scenes.iter().map(|scene| Input::read(scene, &changes, None));
     let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
     let files = Files::new(arguments)?;
-    let provenance = Provenance::here(env!("PLIANT_COMMIT"), env!("PLIANT_RUSTC"), env!("PLIANT_FLAGS"));
+    let provenance = provenance();
     let clock = WallClock::default();
     let mut studies = vec![];
     for input in &inputs {
@@ -83,6 +83,11 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
         terminal.complain("interrupted: the same command goes on from here");
     }
     Ok(status)
+}
+
+/// What this program is built from, on this machine.
+pub fn provenance() -> Provenance {
+    Provenance::here(env!("PLIANT_COMMIT"), env!("PLIANT_RUSTC"), env!("PLIANT_FLAGS"))
 }
 
 /// What the command line says, as changes of the scene's own `[study]`.
