@@ -16,7 +16,8 @@ mod study;
 pub use export::export;
 pub use list::listed;
 pub use run::closing;
-pub use study::provenance;
+pub use stress::stress_case;
+pub use study::{provenance, study_document};
 
 use std::ffi::OsString;
 

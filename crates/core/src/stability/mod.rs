@@ -20,7 +20,7 @@ use crate::scene::{Scene, SceneError};
 use crate::simulation::{Simulation, StepError};
 
 /// How a run of some steps ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// All steps were taken, and the energy stayed where it belongs.
