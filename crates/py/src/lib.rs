@@ -4,6 +4,7 @@ mod arrays;
 mod document;
 mod errors;
 mod material;
+mod reports;
 mod run;
 mod scene;
 mod simulation;
@@ -17,6 +18,8 @@ use pyo3::prelude::*;
 /// What the package is made of; users import it from `pliant`.
 #[pymodule]
 mod _pliant {
+    #[pymodule_export]
+    use super::reports::{_catalogue, _columns, _stability, _stress, _study};
     #[pymodule_export]
     use super::run::Frame;
     #[pymodule_export]

@@ -18,7 +18,9 @@ from ._errors import SceneError, StepError
 from ._pliant import Frame, Scene, Simulation, State, __version__
 from ._run import Summary
 from .batch import Outcome, combinations, rollout, sweep
+from .catalogue import catalogue
 from .material import Material
+from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
 from .tables import Modes, Table, modes
 from .trajectory import Frames, Trajectory, load
 
@@ -31,16 +33,24 @@ __all__ = [
     "Scene",
     "SceneError",
     "Simulation",
+    "Stability",
+    "StabilityMap",
     "State",
     "StepError",
+    "Stress",
+    "Study",
     "Summary",
     "Table",
     "Trajectory",
     "__version__",
+    "catalogue",
     "combinations",
     "load",
     "modes",
     "rollout",
+    "stability",
+    "stress",
+    "study",
     "sweep",
 ]
 

@@ -10,14 +10,45 @@ from ._run import Summary
 from .material import Material
 
 _Array: TypeAlias = npt.NDArray[np.float64]
+_Watcher: TypeAlias = Callable[[dict[str, Any]], object]
 _Force: TypeAlias = Callable[[float, _Array], npt.ArrayLike]
 
-__all__ = ["Frame", "Recording", "Scene", "Simulation", "State", "_after_fork", "_command", "_rollout", "__version__"]
+__all__ = [
+    "Frame",
+    "Recording",
+    "Scene",
+    "Simulation",
+    "State",
+    "_after_fork",
+    "_catalogue",
+    "_columns",
+    "_command",
+    "_rollout",
+    "_stability",
+    "_stress",
+    "_study",
+    "__version__",
+]
 
 __version__: str
 
 def _after_fork() -> None: ...
 def _command(arguments: Sequence[str]) -> int: ...
+def _catalogue() -> dict[str, list[dict[str, Any]]]: ...
+def _columns(report: str) -> dict[str, str]: ...
+def _study(
+    scene: Scene,
+    changes: dict[str, Any],
+    vary: dict[str, Sequence[Any]] | None,
+    options: dict[str, Any],
+    function: _Watcher | None,
+) -> dict[str, Any]: ...
+def _stress(
+    scene: Scene | None, options: dict[str, Any], function: _Watcher | None
+) -> tuple[list[dict[str, Any]], list[dict[str, npt.NDArray[Any]] | None]]: ...
+def _stability(
+    scene: Scene, integrators: Sequence[str], against: str, quick: bool, function: _Watcher | None
+) -> dict[str, Any]: ...
 def _rollout(simulations: Sequence[Simulation], steps: int, threads: int) -> list[Exception | None]: ...
 @final
 class Scene:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,15 +21,38 @@ Array = npt.NDArray[Any]
 class Table(Mapping[str, Array]):
     """Columns of equal length by their names: a mapping from names to arrays.
 
+    Parameters
+    ----------
+    columns : mapping of str to array_like
+        The columns. Numbers that are None are NaN, texts that are None are empty.
+    units : mapping of str to str, optional
+        Unit of each column that has one.
+    descriptions : mapping of str to str, optional
+        What columns are, with their units in brackets.
+    shown : sequence of str, optional
+        Columns that are printed; all without it.
+
     Attributes
     ----------
     units : dict of str to str
         Unit of each column that has one.
+    descriptions : dict of str to str
+        What columns are.
     """
 
-    def __init__(self, columns: Mapping[str, npt.ArrayLike], units: Mapping[str, str] | None = None) -> None:
-        self._columns = {name: np.asarray(column) for name, column in columns.items()}
-        self.units = dict(units or {})
+    def __init__(
+        self,
+        columns: Mapping[str, npt.ArrayLike],
+        units: Mapping[str, str] | None = None,
+        *,
+        descriptions: Mapping[str, str] | None = None,
+        shown: Sequence[str] | None = None,
+    ) -> None:
+        self._columns = {name: _column(column) for name, column in columns.items()}
+        self.descriptions = {name: text for name, text in (descriptions or {}).items() if name in self._columns}
+        found = ((name, re.search(r"\[([^\]]+)\]", text)) for name, text in self.descriptions.items())
+        self.units = {name: unit[1] for name, unit in found if unit} | dict(units or {})
+        self._shown = list(self._columns if shown is None else shown)
         lengths = {len(column) for column in self._columns.values()}
         if len(lengths) > 1:
             raise ValueError(f"columns of different lengths: {sorted(lengths)}")
@@ -59,13 +83,21 @@ class Table(Mapping[str, Array]):
         return pandas.DataFrame({name: column for name, column in self.items() if column.ndim == 1})
 
     def __repr__(self) -> str:
-        flat = {name: column for name, column in self.items() if column.ndim == 1}
+        flat = {name: self[name] for name in self._shown if self[name].ndim == 1}
         heads = [f"{name} [{self.units[name]}]" if name in self.units else name for name in flat]
         cells = [[f"{value:.6g}" if isinstance(value, float) else str(value) for value in column.tolist()] for column in flat.values()]
         widths = [max(map(len, [head, *column])) for head, column in zip(heads, cells)]
         lines = [[head, *column] for head, column in zip(heads, cells)]
         text = ["  ".join(line[i].rjust(width) for line, width in zip(lines, widths)) for i in range(self.rows + 1)]
         return "\n".join(text)
+
+
+def _column(values: npt.ArrayLike) -> Array:
+    """None among numbers is NaN, among texts it is empty; where there is nothing else it is NaN."""
+    if not isinstance(values, list) or None not in values:
+        return np.asarray(values)
+    nothing: Any = "" if any(isinstance(value, str) for value in values) else float("nan")
+    return np.asarray([nothing if value is None else value for value in values])
 
 
 class Modes(Table):
@@ -108,7 +140,7 @@ class Modes(Table):
         -------
         matplotlib.axes.Axes
         """
-        axes = axes or _axes()
+        axes = axes_or_new(axes)
         shape = self["shape"][mode]
         extent = float(np.ptp(self.rest, axis=0).max())
         moved = self.rest + shape * (size * extent / max(float(np.abs(shape).max()), 1e-300))
@@ -119,7 +151,10 @@ class Modes(Table):
         return axes
 
 
-def _axes() -> _Axes:
+def axes_or_new(axes: _Axes | None) -> _Axes:
+    """Axes to draw into."""
+    if axes is not None:
+        return axes
     import matplotlib.pyplot as plt
 
     return plt.subplots()[1]
