@@ -25,13 +25,13 @@ mod _pliant {
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
-    use super::simulation::Simulation;
+    use super::simulation::{Simulation, Superposition};
     #[pymodule_export]
     use super::state::State;
     #[pymodule_export]
     use super::threads::{_after_fork, _rollout};
     #[pymodule_export]
-    use super::trajectory::Recording;
+    use super::trajectory::{_recover, Recording};
     use super::*;
 
     #[pymodule_init]

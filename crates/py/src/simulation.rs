@@ -3,6 +3,7 @@
 mod measure;
 mod parameters;
 mod state;
+mod vibration;
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
@@ -20,8 +21,9 @@ use pyo3::types::PyDict;
 use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::{arrays, errors, threads};
-pub(crate) use measure::energies;
+pub(crate) use measure::{energies, measure_named};
 pub(crate) use parameters::{Additions, Raised};
+pub(crate) use vibration::Superposition;
 
 /// Steps are taken in batches of about this long; Ctrl-C is looked for between them.
 const BATCH: Duration = Duration::from_millis(20);

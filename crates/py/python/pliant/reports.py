@@ -88,7 +88,7 @@ class Study(Table):
         return Table({name: [row[name] for row in rows] for name in ["variant", *names]}, units)
 
     def errors(self, row: int) -> Table:
-        """Errors of a run at each time of comparison, as far as it came.
+        """List the errors of a run at each time of comparison, as far as it came.
 
         Parameters
         ----------
@@ -310,6 +310,7 @@ class Stress(Table):
         Returns
         -------
         matplotlib.axes.Axes
+            What was drawn into.
         """
         if case is not None:
             return self._picture(case, axes)
@@ -487,6 +488,7 @@ class Stability(Table):
         Returns
         -------
         matplotlib.axes.Axes
+            What was drawn into.
         """
         if what not in ("map", "amplification"):
             raise ValueError(f'what is "map" or "amplification", got {what!r}')

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ._pliant import Scene, Simulation
-
 if TYPE_CHECKING:
     import pandas as _pandas
     from matplotlib.axes import Axes as _Axes
@@ -77,6 +75,7 @@ class Table(Mapping[str, Array]):
         Returns
         -------
         pandas.DataFrame
+            One row for each row.
         """
         import pandas
 
@@ -100,57 +99,6 @@ def _column(values: npt.ArrayLike) -> Array:
     return np.asarray([nothing if value is None else value for value in values])
 
 
-class Modes(Table):
-    """Natural modes, by frequency: columns ``frequency`` [Hz], ``omega`` [rad/s], ``residual``, ``mass_x``, ``mass_y``, ``mass_z`` (shares of
-    the mass that is free to move along each axis) and ``shape``, of shape (count, n, dim), with ``shape^T M shape = 1`` [kg^-1/2].
-
-    Attributes
-    ----------
-    rest : ndarray of float64, shape (n, dim)
-        Positions that the modes are about [m].
-    free_coordinates : int
-        Coordinates that are free to move.
-    """
-
-    def __init__(self, found: dict[str, Any], shapes: Array, rest: Array) -> None:
-        modes = found["modes"]
-        columns: dict[str, npt.ArrayLike] = {
-            name: [mode[name] for mode in modes] for name in ("frequency", "omega", "residual")
-        }
-        for c, axis in enumerate("xyz"[: rest.shape[1]]):
-            columns[f"mass_{axis}"] = [mode["effective_mass"][c] for mode in modes]
-        columns["shape"] = shapes
-        super().__init__(columns, {"frequency": "Hz", "omega": "rad/s"})
-        self.rest = rest
-        self.free_coordinates: int = found["free_coordinates"]
-
-    def plot(self, mode: int = 0, *, axes: _Axes | None = None, size: float = 0.1) -> _Axes:
-        """Draw a mode shape beside where it is about, projected to x and y, by matplotlib, which must be installed.
-
-        Parameters
-        ----------
-        mode : int, default 0
-            Which.
-        axes : matplotlib.axes.Axes, optional
-            Where to; new ones without it.
-        size : float, default 0.1
-            Largest displacement as a part of the size of the body.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
-        axes = axes_or_new(axes)
-        shape = self["shape"][mode]
-        extent = float(np.ptp(self.rest, axis=0).max())
-        moved = self.rest + shape * (size * extent / max(float(np.abs(shape).max()), 1e-300))
-        axes.plot(*self.rest[:, :2].T, ".", color="0.8", label="at rest")
-        axes.plot(*moved[:, :2].T, ".", label=f"mode {mode}")
-        axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"{self['frequency'][mode]:.6g} Hz")
-        axes.legend()
-        return axes
-
-
 def axes_or_new(axes: _Axes | None) -> _Axes:
     """Axes to draw into."""
     if axes is not None:
@@ -158,28 +106,3 @@ def axes_or_new(axes: _Axes | None) -> _Axes:
     import matplotlib.pyplot as plt
 
     return plt.subplots()[1]
-
-
-def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
-    """Natural frequencies and mode shapes, as ``pliant modes``.
-
-    Parameters
-    ----------
-    scene : Scene or Simulation
-        A scene is looked at where it starts, a simulation where it is: in a stable equilibrium.
-    count : int, default 10
-        How many, from the lowest.
-
-    Returns
-    -------
-    Modes
-        A table that plots.
-
-    Raises
-    ------
-    RuntimeError
-        There is no stable equilibrium, or nothing that vibrates.
-    """
-    simulation = Simulation(scene) if isinstance(scene, Scene) else scene
-    found, shapes = simulation._modes(count)
-    return Modes(found, shapes, simulation.positions)
