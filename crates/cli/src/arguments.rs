@@ -357,7 +357,7 @@ pub(crate) struct StudyArguments {
     /// Timed runs of each row [default: 7, or as many as take a second]
     #[arg(long, value_name = "N")]
     pub(crate) repeats: Option<NonZeroU16>,
-    /// Threads that steps run on
+    /// Threads that steps run on, as many for every row; the system places them [default: 1]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU16>,
     /// Wall time for everything, for example 60s or "5 min" [default: 60s for each scene where steps are chosen]

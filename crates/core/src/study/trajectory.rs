@@ -88,6 +88,10 @@ impl Runner<'_> {
         if scheme.method.documentation.solves == 0 {
             scene.time.solver = None;
         }
+        // A row is of one step: where it is not solved, the run fails.
+        if let Some(solver) = &mut scene.time.solver {
+            solver.retries = None;
+        }
         scene
     }
 
