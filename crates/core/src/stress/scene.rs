@@ -136,6 +136,9 @@ fn altered(source: &Source, ordeal: Ordeal) -> Result<Option<Scene>, SceneError>
     Ok(Some(source.varied(&changes)?.scene()?))
 }
 
+/// A model of two constants.
+type Model = fn(Isotropic) -> MaterialSpec;
+
 /// One run.
 #[derive(Clone, Debug)]
 struct Trial {
@@ -275,13 +278,13 @@ impl Trial {
         if let Some(step) = nearest_step(self.step, |step| works(&Trial { step, ..self.clone() })) {
             advice.push(format!("a step of {step:.3e} s"));
         }
-        for model in [MaterialSpec::StableNeoHookean, MaterialSpec::FixedCorotated] {
-            if let Some(other) = self.of_material(model).filter(&works) {
-                let names =
-                    other.scene.body.iter().filter_map(|body| body.elastic.as_ref()).map(|e| e.name());
-                advice.push(format!("the material {}", names.last().unwrap_or_default()));
-                break;
-            }
+        let models: [(&str, Model); 2] = [
+            ("stable-neo-hookean", MaterialSpec::StableNeoHookean),
+            ("fixed-corotated", MaterialSpec::FixedCorotated),
+        ];
+        let survives = |model: &(&str, Model)| self.of_material(model.1).is_some_and(|t| works(&t));
+        if let Some((name, _)) = models.into_iter().find(survives) {
+            advice.push(format!("the material {name}"));
         }
         if self.integrator.method().documentation.solves > 0 {
             use LinearSolver::{Cg, Cholesky, MatrixFree, Multigrid};
@@ -304,7 +307,7 @@ impl Trial {
     }
 
     /// The same of bodies that are all of this model, with their constants; `None` where that is what they are.
-    fn of_material(&self, model: fn(Isotropic) -> MaterialSpec) -> Option<Trial> {
+    fn of_material(&self, model: Model) -> Option<Trial> {
         let mut other = self.clone();
         let mut replaced = false;
         for elastic in other.scene.body.iter_mut().filter_map(|body| body.elastic.as_mut()) {
