@@ -377,3 +377,18 @@ fn a_balloon_grows_round_and_in_its_place() {
     let (low, high) = radii.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(*r), h.max(*r)));
     assert!(low > 0.11 && high < 0.25 && high < 1.25 * low, "{low} {high}");
 }
+
+// C9, nearly incompressible: the converged rise is 6.932.
+#[test]
+fn cooks_membrane_locks_without_nodal_integration_and_does_not_with_it() {
+    let (assembly, summary) = simulated("cooks_membrane_2d.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (rest, x) = (&assembly.topology.rest_positions, assembly.simulation.positions());
+    let rise = |corner: f64| {
+        let at = |x: &[f64]| (x[0] - corner).hypot(x[1] - 60.0) < 1e-9;
+        let v = rest.chunks(2).position(at).unwrap();
+        x[2 * v + 1] - 60.0
+    };
+    let (plain, nodal) = (rise(48.0), rise(108.0));
+    assert!((2.1..2.3).contains(&plain) && (6.2..6.5).contains(&nodal), "{plain} {nodal}");
+}

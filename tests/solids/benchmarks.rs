@@ -10,7 +10,14 @@ use crate::support::{assert_relative, method};
 
 /// Displacement of the vertex at `point` when a dead shear traction of `force` [N/m] in all, spread over the right end at `end`, has
 /// come on in `steps`; the left end is clamped.
-fn sheared(mut solid: Solid, end: f64, height: f64, force: f64, steps: u32, point: [f64; 2]) -> [f64; 2] {
+pub(super) fn sheared(
+    mut solid: Solid,
+    end: f64,
+    height: f64,
+    force: f64,
+    steps: u32,
+    point: [f64; 2],
+) -> [f64; 2] {
     solid.pin = at_zero(2, 0);
     let traction = format!("{} * t", force / height);
     solid.load =

@@ -174,7 +174,7 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
         ),
         _ => format!("; try a smaller step, {half:.4e} s"),
     };
-    if matches!(fault, Some(Fault::Element { j, .. }) if *j <= 0.0) {
+    if matches!(fault, Some(Fault::Element { j, .. } | Fault::Node { j, .. }) if *j <= 0.0) {
         advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }
     advice
@@ -309,6 +309,7 @@ impl Simulation {
     fn located(&self, StepFault { fault, vertex, solve }: StepFault) -> StepFault {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
+            Fault::Node { body, vertex, j } => Fault::Node { body, vertex: original(vertex), j },
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
