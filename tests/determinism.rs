@@ -1,5 +1,6 @@
 //! The same bits, whatever the number of threads.
 
+use pliant::assembly::UnstableStep;
 use pliant::control::StepControl;
 use pliant::energy::EnergyTerm;
 use pliant::energy::nbody::{NBody, TreeGravity};
@@ -7,6 +8,7 @@ use pliant::energy::spring::Springs;
 use pliant::integrator::IntegratorSpec;
 use pliant::integrator::estimate::Tolerances;
 use pliant::lanes::{Level, level};
+use pliant::scene::Scene;
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
@@ -171,6 +173,24 @@ fn steps_that_follow_the_error_are_the_same_on_any_number_of_threads() {
         simulation.set_step_control(StepControl { tolerances, first: None, smallest: 0.0, largest: 1.0 });
         let mut bits = outcome(&mut simulation, 12);
         bits.push(simulation.state().time.to_bits());
+        bits
+    });
+}
+
+// promise 1: so are the steps that are not solved, and their parts.
+#[test]
+fn steps_in_parts_are_the_same_on_any_number_of_threads() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/pressed_block_2d.toml");
+    assert_same_bits("a block pressed in parts of steps", || {
+        let mut scene = Scene::from_path(path).unwrap();
+        scene.body[0].mesh =
+            serde_json::from_str(r#"{ "grid": { "cells": [41, 40], "size": [0.08, 0.1] } }"#).unwrap();
+        scene.time.integrator = IntegratorSpec::ImplicitEuler;
+        scene.time.step = Some(0.25);
+        let mut simulation =
+            scene.assemble(UnstableStep::Refuse).map_err(|p| format!("{p:?}")).unwrap().simulation;
+        let bits = outcome(&mut simulation, 1);
+        assert!(simulation.work().retried.unwrap().parts > 1);
         bits
     });
 }

@@ -346,6 +346,61 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     assert!(slid > 1e-4, "{slid}");
 }
 
+/// Times of frames, bit by bit.
+struct Times(Vec<u64>);
+
+impl pliant::observer::Observer for Times {
+    fn frame(&mut self, frame: &pliant::observer::Frame<'_>) -> Result<(), pliant::observer::ObserverError> {
+        self.0.push(frame.time.to_bits());
+        Ok(())
+    }
+}
+
+// A failed step is retried at smaller size where the scene allows, with the frame times kept: the ends of these steps are equilibria
+// that steps of an eighth of their size lead to as well.
+#[test]
+fn a_pressed_block_is_pressed_in_parts_of_steps_and_frames_stay_where_they_are() {
+    let (scene, mut in_parts) = assembled("pressed_block_2d.toml");
+    let mut times = Times(vec![]);
+    let none = AtomicBool::new(false);
+    let summary = run(&mut in_parts.simulation, &scene.plan(), &mut [&mut times], &none);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let frames: Vec<u64> = (0..=4).map(|i| f64::from(i).to_bits()).collect();
+    assert_eq!(times.0, frames);
+    let retried = summary.work.retried.unwrap();
+    assert_eq!((summary.work.steps, retried.steps), (4, 4));
+    assert!(retried.parts >= 8 && retried.halvings <= 4, "{retried:?}");
+    assert!(summary.end.min_j.unwrap() > 0.1, "{:?}", summary.end.min_j);
+    let work = summary.end.balance.unwrap().motion.unwrap();
+    assert!((summary.end.elastic / work - 1.0).abs() < 1e-3, "{} J of {work} J", summary.end.elastic);
+
+    let mut fine = scene.clone();
+    fine.time.step = Some(0.125);
+    fine.time.solver = None;
+    let mut fine = fine.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:#?}"));
+    let summary = run(&mut fine.simulation, &scene.plan(), &mut [], &none);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let off = in_parts
+        .simulation
+        .positions()
+        .iter()
+        .zip(&*fine.simulation.positions())
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(off < 1e-8, "{off:e} m");
+
+    let mut bare = scene.clone();
+    bare.time.solver = None;
+    let mut bare = bare.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:#?}"));
+    let mut times = Times(vec![]);
+    let summary = run(&mut bare.simulation, &scene.plan(), &mut [&mut times], &none);
+    let Outcome::Failed(error @ StepError::NotFinite { step: 1, retried: None, .. }) = summary.outcome else {
+        panic!("{:?}", summary.outcome)
+    };
+    assert!(error.to_string().contains("`retries` in [time] solver"), "{error}");
+    assert_eq!(times.0, frames[..1]);
+}
+
 // C10: with F L^2 / (E' I) = 1.09, E' = E / (1 - nu^2), the elastica rises by 0.32 of its length. Linear triangles are stiffer, two
 // of them over the height by half (C11). A ramp of T leaves a swing of up to 24 / (omega T)^2, 13 % for 13.5 rad/s.
 #[test]

@@ -273,6 +273,17 @@ fn uses(
         solver.unwrap_or_default(),
         "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
     );
+    if method.solves > 0 && control.is_none() {
+        let retries = scene.time.solver_options().retries;
+        say(
+            retries > 0,
+            format!(
+                "steps that are not solved are taken in parts, down to {:.3e} s; every one is counted",
+                simulation.step_size() * 0.5_f64.powi(retries as i32)
+            ),
+            "steps in parts: one that is not solved ends the run",
+        );
+    }
     if scene.study.is_some() {
         left_out.push("the study: a run takes no notice of it, `pliant study` makes it".into());
     }

@@ -15,11 +15,13 @@ pub struct SolverOptions {
     pub max_iterations: u32,
     /// The linear solver.
     pub linear: LinearSolver,
+    /// How often a step that is not solved may be halved; 0: not at all.
+    pub retries: u32,
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        SolverOptions { tolerance: None, max_iterations: 500, linear: LinearSolver::Auto }
+        SolverOptions { tolerance: None, max_iterations: 500, linear: LinearSolver::Auto, retries: 0 }
     }
 }
 

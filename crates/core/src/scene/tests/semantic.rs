@@ -847,6 +847,24 @@ fn attachments() {
 }
 
 #[test]
+fn retries_of_steps() {
+    let text = |steps: &str, solver: &str| {
+        changed("step = 1e-3", &format!("{steps}\nsolver = {{ {solver} }}"))
+            .replace("symplectic-euler", "tr-bdf2")
+    };
+    assert!(read(&text("step = 1e-3", "retries = 20")).is_ok());
+    assert!(read(&text("adaptive = {}", "retries = 0")).is_ok());
+    for (steps, solver, expected) in [
+        ("step = 1e-3", "retries = 21", "6:22 time.solver.retries: `retries` must be 0 to 20, got 21"),
+        ("adaptive = {}", "retries = 3", "6:12 time.solver.retries: `retries` are for steps of a fixed size"),
+    ] {
+        assert_eq!(briefly(&error(&text(steps, solver))), [expected], "{steps} {solver}");
+    }
+    let failed = error(&changed("step = 1e-3", "step = 1e-3\nsolver = { retries = 2 }"));
+    assert_eq!(briefly(&failed), ["6:10 time.solver: symplectic-euler is explicit and solves no equations"]);
+}
+
+#[test]
 fn adaptive_steps() {
     let steps = |text: &str| changed("step = 1e-3", text).replace("symplectic-euler", "dormand-prince5");
     for (text, expected) in [
