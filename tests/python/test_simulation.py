@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import gc
+import itertools
 import pickle
 import sys
 import threading
+import tracemalloc
 import weakref
 
 import numpy as np
@@ -375,6 +377,66 @@ def test_memory_does_not_grow() -> None:
     # A leak of a state of 320 bytes a step would be 6 MB, of a simulation of some 20 kB 20 MB.
     assert resident() - before < 4_000_000
     assert view.shape == (10, 2)
+
+
+# The overhead of a step is measured by benches/overhead.py; what costs most of it, objects of Python, can be counted.
+@pytest.mark.parametrize(("is_shuffled", "count"), [(False, 1000), (True, 5)])
+def test_a_step_makes_no_objects_of_python(is_shuffled: bool, count: int) -> None:
+    simulation = pliant.Simulation(shuffled() if is_shuffled else beam())
+    views = simulation.positions_view, simulation.velocities_view
+
+    def peak(steps: int) -> int:
+        # Nothing in the loop makes an object either.
+        steps_to_take = itertools.repeat(None, steps)
+        step = simulation.step
+        step()
+        tracemalloc.reset_peak()
+        before = tracemalloc.get_traced_memory()[0]
+        for _ in steps_to_take:
+            step()
+        return tracemalloc.get_traced_memory()[1] - before
+
+    tracemalloc.start()
+    try:
+        # As many bytes as no step at all.
+        assert peak(count) == peak(0)
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(views[0], simulation.positions)
+    np.testing.assert_array_equal(views[1], simulation.velocities)
+
+
+def shuffled() -> pliant.Scene:
+    """A sheet large enough to be numbered anew, whose own numbers are at random."""
+    side = 100
+    x, y = np.meshgrid(np.arange(side), np.arange(side))
+    order = np.random.default_rng(1).permutation(side * side)
+    points = np.empty((side * side, 2))
+    points[order] = np.stack([x.ravel(), y.ravel()], axis=1) * 0.1
+    corner = np.arange(side * side).reshape(side, side)[:-1, :-1].ravel()
+    cells = [[corner, corner + 1, corner + side + 1], [corner, corner + side + 1, corner + side]]
+    triangles = order[np.concatenate([np.stack(cell, axis=1) for cell in cells])]
+    scene = beam(**{"body.0.pin": []}).to_toml()
+    return pliant.Scene.from_toml(scene).with_changes(
+        {"body.0.mesh": {"inline": {"points": points, "triangles": triangles}}, "time.step": 1e-4}
+    )
+
+
+# time: adaptive steps, and steps in parts, and what they cost.
+def test_work_counts_what_was_tried_again() -> None:
+    scene = pliant.Scene.from_toml(SCENES / "pressed_block_2d.toml")
+    simulation = pliant.Simulation(scene)
+    simulation.run()
+    retried = simulation.work["retried"]
+    assert retried["steps"] > 0 and retried["parts"] >= 2 * retried["steps"] and retried["halvings"] >= 1
+    adaptive = beam(**{"time.integrator": "bogacki-shampine3"}).to_toml().replace("step = 0.001", "adaptive = { tolerance = 1e-4 }")
+    scene = pliant.Scene.from_toml(adaptive)
+    assert scene.step_size is None
+    simulation = pliant.Simulation(scene)
+    first = simulation.step_size
+    simulation.run()
+    assert simulation.work["rejected_steps"] >= 0 and simulation.step_size != first
+    assert simulation.time == 0.1 and "retried" not in simulation.work
 
 
 def test_nothing_is_kept_alive() -> None:

@@ -15,12 +15,15 @@ import os as _os
 
 from . import _pliant
 from ._errors import SceneError, StepError
-from ._pliant import Frame, Scene, Simulation, State, __version__
+from ._pliant import Frame, Scene, Simulation, State, Superposition, __version__
 from ._run import Summary
 from .batch import Outcome, combinations, rollout, sweep
+from .catalogue import catalogue
 from .material import Material
-from .tables import Modes, Table, modes
-from .trajectory import Frames, Trajectory, load
+from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
+from .tables import Table
+from .trajectory import Frames, Trajectory, load, recover
+from .vibration import Modes, Sound, modes, sound
 
 __all__ = [
     "Frame",
@@ -31,16 +34,28 @@ __all__ = [
     "Scene",
     "SceneError",
     "Simulation",
+    "Sound",
+    "Stability",
+    "StabilityMap",
     "State",
     "StepError",
+    "Stress",
+    "Study",
     "Summary",
+    "Superposition",
     "Table",
     "Trajectory",
     "__version__",
+    "catalogue",
     "combinations",
     "load",
     "modes",
+    "recover",
     "rollout",
+    "sound",
+    "stability",
+    "stress",
+    "study",
     "sweep",
 ]
 

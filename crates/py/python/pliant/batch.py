@@ -130,6 +130,7 @@ def combinations(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict of str to object
+        One for each combination: values by their paths.
     """
     return [dict(zip(values, chosen)) for chosen in itertools.product(*values.values())]
 
