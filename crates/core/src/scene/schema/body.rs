@@ -40,8 +40,8 @@ pub struct Body {
     #[schemars(range(min = 1, max = 2))]
     pub order: Option<u8>,
     /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its one number to the
-    /// default. Quadratic elements do not need it. A step costs more than with plain linear elements: explicit about 3 times as much,
-    /// implicit about 5 times, since every vertex then acts on the neighbours of its neighbours.
+    /// default. Quadratic elements do not need it. A step costs more than with plain linear elements, an implicit one most: every vertex
+    /// then acts on the neighbours of its neighbours.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodal_integration: Option<NodalIntegrationSpec>,
     /// How the stress of `elastic` is computed; by the closed form without it.
