@@ -32,7 +32,9 @@ def test_copies_are_copies(simulation: pliant.Simulation) -> None:
     assert not (simulation.positions == 7.0).any()
 
 
-def test_views_follow_and_outlive_the_simulation(simulation: pliant.Simulation) -> None:
+def test_views_follow_and_outlive_the_simulation() -> None:
+    # Not the fixture, which pytest would keep.
+    simulation = pliant.Simulation(beam())
     x, v = simulation.positions_view, simulation.velocities_view
     assert x is simulation.positions_view and np.shares_memory(x, simulation.positions_view)
     assert not x.flags.writeable
@@ -52,9 +54,13 @@ def test_views_follow_and_outlive_the_simulation(simulation: pliant.Simulation) 
         np.testing.assert_array_equal(x, simulation.positions)
         np.testing.assert_array_equal(v, simulation.velocities)
         assert not x.flags.writeable
-    last = simulation.positions
+    last, gone = simulation.positions, weakref.ref(simulation)
     del simulation, change
     gc.collect()
+    assert gone() is None
+    # Whoever gets its memory next writes something else there.
+    others = [pliant.Simulation(beam(**{"body.0.pin": []})) for _ in range(20)]
+    [other.step(10) for other in others]
     np.testing.assert_array_equal(x, last)
 
 
@@ -314,21 +320,27 @@ def test_matrices_are_those_of_the_linearised_motion(simulation: pliant.Simulati
         galaxy.stiffness()
 
 
+def is_stepping(simulation: pliant.Simulation) -> bool:
+    try:
+        simulation.time
+    except RuntimeError as error:
+        assert "in the middle of a step" in str(error)
+        return True
+    return False
+
+
 def test_two_threads_step_two_simulations_at_once() -> None:
-    alone = pliant.Simulation(beam())
-    alone.step(3000)
     both = [pliant.Simulation(beam()) for _ in range(2)]
-    # Each waits for the other in the middle: that needs both to run.
-    barrier = threading.Barrier(2, timeout=60)
-
-    def go(simulation: pliant.Simulation) -> None:
-        for _ in range(3):
-            simulation.step(1000)
-            barrier.wait()
-
-    threads = [threading.Thread(target=go, args=(each,)) for each in both]
+    threads = [threading.Thread(target=each.step, args=(60_000,)) for each in both]
     [thread.start() for thread in threads]
-    [thread.join() for thread in threads]
+    at_once = 0
+    while any(thread.is_alive() for thread in threads):
+        at_once += all([is_stepping(each) for each in both])
+        threads[0].join(0.001)
+    # Who held the lock of the interpreter for a step would have kept the other out, and us.
+    assert at_once > 0
+    alone = pliant.Simulation(beam())
+    alone.step(60_000)
     assert all(each.state == alone.state for each in both)
 
 
@@ -345,11 +357,7 @@ def test_python_goes_on_while_a_simulation_steps(simulation: pliant.Simulation) 
     refused = 0
     while not counts:
         ticks += 1
-        try:
-            simulation.time
-        except RuntimeError as error:
-            assert "in the middle of a step" in str(error)
-            refused += 1
+        refused += is_stepping(simulation)
         thread.join(0.001)
     # Somebody who held the lock of the interpreter would have let nobody else count.
     assert ticks > 3 and refused > 0 and simulation.steps == 400_000

@@ -108,6 +108,28 @@ def test_energies_go_to_pandas(recorded: tuple[pliant.Trajectory, list[pliant.Fr
     np.testing.assert_array_equal(table["kinetic"], recorded[0].energy["kinetic"])
 
 
+def test_probes_and_every_channel_are_read(tmp_path: Path) -> None:
+    channels = list(pliant.catalogue("channels"))
+    scene = pliant.Scene.from_toml(beam().to_toml() + '\n[[probe]]\nname = "tip"\nvertex = 9\n')
+    scene = scene.with_changes({"output.channels": channels})
+    simulation = pliant.Simulation(scene)
+    simulation.run(record=tmp_path / "out.mcap")
+    trajectory = pliant.load(tmp_path / "out.mcap")
+    tip = trajectory.probe("tip")
+    for axis in range(2):
+        np.testing.assert_array_equal(tip[f"position[{axis}]"], trajectory.positions[:, 9, axis])
+        np.testing.assert_array_equal(tip[f"velocity[{axis}]"], trajectory.velocities[:, 9, axis])
+    measured = 0
+    for name in channels:
+        try:
+            expected = simulation.measure(name)
+        except ValueError:
+            continue
+        np.testing.assert_array_equal(trajectory.measure(name)[-1], expected)
+        measured += 1
+    assert measured >= 7
+
+
 def test_frames_are_exported_as_by_the_command_line(
     recorded: tuple[pliant.Trajectory, list[pliant.Frame]], programs: list[str], tmp_path: Path
 ) -> None:

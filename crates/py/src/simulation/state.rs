@@ -81,8 +81,8 @@ impl Simulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Positions [m], read only and without a copy: the same array each time, which shows the state
-    /// after the last call that changed it. It outlives the simulation.
+    /// ndarray of float64, shape (n, dim): Positions [m], read only: the same array each time, without a copy when it is asked for. It shows
+    /// the state after the last call that changed it, which wrote it there, and outlives the simulation.
     #[getter]
     fn positions_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.lock()?;
