@@ -346,6 +346,18 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     assert!(slid > 1e-4, "{slid}");
 }
 
+// A6, k = 1e6: theta(10) of the inextensible pendulum, 2.7e-4 rad from that of the elastic one; steps of a millisecond would be 10,000.
+#[test]
+fn the_adaptive_pendulum_steps_over_its_spring() {
+    let (assembly, summary) = simulated("adaptive_pendulum_2d.toml", 10.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let x = assembly.simulation.state().x();
+    let angle = x[2].atan2(-x[3]) + 0.651_863_046_741_975_93;
+    assert!(angle.abs() < 2e-2, "off by {angle:e} rad");
+    let lost = 1.0 - summary.end.total / summary.start.total;
+    assert!(summary.work.steps < 2000 && lost.abs() < 5e-3, "{:?}, {lost:e}", summary.work);
+}
+
 /// Times of frames, bit by bit.
 struct Times(Vec<u64>);
 

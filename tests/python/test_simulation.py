@@ -32,7 +32,9 @@ def test_copies_are_copies(simulation: pliant.Simulation) -> None:
     assert not (simulation.positions == 7.0).any()
 
 
-def test_views_follow_and_outlive_the_simulation(simulation: pliant.Simulation) -> None:
+def test_views_follow_and_outlive_the_simulation() -> None:
+    # Not the fixture, which pytest would keep.
+    simulation = pliant.Simulation(beam())
     x, v = simulation.positions_view, simulation.velocities_view
     assert x is simulation.positions_view and np.shares_memory(x, simulation.positions_view)
     assert not x.flags.writeable
@@ -52,9 +54,13 @@ def test_views_follow_and_outlive_the_simulation(simulation: pliant.Simulation) 
         np.testing.assert_array_equal(x, simulation.positions)
         np.testing.assert_array_equal(v, simulation.velocities)
         assert not x.flags.writeable
-    last = simulation.positions
+    last, gone = simulation.positions, weakref.ref(simulation)
     del simulation, change
     gc.collect()
+    assert gone() is None
+    # Whoever gets its memory next writes something else there.
+    others = [pliant.Simulation(beam(**{"body.0.pin": []})) for _ in range(20)]
+    [other.step(10) for other in others]
     np.testing.assert_array_equal(x, last)
 
 

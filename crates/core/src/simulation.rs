@@ -25,6 +25,7 @@ use crate::diagnostics::{
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
+use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
@@ -97,8 +98,12 @@ impl Simulation {
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
     pub fn set_solver(&mut self, options: SolverOptions) {
-        self.solver = options;
-        self.integrator = self.method.build(self.state.x().len(), options);
+        let allowed = self.controller.as_ref().map(|controller| {
+            let Tolerances { position, velocity, .. } = controller.control.tolerances;
+            [position, velocity]
+        });
+        self.solver = SolverOptions { step_error: allowed.or(options.step_error), ..options };
+        self.integrator = self.method.build(self.state.x().len(), self.solver);
     }
 
     /// Steps by this scheme from now on; a new beginning of schemes that remember earlier steps.
