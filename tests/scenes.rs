@@ -346,6 +346,18 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     assert!(slid > 1e-4, "{slid}");
 }
 
+// A6, k = 1e6: theta(10) of the inextensible pendulum, 2.7e-4 rad from that of the elastic one; steps of a millisecond would be 10,000.
+#[test]
+fn the_adaptive_pendulum_steps_over_its_spring() {
+    let (assembly, summary) = simulated("adaptive_pendulum_2d.toml", 10.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let x = assembly.simulation.state().x();
+    let angle = x[2].atan2(-x[3]) + 0.651_863_046_741_975_93;
+    assert!(angle.abs() < 2e-2, "off by {angle:e} rad");
+    let lost = 1.0 - summary.end.total / summary.start.total;
+    assert!(summary.work.steps < 2000 && lost.abs() < 5e-3, "{:?}, {lost:e}", summary.work);
+}
+
 /// Times of frames, bit by bit.
 struct Times(Vec<u64>);
 
@@ -431,4 +443,19 @@ fn a_balloon_grows_round_and_in_its_place() {
         assembly.simulation.positions().chunks(3).map(|x| x[0].hypot(x[1]).hypot(x[2])).collect();
     let (low, high) = radii.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(*r), h.max(*r)));
     assert!(low > 0.11 && high < 0.25 && high < 1.25 * low, "{low} {high}");
+}
+
+// C9, nearly incompressible: the converged rise is 6.932.
+#[test]
+fn cooks_membrane_locks_without_nodal_integration_and_does_not_with_it() {
+    let (assembly, summary) = simulated("cooks_membrane_2d.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (rest, x) = (&assembly.topology.rest_positions, assembly.simulation.positions());
+    let rise = |corner: f64| {
+        let at = |x: &[f64]| (x[0] - corner).hypot(x[1] - 60.0) < 1e-9;
+        let v = rest.chunks(2).position(at).unwrap();
+        x[2 * v + 1] - 60.0
+    };
+    let (plain, nodal) = (rise(48.0), rise(108.0));
+    assert!((2.1..2.3).contains(&plain) && (6.2..6.5).contains(&nodal), "{plain} {nodal}");
 }

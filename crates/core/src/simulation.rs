@@ -25,6 +25,7 @@ use crate::diagnostics::{
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
+use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
@@ -97,8 +98,12 @@ impl Simulation {
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
     pub fn set_solver(&mut self, options: SolverOptions) {
-        self.solver = options;
-        self.integrator = self.method.build(self.state.x().len(), options);
+        let allowed = self.controller.as_ref().map(|controller| {
+            let Tolerances { position, velocity, .. } = controller.control.tolerances;
+            [position, velocity]
+        });
+        self.solver = SolverOptions { step_error: allowed.or(options.step_error), ..options };
+        self.integrator = self.method.build(self.state.x().len(), self.solver);
     }
 
     /// Steps by this scheme from now on; a new beginning of schemes that remember earlier steps.
@@ -180,6 +185,7 @@ impl Simulation {
     fn located(&self, StepFault { fault, vertex, solve }: StepFault) -> StepFault {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
+            Fault::Node { body, vertex, j } => Fault::Node { body, vertex: original(vertex), j },
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });

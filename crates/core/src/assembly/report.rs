@@ -162,6 +162,14 @@ fn uses(
         format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
         "quadratic elements: no body has `order = 2`",
     );
+    let nodal: Vec<String> = scene.body.iter().zip(bodies).filter_map(|(spec, body)| {
+        let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
+        Some(format!(
+            "nodal integration of `{}`: the material is evaluated at its vertices, {part} of the shear modulus in the elements",
+            body.name
+        ))
+    }).collect();
+    say(!nodal.is_empty(), nodal.join("; "), "nodal integration: no body asks for it");
     let membranes: Vec<String> = scene
         .body
         .iter()

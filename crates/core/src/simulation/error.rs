@@ -186,7 +186,7 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         ),
         _ => format!("; try a smaller step, {half:.4e} s{parts}"),
     };
-    if matches!(fault, Some(Fault::Element { j, .. }) if *j <= 0.0) {
+    if matches!(fault, Some(Fault::Element { j, .. } | Fault::Node { j, .. }) if *j <= 0.0) {
         advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }
     advice

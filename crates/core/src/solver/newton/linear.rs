@@ -77,6 +77,7 @@ impl<const D: usize> Newton<D> {
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {
                 self.at_hand = (psd == Psd::Exact).then_some(weights);
+                self.by_iterations = true;
                 std::mem::swap(&mut self.direction, &mut self.solution);
                 return Direction::Descent;
             }
@@ -99,6 +100,7 @@ impl<const D: usize> Newton<D> {
         }
         // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
         self.at_hand = (psd == Psd::Exact).then_some(weights);
+        self.by_iterations = false;
         cholesky.solve(&mut self.direction);
         Direction::Descent
     }

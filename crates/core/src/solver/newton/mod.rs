@@ -5,7 +5,7 @@ mod linear;
 mod search;
 
 use super::cholesky::Cholesky;
-use super::conjugate_gradients::{ConjugateGradients, dot};
+use super::conjugate_gradients::{CgEnd, ConjugateGradients, dot};
 use super::hessian::{Assembler, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
@@ -25,6 +25,8 @@ const CONTRACTION: f64 = 0.25;
 const FORCING: [f64; 2] = [1e-2, 1e-1];
 /// A solve need not be more accurate than this part of what the matrix at hand lets corrections shrink by.
 const FORCING_PART: f64 = 0.3;
+/// The relative residual of solves for estimates of errors.
+const ESTIMATE: f64 = 1e-3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.
 const NEAR: f64 = 1e-3;
 /// What is added to the diagonal of projected Hessians in statics, as a part of the largest entry.
@@ -40,6 +42,8 @@ pub(crate) struct Newton<const D: usize> {
     /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients; none if it is projected.
     at_hand: Option<Weights>,
     iterative: Option<Iterative<D>>,
+    /// Whether what is at hand was last solved with by conjugate gradients.
+    by_iterations: bool,
     /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at the last time:
     /// they are tried again after twice as many.
     direct: (u64, u64),
@@ -67,6 +71,7 @@ impl<const D: usize> Newton<D> {
             cholesky: None,
             at_hand: None,
             iterative: None,
+            by_iterations: false,
             direct: (0, 0),
             cg: ConjugateGradients::default(),
             size: 0.0,
@@ -108,8 +113,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
         let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let (tolerance, floor) =
-            (self.options.tolerance.unwrap_or(1e-9 * self.size), ULPS * f64::EPSILON * reach);
+        let tolerance = self.options.tolerance(self.size, objective.velocity.rate);
+        let floor = ULPS * f64::EPSILON * reach;
         let negligible = tolerance.max(floor);
         let fail = |system: &System, at: &Iterate, verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
@@ -194,11 +199,13 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             let slope = Slope { start, slope, correction, negligible };
             let accepted = self.search(system, objective, at, &slope);
             let Some(Accepted { value: there, halvings, finite }) = accepted else {
+                if forcing > CG_TOLERANCE {
+                    // A loose solution may point nowhere: an accurate one with the same matrix comes before another matrix.
+                    (forcing, correction) = (CG_TOLERANCE, f64::INFINITY);
+                    continue;
+                }
                 if correction <= negligible && !truncated {
-                    if forcing <= CG_TOLERANCE {
-                        return Ok(());
-                    }
-                    forcing = CG_TOLERANCE;
+                    return Ok(());
                 }
                 if old_matrix {
                     keep = false;
@@ -251,9 +258,19 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     }
 
     fn solve_last(&mut self, right: &mut [f64]) -> bool {
-        // Conjugate gradients keep no factor, and one of a projected matrix is none of the Jacobian.
-        if self.at_hand.is_none() || self.iterative.is_some() {
-            return false;
+        // A projected matrix is none of the Jacobian.
+        let Some(weights) = self.at_hand else { return false };
+        if self.by_iterations {
+            let (Some(iterative), Some(assembler)) = (&mut self.iterative, &self.assembler) else {
+                return false;
+            };
+            let made_for = (weights, Psd::Exact);
+            let report = iterative.solve(assembler.matrix(), made_for, right, &mut self.solution, ESTIMATE);
+            self.work.cg_iterations += report.iterations;
+            if report.end == CgEnd::Converged {
+                right.copy_from_slice(&self.solution);
+            }
+            return report.end == CgEnd::Converged;
         }
         let Some(cholesky) = &mut self.cholesky else { return false };
         cholesky.solve(right);
