@@ -1,5 +1,6 @@
 //! The same bits, whatever the number of threads.
 
+use pliant::assembly::UnstableStep;
 use pliant::control::StepControl;
 use pliant::energy::EnergyTerm;
 use pliant::energy::nbody::{NBody, TreeGravity};
@@ -7,6 +8,7 @@ use pliant::energy::spring::Springs;
 use pliant::integrator::IntegratorSpec;
 use pliant::integrator::estimate::Tolerances;
 use pliant::lanes::{Level, level};
+use pliant::scene::Scene;
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
@@ -67,6 +69,25 @@ fn solids_give_the_same_bits_on_any_number_of_threads() {
                 *v = if rest[k - k % d] == 0.0 { 0.0 } else { 0.1 * scattered(k) };
             }
             outcome(&mut simulation, 12)
+        });
+    }
+}
+
+// 11 x 10 x 8 cells have 1,188 vertices: enough chunks of them for several threads, explicit and implicit.
+#[test]
+fn nodal_integration_gives_the_same_bits_on_any_number_of_threads() {
+    for (name, h, steps) in [("velocity-verlet", 1e-4, 6), ("implicit-euler", 5e-3, 1)] {
+        let mut solid = Solid::grid(&[11, 10, 8], &[1.1, 1.0, 0.8], isotropic("neo-hookean", 1e5, 0.45));
+        solid.nodal_integration = serde_json::json!({});
+        solid.pin = at_zero(3, 0);
+        solid.gravity = Some(vec![0.3; 3]);
+        assert_same_bits(name, || {
+            let mut simulation = solid.simulation(method(name), h);
+            let rest = simulation.state().x().to_vec();
+            for (k, v) in simulation.state_mut().v_mut().iter_mut().enumerate() {
+                *v = if rest[k - k % 3] == 0.0 { 0.0 } else { 0.1 * scattered(k) };
+            }
+            outcome(&mut simulation, steps)
         });
     }
 }
@@ -152,6 +173,24 @@ fn steps_that_follow_the_error_are_the_same_on_any_number_of_threads() {
         simulation.set_step_control(StepControl { tolerances, first: None, smallest: 0.0, largest: 1.0 });
         let mut bits = outcome(&mut simulation, 12);
         bits.push(simulation.state().time.to_bits());
+        bits
+    });
+}
+
+// promise 1: so are the steps that are not solved, and their parts.
+#[test]
+fn steps_in_parts_are_the_same_on_any_number_of_threads() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/pressed_block_2d.toml");
+    assert_same_bits("a block pressed in parts of steps", || {
+        let mut scene = Scene::from_path(path).unwrap();
+        scene.body[0].mesh =
+            serde_json::from_str(r#"{ "grid": { "cells": [41, 40], "size": [0.08, 0.1] } }"#).unwrap();
+        scene.time.integrator = IntegratorSpec::ImplicitEuler;
+        scene.time.step = Some(0.25);
+        let mut simulation =
+            scene.assemble(UnstableStep::Refuse).map_err(|p| format!("{p:?}")).unwrap().simulation;
+        let bits = outcome(&mut simulation, 1);
+        assert!(simulation.work().retried.unwrap().parts > 1);
         bits
     });
 }

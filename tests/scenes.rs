@@ -346,6 +346,73 @@ fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     assert!(slid > 1e-4, "{slid}");
 }
 
+// A6, k = 1e6: theta(10) of the inextensible pendulum, 2.7e-4 rad from that of the elastic one; steps of a millisecond would be 10,000.
+#[test]
+fn the_adaptive_pendulum_steps_over_its_spring() {
+    let (assembly, summary) = simulated("adaptive_pendulum_2d.toml", 10.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let x = assembly.simulation.state().x();
+    let angle = x[2].atan2(-x[3]) + 0.651_863_046_741_975_93;
+    assert!(angle.abs() < 2e-2, "off by {angle:e} rad");
+    let lost = 1.0 - summary.end.total / summary.start.total;
+    assert!(summary.work.steps < 2000 && lost.abs() < 5e-3, "{:?}, {lost:e}", summary.work);
+}
+
+/// Times of frames, bit by bit.
+struct Times(Vec<u64>);
+
+impl pliant::observer::Observer for Times {
+    fn frame(&mut self, frame: &pliant::observer::Frame<'_>) -> Result<(), pliant::observer::ObserverError> {
+        self.0.push(frame.time.to_bits());
+        Ok(())
+    }
+}
+
+// A failed step is retried at smaller size where the scene allows, with the frame times kept: the ends of these steps are equilibria
+// that steps of an eighth of their size lead to as well.
+#[test]
+fn a_pressed_block_is_pressed_in_parts_of_steps_and_frames_stay_where_they_are() {
+    let (scene, mut in_parts) = assembled("pressed_block_2d.toml");
+    let mut times = Times(vec![]);
+    let none = AtomicBool::new(false);
+    let summary = run(&mut in_parts.simulation, &scene.plan(), &mut [&mut times], &none);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let frames: Vec<u64> = (0..=4).map(|i| f64::from(i).to_bits()).collect();
+    assert_eq!(times.0, frames);
+    let retried = summary.work.retried.unwrap();
+    assert_eq!((summary.work.steps, retried.steps), (4, 4));
+    assert!(retried.parts >= 8 && retried.halvings <= 4, "{retried:?}");
+    assert!(summary.end.min_j.unwrap() > 0.1, "{:?}", summary.end.min_j);
+    let work = summary.end.balance.unwrap().motion.unwrap();
+    assert!((summary.end.elastic / work - 1.0).abs() < 1e-3, "{} J of {work} J", summary.end.elastic);
+
+    let mut fine = scene.clone();
+    fine.time.step = Some(0.125);
+    fine.time.solver = None;
+    let mut fine = fine.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:#?}"));
+    let summary = run(&mut fine.simulation, &scene.plan(), &mut [], &none);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let off = in_parts
+        .simulation
+        .positions()
+        .iter()
+        .zip(&*fine.simulation.positions())
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(off < 1e-8, "{off:e} m");
+
+    let mut bare = scene.clone();
+    bare.time.solver = None;
+    let mut bare = bare.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:#?}"));
+    let mut times = Times(vec![]);
+    let summary = run(&mut bare.simulation, &scene.plan(), &mut [&mut times], &none);
+    let Outcome::Failed(error @ StepError::NotFinite { step: 1, retried: None, .. }) = summary.outcome else {
+        panic!("{:?}", summary.outcome)
+    };
+    assert!(error.to_string().contains("`retries` in [time] solver"), "{error}");
+    assert_eq!(times.0, frames[..1]);
+}
+
 // C10: with F L^2 / (E' I) = 1.09, E' = E / (1 - nu^2), the elastica rises by 0.32 of its length. Linear triangles are stiffer, two
 // of them over the height by half (C11). A ramp of T leaves a swing of up to 24 / (omega T)^2, 13 % for 13.5 rad/s.
 #[test]
@@ -376,4 +443,19 @@ fn a_balloon_grows_round_and_in_its_place() {
         assembly.simulation.positions().chunks(3).map(|x| x[0].hypot(x[1]).hypot(x[2])).collect();
     let (low, high) = radii.iter().fold((f64::MAX, f64::MIN), |(l, h), r| (l.min(*r), h.max(*r)));
     assert!(low > 0.11 && high < 0.25 && high < 1.25 * low, "{low} {high}");
+}
+
+// C9, nearly incompressible: the converged rise is 6.932.
+#[test]
+fn cooks_membrane_locks_without_nodal_integration_and_does_not_with_it() {
+    let (assembly, summary) = simulated("cooks_membrane_2d.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (rest, x) = (&assembly.topology.rest_positions, assembly.simulation.positions());
+    let rise = |corner: f64| {
+        let at = |x: &[f64]| (x[0] - corner).hypot(x[1] - 60.0) < 1e-9;
+        let v = rest.chunks(2).position(at).unwrap();
+        x[2 * v + 1] - 60.0
+    };
+    let (plain, nodal) = (rise(48.0), rise(108.0));
+    assert!((2.1..2.3).contains(&plain) && (6.2..6.5).contains(&nodal), "{plain} {nodal}");
 }

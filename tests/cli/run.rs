@@ -51,6 +51,44 @@ fn json_is_one_document_with_everything() {
     assert_eq!(json["bytes"].as_u64().unwrap(), bench.path("scene.mcap").metadata().unwrap().len());
 }
 
+/// Two plates that meet rows of elements, in one step.
+const PRESSED: &str = "dimension = 2
+time = { integrator = 'quasi-static', step = 1.0, duration = 2.0, solver = { retries = 3 } }
+output = { rate = 1.0 }
+[[body]]
+mesh = { grid = { cells = [2, 4], size = [1, 1] } }
+elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }
+mass = { density = 10.0 }
+pin = [
+  { name = 'foot', half_space = { normal = [0, 1], offset = 0 } },
+  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion = { displacement = ['0', '-0.3 * t * (2 - t)'] } },
+]
+";
+
+#[test]
+fn steps_in_parts_are_counted_in_the_report_the_document_and_the_file() {
+    let bench = Bench::new(PRESSED);
+    let ended = bench.pliant(["scene.toml"]).succeeded();
+    ended.prints(&[
+        "done: 3 frames, 2 steps",
+        "retries   1 step not solved at once, taken in 2 parts, the smallest 1/2 of a step",
+    ]);
+    let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
+    let expected = serde_json::json!({ "steps": 1, "parts": 2, "halvings": 1 });
+    assert_eq!(json["summary"]["retried"], expected);
+    let bytes = std::fs::read(bench.path("scene.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let last = messages.filter(|message| message.channel.topic == "/energy").last().unwrap();
+    let row: serde_json::Value = serde_json::from_slice(&last.data).unwrap();
+    assert_eq!(row["work"]["retried"], expected);
+    let ended = bench.pliant(["check", "scene.toml"]).succeeded();
+    ended.prints(&["taken in parts, down to 1.250e-1 s"]);
+    let ended = bench.pliant(["check", "scene.toml", "--set", "time.solver.retries=0"]).succeeded();
+    ended.prints(&["steps in parts: one that is not solved ends the run"]);
+    let ended = bench.pliant(["scene.toml", "--force", "--set", "time.solver.retries=0"]);
+    assert!(ended.stderr.contains("`retries` in [time] solver"), "{}", ended.stderr);
+}
+
 #[test]
 fn quiet_is_silent() {
     let ended = Bench::new(SPRING).pliant(["scene.toml", "-q", "--set", "time.step=0.001"]).succeeded();

@@ -10,6 +10,7 @@ mod orders;
 mod oscillator;
 mod pendulum;
 mod prescribed_motion;
+mod retries;
 mod ring;
 mod stiff;
 mod three_bodies;

@@ -1,7 +1,7 @@
 //! Order of convergence of every scheme, from its documentation; a new scheme is measured by existing.
 
-use pliant::integrator::runge_kutta::Tableau;
 use pliant::integrator::splitting::Stage::{Drift, Kick};
+use pliant::integrator::tableau::Tableau;
 use pliant::integrator::{Method, Scheme};
 
 use crate::support::particles::{SOFT_DOUBLE_PENDULUM_V, SOFT_DOUBLE_PENDULUM_X, soft_double_pendulum};

@@ -38,6 +38,25 @@ def test_a_rollout_is_each_alone_on_any_number_of_threads() -> None:
     np.testing.assert_array_equal(view, further[0].positions)
 
 
+def test_a_rollout_goes_on_from_states() -> None:
+    simulation = pliant.Simulation(beam())
+    simulation.set_material("beam", young=5e4)
+    states = []
+    for _ in range(3):
+        simulation.step(10)
+        states.append(simulation.state)
+    ahead = pliant.rollout(states, 20, scene=simulation)
+    assert simulation.state == states[2] and [each.steps for each in ahead] == [30, 40, 50]
+    simulation.step(20)
+    assert ahead[2].state == simulation.state and ahead[0].state == states[2]
+    stiffer = pliant.rollout(states[:1], 20, scene=beam())
+    assert stiffer[0].steps == 30 and stiffer[0].state != ahead[0].state
+    with pytest.raises(TypeError, match="`scene=`"):
+        pliant.rollout(states, 1)
+    with pytest.raises(ValueError, match="state of another scene"):
+        pliant.rollout(states, 1, scene=beam(**{"body.0.mesh.grid.cells": [3, 1]}))
+
+
 def test_a_rollout_says_which_one_failed() -> None:
     good, bad = pliant.Simulation(beam()), pliant.Simulation(beam())
     bad.external_forces = np.full((10, 2), 1e308)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import copy
 import gc
+import itertools
 import pickle
 import sys
 import threading
+import tracemalloc
 import weakref
 
 import numpy as np
@@ -30,7 +32,9 @@ def test_copies_are_copies(simulation: pliant.Simulation) -> None:
     assert not (simulation.positions == 7.0).any()
 
 
-def test_views_follow_and_outlive_the_simulation(simulation: pliant.Simulation) -> None:
+def test_views_follow_and_outlive_the_simulation() -> None:
+    # Not the fixture, which pytest would keep.
+    simulation = pliant.Simulation(beam())
     x, v = simulation.positions_view, simulation.velocities_view
     assert x is simulation.positions_view and np.shares_memory(x, simulation.positions_view)
     assert not x.flags.writeable
@@ -50,9 +54,13 @@ def test_views_follow_and_outlive_the_simulation(simulation: pliant.Simulation) 
         np.testing.assert_array_equal(x, simulation.positions)
         np.testing.assert_array_equal(v, simulation.velocities)
         assert not x.flags.writeable
-    last = simulation.positions
+    last, gone = simulation.positions, weakref.ref(simulation)
     del simulation, change
     gc.collect()
+    assert gone() is None
+    # Whoever gets its memory next writes something else there.
+    others = [pliant.Simulation(beam(**{"body.0.pin": []})) for _ in range(20)]
+    [other.step(10) for other in others]
     np.testing.assert_array_equal(x, last)
 
 
@@ -312,21 +320,27 @@ def test_matrices_are_those_of_the_linearised_motion(simulation: pliant.Simulati
         galaxy.stiffness()
 
 
+def is_stepping(simulation: pliant.Simulation) -> bool:
+    try:
+        simulation.time
+    except RuntimeError as error:
+        assert "in the middle of a step" in str(error)
+        return True
+    return False
+
+
 def test_two_threads_step_two_simulations_at_once() -> None:
-    alone = pliant.Simulation(beam())
-    alone.step(3000)
     both = [pliant.Simulation(beam()) for _ in range(2)]
-    # Each waits for the other in the middle: that needs both to run.
-    barrier = threading.Barrier(2, timeout=60)
-
-    def go(simulation: pliant.Simulation) -> None:
-        for _ in range(3):
-            simulation.step(1000)
-            barrier.wait()
-
-    threads = [threading.Thread(target=go, args=(each,)) for each in both]
+    threads = [threading.Thread(target=each.step, args=(60_000,)) for each in both]
     [thread.start() for thread in threads]
-    [thread.join() for thread in threads]
+    at_once = 0
+    while any(thread.is_alive() for thread in threads):
+        at_once += all([is_stepping(each) for each in both])
+        threads[0].join(0.001)
+    # Who held the lock of the interpreter for a step would have kept the other out, and us.
+    assert at_once > 0
+    alone = pliant.Simulation(beam())
+    alone.step(60_000)
     assert all(each.state == alone.state for each in both)
 
 
@@ -343,11 +357,7 @@ def test_python_goes_on_while_a_simulation_steps(simulation: pliant.Simulation) 
     refused = 0
     while not counts:
         ticks += 1
-        try:
-            simulation.time
-        except RuntimeError as error:
-            assert "in the middle of a step" in str(error)
-            refused += 1
+        refused += is_stepping(simulation)
         thread.join(0.001)
     # Somebody who held the lock of the interpreter would have let nobody else count.
     assert ticks > 3 and refused > 0 and simulation.steps == 400_000
@@ -375,6 +385,66 @@ def test_memory_does_not_grow() -> None:
     # A leak of a state of 320 bytes a step would be 6 MB, of a simulation of some 20 kB 20 MB.
     assert resident() - before < 4_000_000
     assert view.shape == (10, 2)
+
+
+# The overhead of a step is measured by benches/overhead.py; what costs most of it, objects of Python, can be counted.
+@pytest.mark.parametrize(("is_shuffled", "count"), [(False, 1000), (True, 5)])
+def test_a_step_makes_no_objects_of_python(is_shuffled: bool, count: int) -> None:
+    simulation = pliant.Simulation(shuffled() if is_shuffled else beam())
+    views = simulation.positions_view, simulation.velocities_view
+
+    def peak(steps: int) -> int:
+        # Nothing in the loop makes an object either.
+        steps_to_take = itertools.repeat(None, steps)
+        step = simulation.step
+        step()
+        tracemalloc.reset_peak()
+        before = tracemalloc.get_traced_memory()[0]
+        for _ in steps_to_take:
+            step()
+        return tracemalloc.get_traced_memory()[1] - before
+
+    tracemalloc.start()
+    try:
+        # As many bytes as no step at all.
+        assert peak(count) == peak(0)
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(views[0], simulation.positions)
+    np.testing.assert_array_equal(views[1], simulation.velocities)
+
+
+def shuffled() -> pliant.Scene:
+    """A sheet large enough to be numbered anew, whose own numbers are at random."""
+    side = 100
+    x, y = np.meshgrid(np.arange(side), np.arange(side))
+    order = np.random.default_rng(1).permutation(side * side)
+    points = np.empty((side * side, 2))
+    points[order] = np.stack([x.ravel(), y.ravel()], axis=1) * 0.1
+    corner = np.arange(side * side).reshape(side, side)[:-1, :-1].ravel()
+    cells = [[corner, corner + 1, corner + side + 1], [corner, corner + side + 1, corner + side]]
+    triangles = order[np.concatenate([np.stack(cell, axis=1) for cell in cells])]
+    scene = beam(**{"body.0.pin": []}).to_toml()
+    return pliant.Scene.from_toml(scene).with_changes(
+        {"body.0.mesh": {"inline": {"points": points, "triangles": triangles}}, "time.step": 1e-4}
+    )
+
+
+# time: adaptive steps, and steps in parts, and what they cost.
+def test_work_counts_what_was_tried_again() -> None:
+    scene = pliant.Scene.from_toml(SCENES / "pressed_block_2d.toml")
+    simulation = pliant.Simulation(scene)
+    simulation.run()
+    retried = simulation.work["retried"]
+    assert retried["steps"] > 0 and retried["parts"] >= 2 * retried["steps"] and retried["halvings"] >= 1
+    adaptive = beam(**{"time.integrator": "bogacki-shampine3"}).to_toml().replace("step = 0.001", "adaptive = { tolerance = 1e-4 }")
+    scene = pliant.Scene.from_toml(adaptive)
+    assert scene.step_size is None
+    simulation = pliant.Simulation(scene)
+    first = simulation.step_size
+    simulation.run()
+    assert simulation.work["rejected_steps"] >= 0 and simulation.step_size != first
+    assert simulation.time == 0.1 and "retried" not in simulation.work
 
 
 def test_nothing_is_kept_alive() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -104,3 +106,77 @@ def test_energies_go_to_pandas(recorded: tuple[pliant.Trajectory, list[pliant.Fr
     table = recorded[0].to_pandas()
     assert table.index.name == "time" and table.shape[0] == 7
     np.testing.assert_array_equal(table["kinetic"], recorded[0].energy["kinetic"])
+
+
+def test_probes_and_every_channel_are_read(tmp_path: Path) -> None:
+    channels = list(pliant.catalogue("channels"))
+    scene = pliant.Scene.from_toml(beam().to_toml() + '\n[[probe]]\nname = "tip"\nvertex = 9\n')
+    scene = scene.with_changes({"output.channels": channels})
+    simulation = pliant.Simulation(scene)
+    simulation.run(record=tmp_path / "out.mcap")
+    trajectory = pliant.load(tmp_path / "out.mcap")
+    tip = trajectory.probe("tip")
+    for axis in range(2):
+        np.testing.assert_array_equal(tip[f"position[{axis}]"], trajectory.positions[:, 9, axis])
+        np.testing.assert_array_equal(tip[f"velocity[{axis}]"], trajectory.velocities[:, 9, axis])
+    measured = 0
+    for name in channels:
+        try:
+            expected = simulation.measure(name)
+        except ValueError:
+            continue
+        np.testing.assert_array_equal(trajectory.measure(name)[-1], expected)
+        measured += 1
+    assert measured >= 7
+
+
+def test_frames_are_exported_as_by_the_command_line(
+    recorded: tuple[pliant.Trajectory, list[pliant.Frame]], programs: list[str], tmp_path: Path
+) -> None:
+    trajectory = recorded[0]
+    files = trajectory.export(tmp_path / "ours", slice(1, None, 2))
+    command = [programs[0], "export", trajectory.path, "--to", tmp_path / "theirs", "--frames", "1..:2"]
+    subprocess.run(command, check=True, capture_output=True)
+    assert [file.name for file in files] == ["beam_0001.vtu", "beam_0003.vtu", "beam_0005.vtu", "beam.pvd"]
+    assert sorted(file.name for file in (tmp_path / "theirs").iterdir()) == sorted(file.name for file in files)
+    for file in files:
+        assert file.read_bytes() == (tmp_path / "theirs" / file.name).read_bytes()
+    assert trajectory.export(tmp_path / "last.obj", -1) == [tmp_path / "last.obj"]
+    with pytest.raises(FileExistsError, match="overwrite=True"):
+        trajectory.export(tmp_path / "last.obj", 0)
+    trajectory.export(tmp_path / "last.obj", 0, overwrite=True)
+    with pytest.raises(IndexError):
+        trajectory.export(tmp_path / "more", 7)
+    for nothing in (slice(5, 2), slice(None, None, -1)):
+        with pytest.raises(ValueError, match="chooses none of 7 frames"):
+            trajectory.export(tmp_path / "none", nothing)
+    with pytest.raises(ValueError, match="holds one frame, not 7 frames; choose one with `frames=`"):
+        trajectory.export(tmp_path / "all.vtu")
+
+
+def test_what_a_killed_run_left_is_recovered(tmp_path: Path) -> None:
+    code = """
+import os, sys, pliant
+scene = pliant.Scene.from_toml(sys.argv[1]).with_changes({"time.duration": 60.0})
+def kill(frame):
+    if frame.index == 40:
+        os.kill(os.getpid(), 9)
+pliant.Simulation(scene).run(record=sys.argv[2], callback=kill)
+"""
+    out = tmp_path / "out.mcap"
+    (tmp_path / "scene.toml").write_text(beam().to_toml())
+    done = subprocess.run([sys.executable, "-c", code, tmp_path / "scene.toml", out])
+    assert done.returncode == -9 and not out.exists()
+    recovered = pliant.recover(tmp_path / "out.mcap.part")
+    # Those that had reached the disk.
+    assert 0 < len(recovered) <= 41
+    simulation = pliant.Simulation(beam())
+    simulation.run(until=0.017)
+    np.testing.assert_array_equal(recovered.positions[1], simulation.positions)
+    with pytest.raises(FileExistsError):
+        pliant.recover(tmp_path / "out.mcap.part")
+    assert len(pliant.recover(tmp_path / "out.mcap.part", overwrite=True)) == len(recovered)
+    with pytest.raises(ValueError, match="does not end in .part"):
+        pliant.recover(out)
+    with pytest.raises(FileNotFoundError):
+        pliant.recover(tmp_path / "absent.part")

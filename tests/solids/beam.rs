@@ -147,6 +147,40 @@ fn errors_in_time_of_implicit_schemes_are_those_of_independent_implementations()
     }
 }
 
+// C13 W1s: a hundred times as stiff, nu = 0.49; 7670 rad/s at most. An independent code has the tip at t = 1 in 8 digits.
+#[test]
+fn stiff_beams_in_implicit_steps_converge_to_what_an_independent_code_finds() {
+    // Largest deflection on the way, and the error of the tip at the end.
+    let swing = |scheme: &str, steps: u32| {
+        let mut solid = Solid::grid(&[8, 2], &[4.0, 1.0], isotropic("neo-hookean", 1e8, 0.49));
+        solid.mass = json!({ "density": 1000.0 });
+        solid.pin = at_zero(2, 0);
+        solid.gravity = Some(vec![0.0, -9.81]);
+        let mut simulation = solid.simulation(method(scheme), 1.0 / f64::from(steps));
+        let (mut lowest, mut tip) = (0.0_f64, [0.0; 2]);
+        for _ in 0..steps {
+            simulation.step().unwrap();
+            let x = simulation.state().x();
+            tip = [x[x.len() - 2] - 4.0, x[x.len() - 1] - 1.0];
+            lowest = lowest.min(tip[1]);
+        }
+        (lowest, largest_difference(&tip, &[2.047_497_4e-4, -2.448_129_8e-4]))
+    };
+    // The steps are h omega = 5 to 10 of the fastest mode, the second order is that of the slowest alone.
+    for (scheme, steps, part) in [
+        ("implicit-midpoint", 1600, 2e-3),
+        ("tr-bdf2", 1600, 2e-3),
+        ("radau-iia2", 1600, 1e-4),
+        ("sdirk4", 800, 1e-4),
+        ("gauss2", 800, 1e-4),
+        ("radau-iia3", 800, 1e-5),
+    ] {
+        let ((_, coarse), (lowest, fine)) = (swing(scheme, steps / 4), swing(scheme, steps));
+        assert!((-0.03..-0.008).contains(&lowest), "{scheme}: down to {lowest} m");
+        assert!(fine < part * -lowest && fine < 0.5 * coarse, "{scheme}: {coarse:e} {fine:e} of {lowest} m");
+    }
+}
+
 // lecture 7; D2
 #[test]
 fn verlet_runs_at_098_of_the_stability_limit_and_is_stopped_at_104() {

@@ -3,17 +3,17 @@
 use serde_json::Value;
 
 use crate::support::largest_difference;
-use crate::support::solid::{ELEMENTS, Probe, Solid, affine, every_material, shaken};
+use crate::support::solid::{KINDS, Kind, Probe, Solid, affine, shaken};
 
 /// Of second order fewer cells: as many vertices.
-fn grid(dimension: usize, order: u8, elastic: &Value) -> Solid {
-    let cells = if order == 1 { [3, 2, 2] } else { [2, 1, 1] };
-    Solid::grid(&cells[..dimension], &[1.5, 1.0, 1.0][..dimension], elastic.clone()).of_order(order)
+fn grid(dimension: usize, kind: Kind, elastic: &Value) -> Solid {
+    let cells = if kind != Kind::Order(2) { [3, 2, 2] } else { [2, 1, 1] };
+    Solid::grid(&cells[..dimension], &[1.5, 1.0, 1.0][..dimension], elastic.clone()).of_kind(kind)
 }
 
 /// A small grid of this material and positions that deform it.
-fn deformed(dimension: usize, order: u8, elastic: &Value) -> (Probe, Vec<f64>) {
-    let probe = grid(dimension, order, elastic).probe();
+fn deformed(dimension: usize, kind: Kind, elastic: &Value) -> (Probe, Vec<f64>) {
+    let probe = grid(dimension, kind, elastic).probe();
     let x = shaken(&probe.rest(), 0.04);
     (probe, x)
 }
@@ -39,9 +39,9 @@ fn largest(a: &[f64]) -> f64 {
 // lecture 14; C2
 #[test]
 fn rotating_a_deformed_body_rotates_its_forces_and_keeps_its_energy_exactly_where_the_model_says_so() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
-            let (mut probe, x) = deformed(dimension, order, &elastic);
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
+            let (mut probe, x) = deformed(dimension, kind, &elastic);
             let q = rotation(dimension);
             let moved = affine(&x, &rows(&q), &vec![0.4; dimension]);
             let (before, after) = (probe.energy(&x), probe.energy(&moved));
@@ -64,9 +64,9 @@ fn rotating_a_deformed_body_rotates_its_forces_and_keeps_its_energy_exactly_wher
 // lecture 14; C2
 #[test]
 fn internal_forces_have_no_sum_and_invariant_models_no_torque() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
-            let (mut probe, x) = deformed(dimension, order, &elastic);
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
+            let (mut probe, x) = deformed(dimension, kind, &elastic);
             let forces = probe.forces(&x);
             let scale = largest(&forces);
             for c in 0..dimension {
@@ -88,12 +88,12 @@ fn internal_forces_have_no_sum_and_invariant_models_no_torque() {
 // lecture 2, 15; C2 and B4 (v): without the derivative of R a rotation would cost 2 mu.
 #[test]
 fn at_rest_exactly_the_rigid_motions_are_free() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
             if !spec.about().has_rest_shape {
                 continue;
             }
-            let (mut probe, _) = deformed(dimension, order, &elastic);
+            let (mut probe, _) = deformed(dimension, kind, &elastic);
             let rest = probe.rest();
             let eigenvalues = probe.stiffness(&rest).symmetric_eigenvalues();
             let top = eigenvalues.max();
@@ -109,9 +109,9 @@ fn at_rest_exactly_the_rigid_motions_are_free() {
 // lecture 20; C2 and C4
 #[test]
 fn stiffness_is_symmetric_and_the_derivative_of_the_force() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
-            let (mut probe, x) = deformed(dimension, order, &elastic);
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
+            let (mut probe, x) = deformed(dimension, kind, &elastic);
             let k = probe.stiffness(&x);
             let asymmetry = (&k - k.transpose()).amax() / k.amax();
             assert!(asymmetry < 1e-14, "{} in {dimension}D: asymmetry {asymmetry:e}", spec.name());
@@ -134,9 +134,9 @@ fn stiffness_is_symmetric_and_the_derivative_of_the_force() {
 // lecture 1
 #[test]
 fn forces_are_minus_the_derivative_of_the_energy() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
-            let (mut probe, x) = deformed(dimension, order, &elastic);
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
+            let (mut probe, x) = deformed(dimension, kind, &elastic);
             let forces = probe.forces(&x);
             let h = 1e-5;
             for j in 0..x.len() {
@@ -154,9 +154,9 @@ fn forces_are_minus_the_derivative_of_the_energy() {
 // lecture 20
 #[test]
 fn automatic_differentiation_gives_the_same_forces() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
-            let mut solid = grid(dimension, order, &elastic);
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
+            let mut solid = grid(dimension, kind, &elastic);
             let mut analytic = solid.probe();
             solid.stress = "autodiff";
             let mut automatic = solid.probe();

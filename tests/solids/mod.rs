@@ -11,6 +11,7 @@ mod invariance;
 mod loads;
 mod manufactured;
 mod modes;
+mod nodal;
 mod patch;
 mod plane_stress;
 mod quadratic;

@@ -5,7 +5,7 @@ use pliant::mesh::Mesh;
 use serde_json::Value;
 
 use crate::support::largest_difference;
-use crate::support::solid::{ELEMENTS, Probe, Solid, affine, every_material, isotropic, scattered};
+use crate::support::solid::{KINDS, Kind, Probe, Solid, affine, isotropic, scattered};
 
 /// `I + scale G`, `G` as in the plan.
 fn gradient(dimension: usize, scale: f64) -> Vec<Vec<f64>> {
@@ -17,7 +17,7 @@ fn gradient(dimension: usize, scale: f64) -> Vec<Vec<f64>> {
 
 /// A unit square or cube of `n` cells a side, inner vertices moved by up to 20 % of a cell; the unknowns of the inner
 /// vertices.
-fn perturbed(dimension: usize, order: u8, n: usize, elastic: &Value) -> (Solid, Vec<usize>) {
+fn perturbed(dimension: usize, kind: Kind, n: usize, elastic: &Value) -> (Solid, Vec<usize>) {
     let mut mesh = Solid::grid(&vec![n; dimension], &vec![1.0; dimension], elastic.clone()).mesh();
     for v in 0..mesh.vertex_count() {
         if is_inside(mesh.point(v)) {
@@ -26,7 +26,7 @@ fn perturbed(dimension: usize, order: u8, n: usize, elastic: &Value) -> (Solid, 
             }
         }
     }
-    let solid = Solid::inline(&mesh, elastic.clone()).of_order(order);
+    let solid = Solid::inline(&mesh, elastic.clone()).of_kind(kind);
     let rest = solid.probe().rest();
     let inner = (0..rest.len()).filter(|i| is_inside(&rest[i / dimension * dimension..][..dimension]));
     (solid, inner.collect())
@@ -55,14 +55,14 @@ fn equilibrium(probe: &mut Probe, start: &[f64], free: &[usize]) -> Vec<f64> {
 // lecture 13, 18, 19; C1
 #[test]
 fn the_interior_of_an_affinely_moved_mesh_moves_affinely_in_every_material() {
-    for (dimension, order) in ELEMENTS {
-        for (spec, elastic) in every_material() {
-            let n = match (dimension, order) {
-                (_, 2) => 2,
+    for (dimension, kind) in KINDS {
+        for (spec, elastic) in kind.materials() {
+            let n = match (dimension, kind) {
+                (_, Kind::Order(2)) => 2,
                 (2, _) => 4,
                 _ => 3,
             };
-            let (solid, inner) = perturbed(dimension, order, n, &elastic);
+            let (solid, inner) = perturbed(dimension, kind, n, &elastic);
             let mut probe = solid.probe();
             for scale in [1.0, 10.0] {
                 let f = gradient(dimension, scale);
@@ -89,7 +89,7 @@ fn a_linear_patch_has_the_energy_and_the_forces_of_its_strain() {
     let (young, poisson) = (1e6, 0.3);
     let (mu, lambda) =
         (young / (2.0 * (1.0 + poisson)), young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)));
-    let (solid, _) = perturbed(2, 1, 4, &isotropic("linear", young, poisson));
+    let (solid, _) = perturbed(2, Kind::Order(1), 4, &isotropic("linear", young, poisson));
     let mut probe = solid.probe();
     let rest = probe.rest();
     let x = affine(&rest, &[&[1.01, 0.02], &[-0.015, 1.03]], &[0.0, 0.0]);
@@ -146,7 +146,7 @@ fn slivers_pass_the_patch_test() {
 // C1: the patch test can fail.
 #[test]
 fn a_mesh_with_a_hole_in_its_connectivity_fails_the_patch_test() {
-    let (solid, inner) = perturbed(2, 1, 4, &isotropic("stvk", 1e6, 0.3));
+    let (solid, inner) = perturbed(2, Kind::Order(1), 4, &isotropic("stvk", 1e6, 0.3));
     let mut mesh = solid.mesh();
     mesh.triangles.remove(9);
     let mut probe = Solid::inline(&mesh, solid.elastic).probe();

@@ -19,6 +19,8 @@ pub(crate) struct Solid {
     pub(crate) elastic: Value,
     /// Of the elements.
     pub(crate) order: u8,
+    /// As in a scene.
+    pub(crate) nodal_integration: Value,
     /// `analytic` or `autodiff`.
     pub(crate) stress: &'static str,
     /// As in a scene.
@@ -50,6 +52,7 @@ impl Solid {
             mesh: json!({ "grid": { "cells": cells, "size": size } }),
             elastic,
             order: 1,
+            nodal_integration: Value::Null,
             stress: "analytic",
             mass: json!({ "density": 1000.0 }),
             pin: json!([]),
@@ -74,6 +77,14 @@ impl Solid {
         Solid { order, ..self }
     }
 
+    /// The same of elements of this kind.
+    pub(crate) fn of_kind(self, kind: Kind) -> Self {
+        match kind {
+            Kind::Order(order) => self.of_order(order),
+            Kind::Nodal => Solid { nodal_integration: json!({}), ..self },
+        }
+    }
+
     /// The mesh, without the nodes in the middle of edges.
     pub(crate) fn mesh(&self) -> Mesh {
         let spec: MeshSpec = serde_json::from_value(self.mesh.clone()).unwrap();
@@ -91,6 +102,7 @@ impl Solid {
                 "mesh": self.mesh,
                 "elastic": self.elastic,
                 "order": self.order,
+                "nodal_integration": self.nodal_integration,
                 "stress": self.stress,
                 "mass": self.mass,
                 "pin": self.pin,
@@ -107,8 +119,33 @@ impl Solid {
     }
 }
 
-/// Every kind of element: dimension and order.
+/// Every element: dimension and order.
 pub(crate) const ELEMENTS: [(usize, u8); 4] = [(2, 1), (3, 1), (2, 2), (3, 2)];
+
+/// How elements are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Order(u8),
+    /// Linear, with nodal integration.
+    Nodal,
+}
+
+impl Kind {
+    /// Every registered material that such elements can be made of, as in a scene.
+    pub(crate) fn materials(self) -> impl Iterator<Item = (MaterialSpec, Value)> {
+        every_material().into_iter().filter(move |(spec, _)| self != Kind::Nodal || spec.lame().is_some())
+    }
+}
+
+/// Every kind of element: dimension and kind.
+pub(crate) const KINDS: [(usize, Kind); 6] = [
+    (2, Kind::Order(1)),
+    (3, Kind::Order(1)),
+    (2, Kind::Order(2)),
+    (3, Kind::Order(2)),
+    (2, Kind::Nodal),
+    (3, Kind::Nodal),
+];
 
 /// Every registered material with its example parameters, as in a scene.
 pub(crate) fn every_material() -> Vec<(MaterialSpec, Value)> {

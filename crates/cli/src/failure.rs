@@ -99,6 +99,14 @@ impl Failure {
         }
     }
 
+    /// What is said, without a label.
+    pub(crate) fn message(&self) -> String {
+        match &self.reason {
+            Reason::Scene(error) => error.render(false),
+            Reason::Message { message, .. } => message.clone(),
+        }
+    }
+
     /// The problems, for a program.
     pub(crate) fn problems(&self) -> Value {
         match &self.reason {

@@ -14,7 +14,7 @@ mod text;
 
 use std::ffi::OsString;
 
-pub use commands::closing;
+pub use commands::{closing, export, listed, provenance, stress_case, study_document};
 
 /// Does what a command line asks for, the program's name first, and returns the exit code: 0 done, 1 failed, 2 bad usage or a bad
 /// scene, 130 interrupted. From the first command that simulates on, Ctrl-C is the program's: at the second the process ends.

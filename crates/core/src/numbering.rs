@@ -68,6 +68,19 @@ impl Numbering {
         permuted(&self.internal, rows, width)
     }
 
+    /// Writes rows of `width` numbers in the order of the simulation to `out`, in that of the scene. No allocation.
+    ///
+    /// # Panics
+    /// If `out` has another length.
+    pub fn write_original(&self, rows: &[f64], width: usize, out: &mut [f64]) {
+        if self.is_identity() {
+            return out.copy_from_slice(rows);
+        }
+        for (out, &i) in out.chunks_exact_mut(width).zip(&self.internal) {
+            out.copy_from_slice(&rows[i as usize * width..][..width]);
+        }
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         4 * (self.original.len() + self.internal.len())
@@ -110,6 +123,11 @@ mod tests {
         let internal = numbering.to_internal(&rows, 3);
         assert_ne!(internal, &rows[..]);
         assert_eq!(numbering.to_original(&internal, 3), &rows[..]);
+        for numbering in [&numbering, &Numbering::identity()] {
+            let mut written = vec![f64::NAN; 45];
+            numbering.write_original(&internal, 3, &mut written);
+            assert_eq!(written, &*numbering.to_original(&internal, 3));
+        }
         for v in 0..15 {
             assert_eq!(numbering.original(numbering.internal(v)), v);
             assert_eq!(internal[3 * numbering.internal(v) as usize], rows[3 * v as usize]);

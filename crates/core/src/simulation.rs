@@ -2,14 +2,18 @@
 
 mod adaptive;
 mod change;
+mod error;
 mod material;
 mod matrices;
+mod retry;
 mod snapshot;
 #[cfg(test)]
 mod tests;
 
+pub use error::{Retried, StepError};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
+pub use retry::RetriedSteps;
 pub use snapshot::{Snapshot, SnapshotError};
 
 use std::borrow::Cow;
@@ -21,6 +25,7 @@ use crate::diagnostics::{
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
+use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
@@ -38,6 +43,8 @@ pub struct Simulation {
     integrator: Box<dyn Integrator>,
     solver: SolverOptions,
     step_size: f64,
+    /// Steps that were taken in parts.
+    retried: RetriedSteps,
     /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
     /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
@@ -48,136 +55,6 @@ pub struct Simulation {
     points: Vec<(usize, Barycentric)>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
-}
-
-/// A step could not be taken; the state is still the last good one.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum StepError {
-    /// A position, velocity or force is not finite.
-    #[error("step {step} (t = {time:.6} s) cannot be taken: {}{}", cause(.fault, .vertex), advice(.fault, *.step_size, *.stable_step))]
-    NotFinite {
-        /// The step that was tried, from 1.
-        step: u64,
-        /// Time at its beginning [s].
-        time: f64,
-        /// What a term knows of the cause.
-        fault: Option<Fault>,
-        /// First vertex whose position or velocity is not finite.
-        vertex: Option<usize>,
-        /// The step size that was tried [s].
-        step_size: f64,
-        /// Largest stable step at the start [s], where it is known.
-        stable_step: Option<f64>,
-    },
-    /// The equations of an implicit step were not solved.
-    #[error(
-        "step {step} (t = {time:.6} s) was not solved: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}; \
-         try a smaller step, {:.4e} s",
-        place(.fault), 0.5 * *.step_size
-    )]
-    Unsolved {
-        /// The step that was tried, from 1.
-        step: u64,
-        /// Time at its beginning [s].
-        time: f64,
-        /// How the solver ended.
-        verdict: Verdict,
-        /// Newton iterations taken.
-        iterations: u32,
-        /// Largest component of the last correction [m].
-        correction: f64,
-        /// What a term knows of the cause.
-        fault: Option<Fault>,
-        /// The step size that was tried [s].
-        step_size: f64,
-    },
-    /// No step that is large enough to be taken has an error that is allowed.
-    #[error(
-        "step {step} (t = {time:.6} s) cannot be taken: a step of {step_size:.3e} s is still too large{}, and the smallest allowed is \
-         {smallest:.3e} s{}",
-        still(*.error), why(.fault, .vertex, *.verdict)
-    )]
-    StepTooSmall {
-        /// The step that was tried, from 1.
-        step: u64,
-        /// Time at its beginning [s].
-        time: f64,
-        /// The last step size that was tried [s].
-        step_size: f64,
-        /// The smallest that may be [s].
-        smallest: f64,
-        /// The error of that last step, 1 being allowed; `None` where the step could not be taken at all.
-        error: Option<f64>,
-        /// What a term knows of the cause, where it could not be taken.
-        fault: Option<Fault>,
-        /// First vertex whose position or velocity is not finite.
-        vertex: Option<usize>,
-        /// How the solver ended, where that is the reason.
-        verdict: Option<Verdict>,
-    },
-    /// The total energy has grown beyond any physical cause.
-    #[error(
-        "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
-        advice(&None, *.step_size, *.stable_step)
-    )]
-    Unstable {
-        /// Steps taken.
-        step: u64,
-        /// Simulated time [s].
-        time: f64,
-        /// Total energy now [J].
-        energy: f64,
-        /// Total energy at the start [J].
-        start: f64,
-        /// The step size [s].
-        step_size: f64,
-        /// Largest stable step at the start [s], where it is known.
-        stable_step: Option<f64>,
-    },
-}
-
-fn still(error: Option<f64>) -> String {
-    error.map_or(String::new(), |error| format!(", its error {error:.2e} times what is allowed"))
-}
-
-fn why(fault: &Option<Fault>, vertex: &Option<usize>, verdict: Option<Verdict>) -> String {
-    match (verdict, fault, vertex) {
-        (Some(verdict), ..) => format!("; it was not solved: {verdict}{}", place(fault)),
-        (None, None, None) => "; allow larger errors by `tolerance`, or see what jumps there".into(),
-        _ => format!("; {}", cause(fault, vertex)),
-    }
-}
-
-fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
-    match (fault, vertex) {
-        (Some(fault), _) => fault.to_string(),
-        (None, Some(vertex)) => format!("vertex {vertex} has no finite position or velocity"),
-        (None, None) => "the force is not finite".into(),
-    }
-}
-
-fn place(fault: &Option<Fault>) -> String {
-    fault.as_ref().map_or(String::new(), |fault| format!("; {fault}"))
-}
-
-/// What to change.
-fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>) -> String {
-    let half = 0.5 * step;
-    let mut advice = match stable {
-        Some(stable) if step > stable => {
-            format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
-        }
-        Some(stable) if stable.is_finite() => format!(
-            "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try a smaller step, \
-             {half:.4e} s"
-        ),
-        _ => format!("; try a smaller step, {half:.4e} s"),
-    };
-    if matches!(fault, Some(Fault::Element { j, .. }) if *j <= 0.0) {
-        advice += ", or a material that can be inverted, such as stable-neo-hookean";
-    }
-    advice
 }
 
 impl Simulation {
@@ -210,6 +87,7 @@ impl Simulation {
             integrator,
             solver: SolverOptions::default(),
             step_size,
+            retried: RetriedSteps::default(),
             controller: None,
             ledger: None,
             counts_losses: true,
@@ -220,8 +98,12 @@ impl Simulation {
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
     pub fn set_solver(&mut self, options: SolverOptions) {
-        self.solver = options;
-        self.integrator = self.method.build(self.state.x().len(), options);
+        let allowed = self.controller.as_ref().map(|controller| {
+            let Tolerances { position, velocity, .. } = controller.control.tolerances;
+            [position, velocity]
+        });
+        self.solver = SolverOptions { step_error: allowed.or(options.step_error), ..options };
+        self.integrator = self.method.build(self.state.x().len(), self.solver);
     }
 
     /// Steps by this scheme from now on; a new beginning of schemes that remember earlier steps.
@@ -246,8 +128,10 @@ impl Simulation {
     /// Holds that end let go at the beginning of the step nearest to their end. Where step sizes follow the error, it is the next one,
     /// of whatever size.
     ///
+    /// A step that an implicit scheme does not solve is taken in parts where the [solver's options](SolverOptions::retries) allow it.
+    ///
     /// # Errors
-    /// [`StepError::NotFinite`]; the state is then what it was before.
+    /// [`StepError::NotFinite`], [`StepError::Unsolved`]; the state is then what it was before.
     pub fn step(&mut self) -> Result<(), StepError> {
         if self.controller.is_some() {
             return self.step_towards(f64::INFINITY);
@@ -256,18 +140,10 @@ impl Simulation {
         let released = self.system.release(self.state.time + 0.5 * h);
         self.ensure_force(self.state.time)?;
         self.open_ledger(released);
-        if let Err(fault) = self.integrator.step(&mut self.system, &mut self.state, h) {
-            return Err(self.not_finite(fault));
-        }
         // A product, not a sum: no rounding accumulates.
-        let time = (self.state.step + 1) as f64 * h;
-        if let Err(error) = self.ensure_force(time) {
-            self.integrator.undo(&mut self.state);
-            return Err(error);
-        }
+        let end = (self.state.step + 1) as f64 * h;
+        self.step_in_parts(h, end).map_err(|(fault, retried)| self.not_finite(fault, retried))?;
         self.state.step += 1;
-        self.state.time = time;
-        self.note_in_ledger(h);
         Ok(())
     }
 
@@ -302,20 +178,22 @@ impl Simulation {
 
     /// The error of a step from or to the present state, which has no finite force or energy.
     pub(crate) fn not_finite_here(&self) -> StepError {
-        self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()))
+        self.not_finite(StepFault::at(&self.system, self.state.x(), self.state.v()), None)
     }
 
     /// The fault with vertices in the order of the scene.
     fn located(&self, StepFault { fault, vertex, solve }: StepFault) -> StepFault {
         let original = |i: usize| self.numbering.original(i as u32) as usize;
         let fault = fault.map(|fault| match fault {
+            Fault::Node { body, vertex, j } => Fault::Node { body, vertex: original(vertex), j },
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
         StepFault { fault, vertex: vertex.map(original), solve }
     }
 
-    fn not_finite(&self, fault: StepFault) -> StepError {
+    fn not_finite(&self, fault: StepFault, retried: Option<Retried>) -> StepError {
+        let retried = retried.map(Box::new);
         let StepFault { fault, vertex, solve } = self.located(fault);
         // Where there is no finite force to begin with, the solver is not to blame.
         if let Some(solve) = solve.filter(|solve| solve.verdict != Verdict::Infeasible) {
@@ -327,6 +205,8 @@ impl Simulation {
                 correction: solve.correction,
                 fault,
                 step_size: self.step_size,
+                retried,
+                is_static: self.method.scheme == Scheme::QuasiStatic,
             };
         }
         StepError::NotFinite {
@@ -336,6 +216,8 @@ impl Simulation {
             vertex,
             step_size: self.step_size,
             stable_step: self.stable_step(),
+            retried,
+            is_implicit: self.method.documentation.solves > 0,
         }
     }
 
@@ -501,6 +383,7 @@ impl Simulation {
         Work {
             steps: self.state.step,
             force_evaluations: self.system.force_evaluations(),
+            retried: (self.solver.retries > 0 && solver.is_some()).then_some(self.retried),
             rejected_steps: self.controller.as_ref().map(|controller| controller.rejected),
             solver,
         }

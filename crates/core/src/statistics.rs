@@ -15,6 +15,10 @@ pub struct RunStatistics {
     pub steps: u64,
     /// Steps that were taken back because their error was too large.
     pub rejected_steps: u64,
+    /// Steps that were not solved at once, and were taken in parts.
+    pub retried_steps: u64,
+    /// Those parts.
+    pub parts: u64,
     /// Evaluations of the total force.
     pub force_evaluations: u64,
     /// Matrices assembled; 0 for explicit schemes, as everything below up to the times.
@@ -40,10 +44,12 @@ pub struct RunStatistics {
 impl RunStatistics {
     /// Of this work, and these times [s].
     pub fn new(work: Work, setup_seconds: f64, stepping_seconds: f64) -> RunStatistics {
-        let solver = work.solver.unwrap_or_default();
+        let (solver, retried) = (work.solver.unwrap_or_default(), work.retried.unwrap_or_default());
         RunStatistics {
             steps: work.steps,
             rejected_steps: work.rejected_steps.unwrap_or(0),
+            retried_steps: retried.steps,
+            parts: retried.parts,
             force_evaluations: work.force_evaluations,
             hessians: solver.hessians,
             factorizations: solver.factorizations,

@@ -44,11 +44,11 @@ def seconds(simulation: pliant.Simulation, one_by_one: bool) -> float:
 for cells, view in (([1, 1], False), ([1, 1], True), ([19, 3], False), ([19, 3], True)):
     simulation = pliant.Simulation(scene(cells))
     if view:
-        shown = simulation.positions_view
+        shown = simulation.positions_view, simulation.velocities_view
     times: dict[bool, list[float]] = {True: [], False: []}
     for _ in range(ROUNDS):
         for one_by_one in (True, False):
             times[one_by_one].append(seconds(simulation, one_by_one))
     python, core = (1e6 * statistics.median(times[key]) / STEPS for key in (True, False))
-    kind = "with a view" if view else "without views"
+    kind = "with views" if view else "without views"
     print(f"{simulation.vertex_count:3} vertices, {kind:13}: {python:.2f} us a step, {core:.2f} in the core, {python - core:.2f} more")

@@ -32,7 +32,7 @@ pub(crate) fn scene(py: Python<'_>, error: &Error) -> PyErr {
 /// `StepError(message, step, time, element, J, body, vertex, step_size, stable_step)`.
 pub(crate) fn step(error: &Step) -> PyErr {
     let (step, time, step_size, fault, vertex, stable) = match error {
-        Step::NotFinite { step, time, fault, vertex, step_size, stable_step } => {
+        Step::NotFinite { step, time, fault, vertex, step_size, stable_step, .. } => {
             (*step, *time, *step_size, fault.as_ref(), *vertex, *stable_step)
         }
         Step::Unsolved { step, time, fault, step_size, .. } => {

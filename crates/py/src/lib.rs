@@ -4,6 +4,7 @@ mod arrays;
 mod document;
 mod errors;
 mod material;
+mod reports;
 mod run;
 mod scene;
 mod simulation;
@@ -18,17 +19,19 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _pliant {
     #[pymodule_export]
+    use super::reports::{_catalogue, _columns, _stability, _stress, _study};
+    #[pymodule_export]
     use super::run::Frame;
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]
-    use super::simulation::Simulation;
+    use super::simulation::{Simulation, Superposition};
     #[pymodule_export]
     use super::state::State;
     #[pymodule_export]
     use super::threads::{_after_fork, _rollout};
     #[pymodule_export]
-    use super::trajectory::Recording;
+    use super::trajectory::{_recover, Recording};
     use super::*;
 
     #[pymodule_init]

@@ -1,6 +1,6 @@
 //! Scenes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pliant::assembly::{Assembly, UnstableStep};
@@ -55,6 +55,12 @@ impl Scene {
     pub(crate) fn assemble(&self, py: Python<'_>) -> PyResult<Assembly> {
         let assembled = py.detach(|| threads::run(|| self.scene.assemble(UnstableStep::Refuse)));
         assembled.map_err(|problems| errors::scene(py, &self.source.error(problems)))
+    }
+
+    /// What files of it are called: the name of its own without folder and ending.
+    pub(crate) fn stem(&self) -> String {
+        let stem = Path::new(self.source.name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        stem.filter(|stem| stem != "<scene>").unwrap_or_else(|| "scene".to_owned())
     }
 
     /// The same scene with values changed, `{"time.step": 1e-3}`.

@@ -3,12 +3,14 @@
 mod measure;
 mod parameters;
 mod state;
+mod vibration;
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
 use numpy::{PyArray2, PyArrayMethods};
 use pliant::assembly::Report;
+use pliant::numbering::Numbering;
 use pliant::probe::Probe;
 use pliant::simulation::{Simulation as Core, Snapshot, StepError};
 use pliant::topology::Topology;
@@ -19,8 +21,9 @@ use pyo3::types::PyDict;
 use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::{arrays, errors, threads};
-pub(crate) use measure::energies;
+pub(crate) use measure::{energies, measure_named};
 pub(crate) use parameters::{Additions, Raised};
+pub(crate) use vibration::Superposition;
 
 /// Steps are taken in batches of about this long; Ctrl-C is looked for between them.
 const BATCH: Duration = Duration::from_millis(20);
@@ -71,18 +74,40 @@ pub(crate) struct Inner {
 /// Arrays that Python sees, and that show the state after each call.
 #[derive(Default)]
 struct Views {
-    positions: Option<Py<PyArray2<f64>>>,
-    velocities: Option<Py<PyArray2<f64>>>,
+    positions: Option<View>,
+    velocities: Option<View>,
+}
+
+/// An array and what Python sees of it, which cannot be written.
+struct View {
+    array: Py<PyArray2<f64>>,
+    shown: Py<PyArray2<f64>>,
+}
+
+impl View {
+    fn new(py: Python<'_>, shape: [usize; 2]) -> PyResult<Self> {
+        let array = PyArray2::zeros(py, shape, false);
+        let shown = array.call_method0("view")?.cast_into::<PyArray2<f64>>()?;
+        arrays::freeze(&shown)?;
+        Ok(View { array: array.unbind(), shown: shown.unbind() })
+    }
+
+    /// Shows these rows, which are in the order of the simulation.
+    fn show(&self, py: Python<'_>, numbering: &Numbering, rows: &[f64], dimension: usize) -> PyResult<()> {
+        numbering.write_original(rows, dimension, self.array.bind(py).try_readwrite()?.as_slice_mut()?);
+        Ok(())
+    }
 }
 
 impl Inner {
     /// Shows the present state to those who look.
     pub(crate) fn publish(&self, py: Python<'_>) -> PyResult<()> {
-        if let Some(view) = &self.views.positions {
-            overwrite(view.bind(py), &self.simulation.positions())?;
-        }
-        if let Some(view) = &self.views.velocities {
-            overwrite(view.bind(py), &self.simulation.velocities())?;
+        let (state, numbering) = (self.simulation.state(), self.simulation.numbering());
+        let (views, dimension) = (&self.views, self.topology.dimension);
+        for (view, rows) in [(&views.positions, state.x()), (&views.velocities, state.v())] {
+            if let Some(view) = view {
+                view.show(py, numbering, rows, dimension)?;
+            }
         }
         Ok(())
     }
@@ -97,14 +122,6 @@ impl Inner {
             None => error,
         }
     }
-}
-
-/// Writes to an array that Python cannot write to.
-fn overwrite(view: &Bound<'_, PyArray2<f64>>, values: &[f64]) -> PyResult<()> {
-    view.call_method1("setflags", (true,))?;
-    let written = view.readwrite().as_slice_mut().map(|rows| rows.copy_from_slice(values));
-    arrays::freeze(view)?;
-    Ok(written?)
 }
 
 impl Simulation {

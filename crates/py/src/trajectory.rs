@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1};
-use pliant::diagnostics::MEASURES;
 use pliant::record::RecordError;
-use pliant::record::read::{Column, Trajectory, info};
-use pyo3::exceptions::PyValueError;
+use pliant::record::read::{Column, Trajectory, info, recover};
+use pyo3::exceptions::{PyFileExistsError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::Doubles;
+use crate::simulation::measure_named;
 use crate::{arrays, document, errors};
 
 /// The frames of a complete file, read one by one. What `Trajectory` is made of.
@@ -103,19 +103,46 @@ impl Recording {
     }
 
     fn elements<'py>(&self, py: Python<'py>, measure: &str, frame: usize) -> PyResult<Doubles<'py>> {
-        let Some(measure) = MEASURES.iter().find(|known| known.name == measure) else {
-            let names: Vec<&str> = MEASURES.iter().map(|known| known.name).collect();
-            let message = format!("there is no measure {measure:?}; there are {}", names.join(", "));
-            return Err(PyValueError::new_err(message));
-        };
+        let measure = measure_named(measure)?;
         let rows = self.read(py, |reader| reader.elements(measure, frame))?;
         let width = rows.fields.len();
         let count = rows.values.len() / width;
         arrays::array(py, rows.values, &[count, width])
     }
 
+    /// Writes frames for other programs; returns the files.
+    fn export(
+        &self,
+        py: Python<'_>,
+        to: PathBuf,
+        frames: (usize, usize, usize),
+        overwrite: bool,
+    ) -> PyResult<Vec<PathBuf>> {
+        let exported = py.detach(|| pliant_cli::export(self.path.clone(), to, Some(frames), overwrite));
+        exported.map_err(|(code, message)| match code {
+            // What can be put right by another call.
+            2 if message.contains(" exists; ") => {
+                PyFileExistsError::new_err(message.replace("`--force`", "`overwrite=True`"))
+            }
+            2 => PyValueError::new_err(message.replace("`--frames N`", "`frames=`")),
+            _ => PyOSError::new_err(message),
+        })
+    }
+
     fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let found = py.detach(|| info(Path::new(&self.path))).map_err(|error| errors::record(&error))?;
         document::from_json(py, &serde_json::to_value(&found).unwrap_or_default())
     }
+}
+
+/// Makes a complete file of what a killed run left; says what is in it.
+#[pyfunction]
+pub(crate) fn _recover<'py>(
+    py: Python<'py>,
+    part: PathBuf,
+    to: PathBuf,
+    overwrite: bool,
+) -> PyResult<Bound<'py, PyAny>> {
+    let recovered = py.detach(|| recover(&part, &to, overwrite)).map_err(|error| errors::record(&error))?;
+    document::from_json(py, &serde_json::to_value(&recovered).unwrap_or_default())
 }

@@ -14,6 +14,39 @@ use crate::terminal::Terminal;
 use crate::text::counted;
 
 pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<Status, Failure> {
+    let plan = write(arguments)?;
+    let shown = plan.collection.as_ref().or(plan.folder.as_ref()).unwrap_or(&plan.files[0].1);
+    let frames = plan.files.len();
+    terminal.report(&format!(
+        "wrote {} to {}",
+        counted(frames as u64, "frame", "frames"),
+        shown.display()
+    ))?;
+    let files: Vec<_> = plan.files.iter().map(|(_, path)| path).collect();
+    let exported = json!({ "frames": frames, "collection": plan.collection, "files": files });
+    terminal.document(&json!({ "status": Status::Done, "exported": exported }))?;
+    Ok(Status::Done)
+}
+
+/// `pliant export file --to to`: frames `start`, `start + step`, ... below `end`, all without them, to a folder or to a file ending
+/// in `.pvd`, `.vtu` or `.obj`. Returns the files of the frames, and the collection last.
+///
+/// # Errors
+/// The exit code that the command would have had, and what it would have said.
+pub fn export(
+    file: PathBuf,
+    to: PathBuf,
+    frames: Option<(usize, usize, usize)>,
+    force: bool,
+) -> Result<Vec<PathBuf>, (u8, String)> {
+    let frames = frames.map(|(start, end, step)| FrameRange { start, end: Some(end), step });
+    let plan = write(&ExportArguments { file, to, format: None, frames, force });
+    let plan = plan.map_err(|failure| (failure.status.code(), failure.message()))?;
+    Ok(plan.files.into_iter().map(|(_, path)| path).chain(plan.collection).collect())
+}
+
+/// Writes all files.
+fn write(arguments: &ExportArguments) -> Result<Plan, Failure> {
     Failure::unless_file(&arguments.file)?;
     let mut export = Export::open(&arguments.file).map_err(|error| Failure::recording(&error))?;
     let frames = chosen(arguments.frames, export.times().len(), &arguments.file)?;
@@ -35,16 +68,7 @@ pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result
         // Last: it names files that are there.
         replace(collection, |out| Ok(write_pvd(&entries, out)?))?;
     }
-    let shown = plan.collection.as_ref().or(plan.folder.as_ref()).unwrap_or(&plan.files[0].1);
-    terminal.report(&format!(
-        "wrote {} to {}",
-        counted(frames.len() as u64, "frame", "frames"),
-        shown.display()
-    ))?;
-    let files: Vec<_> = plan.files.iter().map(|(_, path)| path).collect();
-    let exported = json!({ "frames": frames.len(), "collection": plan.collection, "files": files });
-    terminal.document(&json!({ "status": Status::Done, "exported": exported }))?;
-    Ok(Status::Done)
+    Ok(plan)
 }
 
 /// The frames asked for, which must be there.

@@ -41,6 +41,12 @@ pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<S
     Ok(Status::Done)
 }
 
+/// What there is of each family, by its name, as `pliant list --json` prints it.
+pub fn listed() -> Vec<(&'static str, Vec<Value>)> {
+    let families = ALL.into_iter().map(items);
+    families.map(|(name, items)| (name, items.into_iter().map(|item| item.value).collect())).collect()
+}
+
 /// One thing that a scene can name.
 struct Item {
     name: String,

@@ -13,7 +13,11 @@ mod stability;
 mod stress;
 mod study;
 
+pub use export::export;
+pub use list::listed;
 pub use run::closing;
+pub use stress::stress_case;
+pub use study::{provenance, study_document};
 
 use std::ffi::OsString;
 

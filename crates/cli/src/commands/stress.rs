@@ -85,22 +85,25 @@ fn write(folder: &Path, results: &[Outcome]) -> Result<(), Failure> {
 }
 
 fn document(status: Status, results: &[Outcome]) -> Value {
-    let case = |(case, findings): &Outcome| {
-        let mut value = json!({
-            "row": case.row,
-            "name": case.name,
-            "dimension": case.dimension,
-            "material": case.material,
-            "poisson": case.poisson,
-            "integrator": case.integrator,
-            "solver": case.solver.name(),
-        });
-        if let (Some(value), Value::Object(findings)) = (value.as_object_mut(), json!(findings)) {
-            value.extend(findings);
-        }
-        value
-    };
-    json!({ "status": status, "counts": counts(results), "cases": results.iter().map(case).collect::<Vec<_>>() })
+    let cases: Vec<Value> = results.iter().map(|(case, findings)| stress_case(case, findings)).collect();
+    json!({ "status": status, "counts": counts(results), "cases": cases })
+}
+
+/// A case and what came of it, for programs.
+pub fn stress_case(case: &Case, findings: &Findings) -> Value {
+    let mut value = json!({
+        "row": case.row,
+        "name": case.name,
+        "dimension": case.dimension,
+        "material": case.material,
+        "poisson": case.poisson,
+        "integrator": case.integrator,
+        "solver": case.solver.name(),
+    });
+    if let (Some(value), Value::Object(findings)) = (value.as_object_mut(), json!(findings)) {
+        value.extend(findings);
+    }
+    value
 }
 
 /// How many passed, were flagged, failed.

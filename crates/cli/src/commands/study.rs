@@ -31,7 +31,7 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     let inputs = arguments.scenes.iter().map(|scene| Input::read(scene, &changes, None));
     let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
     let files = Files::new(arguments)?;
-    let provenance = Provenance::here(env!("PLIANT_COMMIT"), env!("PLIANT_RUSTC"), env!("PLIANT_FLAGS"));
+    let provenance = provenance();
     let clock = WallClock::default();
     let mut studies = vec![];
     for input in &inputs {
@@ -68,14 +68,14 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     let kinds = if arguments.brief { vec![Kind::Time, Kind::Step] } else { Kind::ALL.to_vec() };
     let report = Report::new(&title, &studies, &kinds)
         .map_err(|error| Failure::failed("report", error.to_string()))?;
-    let written = files.write(&report, &studies, &document(&studies))?;
+    let written = files.write(&report, &studies, &study_document(&studies))?;
     for study in &studies {
         terminal.report(&describe(study))?;
     }
     terminal.report(&written)?;
     let complete = studies.len() == inputs.len() && studies.iter().all(|study| study.complete);
     let status = if complete { Status::Done } else { Status::Interrupted };
-    let mut whole = document(&studies);
+    let mut whole = study_document(&studies);
     whole["status"] = json!(status);
     whole["folder"] = json!(files.folder().display().to_string());
     terminal.document(&whole)?;
@@ -83,6 +83,11 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
         terminal.complain("interrupted: the same command goes on from here");
     }
     Ok(status)
+}
+
+/// What this program is built from, on this machine.
+pub fn provenance() -> Provenance {
+    Provenance::here(env!("PLIANT_COMMIT"), env!("PLIANT_RUSTC"), env!("PLIANT_FLAGS"))
 }
 
 /// What the command line says, as changes of the scene's own `[study]`.
@@ -191,7 +196,7 @@ fn describe(study: &Results) -> String {
 }
 
 /// Everything but the states of references, for programs.
-fn document(studies: &[Results]) -> Value {
+pub fn study_document(studies: &[Results]) -> Value {
     let studies: Vec<Value> = studies
         .iter()
         .map(|study| {

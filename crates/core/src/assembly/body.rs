@@ -1,19 +1,14 @@
-//! One body: its mesh, masses, pins, initial velocities, and the energies it adds.
+//! One body: its mesh, masses, pins, initial velocities, springs.
 
 use std::path::Path;
 
 use super::bending::Bends;
-use super::initial;
 use super::loads::{self, Placed};
 use super::pins::{self, Held};
-use crate::energy::EnergyTerm;
-use crate::energy::elastic::{Elastic, Membrane, Sheet};
-use crate::energy::spring::Springs;
-use crate::material::{Material, MaterialVisitor, Plane};
+use super::{initial, mass};
 use crate::mesh::{Mesh, build_body};
 use crate::numbering::{Numbering, is_local};
-use crate::quantity::{Kind, Quantity};
-use crate::scene::{self, Body, KeyPath, MassSpec, OneOrMany, Problem, Stress};
+use crate::scene::{self, Body, KeyPath, OneOrMany, Problem};
 use crate::system::System;
 use crate::topology::{BodyKind, BodyTopology};
 
@@ -43,7 +38,8 @@ pub(super) struct Parts {
     pub(super) velocity: Vec<f64>,
     /// Spring constants [N/m].
     pub(super) stiffness: Vec<f64>,
-    rest_length: Vec<f64>,
+    /// Rest lengths of the springs [m].
+    pub(super) rest_length: Vec<f64>,
 }
 
 impl Parts {
@@ -80,7 +76,7 @@ impl Parts {
         let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
             Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
         });
-        let mass = masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
+        let mass = mass::masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
         let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
@@ -218,62 +214,6 @@ impl Parts {
         let cells = self.mesh.elements::<N>();
         cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
     }
-
-    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
-    pub(super) fn add_terms<const D: usize, const N: usize>(
-        &self,
-        spec: &Body,
-        rest: &[f64],
-        numbering: &Numbering,
-        system: &mut System,
-    ) {
-        let Parts { name, first_vertex, springs, .. } = self;
-        if let Some(material) = &spec.elastic {
-            system.add_term(match (self.mesh.order(), D) {
-                _ if self.thickness.is_some() => {
-                    let plane = spec.membrane.as_ref().map_or(Plane::Stress, |m| m.plane_or_default());
-                    let thickness = self.thickness.unwrap_or_default();
-                    let elements = self.elastic_elements(spec, rest, numbering);
-                    let sheet = Sheet { thickness, plane, lame: material.lame(), stress: elements.stress };
-                    material.visit::<2, _>(MembraneMaker { elements, sheet })
-                }
-                (1, _) => {
-                    material.visit::<D, _>(LinearMaker::<N>(self.elastic_elements(spec, rest, numbering)))
-                }
-                (_, 2) => {
-                    material.visit::<2, _>(QuadraticMaker::<6>(self.elastic_elements(spec, rest, numbering)))
-                }
-                _ => {
-                    material.visit::<3, _>(QuadraticMaker::<10>(self.elastic_elements(spec, rest, numbering)))
-                }
-            });
-        }
-        self.bends.add_terms::<D>(self, rest, numbering, system);
-        if !springs.is_empty() {
-            let edges: Vec<[u32; 2]> =
-                springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
-            let count = rest.len() / D;
-            system.add_term(Box::new(Springs::<D>::new(
-                name,
-                &edges,
-                &self.stiffness,
-                &self.rest_length,
-                count,
-            )));
-        }
-    }
-}
-
-impl Parts {
-    fn elastic_elements<'a, const N: usize>(
-        &'a self,
-        spec: &Body,
-        rest: &'a [f64],
-        numbering: &Numbering,
-    ) -> Elements<'a, N> {
-        let stress = spec.stress.unwrap_or_default();
-        Elements { body: &self.name, cells: self.elements(numbering), rest, stress }
-    }
 }
 
 fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u32; N] {
@@ -291,53 +231,6 @@ pub(super) fn renumbered<const N: usize, const M: usize>(
     numbering: &Numbering,
 ) -> [u32; N] {
     globalised(cell, first).map(|v| numbering.internal(v))
-}
-
-/// What an elastic term is made of, but for the material.
-struct Elements<'a, const N: usize> {
-    body: &'a str,
-    cells: Vec<[u32; N]>,
-    rest: &'a [f64],
-    stress: Stress,
-}
-
-/// Makes the term of linear elements of whatever material is visited.
-struct LinearMaker<'a, const N: usize>(Elements<'a, N>);
-
-impl<const D: usize, const N: usize> MaterialVisitor<D> for LinearMaker<'_, N> {
-    type Output = Box<dyn EnergyTerm>;
-
-    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let Elements { body, cells, rest, stress } = self.0;
-        Box::new(Elastic::<D, N>::linear(body, material, stress, &cells, rest))
-    }
-}
-
-/// The same of quadratic elements.
-struct QuadraticMaker<'a, const N: usize>(Elements<'a, N>);
-
-impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N> {
-    type Output = Box<dyn EnergyTerm>;
-
-    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let Elements { body, cells, rest, stress } = self.0;
-        Box::new(Elastic::<D, N>::quadratic(body, material, stress, &cells, rest))
-    }
-}
-
-/// Makes a membrane of whatever material is visited.
-struct MembraneMaker<'a> {
-    elements: Elements<'a, 3>,
-    sheet: Sheet,
-}
-
-impl MaterialVisitor<2> for MembraneMaker<'_> {
-    type Output = Box<dyn EnergyTerm>;
-
-    fn visit<M: Material<2> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let Elements { body, cells, rest, .. } = self.elements;
-        Box::new(Membrane::new(body, material, self.sheet, &cells, rest))
-    }
 }
 
 /// One value per item; a list must have the right length.
@@ -383,82 +276,4 @@ fn spring_constants(
 
 pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-}
-
-/// Lumped mass of every vertex.
-fn masses(
-    spec: &MassSpec,
-    mesh: &Mesh,
-    thickness: Option<f64>,
-    springs: &[[u32; 2]],
-    path: &KeyPath,
-    problems: &mut Vec<Problem>,
-) -> Vec<f64> {
-    let n = mesh.vertex_count();
-    match spec {
-        MassSpec::PerVertex(mass) => spread(mass, n, "vertices", path.key("per_vertex"), problems),
-        MassSpec::Total(total) => vec![total / n as f64; n],
-        MassSpec::Density(density) => {
-            filled(*density, mesh, thickness, springs, &path.key("density"), problems)
-        }
-        MassSpec::Preset(preset) => {
-            let dimension = Some(Kind::DENSITY.dimension);
-            let density = Quantity { value: preset.about().density, dimension };
-            filled(density, mesh, thickness, springs, &path.key("preset"), problems)
-        }
-    }
-}
-
-/// Lumped mass of every vertex of a body of this density, which the scene has at `path`.
-fn filled(
-    density: Quantity,
-    mesh: &Mesh,
-    thickness: Option<f64>,
-    springs: &[[u32; 2]],
-    path: &KeyPath,
-    problems: &mut Vec<Problem>,
-) -> Vec<f64> {
-    let n = mesh.vertex_count();
-    let mut mass = mesh.lumped_measure();
-    if mesh.element_dimension() < 2 {
-        // Mass per length of the springs themselves.
-        mass = vec![0.0; n];
-        for &[a, b] in springs {
-            let half = 0.5 * distance(mesh.point(a as usize), mesh.point(b as usize));
-            mass[a as usize] += half;
-            mass[b as usize] += half;
-        }
-    }
-    // A membrane may be given its mass per area, if the unit says so.
-    let by_area = density.dimension == Some(Kind::AREA_DENSITY.dimension);
-    let thick = thickness.filter(|_| !by_area).unwrap_or(1.0);
-    mass.iter_mut().for_each(|m| *m *= thick * density.value);
-    problems.extend(wrong_density(density, mesh, thickness.is_some(), path));
-    if let Some(vertex) = mass.iter().position(|m| *m == 0.0) {
-        let message =
-            format!("vertex {vertex} belongs to no element and no spring: a density gives it no mass");
-        let help = "give `per_vertex` or `total` instead";
-        problems.push(Problem::semantic(path.clone(), message).with_help(help));
-    }
-    mass
-}
-
-/// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,
-/// and a mass per volume is as good as one per area.
-fn wrong_density(density: Quantity, mesh: &Mesh, membrane: bool, path: &KeyPath) -> Option<Problem> {
-    let (what, kinds): (&str, &[Kind]) = match (mesh.element_dimension(), mesh.dimension) {
-        (3, _) => ("tetrahedra", &[Kind::DENSITY]),
-        (2, 3) if membrane => ("a membrane", &[Kind::DENSITY, Kind::AREA_DENSITY]),
-        (2, 2) => ("triangles in 2D", &[Kind::AREA_DENSITY, Kind::DENSITY]),
-        (2, _) => ("triangles in 3D", &[Kind::AREA_DENSITY]),
-        _ => ("springs", &[Kind::LINEAR_DENSITY]),
-    };
-    let said = density.dimension?;
-    if kinds.iter().any(|kind| kind.dimension == said) {
-        return None;
-    }
-    let right: Vec<String> = kinds.iter().map(Kind::described).collect();
-    let message =
-        format!("`density` is in [{said}], but this body is made of {what}: it takes {}", right.join(" or "));
-    Some(Problem::semantic(path.clone(), message).with_help(format!("for example \"{}\"", kinds[0].example)))
 }

@@ -9,11 +9,13 @@ mod damping;
 mod gravity;
 mod initial;
 mod loads;
+mod mass;
 mod memory;
 mod pins;
 mod probes;
 mod report;
 mod step_control;
+mod terms;
 
 use std::path::Path;
 

@@ -162,6 +162,14 @@ fn uses(
         format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
         "quadratic elements: no body has `order = 2`",
     );
+    let nodal: Vec<String> = scene.body.iter().zip(bodies).filter_map(|(spec, body)| {
+        let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
+        Some(format!(
+            "nodal integration of `{}`: the material is evaluated at its vertices, {part} of the shear modulus in the elements",
+            body.name
+        ))
+    }).collect();
+    say(!nodal.is_empty(), nodal.join("; "), "nodal integration: no body asks for it");
     let membranes: Vec<String> = scene
         .body
         .iter()
@@ -265,6 +273,17 @@ fn uses(
         solver.unwrap_or_default(),
         "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
     );
+    if method.solves > 0 && control.is_none() {
+        let retries = scene.time.solver_options().retries;
+        say(
+            retries > 0,
+            format!(
+                "steps that are not solved are taken in parts, down to {:.3e} s; every one is counted",
+                simulation.step_size() * 0.5_f64.powi(retries as i32)
+            ),
+            "steps in parts: one that is not solved ends the run",
+        );
+    }
     if scene.study.is_some() {
         left_out.push("the study: a run takes no notice of it, `pliant study` makes it".into());
     }

@@ -1,13 +1,15 @@
 //! Integrals of what is known at every step.
 
 /// The integral over time of a rate that is sampled after every step, to fourth order: the cubic through the last four samples
-/// (the weights of Adams and Moulton), at the start the polynomial through all there are.
+/// (the weights of Adams and Moulton where steps are equal), at the start the polynomial through all there are.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Integral {
     /// Up to where a new beginning was made, or over all but the last intervals.
     before: f64,
     /// The last samples, the latest first.
     samples: [f64; 4],
+    /// The steps between them [s].
+    steps: [f64; 3],
     count: usize,
     /// The integral from the new beginning on.
     since: f64,
@@ -16,22 +18,49 @@ pub(super) struct Integral {
 impl Integral {
     /// Zero, at a time when the rate is `rate`.
     pub(super) fn new(rate: f64) -> Self {
-        Integral { before: 0.0, samples: [rate, 0.0, 0.0, 0.0], count: 1, since: 0.0 }
+        Integral { before: 0.0, samples: [rate, 0.0, 0.0, 0.0], steps: [0.0; 3], count: 1, since: 0.0 }
     }
 
     /// Goes on by a step `h` [s] to a time when the rate is `rate`.
     pub(super) fn advance(&mut self, h: f64, rate: f64) {
         self.samples.rotate_right(1);
         self.samples[0] = rate;
+        self.steps.rotate_right(1);
+        self.steps[0] = h;
         self.count += 1;
         let [a, b, c, d] = self.samples;
+        let intervals = self.count.min(4) - 1;
+        let even = self.steps[1..intervals].iter().all(|step| *step == h);
         // As long as there are fewer than four, over all of them at once.
         self.since = match self.count {
             2 => h / 2.0 * (a + b),
-            3 => h / 3.0 * (a + 4.0 * b + c),
-            4 => 3.0 * h / 8.0 * (a + 3.0 * b + 3.0 * c + d),
-            _ => self.since + h / 24.0 * (9.0 * a + 19.0 * b - 5.0 * c + d),
+            3 if even => h / 3.0 * (a + 4.0 * b + c),
+            4 if even => 3.0 * h / 8.0 * (a + 3.0 * b + 3.0 * c + d),
+            3 | 4 => self.cubic(self.steps[..intervals].iter().sum()),
+            _ if even => self.since + h / 24.0 * (9.0 * a + 19.0 * b - 5.0 * c + d),
+            _ => self.since + self.cubic(h),
         };
+    }
+
+    /// The integral of the polynomial through the last samples over the last `span` [s]: by Gauss's rule of two points, which is exact.
+    fn cubic(&self, span: f64) -> f64 {
+        let offset = 0.5 / 3.0_f64.sqrt();
+        0.5 * span * (self.interpolated((0.5 - offset) * span) + self.interpolated((0.5 + offset) * span))
+    }
+
+    /// The polynomial through the last samples, `ago` [s] before the latest, by Neville's scheme.
+    fn interpolated(&self, ago: f64) -> f64 {
+        let (n, mut values, mut at) = (self.count.min(4), self.samples, [0.0; 4]);
+        for i in 1..n {
+            at[i] = at[i - 1] + self.steps[i - 1];
+        }
+        for order in 1..n {
+            for i in 0..n - order {
+                let far = at[i + order];
+                values[i] = ((far - ago) * values[i] + (ago - at[i]) * values[i + 1]) / (far - at[i]);
+            }
+        }
+        values[0]
     }
 
     /// Goes on with `rate`, which has jumped: no polynomial goes through samples before and after.
@@ -67,6 +96,22 @@ mod tests {
                     assert!(error > 1e-4, "degree {degree}, step {step}");
                 }
             }
+        }
+    }
+
+    /// Steps that follow the error, and parts of steps, are of any size.
+    #[test]
+    fn cubics_are_integrated_exactly_over_uneven_steps() {
+        let rate = |t: f64| (t - 0.6).powi(3) + 2.0 * t * t - 1.0;
+        let exact = |t: f64| ((t - 0.6).powi(4) - 0.6_f64.powi(4)) / 4.0 + 2.0 / 3.0 * t.powi(3) - t;
+        let (mut integral, mut t) = (Integral::new(rate(0.0)), 0.0);
+        for (i, h) in
+            [0.25, 0.25, 0.0625, 0.0625, 0.125, 0.25, 0.3, 0.3, 0.3, 0.3, 0.1].into_iter().enumerate()
+        {
+            t += h;
+            integral.advance(h, rate(t));
+            let error = (integral.value() - exact(t)).abs();
+            assert!(i < 2 || error < 1e-13, "step {i}: {error:e}");
         }
     }
 

@@ -41,6 +41,15 @@ pub enum Fault {
         /// `det F` there.
         j: f64,
     },
+    /// The mean of the elements at a vertex left the domain of their material, or its stress is not finite.
+    Node {
+        /// Name of the body.
+        body: String,
+        /// The vertex.
+        vertex: usize,
+        /// Determinant of the mean deformation gradient.
+        j: f64,
+    },
     /// A spring's force is not finite.
     Spring {
         /// Name of the body.
@@ -89,6 +98,9 @@ impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Fault::Element { body, element, j } => write!(f, "element {element} of `{body}` has J = {j:.6e}"),
+            Fault::Node { body, vertex, j } => {
+                write!(f, "the mean of the elements of `{body}` at vertex {vertex} has J = {j:.6e}")
+            }
             Fault::Spring { body, spring, length } => {
                 write!(f, "spring {spring} of `{body}` has length {length:.6e} m")
             }

@@ -31,6 +31,8 @@ pub struct Alpha {
     acceleration: Vec<f64>,
     /// What `acceleration` was before the last step.
     before: Vec<f64>,
+    /// The step that led to both [s].
+    size: f64,
     /// The set of held coordinates that it belongs to; `None` where there is no history.
     known: Option<u64>,
     /// How far the vertices would go without the velocity of the stage.
@@ -47,6 +49,7 @@ impl Alpha {
             after: Next::new(unknowns),
             acceleration: vec![0.0; unknowns],
             before: vec![0.0; unknowns],
+            size: 0.0,
             known: None,
             drift: vec![0.0; unknowns],
             next: Next::new(unknowns),
@@ -74,15 +77,28 @@ impl Integrator for Alpha {
         if known.is_none() {
             self.start(system, state)?;
         }
+        let resized = known.is_some() && h != self.size;
+        let memory = resized.then(|| self.acceleration.clone());
+        if resized {
+            self.resize(h);
+        }
         let end = self.advance(system, state, h);
-        // A step that fails leaves the memory as it was.
-        self.known = if end.is_ok() { Some(system.constraint_set()) } else { known };
+        if end.is_ok() {
+            self.known = Some(system.constraint_set());
+            self.size = h;
+        } else {
+            // A step that fails leaves the memory as it was.
+            self.known = known;
+            memory.into_iter().for_each(|memory| self.acceleration = memory);
+        }
         end
     }
 
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
         std::mem::swap(&mut self.acceleration, &mut self.before);
+        // The same difference, of an earlier step.
+        self.before.iter_mut().zip(&self.acceleration).for_each(|(b, a)| *b = 2.0 * a - *b);
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
     }
@@ -91,12 +107,15 @@ impl Integrator for Alpha {
         let known = self.known == Some(system.constraint_set())
             && self.after.x == state.x()
             && self.after.v == state.v();
-        if known { self.acceleration.clone() } else { vec![] }
+        if known { [&self.acceleration[..], &self.before].concat() } else { vec![] }
     }
 
-    fn recall(&mut self, memory: &[f64], system: &System, state: &State, _h: f64) {
-        self.known = (memory.len() == self.acceleration.len()).then(|| {
-            self.acceleration.copy_from_slice(memory);
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State, h: f64) {
+        let n = self.acceleration.len();
+        self.known = (memory.len() == 2 * n).then(|| {
+            self.acceleration.copy_from_slice(&memory[..n]);
+            self.before.copy_from_slice(&memory[n..]);
+            self.size = h;
             self.after.x.copy_from_slice(state.x());
             self.after.v.copy_from_slice(state.v());
             system.constraint_set()
@@ -113,6 +132,18 @@ impl Integrator for Alpha {
 }
 
 impl Alpha {
+    /// Makes the acceleration that of a step of `h` [s]. Where `alpha_m` is not `alpha_f`, it is that of another time:
+    /// `a_n = x''(t_n + (alpha_m - alpha_f) h) + O(h^2)`, as the equation of motion shows for a solution that goes on so, and
+    /// with another step it moves along the difference of the last two:
+    /// `a_n + (alpha_m - alpha_f) (h / h_last - 1) (a_n - a_(n-1))`. Without that, steps that change in size would be of order 1.
+    fn resize(&mut self, h: f64) {
+        let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
+        let factor = (alpha_m - alpha_f) * (h / self.size - 1.0);
+        if factor != 0.0 {
+            self.acceleration.iter_mut().zip(&self.before).for_each(|(a, b)| *a += factor * (*a - b));
+        }
+    }
+
     /// A step from a state whose acceleration is known.
     fn advance(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = self.coefficients;

@@ -2,7 +2,7 @@
 //!
 //! On the oscillator `|R(iz)|^2 = 1 - z^4/12 + z^6/36`: it loses energy below `z = sqrt 3` and gains above.
 use super::estimate::Companion;
-use super::runge_kutta::Tableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.

@@ -1,7 +1,7 @@
 //! Crouzeix's A-stable singly diagonally implicit Runge-Kutta method of two stages and order 3, `gamma = (3 + sqrt 3)/6`.
 //!
 //! Fast motion is damped by the factor `sqrt 3 - 1` a step at most.
-use super::dirk::DirkTableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -17,7 +17,7 @@ pub const METHOD: Method = Method {
         conserves: "nothing else",
         source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, table IV.6.3 for s = 2",
     },
-    scheme: Scheme::Dirk(DirkTableau {
+    scheme: Scheme::Dirk(Tableau {
         a: &[&[0.788_675_134_594_812_9], &[-0.577_350_269_189_625_7, 0.788_675_134_594_812_9]],
         b: &[0.5, 0.5],
         companion: None,

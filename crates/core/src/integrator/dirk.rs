@@ -1,39 +1,20 @@
 //! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, one stage after another.
 
-use super::estimate::{Companion, ErrorNorm, Judgement, Tolerances};
+use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
+use super::tableau::{Stages, Tableau};
 use super::{Integrator, StepFault, node};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// A Butcher tableau with zeros above the diagonal; Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section
-/// IV.6. The nodes are the sums of the rows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DirkTableau {
-    /// Row `i` holds `a_ij`, `j <= i`. A stage with `a_ii = 0` is explicit.
-    pub a: &'static [&'static [f64]],
-    /// Weights.
-    pub b: &'static [f64],
-    /// What the error is estimated by, if anything.
-    pub companion: Option<Companion>,
-}
-
-impl DirkTableau {
-    /// Whether the last stage is the new state.
-    pub fn is_stiffly_accurate(&self) -> bool {
-        self.a[self.a.len() - 1] == self.b
-    }
-}
-
-/// Runs any such tableau.
+/// Runs any tableau with zeros above the diagonal.
 pub struct Dirk {
-    tableau: DirkTableau,
+    tableau: Tableau,
     solver: StageSolver,
     /// One full Newton step from the old positions in place of a solution.
     linearised: bool,
-    velocity: Vec<Vec<f64>>,
-    acceleration: Vec<Vec<f64>>,
+    stages: Stages,
     z: Vec<f64>,
     w: Vec<f64>,
     next: Next,
@@ -42,14 +23,12 @@ pub struct Dirk {
 
 impl Dirk {
     /// A runner for `tableau` on `unknowns` coordinates; `linearised` takes one Newton step in place of each solution.
-    pub fn new(tableau: DirkTableau, linearised: bool, unknowns: usize, options: SolverOptions) -> Self {
-        let stages = vec![vec![0.0; unknowns]; tableau.b.len()];
+    pub fn new(tableau: Tableau, linearised: bool, unknowns: usize, options: SolverOptions) -> Self {
         Dirk {
             tableau,
             solver: StageSolver::new(options),
             linearised,
-            velocity: stages.clone(),
-            acceleration: stages,
+            stages: Stages::new(&tableau, unknowns),
             z: vec![0.0; unknowns],
             w: vec![0.0; unknowns],
             next: Next::new(unknowns),
@@ -62,7 +41,7 @@ impl Dirk {
         self.z.fill(0.0);
         self.w.copy_from_slice(state.v());
         for (j, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
-            let stage = self.velocity[j].iter().zip(&self.acceleration[j]);
+            let stage = self.stages.velocity[j].iter().zip(&self.stages.acceleration[j]);
             for ((z, w), (v, a)) in self.z.iter_mut().zip(&mut self.w).zip(stage) {
                 *z += h * c * v;
                 *w += h * c * a;
@@ -73,7 +52,7 @@ impl Dirk {
 
 impl Integrator for Dirk {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let DirkTableau { a, b, .. } = self.tableau;
+        let Tableau { a, b, .. } = self.tableau;
         let mut force = ForceId::NONE;
         self.next.x.copy_from_slice(state.x());
         for (i, row) in a.iter().enumerate() {
@@ -90,30 +69,27 @@ impl Integrator for Dirk {
                     return Err(StepFault::at(system, x, &self.w));
                 }
                 system.evaluate_dissipation(x, &self.w);
-                system.accelerations(&mut self.acceleration[i]);
-                let drag = system.ether_drag();
-                self.velocity[i].copy_from_slice(&self.w);
-                if drag != 0.0 {
-                    self.acceleration[i].iter_mut().zip(&self.w).for_each(|(a, v)| *a -= drag * v);
-                }
+                self.stages.take(i, system, system.ether_drag(), &self.w);
                 continue;
             }
             self.combine(state, h, &row[..i]);
             let stage = Stage { x: state.x(), z: &self.z, w: &self.w, g: h * row[i], time };
-            let (v, acceleration) = (&mut self.velocity[i], &mut self.acceleration[i]);
+            let Stages { velocity, acceleration } = &mut self.stages;
+            let v = &mut velocity[i];
             if i > 0 {
                 // The last stage's acceleration is the better guess.
-                let (before, own) = self.acceleration.split_at_mut(i);
+                let (before, own) = acceleration.split_at_mut(i);
                 own[0].copy_from_slice(&before[i - 1]);
                 self.solver.solve(system, &stage, &mut self.next.x, v, &mut own[0], self.linearised)?;
             } else {
-                guess_acceleration(system, state, acceleration);
-                self.solver.solve(system, &stage, &mut self.next.x, v, acceleration, self.linearised)?;
+                let own = &mut acceleration[i];
+                guess_acceleration(system, state, own);
+                self.solver.solve(system, &stage, &mut self.next.x, v, own, self.linearised)?;
             }
             force = system.force();
         }
         if self.tableau.is_stiffly_accurate() {
-            self.next.v.copy_from_slice(&self.velocity[b.len() - 1]);
+            self.next.v.copy_from_slice(&self.stages.velocity[b.len() - 1]);
             if self.linearised {
                 force = ForceId::NONE;
             }
@@ -146,8 +122,8 @@ impl Integrator for Dirk {
         self.w.fill(0.0);
         for (j, c) in difference.iter().enumerate() {
             for i in (0..n).filter(|i| system.inverse_mass()[*i] > 0.0) {
-                self.z[i] += h * c * self.velocity[j][i];
-                self.w[i] += h * c * self.acceleration[j][i];
+                self.z[i] += h * c * self.stages.velocity[j][i];
+                self.w[i] += h * c * self.stages.acceleration[j][i];
             }
         }
         let mut right = vec![0.0; n];
@@ -186,6 +162,6 @@ impl Integrator for Dirk {
     }
 
     fn bytes(&self) -> usize {
-        16 * self.z.len() * (1 + self.velocity.len()) + self.next.bytes() + self.solver.bytes()
+        16 * self.z.len() + self.stages.bytes() + self.next.bytes() + self.solver.bytes()
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! On the oscillator `|R(iz)|^2 = 1 - z^6/1800 + ...`: it loses energy below `z = 0.997` and gains above, slowly at first.
 use super::estimate::Companion;
-use super::runge_kutta::Tableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.

@@ -2,7 +2,7 @@
 //!
 //! `x+ = x + h v`, `v+ = v + h M^-1 f(x)`. On the oscillator `|R(iz)|^2 = 1 + z^2`: it gains energy at every step, however
 //! small. Kept to be compared against.
-use super::runge_kutta::Tableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.

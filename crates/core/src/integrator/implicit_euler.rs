@@ -1,8 +1,8 @@
 //! Implicit Euler: `x+ = x + h v+`, `v+ = v + h M^-1 f(x+)` (lecture 6).
-use super::dirk::DirkTableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-pub(super) const TABLEAU: DirkTableau = DirkTableau { a: &[&[1.0]], b: &[1.0], companion: None };
+pub(super) const TABLEAU: Tableau = Tableau { a: &[&[1.0]], b: &[1.0], companion: None };
 
 /// The scheme and what is known of it.
 pub const METHOD: Method = Method {

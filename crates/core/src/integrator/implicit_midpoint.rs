@@ -2,7 +2,7 @@
 //!
 //! Symplectic and A-stable on linear systems. On stiff nonlinear ones it gains energy without bound at large steps
 //! (verification.md A6: a stiff pendulum at `h omega` of 50): it is not unconditionally stable.
-use super::dirk::DirkTableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -18,5 +18,5 @@ pub const METHOD: Method = Method {
         conserves: "angular momentum, quadratic invariants",
         source: "Hairer, Lubich, Wanner 2006, Geometric Numerical Integration, section II.1.1",
     },
-    scheme: Scheme::Dirk(DirkTableau { a: &[&[0.5]], b: &[1.0], companion: None }),
+    scheme: Scheme::Dirk(Tableau { a: &[&[0.5]], b: &[1.0], companion: None }),
 };

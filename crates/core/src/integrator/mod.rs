@@ -12,6 +12,7 @@ pub mod gauss_radau;
 mod implicit;
 pub mod runge_kutta;
 pub mod splitting;
+pub mod tableau;
 #[cfg(test)]
 mod tests;
 
@@ -141,11 +142,11 @@ pub enum Scheme {
     /// Alternating kicks and drifts.
     Splitting(&'static [splitting::Stage]),
     /// An explicit Runge-Kutta tableau on `(x, v)`.
-    RungeKutta(runge_kutta::Tableau),
+    RungeKutta(tableau::Tableau),
     /// A diagonally implicit one.
-    Dirk(dirk::DirkTableau),
+    Dirk(tableau::Tableau),
     /// The same with one Newton step in place of each solution.
-    Linearised(dirk::DirkTableau),
+    Linearised(tableau::Tableau),
     /// Newmark and generalised alpha.
     Alpha(alpha::AlphaCoefficients),
     /// Backward differentiation over two steps, started so.

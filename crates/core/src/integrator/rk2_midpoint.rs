@@ -1,7 +1,7 @@
 //! Runge-Kutta of order 2, the explicit midpoint rule.
 //!
 //! On the oscillator `|R(iz)|^2 = 1 + z^4/4`: it gains energy at every step, slowly.
-use super::runge_kutta::Tableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::estimate::{Companion, ErrorNorm, Judgement, Tolerances};
+use super::estimate::{ErrorNorm, Judgement, Tolerances};
+use super::tableau::{Stages, Tableau};
 use super::{Integrator, StepFault, all_finite, half_drag, node};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -12,33 +13,10 @@ const BLOCK: usize = 4096;
 /// Below so many numbers a hand-over to other threads costs more than it saves.
 const PARALLEL_FROM: usize = 8 * BLOCK;
 
-/// An explicit Butcher tableau; Hairer, Norsett, Wanner 1993, *Solving Ordinary Differential Equations I*, eq. II.1.8.
-///
-/// The nodes are the sums of the rows, `c_i = sum_j a_ij`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tableau {
-    /// Row `i` holds `a_ij`, `j < i`.
-    pub a: &'static [&'static [f64]],
-    /// Weights.
-    pub b: &'static [f64],
-    /// What the error is estimated by, if anything.
-    pub companion: Option<Companion>,
-}
-
-impl Tableau {
-    /// Whether the last stage is the new state, so that the next step begins with its force.
-    pub fn is_first_same_as_last(&self) -> bool {
-        let last = self.b.len() - 1;
-        last > 0 && self.b[last] == 0.0 && self.a[last] == &self.b[..last]
-    }
-}
-
 /// Runs any explicit tableau.
 pub struct RungeKutta {
     tableau: Tableau,
-    /// Stage velocities and accelerations.
-    velocity: Vec<Vec<f64>>,
-    acceleration: Vec<Vec<f64>>,
+    stages: Stages,
     x: Vec<f64>,
     v: Vec<f64>,
     norm: ErrorNorm,
@@ -47,11 +25,9 @@ pub struct RungeKutta {
 impl RungeKutta {
     /// A runner for `tableau` on `unknowns` coordinates.
     pub fn new(tableau: Tableau, unknowns: usize) -> Self {
-        let stages = vec![vec![0.0; unknowns]; tableau.b.len()];
         RungeKutta {
             tableau,
-            velocity: stages.clone(),
-            acceleration: stages,
+            stages: Stages::new(&tableau, unknowns),
             x: vec![0.0; unknowns],
             v: vec![0.0; unknowns],
             norm: if tableau.companion.is_some() { ErrorNorm::new(unknowns) } else { ErrorNorm::default() },
@@ -61,7 +37,7 @@ impl RungeKutta {
     /// `x = x_n + h sum_j w_j v_j`, `v = drag v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block by block: a
     /// block stays in the cache while the stages are added.
     fn combine(&mut self, state: &State, drag: f64, h: f64, weights: &[f64]) {
-        let RungeKutta { velocity, acceleration, x, v, .. } = self;
+        let RungeKutta { stages: Stages { velocity, acceleration }, x, v, .. } = self;
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
             let range = i * BLOCK..i * BLOCK + x.len();
             x.copy_from_slice(&state.x()[range.clone()]);
@@ -107,11 +83,7 @@ impl Integrator for RungeKutta {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
             system.evaluate_dissipation(&self.x, &self.v);
-            system.accelerations(&mut self.acceleration[stage]);
-            if drag != 0.0 {
-                self.acceleration[stage].iter_mut().zip(&self.v).for_each(|(a, v)| *a -= drag * v);
-            }
-            self.velocity[stage].copy_from_slice(&self.v);
+            self.stages.take(stage, system, drag, &self.v);
         }
         if self.tableau.is_first_same_as_last() {
             force = system.force();
@@ -136,7 +108,7 @@ impl Integrator for RungeKutta {
         tolerances: &Tolerances,
     ) -> Option<Judgement> {
         let difference = self.tableau.companion?.difference;
-        let RungeKutta { velocity, acceleration, v: before, norm, .. } = self;
+        let RungeKutta { stages: Stages { velocity, acceleration }, v: before, norm, .. } = self;
         let errors = |range: std::ops::Range<usize>, x: &mut [f64], v: &mut [f64]| {
             for (j, d) in difference.iter().enumerate().filter(|(_, d)| **d != 0.0) {
                 add_scaled(x, h * d, &velocity[j][range.clone()]);
@@ -152,6 +124,6 @@ impl Integrator for RungeKutta {
     }
 
     fn bytes(&self) -> usize {
-        8 * self.x.len() * (2 + 2 * self.velocity.len()) + self.norm.bytes()
+        16 * self.x.len() + self.stages.bytes() + self.norm.bytes()
     }
 }

@@ -3,7 +3,8 @@
 //! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::dirk::DirkTableau;
+use super::estimate::Companion;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -19,9 +20,13 @@ pub const METHOD: Method = Method {
         conserves: "nothing else",
         source: "Alexander 1977, Diagonally implicit Runge-Kutta methods for stiff ODEs, theorem 3",
     },
-    scheme: Scheme::Dirk(DirkTableau {
+    scheme: Scheme::Dirk(Tableau {
         a: &[&[0.292_893_218_813_452_5], &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5]],
         b: &[FRAC_1_SQRT_2, 0.292_893_218_813_452_5],
-        companion: None,
+        // Less 1, 0: of order 1 on the first stage alone.
+        companion: Some(Companion {
+            difference: &[-0.292_893_218_813_452_5, 0.292_893_218_813_452_5],
+            order: 1,
+        }),
     }),
 };

@@ -1,8 +1,8 @@
 //! Alexander's L-stable singly diagonally implicit Runge-Kutta method of three stages and order 3.
 //!
 //! Of stage order 1: on stiff problems its order falls to 1 (verification.md A7).
-use super::dirk::DirkTableau;
 use super::estimate::Companion;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -18,7 +18,7 @@ pub const METHOD: Method = Method {
         conserves: "nothing else",
         source: "Alexander 1977, Diagonally implicit Runge-Kutta methods for stiff ODEs, theorem 5",
     },
-    scheme: Scheme::Dirk(DirkTableau {
+    scheme: Scheme::Dirk(Tableau {
         a: &[
             &[0.435_866_521_508_459],
             &[0.282_066_739_245_770_5, 0.435_866_521_508_459],

@@ -1,8 +1,8 @@
 //! The L-stable singly diagonally implicit Runge-Kutta method of five stages and order 4, `gamma = 1/4`.
 //!
 //! Of stage order 1: on a stiff pendulum it gains energy (verification.md A6), L-stable though it is.
-use super::dirk::DirkTableau;
 use super::estimate::Companion;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -18,7 +18,7 @@ pub const METHOD: Method = Method {
         conserves: "nothing else",
         source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, table IV.6.5",
     },
-    scheme: Scheme::Dirk(DirkTableau {
+    scheme: Scheme::Dirk(Tableau {
         a: &[
             &[0.25],
             &[0.5, 0.25],

@@ -1,11 +1,11 @@
 //! TR-BDF2: a trapezoidal stage, then BDF2 to the end, as one method with two solves of the same matrix.
 //!
 //! The same amplification as SDIRK2 on linear problems, but of stage order 2: on stiff nonlinear ones it keeps its order.
-use super::dirk::DirkTableau;
 use super::estimate::Companion;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
-pub(super) const TABLEAU: DirkTableau = DirkTableau {
+pub(super) const TABLEAU: Tableau = Tableau {
     a: &[
         &[0.0],
         &[0.292_893_218_813_452_5, 0.292_893_218_813_452_5],

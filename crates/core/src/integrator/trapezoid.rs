@@ -1,5 +1,5 @@
 //! The trapezoidal rule; Newmark's method with `beta = 1/4`, `gamma = 1/2`.
-use super::dirk::DirkTableau;
+use super::tableau::Tableau;
 use super::{Documentation, Method, Scheme};
 
 /// The scheme and what is known of it.
@@ -15,5 +15,5 @@ pub const METHOD: Method = Method {
         conserves: "nothing else; conjugate to the implicit midpoint rule",
         source: "Hairer, Wanner 1996, Solving Ordinary Differential Equations II, section IV.3",
     },
-    scheme: Scheme::Dirk(DirkTableau { a: &[&[0.0], &[0.5, 0.5]], b: &[0.5, 0.5], companion: None }),
+    scheme: Scheme::Dirk(Tableau { a: &[&[0.0], &[0.5, 0.5]], b: &[0.5, 0.5], companion: None }),
 };

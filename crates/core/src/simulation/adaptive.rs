@@ -27,7 +27,8 @@ impl Simulation {
     }
 
     /// Lets step sizes follow the error from now on, beginning with the first that `control` names or that two evaluations of the
-    /// force find.
+    /// force find. Implicit steps are solved to a [part](crate::solver::PART_OF_STEP_ERROR) of it, unless the solver's options have a
+    /// tolerance.
     ///
     /// # Panics
     /// If the scheme has no estimate of its error, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
@@ -36,6 +37,7 @@ impl Simulation {
         let controller = Controller::new(control, &self.method, first);
         self.step_size = controller.next();
         self.controller = Some(Box::new(controller));
+        self.set_solver(self.solver);
     }
 
     /// How step sizes follow the error; `None` where they do not.

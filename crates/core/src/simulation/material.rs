@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::energy::EnergyTerm;
 use crate::energy::batch::{BatchElastic, BatchMaterial};
+use crate::energy::elastic::nodal_name;
 use crate::topology::{BodyKind, BodyTopology, Topology};
 
 /// A body cannot have this material.
@@ -18,6 +19,14 @@ pub enum MaterialError {
     /// It is not filled with elements.
     #[error("`{body}` has no elements in which a deformation gradient is square: it is no elastic solid")]
     NoSolid {
+        /// The body.
+        body: String,
+    },
+    /// A material that is given by functions cannot be split in two parts.
+    #[error(
+        "`{body}` has `nodal_integration`, which splits a material of this library in two parts: remove it, or use `order = 2`"
+    )]
+    NodalIntegration {
         /// The body.
         body: String,
     },
@@ -39,6 +48,10 @@ impl Simulation {
         let found = topology.bodies.iter().find(|one| one.name == body).ok_or_else(none)?;
         if found.kind != BodyKind::Solid {
             return Err(MaterialError::NoSolid { body: body.to_owned() });
+        }
+        let nodal = nodal_name(body);
+        if self.system.terms().iter().any(|term| term.name() == nodal) {
+            return Err(MaterialError::NodalIntegration { body: body.to_owned() });
         }
         let rest = self.numbering.to_internal(&topology.rest_positions, topology.dimension).into_owned();
         let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = found;

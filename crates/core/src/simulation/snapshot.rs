@@ -150,7 +150,7 @@ impl Simulation {
         }
     }
 
-    fn set_ledger(&mut self, ledger: Option<Ledger>) {
+    pub(super) fn set_ledger(&mut self, ledger: Option<Ledger>) {
         self.system.count_walls(ledger.as_ref().is_some_and(Ledger::counts_walls));
         self.ledger = ledger;
     }

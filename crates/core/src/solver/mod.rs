@@ -13,7 +13,7 @@ pub mod ordering;
 #[cfg(test)]
 mod tests;
 
-pub use options::{LinearSolver, SolverOptions};
+pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
 
 use crate::integrator::StepFault;
 use crate::system::System;
@@ -86,7 +86,8 @@ pub(crate) trait Minimizer: Send + Sync {
     /// The objective at a configuration; `+inf` outside the domain of a material.
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64;
 
-    /// Replaces `right` by the solution with the matrix that the last minimisation ended with; false where there is none.
+    /// Replaces `right` by the solution with the matrix that the last minimisation ended with, by conjugate gradients to a thousandth; false
+    /// where there is none, as where it was projected, or never made.
     fn solve_last(&mut self, right: &mut [f64]) -> bool;
 
     /// Work done so far.

@@ -9,17 +9,38 @@ use crate::system::System;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
     /// Newton's method stops where its next correction would move no vertex by more than this [m]; `None`: 1e-9 of the
-    /// size of the scene.
+    /// size of the scene, or, where steps follow the error, [`PART_OF_STEP_ERROR`] of what a step may err by.
     pub tolerance: Option<f64>,
+    /// Where steps follow the error, what a step may err by in positions [m] and in velocities [m/s].
+    pub step_error: Option<[f64; 2]>,
     /// Newton iterations that a solve may take.
     pub max_iterations: u32,
     /// The linear solver.
     pub linear: LinearSolver,
+    /// How often a step that is not solved may be halved; 0: not at all.
+    pub retries: u32,
+}
+
+/// The part of the error allowed to a step that solves may add to it: too little to be seen, and no more accurate than that.
+pub const PART_OF_STEP_ERROR: f64 = 1e-2;
+
+impl SolverOptions {
+    /// The largest correction [m] that is none, in a scene of this `size` [m] where velocities are `rate` [1/s] times increments.
+    pub(super) fn tolerance(&self, size: f64, rate: f64) -> f64 {
+        let by_error = |[position, velocity]: [f64; 2]| PART_OF_STEP_ERROR * position.min(velocity / rate);
+        self.tolerance.or(self.step_error.map(by_error)).unwrap_or(1e-9 * size)
+    }
 }
 
 impl Default for SolverOptions {
     fn default() -> Self {
-        SolverOptions { tolerance: None, max_iterations: 500, linear: LinearSolver::Auto }
+        SolverOptions {
+            tolerance: None,
+            step_error: None,
+            max_iterations: 500,
+            linear: LinearSolver::Auto,
+            retries: 0,
+        }
     }
 }
 

@@ -11,11 +11,9 @@ use crate::solver::LinearSolver;
 fn grid(dimension: usize, material: &MaterialSpec, order: usize) -> Simulation {
     let (cells, size) =
         if dimension == 2 { ("[5, 4]", "[1.0, 0.8]") } else { ("[4, 3, 3]", "[1.0, 0.8, 0.7]") };
-    let material = serde_json::to_value(material).unwrap();
-    let scene: Scene = serde_json::from_value(serde_json::json!({
-        "dimension": dimension,
-        "time": { "integrator": "implicit-euler", "step": 0.01, "duration": 1.0 },
-        "body": [{
+    wavy(
+        dimension,
+        serde_json::json!({
             "mesh": { "grid": {
                 "cells": serde_json::from_str::<serde_json::Value>(cells).unwrap(),
                 "size": serde_json::from_str::<serde_json::Value>(size).unwrap(),
@@ -24,7 +22,16 @@ fn grid(dimension: usize, material: &MaterialSpec, order: usize) -> Simulation {
             "elastic": material,
             "mass": { "density": 1000.0 },
             "pin": [{ "half_space": { "normal": vec![1.0; dimension], "offset": 0.1 } }],
-        }],
+        }),
+    )
+}
+
+/// This body, wavy.
+fn wavy(dimension: usize, body: serde_json::Value) -> Simulation {
+    let scene: Scene = serde_json::from_value(serde_json::json!({
+        "dimension": dimension,
+        "time": { "integrator": "implicit-euler", "step": 0.01, "duration": 1.0 },
+        "body": [body],
     }))
     .unwrap();
     let mut simulation =
@@ -70,6 +77,58 @@ fn the_matrix_of_every_material_is_its_hessian() {
     }
 }
 
+/// A vertex in the middle of `n` others on a circle, and as many around these; in 3D the others are on the equator of two poles.
+fn wheel(dimension: usize, n: u32) -> serde_json::Value {
+    let around = |r: f64| {
+        (0..n).map(move |i| {
+            let (s, c) = (std::f64::consts::TAU * f64::from(i) / f64::from(n)).sin_cos();
+            vec![r * c, r * s]
+        })
+    };
+    let sides = (0..n).map(|i| (i, (i + 1) % n));
+    if dimension == 2 {
+        let points: Vec<Vec<f64>> =
+            [vec![0.0; 2]].into_iter().chain(around(0.5)).chain(around(0.8)).collect();
+        let triangles: Vec<[u32; 3]> = sides
+            .flat_map(|(i, j)| [[0, 1 + i, 1 + j], [1 + i, 1 + n + i, 1 + n + j], [1 + i, 1 + n + j, 1 + j]])
+            .collect();
+        return serde_json::json!({ "inline": { "points": points, "triangles": triangles } });
+    }
+    let on_equator = around(1.0).map(|mut point| {
+        point.push(0.0);
+        point
+    });
+    let points: Vec<Vec<f64>> = [vec![0.0, 0.0, 0.0], vec![0.0, 0.0, 1.0], vec![0.0, 0.0, -1.0]]
+        .into_iter()
+        .chain(on_equator)
+        .collect();
+    let tetrahedra: Vec<[u32; 4]> =
+        sides.flat_map(|(i, j)| [[0, 3 + i, 3 + j, 1], [0, 3 + j, 3 + i, 2]]).collect();
+    serde_json::json!({ "inline": { "points": points, "tetrahedra": tetrahedra } })
+}
+
+// Vertices in the middle with fewer and with more neighbours than a stencil has places.
+#[test]
+fn the_matrix_of_nodal_integration_is_its_hessian() {
+    for material in MaterialSpec::examples().into_iter().filter(|material| material.lame().is_some()) {
+        let body = |mesh: serde_json::Value| {
+            serde_json::json!({
+                "mesh": mesh, "elastic": material, "nodal_integration": {}, "mass": { "density": 1000.0 },
+                "pin": [{ "vertices": [1] }, { "vertices": [2], "axes": ["x"] }],
+            })
+        };
+        for (dimension, cells) in [(2, vec![5, 4]), (3, vec![3, 3, 2])] {
+            let grid = serde_json::json!({ "grid": { "cells": cells, "spacing": 0.25 } });
+            for mesh in [grid, wheel(dimension, 8), wheel(dimension, 24)] {
+                let mut simulation = wavy(dimension, body(mesh));
+                let defect =
+                    if dimension == 2 { defect::<2>(&mut simulation) } else { defect::<3>(&mut simulation) };
+                assert!(defect < 1e-11, "{} in {dimension}D: {defect:e}", material.name());
+            }
+        }
+    }
+}
+
 /// A beam of 648 tetrahedra that begins to fall, after two steps with this linear solver.
 fn fallen(linear: LinearSolver, nu: f64) -> Simulation {
     fallen_to(serde_json::json!({ "linear": linear }), nu)
@@ -77,6 +136,11 @@ fn fallen(linear: LinearSolver, nu: f64) -> Simulation {
 
 /// The same, with these solver options.
 fn fallen_to(solver: serde_json::Value, nu: f64) -> Simulation {
+    fallen_of(solver, nu, None)
+}
+
+/// The same, of elements with nodal integration.
+fn fallen_of(solver: serde_json::Value, nu: f64, nodal_integration: Option<serde_json::Value>) -> Simulation {
     let scene: Scene = serde_json::from_value(serde_json::json!({
         "dimension": 3,
         "time": {
@@ -86,6 +150,7 @@ fn fallen_to(solver: serde_json::Value, nu: f64) -> Simulation {
         "body": [{
             "mesh": { "grid": { "cells": [12, 3, 3], "size": [0.4, 0.1, 0.1] } },
             "elastic": { "stable-neo-hookean-log": { "young": 5e5, "poisson": nu } },
+            "nodal_integration": nodal_integration,
             "mass": { "density": 1000.0 },
             "pin": [{ "half_space": { "normal": [1.0, 0.0, 0.0], "offset": 1e-9 } }],
         }],
@@ -119,6 +184,28 @@ fn linear_solvers_take_the_same_steps() {
     }
 }
 
+#[test]
+fn linear_solvers_take_the_same_steps_with_nodal_integration() {
+    let fallen = |linear| {
+        fallen_of(
+            serde_json::json!({ "linear": linear }),
+            0.49,
+            Some(serde_json::json!({ "stabilisation": 0.2 })),
+        )
+    };
+    let cholesky = fallen(LinearSolver::Cholesky);
+    for linear in [LinearSolver::Cg, LinearSolver::Multigrid, LinearSolver::MatrixFree] {
+        let other = fallen(linear);
+        let solver = other.work().solver.unwrap();
+        assert!(
+            solver.cg_iterations > 0 && solver.fallbacks == 0 && solver.factorizations == 0,
+            "{linear:?}: {solver:?}"
+        );
+        let apart = apart(&cholesky, &other);
+        assert!(apart < 1e-8, "{linear:?}: {apart:e}");
+    }
+}
+
 // A tolerance that rounding does not let corrections reach: Newton's method ends where they no longer shrink.
 #[test]
 fn solves_end_at_rounding_where_more_is_asked() {
@@ -141,10 +228,37 @@ fn conjugate_gradients_that_stall_leave_the_solve_to_a_factorisation() {
     assert!(apart < 1e-8, "{apart:e}");
 }
 
+// Pressure follows the surface, and the matrix knows how: a factor serves a whole step of a balloon that is blown up. Without that
+// corrections shrink slowly, and nearly each of them takes a matrix of its own.
+#[test]
+fn balloons_are_blown_up_with_one_matrix_a_step() {
+    let scene: Scene = serde_json::from_value(serde_json::json!({
+        "dimension": 3,
+        "time": { "integrator": "implicit-euler", "step": 0.02, "duration": 1.0 },
+        "body": [{
+            "mesh": { "sphere": { "radius": 0.1, "cells": 3 } },
+            "elastic": { "neo-hookean": { "young": 1e6, "poisson": 0.49 } },
+            "membrane": { "thickness": 1e-3 },
+            "mass": { "density": 1000.0 },
+            "load": [{ "pressure": "-3700 * smoothstep(0, 0.2, t)" }],
+        }],
+    }))
+    .unwrap();
+    let mut simulation = scene.assemble(UnstableStep::Refuse).unwrap().simulation;
+    let steps = 10;
+    (0..steps).for_each(|_| simulation.step().unwrap());
+    let grown = simulation.size();
+    let solver = simulation.work().solver.unwrap();
+    assert!(grown > 1.1 * 0.2 * 3.0_f64.sqrt(), "{grown}");
+    assert!(solver.newton_iterations <= 8 * steps && solver.factorizations <= steps, "{solver:?}");
+}
+
 /// Springs, hinges, joints, membranes, attachments, and what damps them, where everything has moved a little.
 #[test]
 fn the_matrix_of_every_other_term_is_its_hessian_and_its_damping() {
-    for name in ["hair", "bending_cloth", "awning", "pavilion", "damped_jelly", "quadratic_beams_2d"] {
+    for name in
+        ["hair", "bending_cloth", "awning", "pavilion", "damped_jelly", "quadratic_beams_2d", "balloon"]
+    {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
         let scene = Scene::from_path(format!("{path}{name}.toml")).unwrap();
         let mut simulation =

@@ -14,7 +14,7 @@ const IMPLICIT_STEPS: u64 = 100;
 const ACCURACY: f64 = 1e-3;
 
 /// How large a step may be.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct MeasuredLimit {
     /// The scheme.
     pub integrator: String,
@@ -100,7 +100,7 @@ pub fn measure_limit(
 }
 
 /// How energy drifts.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Drift {
     /// The scheme.
     pub integrator: String,

@@ -16,6 +16,20 @@ pub enum Against {
     Density,
 }
 
+impl Against {
+    /// All of them.
+    pub const ALL: [Against; 3] = [Against::Young, Against::Poisson, Against::Density];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Against::Young => "young",
+            Against::Poisson => "poisson",
+            Against::Density => "density",
+        }
+    }
+}
+
 /// Steps of one run.
 const EXPLICIT_STEPS: u64 = 500;
 const IMPLICIT_STEPS: u64 = 50;

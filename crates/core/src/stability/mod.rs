@@ -3,6 +3,7 @@
 mod amplification;
 mod limit;
 mod map;
+mod survey;
 #[cfg(test)]
 mod tests;
 
@@ -10,6 +11,7 @@ pub use amplification::{AmplificationCurve, amplification_curve};
 pub use limit::{Drift, MeasuredLimit, energy_drift, measure_limit};
 pub(crate) use map::stiffness_changes;
 pub use map::{Against, Map, map};
+pub use survey::{Choice, Survey, SurveyError};
 
 use crate::assembly::UnstableStep;
 use crate::integrator::IntegratorSpec;
@@ -18,7 +20,7 @@ use crate::scene::{Scene, SceneError};
 use crate::simulation::{Simulation, StepError};
 
 /// How a run of some steps ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// All steps were taken, and the energy stayed where it belongs.

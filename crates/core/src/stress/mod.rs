@@ -17,7 +17,7 @@ pub use scene::scene_cases;
 pub use starts::Start;
 
 /// What came of a case.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// All that was asked for.
@@ -52,7 +52,7 @@ pub struct Picture {
 }
 
 /// The outcome of one case.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
 pub struct Findings {
     /// Whether it is what it should be.
     pub verdict: Verdict,

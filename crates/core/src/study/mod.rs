@@ -60,7 +60,7 @@ pub use order::fit;
 pub use plan::{Contender, Grid, Pace, Plan, ReferenceChoice, TIMES};
 pub use reference::{Reference, key};
 pub use results::{LineResult, Record, Results, Stop, VariantResult};
-pub use row::{COLUMNS, Row, RowStatus, SCHEMA, csv};
+pub use row::{COLUMNS, Row, RowStatus, SCHEMA, columns, csv};
 pub use sweep::Study;
 pub use trajectory::{Series, Trajectory};
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RowStatus {
     /// It reached the end.
@@ -33,7 +33,7 @@ pub const SCHEMA: u32 = 1;
 
 /// The columns of a study's table, and of its JSON. Errors and orders are `None` where a run failed; solver columns where there is
 /// no solver.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Row {
     /// Version of the columns.
     pub schema: u32,
@@ -190,6 +190,11 @@ pub const COLUMNS: [&str; 46] = [
 /// Columns behind those.
 const MORE: [&str; 4] = ["tol", "n_reject", "dropped", "message"];
 
+/// All columns of the table, in their order.
+pub fn columns() -> impl Iterator<Item = &'static str> {
+    COLUMNS.into_iter().chain(MORE)
+}
+
 impl Row {
     /// Whether it takes part in fits and charts of errors.
     pub fn counts(&self) -> bool {
@@ -204,18 +209,18 @@ impl Row {
     /// The cells, in the order of the table.
     fn cells(&self) -> Vec<String> {
         let value = serde_json::to_value(self).unwrap_or_default();
-        let cell = |name: &&str| match &value[*name] {
+        let cell = |name: &str| match &value[name] {
             serde_json::Value::Null => String::new(),
             serde_json::Value::String(text) => text.clone(),
             other => other.to_string(),
         };
-        COLUMNS.iter().chain(&MORE).map(cell).collect()
+        columns().map(cell).collect()
     }
 }
 
 /// Rows as comma-separated values with a header, numbers in full.
 pub fn csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
-    let header: Vec<&str> = COLUMNS.iter().chain(&MORE).copied().collect();
+    let header: Vec<&str> = columns().collect();
     let mut out = header.join(",") + "\n";
     for row in rows {
         let cells: Vec<String> = row.cells().into_iter().map(quoted).collect();

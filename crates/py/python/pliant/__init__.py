@@ -6,7 +6,8 @@
 >>> pliant.load("cantilever.mcap").positions[:].shape
 (121, 80, 2)
 
-Arrays are float64 of shape (n, dim); everything is in SI units.
+Arrays are float64 of shape (n, dim); everything is in SI units. Steps of large scenes use all processors, or as many threads as
+``RAYON_NUM_THREADS`` says in the environment at the import: the bits are the same.
 """
 
 from __future__ import annotations
@@ -15,12 +16,15 @@ import os as _os
 
 from . import _pliant
 from ._errors import SceneError, StepError
-from ._pliant import Frame, Scene, Simulation, State, __version__
+from ._pliant import Frame, Scene, Simulation, State, Superposition, __version__
 from ._run import Summary
 from .batch import Outcome, combinations, rollout, sweep
+from .catalogue import catalogue
 from .material import Material
-from .tables import Modes, Table, modes
-from .trajectory import Frames, Trajectory, load
+from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
+from .tables import Table
+from .trajectory import Frames, Trajectory, load, recover
+from .vibration import Modes, Sound, modes, sound
 
 __all__ = [
     "Frame",
@@ -31,16 +35,28 @@ __all__ = [
     "Scene",
     "SceneError",
     "Simulation",
+    "Sound",
+    "Stability",
+    "StabilityMap",
     "State",
     "StepError",
+    "Stress",
+    "Study",
     "Summary",
+    "Superposition",
     "Table",
     "Trajectory",
     "__version__",
+    "catalogue",
     "combinations",
     "load",
     "modes",
+    "recover",
     "rollout",
+    "sound",
+    "stability",
+    "stress",
+    "study",
     "sweep",
 ]
 

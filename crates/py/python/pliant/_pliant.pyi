@@ -1,5 +1,6 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
@@ -10,14 +11,48 @@ from ._run import Summary
 from .material import Material
 
 _Array: TypeAlias = npt.NDArray[np.float64]
+_Watcher: TypeAlias = Callable[[dict[str, Any]], object]
 _Force: TypeAlias = Callable[[float, _Array], npt.ArrayLike]
 
-__all__ = ["Frame", "Recording", "Scene", "Simulation", "State", "_after_fork", "_command", "_rollout", "__version__"]
+__all__ = [
+    "Frame",
+    "Recording",
+    "Scene",
+    "Simulation",
+    "State",
+    "Superposition",
+    "_after_fork",
+    "_catalogue",
+    "_columns",
+    "_command",
+    "_recover",
+    "_rollout",
+    "_stability",
+    "_stress",
+    "_study",
+    "__version__",
+]
 
 __version__: str
 
 def _after_fork() -> None: ...
 def _command(arguments: Sequence[str]) -> int: ...
+def _catalogue() -> dict[str, list[dict[str, Any]]]: ...
+def _columns(report: str) -> dict[str, str]: ...
+def _recover(part: str | PathLike[str], to: str | PathLike[str], overwrite: bool) -> dict[str, Any]: ...
+def _study(
+    scene: Scene,
+    changes: dict[str, Any],
+    vary: dict[str, Sequence[Any]] | None,
+    options: dict[str, Any],
+    function: _Watcher | None,
+) -> dict[str, Any]: ...
+def _stress(
+    scene: Scene | None, options: dict[str, Any], function: _Watcher | None
+) -> tuple[list[dict[str, Any]], list[dict[str, npt.NDArray[Any]] | None]]: ...
+def _stability(
+    scene: Scene, integrators: Sequence[str], against: str, quick: bool, function: _Watcher | None
+) -> dict[str, Any]: ...
 def _rollout(simulations: Sequence[Simulation], steps: int, threads: int) -> list[Exception | None]: ...
 @final
 class Scene:
@@ -169,7 +204,30 @@ class Simulation:
     def stiffness(self) -> csr_array[np.float64]: ...
     def damping(self) -> csr_array[np.float64]: ...
     def mass(self) -> csr_array[np.float64]: ...
+    def superposition(self, count: int | None = None) -> Superposition: ...
+    def _sound(
+        self,
+        count: int,
+        vertex: int,
+        direction: Sequence[float],
+        listen: int | None,
+        rayleigh: tuple[float, float] | None,
+        seconds: float,
+        rate: float,
+    ) -> tuple[dict[str, Any], _Array]: ...
     def _modes(self, count: int) -> tuple[dict[str, Any], _Array]: ...
+
+@final
+class Superposition:
+    def at(self, time: float) -> tuple[_Array, _Array]: ...
+    @property
+    def omega(self) -> _Array: ...
+    @property
+    def shapes(self) -> _Array: ...
+    @property
+    def nonlinearity(self) -> float: ...
+    @property
+    def residual(self) -> dict[str, float]: ...
 
 @final
 class Recording:
@@ -187,4 +245,5 @@ class Recording:
     def probe(self, name: str) -> dict[str, _Array]: ...
     def attachment(self, name: str) -> bytes | None: ...
     def elements(self, measure: str, frame: int) -> _Array: ...
+    def export(self, to: str | PathLike[str], frames: tuple[int, int, int], overwrite: bool) -> list[Path]: ...
     def info(self) -> dict[str, Any]: ...

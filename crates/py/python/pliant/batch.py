@@ -13,24 +13,31 @@ import numpy as np
 import numpy.typing as npt
 
 from ._errors import SceneError, StepError
-from ._pliant import Scene, Simulation, _rollout
+from ._pliant import Scene, Simulation, State, _rollout
 
 Array = npt.NDArray[np.float64]
 
 
 def rollout(
-    simulations: Iterable[Scene | Simulation], steps: int, *, threads: int | None = None
+    simulations: Iterable[Scene | Simulation | State],
+    steps: int,
+    *,
+    threads: int | None = None,
+    scene: Scene | Simulation | None = None,
 ) -> list[Simulation]:
     """Take steps of many simulations at once, on threads that do not hold the lock of the interpreter.
 
     Parameters
     ----------
-    simulations : iterable of Scene or Simulation
-        Scenes start at their beginning, simulations go on from where they are, and are what is returned. None may occur twice.
+    simulations : iterable of Scene, Simulation or State
+        Scenes start at their beginning, simulations go on from where they are, and are what is returned: none may occur twice. States
+        are those of `scene`, each the start of a simulation of its own.
     steps : int
         How many each takes.
     threads : int, optional
         How many threads; as many as processors without it. Results are the same bits for any number.
+    scene : Scene or Simulation, optional
+        What states are states of; of a simulation they take its parameters, forces and pins along.
 
     Returns
     -------
@@ -41,8 +48,10 @@ def rollout(
     ------
     StepError
         Of the first simulation that could not take a step; its message says which one. All others have taken theirs.
+    ValueError
+        A simulation occurs twice; a state is of another scene.
     """
-    steppers = [Simulation(one) if isinstance(one, Scene) else one for one in simulations]
+    steppers = [_stepper(one, scene) for one in simulations]
     if len({id(one) for one in steppers}) < len(steppers):
         raise ValueError("a simulation occurs twice: use its clone()")
     if threads is not None and threads < 1:
@@ -54,6 +63,18 @@ def rollout(
         if error is not None:
             raise error
     return steppers
+
+
+def _stepper(one: Scene | Simulation | State, scene: Scene | Simulation | None) -> Simulation:
+    if isinstance(one, Simulation):
+        return one
+    if isinstance(one, Scene):
+        return Simulation(one)
+    if scene is None:
+        raise TypeError("a state does not know its scene: name it by `scene=`")
+    simulation = Simulation(scene) if isinstance(scene, Scene) else scene.clone()
+    simulation.state = one
+    return simulation
 
 
 @dataclass(frozen=True)
@@ -130,6 +151,7 @@ def combinations(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict of str to object
+        One for each combination: values by their paths.
     """
     return [dict(zip(values, chosen)) for chosen in itertools.product(*values.values())]
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-
-from ._pliant import Scene, Simulation
 
 if TYPE_CHECKING:
     import pandas as _pandas
@@ -20,15 +19,38 @@ Array = npt.NDArray[Any]
 class Table(Mapping[str, Array]):
     """Columns of equal length by their names: a mapping from names to arrays.
 
+    Parameters
+    ----------
+    columns : mapping of str to array_like
+        The columns. Numbers that are None are NaN, texts that are None are empty.
+    units : mapping of str to str, optional
+        Unit of each column that has one.
+    descriptions : mapping of str to str, optional
+        What columns are, with their units in brackets.
+    shown : sequence of str, optional
+        Columns that are printed; all without it.
+
     Attributes
     ----------
     units : dict of str to str
         Unit of each column that has one.
+    descriptions : dict of str to str
+        What columns are.
     """
 
-    def __init__(self, columns: Mapping[str, npt.ArrayLike], units: Mapping[str, str] | None = None) -> None:
-        self._columns = {name: np.asarray(column) for name, column in columns.items()}
-        self.units = dict(units or {})
+    def __init__(
+        self,
+        columns: Mapping[str, npt.ArrayLike],
+        units: Mapping[str, str] | None = None,
+        *,
+        descriptions: Mapping[str, str] | None = None,
+        shown: Sequence[str] | None = None,
+    ) -> None:
+        self._columns = {name: _column(column) for name, column in columns.items()}
+        self.descriptions = {name: text for name, text in (descriptions or {}).items() if name in self._columns}
+        found = ((name, re.search(r"\[([^\]]+)\]", text)) for name, text in self.descriptions.items())
+        self.units = {name: unit[1] for name, unit in found if unit} | dict(units or {})
+        self._shown = list(self._columns if shown is None else shown)
         lengths = {len(column) for column in self._columns.values()}
         if len(lengths) > 1:
             raise ValueError(f"columns of different lengths: {sorted(lengths)}")
@@ -53,13 +75,14 @@ class Table(Mapping[str, Array]):
         Returns
         -------
         pandas.DataFrame
+            One row for each row.
         """
         import pandas
 
         return pandas.DataFrame({name: column for name, column in self.items() if column.ndim == 1})
 
     def __repr__(self) -> str:
-        flat = {name: column for name, column in self.items() if column.ndim == 1}
+        flat = {name: self[name] for name in self._shown if self[name].ndim == 1}
         heads = [f"{name} [{self.units[name]}]" if name in self.units else name for name in flat]
         cells = [[f"{value:.6g}" if isinstance(value, float) else str(value) for value in column.tolist()] for column in flat.values()]
         widths = [max(map(len, [head, *column])) for head, column in zip(heads, cells)]
@@ -68,83 +91,18 @@ class Table(Mapping[str, Array]):
         return "\n".join(text)
 
 
-class Modes(Table):
-    """Natural modes, by frequency: columns ``frequency`` [Hz], ``omega`` [rad/s], ``residual``, ``mass_x``, ``mass_y``, ``mass_z`` (shares of
-    the mass that is free to move along each axis) and ``shape``, of shape (count, n, dim), with ``shape^T M shape = 1`` [kg^-1/2].
+def _column(values: npt.ArrayLike) -> Array:
+    """None among numbers is NaN, among texts it is empty; where there is nothing else it is NaN."""
+    if not isinstance(values, list) or None not in values:
+        return np.asarray(values)
+    nothing: Any = "" if any(isinstance(value, str) for value in values) else float("nan")
+    return np.asarray([nothing if value is None else value for value in values])
 
-    Attributes
-    ----------
-    rest : ndarray of float64, shape (n, dim)
-        Positions that the modes are about [m].
-    free_coordinates : int
-        Coordinates that are free to move.
-    """
 
-    def __init__(self, found: dict[str, Any], shapes: Array, rest: Array) -> None:
-        modes = found["modes"]
-        columns: dict[str, npt.ArrayLike] = {
-            name: [mode[name] for mode in modes] for name in ("frequency", "omega", "residual")
-        }
-        for c, axis in enumerate("xyz"[: rest.shape[1]]):
-            columns[f"mass_{axis}"] = [mode["effective_mass"][c] for mode in modes]
-        columns["shape"] = shapes
-        super().__init__(columns, {"frequency": "Hz", "omega": "rad/s"})
-        self.rest = rest
-        self.free_coordinates: int = found["free_coordinates"]
-
-    def plot(self, mode: int = 0, *, axes: _Axes | None = None, size: float = 0.1) -> _Axes:
-        """Draw a mode shape beside where it is about, projected to x and y, by matplotlib, which must be installed.
-
-        Parameters
-        ----------
-        mode : int, default 0
-            Which.
-        axes : matplotlib.axes.Axes, optional
-            Where to; new ones without it.
-        size : float, default 0.1
-            Largest displacement as a part of the size of the body.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
-        axes = axes or _axes()
-        shape = self["shape"][mode]
-        extent = float(np.ptp(self.rest, axis=0).max())
-        moved = self.rest + shape * (size * extent / max(float(np.abs(shape).max()), 1e-300))
-        axes.plot(*self.rest[:, :2].T, ".", color="0.8", label="at rest")
-        axes.plot(*moved[:, :2].T, ".", label=f"mode {mode}")
-        axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]", title=f"{self['frequency'][mode]:.6g} Hz")
-        axes.legend()
+def axes_or_new(axes: _Axes | None) -> _Axes:
+    """Axes to draw into."""
+    if axes is not None:
         return axes
-
-
-def _axes() -> _Axes:
     import matplotlib.pyplot as plt
 
     return plt.subplots()[1]
-
-
-def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
-    """Natural frequencies and mode shapes, as ``pliant modes``.
-
-    Parameters
-    ----------
-    scene : Scene or Simulation
-        A scene is looked at where it starts, a simulation where it is: in a stable equilibrium.
-    count : int, default 10
-        How many, from the lowest.
-
-    Returns
-    -------
-    Modes
-        A table that plots.
-
-    Raises
-    ------
-    RuntimeError
-        There is no stable equilibrium, or nothing that vibrates.
-    """
-    simulation = Simulation(scene) if isinstance(scene, Scene) else scene
-    found, shapes = simulation._modes(count)
-    return Modes(found, shapes, simulation.positions)

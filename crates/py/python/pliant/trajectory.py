@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from os import PathLike
+from os import PathLike, fspath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
-from ._pliant import Recording, Scene
+from ._pliant import Recording, Scene, _recover
 
 if TYPE_CHECKING:
     import meshio as _meshio  # type: ignore[import-untyped]
@@ -20,6 +21,7 @@ Array = npt.NDArray[np.float64]
 
 #: Rows of vertex numbers of each kind of cell, as attachments have them, and their names in meshio and VTK.
 _CELLS = {
+    "vertex": (1, "vertex", 1),
     "edge": (2, "line", 3),
     "tri": (3, "triangle", 5),
     "tet": (4, "tetra", 10),
@@ -33,13 +35,20 @@ class Frames:
 
     An index gives a frame, of shape (rows, columns), a slice or a list of indices several, of shape (frames, rows, columns).
     ``numpy.asarray`` and ``[:]`` read all.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Frames, rows, columns.
+    dtype : numpy.dtype
+        That of float64.
+    ndim : int
+        3.
     """
 
     def __init__(self, recording: Recording, name: str, shape: tuple[int, int, int]) -> None:
         self._recording, self._name = recording, name
-        #: tuple of int: Frames, rows, columns.
         self.shape = shape
-        #: numpy.dtype: That of float64.
         self.dtype = np.dtype(np.float64)
         self.ndim = 3
 
@@ -90,18 +99,27 @@ class Frames:
 class Trajectory:
     """The frames of a recording, read when they are asked for.
 
-    Made by `load`.
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file, as for `load`.
+
+    Attributes
+    ----------
+    dimension : int
+        Space dimension, 2 or 3.
+    vertex_count : int
+        Number of vertices.
+    times : ndarray of float64, shape (F,)
+        Simulated time of each frame [s].
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
         self._recording = Recording(path)
         self._info: dict[str, Any] | None = None
         self.path = path
-        #: int: Space dimension, 2 or 3.
         self.dimension: int = self._recording.dimension
-        #: int: Number of vertices.
         self.vertex_count: int = self._recording.vertex_count
-        #: ndarray of float64, shape (F,): Simulated time of each frame [s].
         self.times: Array = self._recording.times
 
     def __len__(self) -> int:
@@ -134,6 +152,7 @@ class Trajectory:
         Returns
         -------
         Frames, shape (F, m, k)
+            Of each of m elements the k numbers of the measure.
 
         Raises
         ------
@@ -154,7 +173,7 @@ class Trajectory:
         return self._recording.reactions()
 
     def probe(self, name: str) -> dict[str, Array]:
-        """Readings of a probe.
+        """Read a probe over time.
 
         Parameters
         ----------
@@ -164,6 +183,7 @@ class Trajectory:
         Returns
         -------
         dict of str to ndarray of float64, shape (F,)
+            By name, as ``/probe`` channels have them: ``time`` [s], ``position[0]`` [m], ``cauchy_stress[3]`` [Pa], ...
         """
         return self._recording.probe(name)
 
@@ -219,10 +239,13 @@ class Trajectory:
             blocks.extend((kind, body[kind]) for kind in kinds[:1])
         return blocks
 
-    def _points(self, frame: int) -> Array:
-        points = np.zeros((self.vertex_count, 3))
+    def _mesh(self, frame: int) -> tuple[Array, list[tuple[str, npt.NDArray[np.uint32]]], Array]:
+        """Points, blocks of cells and velocities of a frame, in 3D; cells are the vertices themselves where there are none."""
+        points, velocities = np.zeros((2, self.vertex_count, 3))
         points[:, : self.dimension] = self.positions[frame]
-        return points
+        velocities[:, : self.dimension] = self.velocities[frame]
+        vertices = np.arange(self.vertex_count, dtype=np.uint32)[:, None]
+        return points, self._blocks() or [("vertex", vertices)], velocities
 
     def to_meshio(self, frame: int = -1) -> _meshio.Mesh:
         """A frame as a mesh of meshio, which must be installed.
@@ -239,11 +262,9 @@ class Trajectory:
         """
         import meshio
 
-        velocities = np.zeros((self.vertex_count, 3))
-        velocities[:, : self.dimension] = self.velocities[frame]
-        blocks = [(_CELLS[kind][1], cells.astype(np.int64)) for kind, cells in self._blocks()]
-        vertices = [("vertex", np.arange(self.vertex_count)[:, None])]
-        return meshio.Mesh(self._points(frame), blocks or vertices, point_data={"velocity": velocities})
+        points, blocks, velocities = self._mesh(frame)
+        cells = [(_CELLS[kind][1], cells.astype(np.int64)) for kind, cells in blocks]
+        return meshio.Mesh(points, cells, point_data={"velocity": velocities})
 
     def to_pyvista(self, frame: int = -1) -> _pyvista.UnstructuredGrid:
         """A frame as a grid of PyVista, which must be installed.
@@ -260,15 +281,49 @@ class Trajectory:
         """
         import pyvista
 
-        blocks = [(_CELLS[kind][2], cells) for kind, cells in self._blocks()]
-        blocks = blocks or [(1, np.arange(self.vertex_count, dtype=np.uint32)[:, None])]
-        cells = [np.insert(block, 0, block.shape[1], axis=1).ravel().astype(np.int64) for _, block in blocks]
-        types = [np.full(len(block), kind, np.uint8) for kind, block in blocks]
-        grid = pyvista.UnstructuredGrid(np.concatenate(cells), np.concatenate(types), self._points(frame))
-        velocities = np.zeros((self.vertex_count, 3))
-        velocities[:, : self.dimension] = self.velocities[frame]
+        points, blocks, velocities = self._mesh(frame)
+        cells = [np.insert(cells, 0, cells.shape[1], axis=1).ravel().astype(np.int64) for _, cells in blocks]
+        types = [np.full(len(cells), _CELLS[kind][2], np.uint8) for kind, cells in blocks]
+        grid = pyvista.UnstructuredGrid(np.concatenate(cells), np.concatenate(types), points)
         grid.point_data["velocity"] = velocities
         return grid
+
+    def export(
+        self, to: str | PathLike[str], frames: int | slice = slice(None), *, overwrite: bool = False
+    ) -> list[Path]:
+        """Write frames for ParaView, PyVista, meshio (``.vtu``), or as surfaces (``.obj``), as ``pliant export``.
+
+        Parameters
+        ----------
+        to : str or os.PathLike
+            A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a single frame.
+        frames : int or slice, default all
+            Which.
+        overwrite : bool, default False
+            Whether files may be there already.
+
+        Returns
+        -------
+        list of pathlib.Path
+            The files of the frames, and the ``.pvd`` last.
+
+        Raises
+        ------
+        FileExistsError
+            One of them is there.
+        IndexError
+            There is no such frame.
+        ValueError
+            Nothing is chosen, or the name is none of these.
+        """
+        if isinstance(frames, slice):
+            start, end, step = frames.indices(len(self))
+        else:
+            start = range(len(self))[frames]
+            end, step = start + 1, 1
+        if step < 1 or end <= start:
+            raise ValueError(f"{frames} chooses none of {len(self)} frames, forwards")
+        return self._recording.export(to, (start, end, step), overwrite)
 
     def to_pandas(self) -> _pandas.DataFrame:
         """The channel ``energy`` as a table of pandas, which must be installed.
@@ -310,3 +365,34 @@ def load(path: str | PathLike[str]) -> Trajectory:
     >>> trajectory.energy["total"]  # shape (F,)
     """
     return Trajectory(path)
+
+
+def recover(part: str | PathLike[str], to: str | PathLike[str] | None = None, *, overwrite: bool = False) -> Trajectory:
+    """Make a complete file of what a killed run left, as ``pliant recover``.
+
+    Parameters
+    ----------
+    part : str or os.PathLike
+        What it left, ending in ``.part``.
+    to : str or os.PathLike, optional
+        The file to write; the name without ``.part`` without it.
+    overwrite : bool, default False
+        Whether it may be there already.
+
+    Returns
+    -------
+    Trajectory
+        With all frames that are complete.
+
+    Raises
+    ------
+    FileExistsError
+        The file is there, or the run is still going.
+    FileNotFoundError, OSError, ValueError
+        There is no such file, or it cannot be read.
+    """
+    if to is None:
+        if not fspath(part).endswith(".part"):
+            raise ValueError(f"{fspath(part)} does not end in .part: say where to write")
+        to = fspath(part)[: -len(".part")]
+    return Trajectory(Path(_recover(part, to, overwrite)["path"]))

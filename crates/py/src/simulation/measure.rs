@@ -1,10 +1,9 @@
 //! What is measured of a simulation.
 
 use numpy::{IntoPyArray, PyArray1};
-use pliant::diagnostics::{Diagnostics, ElementState, MEASURES};
-use pliant::modes::Modes;
+use pliant::diagnostics::{Diagnostics, ElementState, MEASURES, Measure};
 use pliant::simulation::{MatrixError, SparseMatrix};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -29,6 +28,14 @@ pub(crate) fn energies<'py>(py: Python<'py>, measured: &Diagnostics) -> PyResult
         }
     }
     Ok(table)
+}
+
+/// A measure by its name.
+pub(crate) fn measure_named(name: &str) -> PyResult<&'static Measure> {
+    MEASURES.iter().find(|measure| measure.name == name).ok_or_else(|| {
+        let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
+        PyValueError::new_err(format!("there is no measure {name:?}; there are {}", names.join(", ")))
+    })
 }
 
 impl Inner {
@@ -139,11 +146,7 @@ impl Simulation {
     /// ndarray of float64, shape (m, k)
     ///     Its numbers, in the order that ``pliant list channels`` names.
     fn measure<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Doubles<'py>> {
-        let Some(measure) = MEASURES.iter().find(|measure| measure.name == name) else {
-            let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
-            let message = format!("there is no measure {name:?}; there are {}", names.join(", "));
-            return Err(PyValueError::new_err(message));
-        };
+        let measure = measure_named(name)?;
         let states = self.lock()?.elements(py);
         let mut values = vec![];
         states.iter().for_each(|state| measure.write(state, &mut values));
@@ -245,18 +248,6 @@ impl Simulation {
             py,
             Ok(SparseMatrix { row_start: (0..=count).collect(), column: (0..count).collect(), value }),
         )
-    }
-
-    /// Natural modes about the present state, as a dictionary of columns, shapes last.
-    fn _modes<'py>(&self, py: Python<'py>, count: usize) -> PyResult<(Bound<'py, PyAny>, Doubles<'py>)> {
-        let mut inner = self.lock()?;
-        let simulation = &mut inner.simulation;
-        let found: Modes = py
-            .detach(|| threads::run(|| simulation.modes(count)))
-            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        let shapes = found.modes.iter().flat_map(|mode| mode.shape.iter().copied()).collect();
-        let shapes = arrays::array(py, shapes, &[found.modes.len(), self.vertices, self.dimension])?;
-        Ok((document::from_json(py, &serde_json::to_value(&found).unwrap_or_default())?, shapes))
     }
 }
 

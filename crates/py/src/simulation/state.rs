@@ -1,11 +1,11 @@
 //! Where a simulation is, and how that is changed.
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use super::Simulation;
+use super::{Simulation, View};
 use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::state::State;
@@ -81,31 +81,29 @@ impl Simulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Positions [m], read only and without a copy: the same array each time, which shows the state
-    /// after the last call that changed it. It outlives the simulation.
+    /// ndarray of float64, shape (n, dim): Positions [m], read only: the same array each time, without a copy when it is asked for. It shows
+    /// the state after the last call that changed it, which wrote it there, and outlives the simulation.
     #[getter]
     fn positions_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.lock()?;
-        if let Some(view) = &inner.views.positions {
-            return Ok(view.bind(py).clone());
+        if inner.views.positions.is_none() {
+            inner.views.positions = Some(View::new(py, self.shape())?);
+            inner.publish(py)?;
         }
-        let view = inner.simulation.positions().into_owned().into_pyarray(py).reshape(self.shape())?;
-        arrays::freeze(&view)?;
-        inner.views.positions = Some(view.clone().unbind());
-        Ok(view)
+        let view = inner.views.positions.as_ref().expect("it was made above");
+        Ok(view.shown.bind(py).clone())
     }
 
     /// ndarray of float64, shape (n, dim): Velocities [m/s], as `positions_view`.
     #[getter]
     fn velocities_view<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut inner = self.lock()?;
-        if let Some(view) = &inner.views.velocities {
-            return Ok(view.bind(py).clone());
+        if inner.views.velocities.is_none() {
+            inner.views.velocities = Some(View::new(py, self.shape())?);
+            inner.publish(py)?;
         }
-        let view = inner.simulation.velocities().into_owned().into_pyarray(py).reshape(self.shape())?;
-        arrays::freeze(&view)?;
-        inner.views.velocities = Some(view.clone().unbind());
-        Ok(view)
+        let view = inner.views.velocities.as_ref().expect("it was made above");
+        Ok(view.shown.bind(py).clone())
     }
 
     /// ndarray of float64, shape (n, dim): Rest positions [m].

@@ -7,6 +7,7 @@ use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
+use pliant::simulation::RetriedSteps;
 use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
@@ -213,6 +214,18 @@ impl<'a> Closing<'a> {
             let taken_back = counted(rejected, "step", "steps");
             line("error", format!("{taken_back} taken back because the error was too large; {evaluations}"));
         }
+        if let Some(RetriedSteps { steps, parts, halvings }) = self.summary.work.retried {
+            let said = match steps {
+                0 => "every step was solved at once".to_owned(),
+                _ => format!(
+                    "{} not solved at once, taken in {}, the smallest 1/{} of a step",
+                    counted(steps, "step", "steps"),
+                    counted(parts, "part", "parts"),
+                    2_u64.pow(halvings),
+                ),
+            };
+            line("retries", said);
+        }
         if let Some(solver) = &self.summary.work.solver {
             line("solver", solver_work(solver));
         }
@@ -253,6 +266,7 @@ impl<'a> Closing<'a> {
                 "steps": work.steps,
                 "planned_steps": self.report.steps,
                 "rejected_steps": work.rejected_steps,
+                "retried": work.retried,
                 "force_evaluations": work.force_evaluations,
                 "solver": work.solver,
                 "wall_seconds": self.wall.as_secs_f64(),

@@ -3,16 +3,15 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use pliant::stability::{Against, Map, Status};
+use pliant::stability::{Against, Map, Status, Survey};
 use pliant::study::plot::{AxisSpec, Chart, HeatMap, Line, Point, State};
 use serde_json::Value;
 
-use super::Found;
 use crate::failure::Failure;
 use crate::output::{self, csv_line};
 use crate::text::{number, table, wrap};
 
-pub(super) fn describe(found: &Found, width: usize) -> String {
+pub(super) fn describe(found: &Survey, width: usize) -> String {
     let header =
         ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
     let mut rows = vec![header.map(str::to_owned).to_vec()];
@@ -91,7 +90,7 @@ fn text_map(map: &Map) -> String {
 }
 
 /// Writes tables, charts and a page.
-pub(super) fn write(folder: &Path, scene: &str, found: &Found, document: &Value) -> Result<(), Failure> {
+pub(super) fn write(folder: &Path, scene: &str, found: &Survey, document: &Value) -> Result<(), Failure> {
     let n = |x: f64| format!("{x:?}");
     let mut csv = csv_line(&[
         "integrator",
@@ -142,17 +141,12 @@ fn escape(text: &str) -> String {
 
 fn map_csv(map: &Map) -> String {
     let mut csv = csv_line(&["integrator", "against", "value", "predicted_s", "step_s", "status"]);
-    let against = match map.against {
-        Against::Young => "young",
-        Against::Poisson => "poisson",
-        Against::Density => "density",
-    };
     for (row, value) in map.values.iter().enumerate() {
         for (step, status) in map.steps.iter().zip(&map.status[row]) {
             let predicted = map.predicted[row].map_or_else(String::new, |p| format!("{p:?}"));
             csv += &csv_line(&[
                 &map.integrator,
-                against,
+                map.against.name(),
                 &format!("{value:?}"),
                 &predicted,
                 &format!("{step:?}"),
@@ -193,7 +187,7 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
 }
 
 /// Measured spectral radii.
-fn amplification(found: &Found) -> Result<String, Failure> {
+fn amplification(found: &Survey) -> Result<String, Failure> {
     let mut chart = Chart::new(
         "Amplification of an oscillator in one step",
         AxisSpec::log("h omega"),

@@ -312,14 +312,15 @@ fn add_blocks<const D: usize, const N: usize>(
     }
 }
 
+/// What is taken of the way to a collapse.
+pub(super) const MARGIN: f64 = 0.9;
+
 /// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
 pub(super) fn step_to_collapse<const D: usize, const N: usize>(
     elements: &Elastic<D, N>,
     x: &[f64],
     dx: &[f64],
 ) -> f64 {
-    /// What is taken of the way.
-    const MARGIN: f64 = 0.9;
     let mut step: f64 = 1.0;
     for (_, vertices, pack, lane) in elements.elements() {
         let now = elements.points(x, &vertices, pack, lane);
@@ -335,7 +336,7 @@ pub(super) fn step_to_collapse<const D: usize, const N: usize>(
 ///
 /// The polynomial in `t` is monotonic between its stationary points: the first of these intervals at whose end it is not positive
 /// has the root, which bisection finds.
-fn first_root<const D: usize>(a: &Mat<f64, D>, b: &Mat<f64, D>) -> f64 {
+pub(super) fn first_root<const D: usize>(a: &Mat<f64, D>, b: &Mat<f64, D>) -> f64 {
     /// Steps go up to 1, and a margin is taken off what is found.
     const FAR: f64 = 2.0;
     let d0 = a.determinant();

@@ -4,12 +4,16 @@ mod block;
 mod hessian;
 mod kernels;
 mod membrane;
+mod nodal;
 mod simplex;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 pub(crate) use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
+pub use nodal::nodal_integration;
+pub(crate) use nodal::nodal_name;
 
 use block::{Block, BlockMaterial};
 use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
@@ -40,6 +44,8 @@ pub struct Elastic<const D: usize, const N: usize> {
     /// Rest data of every pack, one after the other those of its quadrature points.
     rest: Vec<SimplexPack<D>>,
     workspace: Workspace<D>,
+    /// Where these elements are the smaller part of a body with nodal integration: what has its stress.
+    nodes: Option<Arc<nodal::Nodes<D>>>,
 }
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
@@ -89,7 +95,16 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             Patches::new::<D>(elements, &along_curve::<D>(&centroids(elements, rest)), rest.len() / D);
         let packs = rest_packs::<D, N>(body, &patches, rest);
         let workspace = Workspace::new(&patches);
-        Elastic { body: body.into(), material, stress, fused: None, workspace, patches, rest: packs }
+        Elastic {
+            body: body.into(),
+            material,
+            stress,
+            fused: None,
+            workspace,
+            patches,
+            rest: packs,
+            nodes: None,
+        }
     }
 
     /// The elements with their global vertices, in the order of the patches: `(element, vertices, pack, lane)`.
@@ -107,6 +122,14 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
         }
         let positions = QuadraticPositions::new(x);
         (0..count).map(|q| [positions.at(q), inverse(q)]).collect()
+    }
+
+    /// Deformation and stress of an element with this deformation gradient.
+    fn state(&self, f: &Mat<f64, D>, vertices: &[u32; N], x: &[f64]) -> ElementState {
+        match &self.nodes {
+            None => self.material.state(f),
+            Some(nodes) => nodes.state(f, vertices, x),
+        }
     }
 }
 
@@ -300,7 +323,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
             .elements()
             .map(|(element, vertices, pack, lane)| {
                 let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
-                (element, self.material.state(&f))
+                (element, self.state(&f, &vertices, x))
             })
             .collect();
         states.sort_unstable_by_key(|(element, _)| *element);
@@ -315,7 +338,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         let (_, vertices, pack, lane) = self.elements().find(|(number, ..)| *number == element)?;
         let points = self.points(x, &vertices, pack, lane);
         if order::<D, N>() == 1 {
-            return Some(self.material.state(&centroid_deformation(&points)));
+            return Some(self.state(&centroid_deformation(&points), &vertices, x));
         }
         // Both dx/dxi and J are linear in the place.
         let (mut dx, mut j) = (Mat::zero(), Mat::zero());

@@ -1,8 +1,13 @@
 //! Pressure, which follows the surface.
 
+mod matrix;
+
+use std::ops::Range;
+
 use super::add_rows;
 use crate::element::{FacePoint, area_rate, face_edges, face_middle, face_points, vector_area};
-use crate::energy::{EnergyKind, EnergyTerm, Fault};
+use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::material::Psd;
 
 /// A pressure that may change with time and differ from place to place.
 pub struct PressureField {
@@ -21,8 +26,8 @@ pub struct PressureField {
 /// force, nor net moment where the pressure is uniform.
 ///
 /// Uniform pressure on a closed surface, or on one whose rim does not move, has the potential `p (V(x) - V(X))`, `V` the volume
-/// behind the faces. Otherwise there is none, and its energy is zero. The Hessian is exact in both cases; without a
-/// potential it is not symmetric, and the stability limit is found with its symmetric part. Rumpel, Schweizerhof 2003,
+/// behind the faces. Otherwise there is none, and its energy is zero. Products with the Hessian are exact in both cases; without a
+/// potential it is not symmetric, and the stability limit and the matrices of implicit steps are those of its symmetric part. Rumpel, Schweizerhof 2003,
 /// *Volume-dependent pressure loading and its influence on the stability of structures*, Int. J. Numer. Meth. Eng. 56, 211.
 pub struct Pressure<const D: usize, const N: usize> {
     name: String,
@@ -291,6 +296,14 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         self.add_product(x, p, 0.5, false, y);
         self.add_product(x, p, 0.5, true, y);
         false
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        self.face_stencils()
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        self.face_hessians(stencils, x, psd, out);
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::energy::EnergyTerm;
+use crate::material::Psd;
 use crate::mesh::Mesh;
 use crate::mesh::test_support::{build_grid, grid};
 
@@ -103,6 +104,37 @@ fn pressure_on_a_closed_surface_is_the_gradient_of_its_volume_and_has_no_net_for
     closed_surface::<3, 6>();
 }
 
+/// The product of the matrix of all faces, block by block, with `p`; and that of the matrix without negative curvature.
+fn by_blocks<const D: usize>(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], psd: Psd) -> Vec<f64> {
+    let stencils = term.stencils();
+    let (n, count) = (stencils.size, stencils.vertices.len() / stencils.size);
+    let per_face = n * (n + 1) / 2 * D * D;
+    let mut out = vec![f64::NAN; count * per_face];
+    // In pieces, as an assembly asks for it.
+    let (left, right) = out.split_at_mut(per_face);
+    term.stencil_hessians(0..1, x, psd, left);
+    term.stencil_hessians(1..count, x, psd, right);
+    let mut y = vec![0.0; x.len()];
+    for (face, blocks) in stencils.vertices.chunks(n).zip(out.chunks(per_face)) {
+        let mut blocks = blocks.chunks(D * D);
+        for i in 0..n {
+            for j in i..n {
+                let block = blocks.next().unwrap();
+                let (a, b) = (face[i] as usize * D, face[j] as usize * D);
+                for r in 0..D {
+                    for c in 0..D {
+                        y[a + r] += block[r * D + c] * p[b + c];
+                        if i != j {
+                            y[b + c] += block[r * D + c] * p[a + r];
+                        }
+                    }
+                }
+            }
+        }
+    }
+    y
+}
+
 /// Products with the Hessian are differences of forces, with and without a potential; those of the stability limit are of its
 /// symmetric part.
 fn products<const D: usize, const N: usize>() {
@@ -136,7 +168,16 @@ fn products<const D: usize, const N: usize>() {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (pq, qp) = (dot(&q, &exact), dot(&p, &product(&mut term, &q, false)));
         assert_eq!((pq - qp).abs() < 1e-13, closed, "{pq} {qp}");
-        let symmetric = dot(&q, &product(&mut term, &p, true));
+        let (stiffness, blocks) =
+            (product(&mut term, &p, true), by_blocks::<D>(&mut term, &x, &p, Psd::Exact));
+        for (a, b) in stiffness.iter().zip(&blocks) {
+            assert!((a - b).abs() < 1e-13, "{a} {b}");
+        }
+        if closed {
+            assert!(exact.iter().zip(&blocks).all(|(a, b)| (a - b).abs() < 1e-13));
+        }
+        assert!(by_blocks::<D>(&mut term, &x, &p, Psd::Projected).iter().all(|y| *y == 0.0));
+        let symmetric = dot(&q, &stiffness);
         assert!((symmetric - 0.5 * (pq + qp)).abs() < 1e-13, "{symmetric} {pq} {qp}");
     }
 }

@@ -7,6 +7,7 @@ mod lanes;
 mod reference;
 mod registry;
 mod rubber;
+mod split;
 mod stiffness;
 mod stretches;
 

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::measured::*;
 use super::{
-    BendingSpec, DampingSpec, Load, MembraneSpec, MeshSpec, OneOrMany, Pin, RepeatSpec, TransformSpec, Wall,
+    BendingSpec, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin, RepeatSpec,
+    TransformSpec, Wall,
 };
 use crate::material::{MaterialSpec, Preset};
 use crate::quantity::Quantity;
@@ -38,6 +39,11 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 2))]
     pub order: Option<u8>,
+    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its one number to the
+    /// default. Quadratic elements do not need it. A step costs more than with plain linear elements, an implicit one most: every vertex
+    /// then acts on the neighbours of its neighbours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodal_integration: Option<NodalIntegrationSpec>,
     /// How the stress of `elastic` is computed; by the closed form without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<Stress>,

@@ -651,6 +651,65 @@ fn orders() {
     assert!(read(&changed(&springs, &damped)).is_ok());
 }
 
+/// Only linear elements of a solid whose material has a Poisson's ratio lock.
+#[test]
+fn nodal_integration() {
+    let springs = format!("springs = {SPRINGS}");
+    let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.49 } }";
+    let nodal = "nodal_integration = {}";
+    let good = read(&changed(&springs, &format!("{elastic}\n{nodal}"))).unwrap();
+    assert_eq!(good.body[0].nodal_integration.as_ref().unwrap().stabilisation_or_default(), 0.2);
+    let part = "nodal_integration = { stabilisation = 0.05 }";
+    let good = read(&changed(&springs, &format!("{elastic}\norder = 1\n{part}"))).unwrap();
+    assert_eq!(good.body[0].nodal_integration.as_ref().unwrap().stabilisation_or_default(), 0.05);
+    let of = |part: &str| format!("{elastic}\nnodal_integration = {{ stabilisation = {part} }}");
+    let place = "15:39 body.0.nodal_integration.stabilisation: `stabilisation` must be between 0 and 1, both excluded, got";
+    let table = [
+        (of("0.0"), format!("{place} 0.0")),
+        (of("1.0"), format!("{place} 1.0")),
+        (of("nan"), format!("{place} NaN")),
+        (
+            format!("{springs}\n{nodal}"),
+            "15:1 body.0.nodal_integration: `nodal_integration` is one of finite elements: it needs `elastic`, which this body does \
+             not have"
+                .into(),
+        ),
+        (
+            format!("elastic = {{ dirichlet = {{ stiffness = 1e5 }} }}\n{nodal}"),
+            "15:1 body.0.nodal_integration: `dirichlet` knows no Poisson's ratio and does not lock: nothing can be split off".into(),
+        ),
+        (
+            format!("elastic = {{ stvk = {{ young = 1e5, poisson = 0.49999999 }} }}\n{nodal}"),
+            "15:1 body.0.nodal_integration: the Poisson's ratio of `stvk` is too close to 0.5 to be split".into(),
+        ),
+        (
+            format!("{elastic}\norder = 2\n{nodal}"),
+            "16:1 body.0.nodal_integration: `nodal_integration` is for linear elements, and this body is of `order` 2, whose elements \
+             do not lock"
+                .into(),
+        ),
+    ];
+    let damped = |damping: &str| format!("{elastic}\n{nodal}\ndamping = {{ {damping} }}");
+    let rate = damped("strain_rate = { shear = 1.0 }, mass_proportional = 0.1");
+    assert!(read(&changed(&springs, &rate)).is_ok());
+    let table = table.into_iter().chain([(
+        damped("stiffness_proportional = 1e-3"),
+        "16:13 body.0.damping.stiffness_proportional: `stiffness_proportional` damps every element in proportion to its own stiffness, \
+         which locks, and not to that of `nodal_integration`"
+            .into(),
+    )]);
+    for (text, expected) in table {
+        assert_eq!(briefly(&error(&changed(&springs, &text))), [expected]);
+    }
+    let sheet = "dimension = 3\ntime = { integrator = 'rk4', step = 1e-6, duration = 1 }\n[[body]]\n\
+                 mesh = { cloth = { cells = [2, 2], origin = [0, 0, 0], u = [1, 0, 0], v = [0, 1, 0] } }\nmembrane = { thickness = 1e-3 }\n\
+                 mass = { density = 1 }\n";
+    assert_eq!(
+        briefly(&error(&format!("{sheet}{elastic}\n{nodal}\n"))),
+        ["8:1 body.0.nodal_integration: `nodal_integration` is for solids, and this body is a `membrane`"]
+    );
+}
+
 /// Sheets of finite elements: what they are made of, and where.
 #[test]
 fn membranes() {
@@ -785,6 +844,24 @@ fn attachments() {
         let message = assembled(&line).unwrap_err();
         assert!(message.contains(expected), "{line}:\n{message}\n{expected}");
     }
+}
+
+#[test]
+fn retries_of_steps() {
+    let text = |steps: &str, solver: &str| {
+        changed("step = 1e-3", &format!("{steps}\nsolver = {{ {solver} }}"))
+            .replace("symplectic-euler", "tr-bdf2")
+    };
+    assert!(read(&text("step = 1e-3", "retries = 20")).is_ok());
+    assert!(read(&text("adaptive = {}", "retries = 0")).is_ok());
+    for (steps, solver, expected) in [
+        ("step = 1e-3", "retries = 21", "6:22 time.solver.retries: `retries` must be 0 to 20, got 21"),
+        ("adaptive = {}", "retries = 3", "6:12 time.solver.retries: `retries` are for steps of a fixed size"),
+    ] {
+        assert_eq!(briefly(&error(&text(steps, solver))), [expected], "{steps} {solver}");
+    }
+    let failed = error(&changed("step = 1e-3", "step = 1e-3\nsolver = { retries = 2 }"));
+    assert_eq!(briefly(&failed), ["6:10 time.solver: symplectic-euler is explicit and solves no equations"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{bending, damping, loads, membrane, mesh, motion, pins, transform};
+use super::{bending, damping, loads, membrane, mesh, motion, nodal, pins, transform};
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Body, MassSpec, MeshSpec, Springs};
@@ -62,6 +62,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
         membrane::membrane(check, path, membrane, body);
     }
     order(check, &path.key("order"), body);
+    if let Some(nodal) = &body.nodal_integration {
+        nodal::nodal(check, path, nodal, body);
+    }
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =
             Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");

@@ -13,6 +13,7 @@ mod loads;
 mod membrane;
 mod mesh;
 mod motion;
+mod nodal;
 mod pins;
 mod probe;
 mod shapes;

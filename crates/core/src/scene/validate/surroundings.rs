@@ -45,6 +45,27 @@ pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
         if let Some(iterations) = solver.iterations {
             check.count(&path.key("iterations"), iterations as usize);
         }
+        if let Some(retries) = solver.retries {
+            self::retries(check, &path.key("retries"), retries, time);
+        }
+    }
+}
+
+/// A step of which so many halves of halves are taken is `2^20` steps.
+const MOST_RETRIES: u32 = 20;
+
+fn retries(check: &mut Checker, path: &KeyPath, retries: u32, time: &Time) {
+    if retries > MOST_RETRIES {
+        let message = format!("`retries` must be 0 to {MOST_RETRIES}, got {retries}");
+        let help = "it is how often a step is halved: with 3, parts are as small as an eighth of it";
+        check.report(Problem::semantic(path.clone(), message).with_help(help));
+    }
+    if retries > 0 && time.adaptive.is_some() {
+        let message = "`retries` are for steps of a fixed size";
+        let problem = Problem::semantic(path.clone(), message).at_key();
+        check.report(problem.with_help(
+            "remove it: steps whose size follows the error are tried at smaller sizes by themselves, down to `smallest`",
+        ));
     }
 }
 

@@ -1,0 +1,193 @@
+//! Why a step could not be taken.
+
+use crate::energy::Fault;
+use crate::solver::Verdict;
+
+/// A step could not be taken; the state is still the last good one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// A position, velocity or force is not finite.
+    #[error(
+        "step {step} (t = {time:.6} s) cannot be taken{}: {}{}",
+        nor_in_parts(.retried.as_deref()), cause(.fault, .vertex),
+        advice(.fault, smallest(*.step_size, .retried.as_deref()), *.stable_step, parts(*.is_implicit, .retried.as_deref()))
+    )]
+    NotFinite {
+        /// The step that was tried, from 1.
+        step: u64,
+        /// Time at its beginning [s].
+        time: f64,
+        /// What a term knows of the cause.
+        fault: Option<Fault>,
+        /// First vertex whose position or velocity is not finite.
+        vertex: Option<usize>,
+        /// The step size that was tried [s].
+        step_size: f64,
+        /// Largest stable step at the start [s], where it is known.
+        stable_step: Option<f64>,
+        /// The smallest part of the step that failed too, where parts were tried; what is known of the cause is of that.
+        retried: Option<Box<Retried>>,
+        /// Whether the scheme is implicit: steps can then be taken in parts.
+        is_implicit: bool,
+    },
+    /// The equations of an implicit step were not solved.
+    #[error(
+        "step {step} (t = {time:.6} s) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}; {}",
+        nor_in_parts(.retried.as_deref()), place(.fault), remedy(*.verdict, *.is_static, *.step_size, .retried.as_deref())
+    )]
+    Unsolved {
+        /// The step that was tried, from 1.
+        step: u64,
+        /// Time at its beginning [s].
+        time: f64,
+        /// How the solver ended.
+        verdict: Verdict,
+        /// Newton iterations taken.
+        iterations: u32,
+        /// Largest component of the last correction [m].
+        correction: f64,
+        /// What a term knows of the cause.
+        fault: Option<Fault>,
+        /// The step size that was tried [s].
+        step_size: f64,
+        /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of that.
+        retried: Option<Box<Retried>>,
+        /// Whether an equilibrium was looked for.
+        is_static: bool,
+    },
+    /// No step that is large enough to be taken has an error that is allowed.
+    #[error(
+        "step {step} (t = {time:.6} s) cannot be taken: a step of {step_size:.3e} s is still too large{}, and the smallest allowed is \
+         {smallest:.3e} s{}",
+        still(*.error), why(.fault, .vertex, *.verdict)
+    )]
+    StepTooSmall {
+        /// The step that was tried, from 1.
+        step: u64,
+        /// Time at its beginning [s].
+        time: f64,
+        /// The last step size that was tried [s].
+        step_size: f64,
+        /// The smallest that may be [s].
+        smallest: f64,
+        /// The error of that last step, 1 being allowed; `None` where the step could not be taken at all.
+        error: Option<f64>,
+        /// What a term knows of the cause, where it could not be taken.
+        fault: Option<Fault>,
+        /// First vertex whose position or velocity is not finite.
+        vertex: Option<usize>,
+        /// How the solver ended, where that is the reason.
+        verdict: Option<Verdict>,
+    },
+    /// The total energy has grown beyond any physical cause.
+    #[error(
+        "unstable: after step {step} (t = {time:.6} s) the total energy is {energy:.3e} J, {start:.3e} J at the start{}",
+        advice(&None, *.step_size, *.stable_step, "")
+    )]
+    Unstable {
+        /// Steps taken.
+        step: u64,
+        /// Simulated time [s].
+        time: f64,
+        /// Total energy now [J].
+        energy: f64,
+        /// Total energy at the start [J].
+        start: f64,
+        /// The step size [s].
+        step_size: f64,
+        /// Largest stable step at the start [s], where it is known.
+        stable_step: Option<f64>,
+    },
+}
+
+/// The smallest part of a step that was tried, and failed as all larger ones did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Retried {
+    /// How often the step was halved.
+    pub halvings: u32,
+    /// Size of the part [s].
+    pub step_size: f64,
+    /// Time at its beginning [s].
+    pub time: f64,
+}
+
+/// What was tried.
+fn nor_in_parts(retried: Option<&Retried>) -> String {
+    let said = |Retried { halvings, step_size, time }: &Retried| {
+        let sizes = 2_u64.pow(*halvings);
+        format!(", nor in parts down to 1/{sizes} of it, {step_size:.4e} s, the last at t = {time:.6} s")
+    };
+    retried.map_or(String::new(), said)
+}
+
+/// The smallest step that was tried [s].
+fn smallest(step_size: f64, retried: Option<&Retried>) -> f64 {
+    retried.map_or(step_size, |part| part.step_size)
+}
+
+/// How parts of steps would help.
+fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
+    match (is_implicit, retried) {
+        (false, _) => "",
+        (true, None) => ", or `retries` in [time] solver, which take such steps in parts",
+        (true, Some(_)) => ", or more `retries` in [time] solver",
+    }
+}
+
+/// What to change where a step is not solved.
+fn remedy(verdict: Verdict, is_static: bool, step_size: f64, retried: Option<&Retried>) -> String {
+    if is_static && verdict == Verdict::Indefinite {
+        return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
+    }
+    let half = 0.5 * smallest(step_size, retried);
+    let smaller = format!("a smaller step, {half:.4e} s{}", parts(true, retried));
+    match verdict {
+        Verdict::IterationCap => format!("allow more `iterations`, or try {smaller}"),
+        Verdict::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
+        _ => format!("try {smaller}"),
+    }
+}
+
+fn still(error: Option<f64>) -> String {
+    error.map_or(String::new(), |error| format!(", its error {error:.2e} times what is allowed"))
+}
+
+fn why(fault: &Option<Fault>, vertex: &Option<usize>, verdict: Option<Verdict>) -> String {
+    match (verdict, fault, vertex) {
+        (Some(verdict), ..) => format!("; it was not solved: {verdict}{}", place(fault)),
+        (None, None, None) => "; allow larger errors by `tolerance`, or see what jumps there".into(),
+        _ => format!("; {}", cause(fault, vertex)),
+    }
+}
+
+fn cause(fault: &Option<Fault>, vertex: &Option<usize>) -> String {
+    match (fault, vertex) {
+        (Some(fault), _) => fault.to_string(),
+        (None, Some(vertex)) => format!("vertex {vertex} has no finite position or velocity"),
+        (None, None) => "the force is not finite".into(),
+    }
+}
+
+fn place(fault: &Option<Fault>) -> String {
+    fault.as_ref().map_or(String::new(), |fault| format!("; {fault}"))
+}
+
+/// What to change.
+fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) -> String {
+    let half = 0.5 * step;
+    let mut advice = match stable {
+        Some(stable) if step > stable => {
+            format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
+        }
+        Some(stable) if stable.is_finite() => format!(
+            "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try a smaller step, \
+             {half:.4e} s"
+        ),
+        _ => format!("; try a smaller step, {half:.4e} s{parts}"),
+    };
+    if matches!(fault, Some(Fault::Element { j, .. } | Fault::Node { j, .. }) if *j <= 0.0) {
+        advice += ", or a material that can be inverted, such as stable-neo-hookean";
+    }
+    advice
+}

@@ -1,0 +1,97 @@
+//! Steps that are not solved are taken in halves.
+
+use super::{Retried, Simulation};
+use crate::integrator::StepFault;
+
+/// Steps that were not solved at once, in counts that do not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct RetriedSteps {
+    /// Steps that were taken in parts.
+    pub steps: u64,
+    /// Parts that were taken in their place.
+    pub parts: u64,
+    /// How often the smallest part was halved: it is `2^-halvings` of a step.
+    pub halvings: u32,
+}
+
+impl RetriedSteps {
+    /// The steps of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        RetriedSteps {
+            steps: self.steps + other.steps,
+            parts: self.parts + other.parts,
+            halvings: self.halvings.max(other.halvings),
+        }
+    }
+}
+
+impl Simulation {
+    /// Takes the step of `h` [s] to the time `end` [s], if need be in parts: what is not solved is taken back to the last bit, and
+    /// taken in halves, these in halves again, as often as the solver's options allow. The next step is tried as a whole again.
+    ///
+    /// Nothing is let go within: holds end where steps begin. What moves, and loads that change with time, are at the times of the
+    /// parts. Schemes that remember earlier steps treat parts as any step of another size.
+    ///
+    /// The fault is that of the smallest part; the state is then what it was before the step.
+    pub(super) fn step_in_parts(&mut self, h: f64, end: f64) -> Result<(), (StepFault, Option<Retried>)> {
+        let fault = match self.single_step(h, end) {
+            Ok(()) => return Ok(()),
+            Err(fault) => fault,
+        };
+        let most = self.solver.retries;
+        if most == 0 || self.method.documentation.solves == 0 {
+            return Err((fault, None));
+        }
+        let start = self.state.time;
+        let (x, v) = (self.state.x().to_vec(), self.state.v().to_vec());
+        let memory = self.integrator.memory(&self.system, &self.state);
+        let ledger = self.ledger.clone();
+
+        let mut parts = RetriedSteps { steps: 1, ..RetriedSteps::default() };
+        // How often the parts that are left were halved, the next one last.
+        let mut left = vec![1, 1];
+        let mut at = 0.0;
+        while let Some(halvings) = left.pop() {
+            let part = 0.5_f64.powi(halvings as i32);
+            let goal = if left.is_empty() { end } else { start + (at + part) * h };
+            // Implicit schemes begin with the acceleration at the beginning.
+            let time = self.state.time;
+            let known = self.state.ensure_force(&mut self.system, time);
+            debug_assert!(known, "it was finite before");
+            match self.single_step(part * h, goal) {
+                Ok(()) => {
+                    at += part;
+                    parts.parts += 1;
+                    parts.halvings = parts.halvings.max(halvings);
+                }
+                Err(_) if halvings < most => left.extend([halvings + 1; 2]),
+                Err(fault) => {
+                    let retried = Retried { halvings, step_size: part * h, time };
+                    let (here_x, here_v) = self.state.rows_mut();
+                    here_x.copy_from_slice(&x);
+                    here_v.copy_from_slice(&v);
+                    self.state.time = start;
+                    self.integrator.recall(&memory, &self.system, &self.state, h);
+                    self.set_ledger(ledger);
+                    return Err((fault, Some(retried)));
+                }
+            }
+        }
+        self.retried = self.retried.plus(parts);
+        Ok(())
+    }
+
+    /// One step of the scheme, or a part of one, of `h` [s] to the time `end` [s], and the force there.
+    fn single_step(&mut self, h: f64, end: f64) -> Result<(), StepFault> {
+        self.integrator.step(&mut self.system, &mut self.state, h)?;
+        if !self.state.ensure_force(&mut self.system, end) {
+            let fault = StepFault::at(&self.system, self.state.x(), self.state.v());
+            self.integrator.undo(&mut self.state);
+            return Err(fault);
+        }
+        self.state.time = end;
+        self.note_in_ledger(h);
+        Ok(())
+    }
+}

@@ -1,0 +1,159 @@
+//! The linear system of one iteration of Newton's method, by the solver that the scene names.
+
+use super::evaluation::weights;
+use super::{CG_TOLERANCE, Newton, STATIC_SHIFT};
+use crate::material::Psd;
+use crate::solver::block_matrix::BlockMatrix;
+use crate::solver::cholesky::{Cholesky, NotPositiveDefinite};
+use crate::solver::conjugate_gradients::{CgEnd, Preconditioner};
+use crate::solver::hessian::{At, Weights};
+use crate::solver::iterative::Iterative;
+use crate::solver::options::LinearSolver;
+use crate::solver::{Iterate, Objective};
+use crate::system::System;
+
+/// What came of one linear solve.
+pub(super) enum Direction {
+    /// A direction of descent, which solves the linear system.
+    Descent,
+    /// A direction of descent, and no more: the matrix is not positive definite.
+    Truncated,
+    /// The matrix is not positive definite.
+    Indefinite,
+    /// The solver failed otherwise.
+    Failed,
+}
+
+impl<const D: usize> Newton<D> {
+    /// Solves `A d = -residual` for the direction; by conjugate gradients to a relative residual of `forcing`.
+    pub(super) fn solve_linear(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        at: &Iterate,
+        psd: Psd,
+        (old_matrix, forcing): (bool, f64),
+    ) -> Direction {
+        let weights = weights(objective);
+        let x = &at.x;
+        let linear = self.options.linear.choose(system);
+        if system.is_damped() {
+            self.velocity_at(system, objective, at);
+        }
+        self.direction.iter_mut().zip(&self.residual).for_each(|(d, r)| *d = -r);
+        if linear == LinearSolver::MatrixFree {
+            return self.matrix_free(system, weights, x);
+        }
+        let by_iterations = linear != LinearSolver::Cholesky && self.direct.0 == 0;
+        if let Some(cholesky) = self.cholesky.as_mut().filter(|_| old_matrix && !by_iterations) {
+            cholesky.solve(&mut self.direction);
+            return Direction::Descent;
+        }
+        let assembler = self.assembler.as_mut().expect("prepared");
+        if !old_matrix {
+            assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
+            if objective.inertia == 0.0 && psd == Psd::Projected {
+                // Projected Hessians may be singular, and nothing has inertia.
+                assembler.shift(STATIC_SHIFT);
+            }
+            self.work.hessians += 1;
+        }
+        let matrix = assembler.matrix();
+        self.at_hand = None;
+        if by_iterations {
+            if self.iterative.is_none() {
+                self.iterative = match linear {
+                    LinearSolver::Multigrid => {
+                        // Where vertices are at the start may be anything; the lattices are for where they belong.
+                        let rest = system.rest_positions().unwrap_or(x);
+                        Iterative::multigrid(matrix, rest, assembler.held())
+                    }
+                    _ => Some(Iterative::jacobi()),
+                };
+            }
+            let Some(iterative) = &mut self.iterative else { return Direction::Failed };
+            let made_for = (weights, psd);
+            let report = iterative.solve(matrix, made_for, &self.direction, &mut self.solution, forcing);
+            self.work.cg_iterations += report.iterations;
+            if report.end == CgEnd::Converged {
+                self.at_hand = (psd == Psd::Exact).then_some(weights);
+                self.by_iterations = true;
+                std::mem::swap(&mut self.direction, &mut self.solution);
+                return Direction::Descent;
+            }
+            // Before anything else the negative eigenvalues of elements are removed.
+            if report.end == CgEnd::Indefinite && psd == Psd::Exact {
+                return Direction::Indefinite;
+            }
+            // The rest of this solve, and the next ones.
+            let pause = 2 * self.direct.1.max(1);
+            self.direct = (pause, pause);
+            self.work.fallbacks += 1;
+        }
+        if self.cholesky.is_none() {
+            self.cholesky = Cholesky::new(matrix, x);
+        }
+        let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
+        self.work.factorizations += 1;
+        if cholesky.factorize(matrix).is_err() {
+            return Direction::Indefinite;
+        }
+        // A projected matrix is too stiff somewhere: corrections by it that are small need not be near a minimum.
+        self.at_hand = (psd == Psd::Exact).then_some(weights);
+        self.by_iterations = false;
+        cholesky.solve(&mut self.direction);
+        Direction::Descent
+    }
+
+    /// Conjugate gradients by products of the exact Hessian, without a preconditioner.
+    fn matrix_free(&mut self, system: &mut System, weights: Weights, x: &[f64]) -> Direction {
+        let right = std::mem::take(&mut self.direction);
+        let mut solution = std::mem::take(&mut self.solution);
+        let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
+        let (velocity, mut damped) = (&self.velocity, vec![0.0; x.len()]);
+        let product = |p: &[f64], q: &mut [f64]| {
+            system.hessian_product(x, p, q);
+            if system.is_damped() {
+                system.damping_product(x, velocity, p, &mut damped);
+                let factor = weights.damping / weights.stiffness;
+                q.iter_mut().zip(&damped).for_each(|(q, c)| *q += factor * c);
+            }
+            let d = system.dimension();
+            for i in 0..q.len() {
+                q[i] = if held[i] {
+                    p[i]
+                } else {
+                    weights.stiffness * q[i] + weights.inertia * system.mass()[i / d] * p[i]
+                };
+            }
+        };
+        let iterations = 10 * right.len() as u64 + 1000;
+        let report =
+            self.cg.solve::<D>(product, &mut Nothing, &right, &mut solution, CG_TOLERANCE, iterations);
+        (self.direction, self.solution) = (solution, right);
+        self.work.cg_iterations += report.iterations;
+        match report.end {
+            CgEnd::Converged => Direction::Descent,
+            // There are no elements whose negative eigenvalues could be removed.
+            CgEnd::Indefinite => Direction::Truncated,
+            CgEnd::Stalled => Direction::Failed,
+        }
+    }
+}
+
+/// No preconditioner.
+struct Nothing;
+
+impl<const D: usize> Preconditioner<D> for Nothing {
+    fn update(&mut self, _: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        Ok(())
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        z.copy_from_slice(r);
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}

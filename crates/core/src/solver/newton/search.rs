@@ -1,0 +1,84 @@
+//! The line search of Newton's method.
+
+use super::Newton;
+use crate::solver::conjugate_gradients::dot;
+use crate::solver::{Iterate, Objective};
+use crate::system::System;
+
+/// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006, *Numerical
+/// optimization*, eq. 3.4.
+const ARMIJO: f64 = 1e-4;
+/// What the objective may change by, relative to itself, where it says less about a step than its slope does; Hager, Zhang 2005, "A
+/// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
+const ROUNDING: f64 = 1e-10;
+/// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of second order in that, and an
+/// energy that is a difference of large terms, as at rest, is only known to rounding of those.
+const DROWNED: f64 = 1e-5;
+/// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with delta = 0.1.
+const FLATTER: f64 = 0.8;
+/// Halvings of a step before the line search gives up: the direction is then useless to rounding.
+const MAX_HALVINGS: u32 = 50;
+
+/// What is known of the objective along the direction.
+pub(super) struct Slope {
+    /// Its value at the iterate.
+    pub(super) start: f64,
+    /// Its slope there, below zero.
+    pub(super) slope: f64,
+    /// Largest component of the direction [m].
+    pub(super) correction: f64,
+    /// Corrections of so much [m] are none.
+    pub(super) negligible: f64,
+}
+
+/// A step that is as good as its slope promises, in `trial`.
+pub(super) struct Accepted {
+    /// The objective there.
+    pub(super) value: f64,
+    /// How often it was halved.
+    pub(super) halvings: u32,
+    /// Whether the force there is finite, where the residual is that of the trial already.
+    pub(super) finite: Option<bool>,
+}
+
+impl<const D: usize> Newton<D> {
+    /// Goes along the direction as far as that lowers the objective; `None` where no step does.
+    pub(super) fn search(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        at: &Iterate,
+        along: &Slope,
+    ) -> Option<Accepted> {
+        let Slope { start, slope, correction, negligible } = *along;
+        let mut step = system.max_step(&at.x, &self.direction);
+        let mut halvings = 0;
+        loop {
+            self.go(system, objective, at, step);
+            let trial = std::mem::take(&mut self.trial);
+            let there = self.value(system, objective, at, &trial);
+            self.trial = trial;
+            if there <= start + ARMIJO * step * slope {
+                return Some(Accepted { value: there, halvings, finite: None });
+            }
+            // A decrease that drowns in the rounding of the objective shows in its slope.
+            let drowns = (there - start).abs() <= ROUNDING * (start.abs() + there.abs())
+                || there.is_finite() && step * correction <= DROWNED * self.size;
+            if drowns {
+                let finite = self.residual_at_trial(system, objective);
+                let end = dot(&self.direction, &self.residual);
+                // Downhill at the end is as good: the way to a saddle gets steeper.
+                if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
+                    return Some(Accepted { value: there, halvings, finite: Some(finite) });
+                }
+                // The way on, or back, is from the iterate.
+                self.residual(system, objective, at);
+            }
+            if halvings == MAX_HALVINGS {
+                return None;
+            }
+            halvings += 1;
+            step *= 0.5;
+        }
+    }
+}

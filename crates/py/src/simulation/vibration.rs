@@ -1,0 +1,167 @@
+//! Natural modes, the exact motion that they add up to, and how a blow sounds.
+
+use numpy::{IntoPyArray, PyArray1};
+use pliant::modes::{Modes, ModesError, Oscillator, SoundError, Strike, Superposition as Core};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use serde_json::json;
+
+use super::Simulation;
+use crate::arrays::Doubles;
+use crate::document::from_json;
+use crate::{arrays, threads};
+
+/// A document and an array.
+type Found<'py, A> = (Bound<'py, PyAny>, A);
+
+/// The exact motion of a linear scene, as a sum of its modes: what `Simulation.superposition` returns.
+///
+/// ``M u'' + C u' + K u = f`` from the state where it was made, each mode in closed form: what errors of time steps are measured against.
+#[pyclass(frozen, module = "pliant")]
+pub(crate) struct Superposition {
+    core: Core,
+    vertices: usize,
+}
+
+#[pymethods]
+impl Superposition {
+    /// Positions and velocities at a time.
+    ///
+    /// Parameters
+    /// ----------
+    /// time : float
+    ///     Since the state that it was made in [s], 0 or more.
+    ///
+    /// Returns
+    /// -------
+    /// positions : ndarray of float64, shape (n, dim)
+    ///     Positions [m].
+    /// velocities : ndarray of float64, shape (n, dim)
+    ///     Velocities [m/s].
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     The time is negative, or no number.
+    fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
+        if !(time >= 0.0 && time.is_finite()) {
+            return Err(PyValueError::new_err(format!("time must be 0 or more, got {time}")));
+        }
+        let shape = [self.vertices, self.core.dimension()];
+        let (mut x, mut v) = (vec![0.0; shape[0] * shape[1]], vec![0.0; shape[0] * shape[1]]);
+        py.detach(|| self.core.state_at(time, &mut x, &mut v));
+        Ok((arrays::array(py, x, &shape)?, arrays::array(py, v, &shape)?))
+    }
+
+    /// ndarray of float64, shape (k,): Angular frequencies of the undamped modes [rad/s], 0 for rigid motion.
+    #[getter]
+    fn omega<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let omega = |oscillator: &Oscillator| oscillator.square.max(0.0).sqrt();
+        self.core.oscillators().iter().map(omega).collect::<Vec<f64>>().into_pyarray(py)
+    }
+
+    /// ndarray of float64, shape (k, n, dim): Mode shapes, ``shape^T M shape = 1`` [kg^-1/2].
+    #[getter]
+    fn shapes<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
+        let count = self.core.oscillators().len();
+        let shapes = (0..count).flat_map(|j| self.core.shape(j).iter().copied()).collect();
+        arrays::array(py, shapes, &[count, self.vertices, self.core.dimension()])
+    }
+
+    /// float: How far the forces of the scene are from linear ones, as a part of the largest, a quarter of the longest period later:
+    /// rounding for a linear scene; if it is more, this is the motion of the linearised one.
+    #[getter]
+    fn nonlinearity(&self) -> f64 {
+        self.core.nonlinearity()
+    }
+
+    /// dict of str to float: Energies that modes left out would add [J]: ``kinetic`` of ``kinetic_total``, ``elastic`` of ``elastic_total``.
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        from_json(py, &json!(self.core.residual()))
+    }
+
+    fn __repr__(&self) -> String {
+        let (modes, d) = (self.core.oscillators().len(), self.core.dimension());
+        format!("<pliant.Superposition of {modes} modes of {} vertices in {d}D>", self.vertices)
+    }
+}
+
+#[pymethods]
+impl Simulation {
+    /// The exact motion of the system linearised at the present state, from that state on, as a sum of its modes.
+    ///
+    /// Parameters
+    /// ----------
+    /// count : int, optional
+    ///     How many modes, from the lowest; all of them without it.
+    ///
+    /// Returns
+    /// -------
+    /// Superposition
+    ///     Positions and velocities at any time.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Something changes with time or is no linear force: walls, pins that move or let go, loads that change.
+    /// RuntimeError
+    ///     There is no stable equilibrium; damping couples the modes.
+    #[pyo3(signature = (count = None))]
+    fn superposition(&self, py: Python<'_>, count: Option<usize>) -> PyResult<Superposition> {
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let found = py.detach(|| threads::run(|| simulation.superposition(count)));
+        Ok(Superposition { core: found.map_err(modes_error)?, vertices: self.vertices })
+    }
+
+    /// Natural modes about the present state, as a dictionary of columns, shapes last.
+    fn _modes<'py>(&self, py: Python<'py>, count: usize) -> PyResult<Found<'py, Doubles<'py>>> {
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let found: Modes = py.detach(|| threads::run(|| simulation.modes(count))).map_err(modes_error)?;
+        let shapes = found.modes.iter().flat_map(|mode| mode.shape.iter().copied()).collect();
+        let shapes = arrays::array(py, shapes, &[found.modes.len(), self.vertices, self.dimension])?;
+        Ok((from_json(py, &json!(found))?, shapes))
+    }
+
+    /// Tones of a blow, and samples of what is heard.
+    #[allow(clippy::too_many_arguments, reason = "a blow, who listens, and what is written")]
+    fn _sound<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        vertex: usize,
+        direction: Vec<f64>,
+        listen: Option<usize>,
+        rayleigh: Option<(f64, f64)>,
+        seconds: f64,
+        rate: f64,
+    ) -> PyResult<Found<'py, Bound<'py, PyArray1<f64>>>> {
+        let strike = Strike { vertex, direction, listen, rayleigh };
+        let mut inner = self.lock()?;
+        let simulation = &mut inner.simulation;
+        let heard = py.detach(|| {
+            let sound = threads::run(|| simulation.sound(count, &strike, rate))?;
+            let samples = sound.samples(seconds, PEAK);
+            Ok((sound, samples))
+        });
+        let (sound, samples) = heard.map_err(|error| match error {
+            SoundError::Modes(error) => modes_error(error),
+            error @ SoundError::Silence { .. } => PyRuntimeError::new_err(error.to_string()),
+            error => PyValueError::new_err(error.to_string()),
+        })?;
+        let tones = json!({ "partials": sound.partials, "silent": sound.silent });
+        Ok((from_json(py, &tones)?, samples.into_pyarray(py)))
+    }
+}
+
+/// The largest sample, a decibel below what a file can hold.
+const PEAK: f64 = 0.891_250_938;
+
+fn modes_error(error: ModesError) -> PyErr {
+    match error {
+        ModesError::NotLinear { .. } => PyValueError::new_err(error.to_string()),
+        error => PyRuntimeError::new_err(error.to_string()),
+    }
+}
