@@ -285,6 +285,10 @@ pub(crate) struct StressArguments {
     /// What takes a tenth of a second or less
     #[arg(long)]
     pub(crate) quick: bool,
+    /// Wall time for everything, for example 60s or "5 min": runs of a scene are cut short where it is over, and say so, cases of the
+    /// suite left out [default: 60s for a scene]
+    #[arg(long, value_name = "TIME", value_parser = time_span)]
+    pub(crate) budget: Option<f64>,
     /// Also write stress.csv, stress.json and stress.html with pictures of the end states into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
@@ -353,7 +357,7 @@ pub(crate) struct StudyArguments {
     /// Timed runs of each row [default: 7, or as many as take a second]
     #[arg(long, value_name = "N")]
     pub(crate) repeats: Option<NonZeroU16>,
-    /// Threads that steps run on
+    /// Threads that steps run on, as many for every row; the system places them [default: 1]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroU16>,
     /// Wall time for everything, for example 60s or "5 min" [default: 60s for each scene where steps are chosen]

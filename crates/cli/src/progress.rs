@@ -1,11 +1,25 @@
 //! The progress bar.
 
+use std::io::IsTerminal;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use pliant::observer::{Frame, Observer, ObserverError};
 
+use crate::terminal::Terminal;
 use crate::text::{self, number};
+
+/// A line on standard error that says what is being done; none where nobody would see it.
+pub(crate) fn spinner(terminal: Terminal) -> Option<ProgressBar> {
+    let wanted = std::io::stderr().is_terminal() && !terminal.quiet && !terminal.json;
+    wanted.then(|| {
+        let bar = ProgressBar::new_spinner();
+        let style = ProgressStyle::with_template("{spinner} {msg}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar
+    })
+}
 
 /// Shows on standard error how far a run is.
 pub(crate) struct Progress {

@@ -42,6 +42,7 @@ mod base64;
 pub mod benchmark;
 pub mod constraint;
 pub mod control;
+mod deadline;
 pub mod diagnostics;
 pub mod dissipation;
 pub mod element;

@@ -187,6 +187,11 @@ struct Run<'a, 'b> {
 }
 
 impl Run<'_, '_> {
+    /// How a run ends whose step was not taken.
+    fn not_taken(&self, error: StepError) -> Outcome {
+        if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
+    }
+
     fn go(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
         if self.simulation.step_control().is_some() {
             return self.go_by_error(plan, interrupt);
@@ -207,7 +212,8 @@ impl Run<'_, '_> {
             let guard_due = step % GUARD_INTERVAL == 0;
             self.simulation.set_to_be_measured(guard_due || frame_due && self.measures_frames);
             if let Err(error) = self.simulation.step() {
-                return self.end_with(Outcome::Failed(error), shown, step - 1);
+                let outcome = self.not_taken(error);
+                return self.end_with(outcome, shown, step - 1);
             }
             debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
             if frame_due {
@@ -246,7 +252,8 @@ impl Run<'_, '_> {
                 let guard_due = (step + 1) % GUARD_INTERVAL == 0;
                 self.simulation.set_to_be_measured(guard_due);
                 if let Err(error) = self.simulation.step_towards(target) {
-                    return self.end_with(Outcome::Failed(error), shown, step);
+                    let outcome = self.not_taken(error);
+                    return self.end_with(outcome, shown, step);
                 }
                 step = self.simulation.state().step - first;
                 if guard_due {

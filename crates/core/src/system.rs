@@ -1,7 +1,8 @@
 //! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and `v`: masses, energy
 //! terms, dissipative terms, constraints.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Wall};
 use crate::diagnostics::BeforeWalls;
@@ -42,6 +43,8 @@ pub struct System {
     to_be_measured: bool,
     /// Energy of each term that came with that force [J]; empty if none was asked for.
     energies: Vec<Option<f64>>,
+    /// Set from elsewhere where solves are to end, solved or not.
+    stop: Option<Arc<AtomicBool>>,
 }
 
 /// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
@@ -81,6 +84,7 @@ impl System {
             force_evaluations: 0,
             to_be_measured: false,
             energies: vec![],
+            stop: None,
         }
     }
 
@@ -354,6 +358,16 @@ impl System {
         let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
         let terms = self.terms.iter_mut().enumerate();
         terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
+    }
+
+    /// Solves end, solved or not, while this is set.
+    pub(crate) fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
+        self.stop = stop;
+    }
+
+    /// Whether solves are to end.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// Says whether the states that come next will be measured.

@@ -6,8 +6,9 @@ mod rows;
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
-use pliant::stress::{self, Case, Choice, Findings, Verdict};
+use pliant::stress::{self, Case, Choice, Findings, Progress, Verdict};
 use serde_json::{Value, json};
 
 use crate::arguments::StressArguments;
@@ -15,8 +16,12 @@ use crate::failure::{Failure, Status};
 use crate::input::Input;
 use crate::interrupt;
 use crate::output;
+use crate::progress::spinner;
 use crate::terminal::Terminal;
-use crate::text::counted;
+use crate::text::{counted, duration};
+
+/// Seconds for a scene, which may be of any size.
+const SCENE_BUDGET: f64 = 60.0;
 
 /// A case and what came of it.
 type Outcome = (Case, Findings);
@@ -43,16 +48,35 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     }
     let interrupted = interrupt::flag()?;
     let count = cases.len();
-    let mut results: Vec<Outcome> = vec![];
-    for (i, case) in cases.into_iter().enumerate() {
-        if interrupted.load(Ordering::Relaxed) {
-            break;
+    let budget = arguments.budget.or(arguments.scene.as_ref().map(|_| SCENE_BUDGET));
+    let bar = spinner(terminal);
+    let results = stress::run_all(cases, budget, interrupted, &mut |progress, findings| {
+        let Progress { case, finished, left, .. } = progress;
+        match (findings, &bar) {
+            (None, Some(bar)) => {
+                let left = left.map_or_else(String::new, |left| {
+                    format!(", about {} left", duration(Duration::from_secs_f64(left)))
+                });
+                bar.set_message(format!(
+                    "{}/{count} {} {}, {}{left}",
+                    finished + 1,
+                    case.row,
+                    case.name,
+                    case.integrator
+                ));
+            }
+            (Some(findings), _) if terminal.verbose => {
+                let line = format!("{}/{count} {case:?}: {}", finished + 1, findings.verdict);
+                match &bar {
+                    Some(bar) => bar.println(line),
+                    None => terminal.note(&line),
+                }
+            }
+            _ => {}
         }
-        let findings = case.run();
-        if terminal.verbose {
-            terminal.note(&format!("{}/{count} {case:?}: {}", i + 1, findings.verdict));
-        }
-        results.push((case, findings));
+    });
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
     }
     terminal.report(&rows::describe(&results, arguments.scene.is_some(), terminal.width()))?;
     if let Some(folder) = &arguments.output {
@@ -71,6 +95,10 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
         _ => Status::Done,
     };
     terminal.document(&document(status, &results))?;
+    if !interrupted && results.len() < count {
+        let left_out = counted((count - results.len()) as u64, "case was", "cases were");
+        terminal.warn(&format!("the time was over: {left_out} left out; give more by --budget"));
+    }
     if interrupted {
         let (done, count) = (counted(results.len() as u64, "case", "cases"), count);
         terminal.complain(&format!("interrupted: these are {done} of {count}"));

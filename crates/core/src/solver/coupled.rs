@@ -353,6 +353,9 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             if norm == 0.0 {
                 return Ok(());
             }
+            if system.is_stopped() {
+                return fail(system, &self.positions, &v[0], Verdict::Stopped, iteration, before);
+            }
             let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
             let residual = self.residual.clone();
             let correction = loop {

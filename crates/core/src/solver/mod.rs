@@ -164,6 +164,8 @@ pub enum Verdict {
     IterationCap,
     /// The corrections of an explicit iteration no longer shrink.
     Diverged,
+    /// It was told to stop.
+    Stopped,
 }
 
 impl std::fmt::Display for Verdict {
@@ -175,6 +177,7 @@ impl std::fmt::Display for Verdict {
             Verdict::LinearSolver => "the linear solver did not converge",
             Verdict::Diverged => "the iteration for the accelerations does not converge at this step",
             Verdict::IterationCap => "not converged within the iterations allowed",
+            Verdict::Stopped => "stopped",
         })
     }
 }

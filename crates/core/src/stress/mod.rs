@@ -3,6 +3,8 @@
 //! A [`Case`] is one scene or several with a criterion; running it gives [`Findings`] with a [`Verdict`]. The numbers that the criteria
 //! go by are closed forms, or were computed by independent codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
 
+mod advice;
+mod limits;
 mod rows;
 mod scene;
 mod scenes;
@@ -11,8 +13,13 @@ mod starts;
 mod tests;
 mod torture;
 
-use crate::solver::LinearSolver;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
+use crate::solver::LinearSolver;
+use limits::Limits;
+
+pub use limits::{Progress, run_all};
 pub use scene::scene_cases;
 pub use starts::Start;
 
@@ -72,6 +79,8 @@ pub struct Findings {
     pub tolerance: Option<f64>,
     /// What would have worked, where this did not.
     pub advice: Option<String>,
+    /// Whether it was ended before it was through, because its time was over: the notes say how far it came.
+    pub cut_short: bool,
     /// Wall time [s]: the only number that is not the same every time.
     pub seconds: f64,
     /// The end state.
@@ -91,6 +100,7 @@ impl Default for Findings {
             error: None,
             tolerance: None,
             advice: None,
+            cut_short: false,
             seconds: 0.0,
             picture: None,
         }
@@ -148,14 +158,19 @@ pub struct Case {
     pub solver: LinearSolver,
     /// Whether it takes about a tenth of a second or less.
     pub quick: bool,
-    run: Box<dyn Fn() -> Findings + Send + Sync>,
+    run: Box<dyn Fn(&Limits<'_>) -> Findings + Send + Sync>,
 }
 
 impl Case {
     /// Runs it. Findings but for the time are the same every time, whatever the number of threads.
     pub fn run(&self) -> Findings {
-        let start = std::time::Instant::now();
-        let findings = (self.run)();
+        self.run_within(None, &AtomicBool::new(false))
+    }
+
+    /// The same, in so much time at most where it is a case of a [scene](scene_cases), and until `interrupt` is set.
+    pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> Findings {
+        let start = Instant::now();
+        let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
         Findings { seconds: start.elapsed().as_secs_f64(), ..findings }
     }
 }

@@ -1,9 +1,15 @@
 //! A user's scene, put out of shape in the ways of the suite.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::advice::nearest_step;
+use super::limits::Limits;
 use super::{Case, Choice, Findings, Start, Verdict, scenes};
 use crate::assembly::UnstableStep;
+use crate::deadline::until;
 use crate::integrator::IntegratorSpec;
-use crate::material::Domain;
+use crate::material::{Isotropic, MaterialSpec};
 use crate::run::energy_scale;
 use crate::scene::{KeyPath, Problem, Scene, SceneError, Solver, Source};
 use crate::simulation::StepError;
@@ -130,6 +136,9 @@ fn altered(source: &Source, ordeal: Ordeal) -> Result<Option<Scene>, SceneError>
     Ok(Some(source.varied(&changes)?.scene()?))
 }
 
+/// A model of two constants.
+type Model = fn(Isotropic) -> MaterialSpec;
+
 /// One run.
 #[derive(Clone, Debug)]
 struct Trial {
@@ -161,19 +170,27 @@ impl Trial {
             integrator: self.integrator.method().documentation.name.into(),
             solver: self.solver,
             quick: true,
-            run: Box::new(move || self.run()),
+            run: Box::new(move |limits| self.run(limits)),
         }
     }
 
-    fn run(&self) -> Findings {
-        let mut findings = self.attempt();
-        if findings.verdict == Verdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported")) {
-            findings.advice = self.advice();
+    fn run(&self, limits: &Limits<'_>) -> Findings {
+        let mut findings = until(|| limits.are_over(), |stop| self.attempt(stop));
+        let reported =
+            findings.verdict == Verdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported"));
+        if reported && !findings.cut_short {
+            findings.advice = until(|| limits.are_over(), |stop| self.advice(stop));
+            if limits.are_over() {
+                let and_so_far =
+                    findings.advice.take().map_or_else(String::new, |advice| format!("{advice}; "));
+                findings.advice =
+                    Some(format!("{and_so_far}the time was over before all was tried that could"));
+            }
         }
         findings
     }
 
-    fn attempt(&self) -> Findings {
+    fn attempt(&self, stop: &Arc<AtomicBool>) -> Findings {
         let about = self.integrator.method().documentation;
         let mut scene = self.scene.clone();
         scene.time.integrator = self.integrator;
@@ -194,17 +211,26 @@ impl Trial {
         };
         let simulation = &mut assembly.simulation;
         if let Ordeal::Start(start) = self.ordeal {
-            let d = simulation.system().dimension();
-            let free: Vec<bool> = simulation.system().inverse_mass().iter().map(|w| *w > 0.0).collect();
-            start.apply(d, simulation.state_mut().x_mut(), |i| free[i]);
+            scenes::put(simulation, start);
         }
         simulation.count_losses(false);
+        simulation.system_mut().set_stop(Some(Arc::clone(stop)));
         let start = simulation.diagnostics();
         let scale = energy_scale(simulation, &start);
         let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
         let (mut most, mut before) = (0, 0);
         for step in 1..=steps {
-            if let Err(error) = simulation.step() {
+            let taken = if stop.load(Ordering::Relaxed) { None } else { Some(simulation.step()) };
+            // A solve that is stopped fails, but says nothing.
+            if stop.load(Ordering::Relaxed) && !matches!(taken, Some(Ok(()))) {
+                findings.cut_short = true;
+                findings.note(
+                    Verdict::Flagged,
+                    format!("cut short: sound for {} of {steps} steps in the time there was", step - 1),
+                );
+                break;
+            }
+            if let Some(Err(error)) = taken {
                 // A material that has no such state says so.
                 let outside = step == 1 && matches!(&error, StepError::NotFinite { fault: Some(_), .. });
                 let flagged = outside && matches!(self.ordeal, Ordeal::Start(_));
@@ -241,43 +267,30 @@ impl Trial {
         findings
     }
 
-    /// What would have worked.
-    fn advice(&self) -> Option<String> {
+    /// What would have worked, each alone: the nearest step, a material, a solver, a scheme.
+    fn advice(&self, stop: &Arc<AtomicBool>) -> Option<String> {
         let works = |trial: &Trial| {
-            let findings = trial.attempt();
-            findings.verdict == Verdict::Pass
-                || findings.verdict == Verdict::Flagged && !findings.notes[0].starts_with("reported")
+            let findings = trial.attempt(stop);
+            let stood = !findings.notes.first().is_some_and(|note| note.starts_with("reported"));
+            !findings.cut_short && findings.verdict != Verdict::Fail && stood
         };
         let mut advice = vec![];
-        for part in [2.0, 4.0, 16.0, 64.0, 256.0, 1024.0] {
-            let smaller = Trial { step: self.step / part, ..self.clone() };
-            if works(&smaller) {
-                advice.push(format!("a step of {:.3e} s", smaller.step));
-                break;
-            }
+        if let Some(step) = nearest_step(self.step, |step| works(&Trial { step, ..self.clone() })) {
+            advice.push(format!("a step of {step:.3e} s"));
         }
-        let mut invertible = self.clone();
-        let mut replaced = false;
-        for body in &mut invertible.scene.body {
-            let Some(elastic) = body.elastic.as_mut().filter(|e| e.about().domain == Domain::PositiveJ)
-            else {
-                continue;
-            };
-            if let Some((young, poisson)) = constants(elastic) {
-                let model = crate::material::Isotropic { young, poisson, preset: None };
-                *elastic = crate::material::MaterialSpec::StableNeoHookean(model);
-                replaced = true;
-            }
-        }
-        if replaced && works(&invertible) {
-            advice.push("the material stable-neo-hookean".into());
+        let models: [(&str, Model); 2] = [
+            ("stable-neo-hookean", MaterialSpec::StableNeoHookean),
+            ("fixed-corotated", MaterialSpec::FixedCorotated),
+        ];
+        let survives = |model: &(&str, Model)| self.of_material(model.1).is_some_and(|t| works(&t));
+        if let Some((name, _)) = models.into_iter().find(survives) {
+            advice.push(format!("the material {name}"));
         }
         if self.integrator.method().documentation.solves > 0 {
-            for solver in [LinearSolver::Cholesky, LinearSolver::Multigrid] {
-                if solver != self.solver && works(&Trial { solver, ..self.clone() }) {
-                    advice.push(format!("the linear solver {}", solver.name()));
-                    break;
-                }
+            use LinearSolver::{Cg, Cholesky, MatrixFree, Multigrid};
+            let mut others = [Cholesky, Multigrid, Cg, MatrixFree].into_iter().filter(|s| *s != self.solver);
+            if let Some(solver) = others.find(|solver| works(&Trial { solver: *solver, ..self.clone() })) {
+                advice.push(format!("the linear solver {}", solver.name()));
             }
         }
         if self.integrator != IntegratorSpec::ImplicitEuler {
@@ -292,10 +305,23 @@ impl Trial {
         }
         (!advice.is_empty()).then(|| advice.join(", or "))
     }
+
+    /// The same of bodies that are all of this model, with their constants; `None` where that is what they are.
+    fn of_material(&self, model: Model) -> Option<Trial> {
+        let mut other = self.clone();
+        let mut replaced = false;
+        for elastic in other.scene.body.iter_mut().filter_map(|body| body.elastic.as_mut()) {
+            let Some((young, poisson)) = constants(elastic) else { continue };
+            let new = model(Isotropic { young, poisson, preset: None });
+            replaced |= new.name() != elastic.name();
+            *elastic = new;
+        }
+        replaced.then_some(other)
+    }
 }
 
 /// Young's modulus and Poisson's ratio of small strains.
-fn constants(elastic: &crate::material::MaterialSpec) -> Option<(f64, f64)> {
+fn constants(elastic: &MaterialSpec) -> Option<(f64, f64)> {
     let lame = elastic.lame()?;
     let (lambda, mu) = (lame.lambda, lame.mu);
     Some((mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu), 0.5 * lambda / (lambda + mu)))

@@ -1,6 +1,6 @@
 //! Scenes of the suite, and what is measured of them.
 
-use super::{Findings, Picture, Verdict};
+use super::{Findings, Picture, Start, Verdict};
 use crate::assembly::{Assembly, UnstableStep};
 use crate::scene::{Scene, SceneError};
 use crate::simulation::Simulation;
@@ -130,6 +130,15 @@ pub(super) fn twist(simulation: &mut Simulation) {
         let speed = 5.0 * (std::f64::consts::PI * x[2] / 8.0).sin();
         (v[0], v[1]) = (-speed * (x[1] - 0.5), speed * (x[0] - 0.5));
     }
+}
+
+/// Puts what is free where a body should not start from; returns where everything was, flat [m].
+pub(super) fn put(simulation: &mut Simulation, start: Start) -> Vec<f64> {
+    let d = simulation.system().dimension();
+    let rest = simulation.state().x().to_vec();
+    let free: Vec<bool> = simulation.system().inverse_mass().iter().map(|w| *w > 0.0).collect();
+    start.apply(d, simulation.state_mut().x_mut(), |i| free[i]);
+    rest
 }
 
 /// Newton iterations so far.

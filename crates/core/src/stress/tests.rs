@@ -114,6 +114,79 @@ fn findings_do_not_depend_on_the_run_or_on_threads() {
     assert_eq!(once, pool.install(run));
 }
 
+/// A block that nobody holds up, of a material that has no inverted states.
+const BLOCK: &str = "dimension = 2
+    time = { integrator = 'velocity-verlet', step = 0.02, duration = 1.0, allow_unstable = true }
+    world = { gravity = [0, -9.81] }
+    [[body]]
+    mesh = { grid = { cells = [3, 2], spacing = 0.3 } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [1, 0], offset = 0 } }]";
+
+fn scene(text: &str, integrators: &[&str], solvers: &[LinearSolver]) -> Vec<Case> {
+    let integrators = integrators.iter().map(|name| (*name).to_owned()).collect();
+    let choice = Choice { integrators, solvers: solvers.to_vec(), quick: true, ..Choice::default() };
+    scene_cases(&crate::scene::Source::new("block", text), &choice).unwrap()
+}
+
+fn find<'a>(cases: &'a [Case], name: &str) -> &'a Case {
+    cases.iter().find(|case| case.name == name).unwrap()
+}
+
+// What is said to work is tried, and is the nearest: the step is the limit of the scheme, 2 over the highest frequency, to a tenth.
+#[test]
+fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
+    let cases = scene(BLOCK, &["velocity-verlet"], &[]);
+    let findings = find(&cases, "as it is").run();
+    assert_eq!(findings.verdict, Verdict::Fail, "{findings:?}");
+    let advice = findings.advice.unwrap();
+    let step: f64 = advice.split("a step of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let scene = crate::scene::Scene::from_toml(BLOCK).unwrap();
+    let verlet = crate::integrator::IntegratorSpec::VelocityVerlet;
+    let limit = crate::stability::measure_limit(&scene, verlet, 1.0).unwrap().measured;
+    assert!((0.85..1.15).contains(&(step / limit)), "{advice}; the limit is {limit:e} s");
+    assert!(advice.contains("implicit-euler"), "{advice}");
+    let inverted = self::scene(BLOCK, &["implicit-euler"], &[]);
+    let findings = find(&inverted, "inverted").run();
+    assert!(findings.notes[0].starts_with("reported"), "{findings:?}");
+    assert!(findings.advice.unwrap().contains("the material stable-neo-hookean"));
+}
+
+#[test]
+fn a_run_that_is_out_of_time_says_how_far_it_came() {
+    let cases = scene(BLOCK, &["implicit-euler"], &[]);
+    let case = find(&cases, "as it is");
+    let none = case.run_within(Some(Duration::ZERO), &AtomicBool::new(false));
+    assert!(none.cut_short && none.verdict == Verdict::Flagged, "{none:?}");
+    assert!(none.notes[0].starts_with("cut short: sound for "), "{none:?}");
+    let enough = case.run_within(Some(Duration::from_secs(600)), &AtomicBool::new(false));
+    assert!(!enough.cut_short && enough.verdict == Verdict::Pass, "{enough:?}");
+}
+
+#[test]
+fn a_suite_keeps_its_budget_and_stops_when_it_is_told_to() {
+    let count = scene(BLOCK, &["implicit-euler"], &[]).len();
+    let mut begun = vec![];
+    let all =
+        run_all(scene(BLOCK, &["implicit-euler"], &[]), Some(600.0), &AtomicBool::new(false), &mut |p, f| {
+            if f.is_none() {
+                begun.push((p.finished, p.count, p.left.is_some()));
+            }
+        });
+    assert_eq!(all.len(), count);
+    // Nobody knows how long it takes before the first case.
+    assert_eq!((begun[0], begun[1]), ((0, count, false), (1, count, true)));
+    assert!(run_all(scene(BLOCK, &[], &[]), Some(0.0), &AtomicBool::new(false), &mut |_, _| {}).is_empty());
+    let interrupt = AtomicBool::new(false);
+    let some = run_all(scene(BLOCK, &["implicit-euler"], &[]), None, &interrupt, &mut |p, f| {
+        if p.finished == 1 && f.is_none() {
+            interrupt.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+    });
+    assert_eq!(some.len(), 1, "what was interrupted does not count");
+}
+
 // A criterion that cannot fail is none.
 #[test]
 fn what_is_missing_is_found() {

@@ -1,6 +1,7 @@
 //! The table of starts: a unit square of 6 x 6 cells, a unit cube of 3 x 3 x 3, from [states](super::Start) that no body should start
 //! from, to static equilibrium and through one step of 1/24 s of an implicit scheme.
 
+use super::advice::nearest_step;
 use super::scenes::{self, Solid};
 use super::{Case, Choice, Findings, Start, Verdict};
 use crate::integrator::IntegratorSpec;
@@ -143,7 +144,7 @@ impl Cell {
             integrator: self.integrator.method().documentation.name.into(),
             solver: self.solver,
             quick: self.dimension == 2 || (1..20).contains(&known),
-            run: Box::new(move || self.run()),
+            run: Box::new(move |_| self.run()),
         }
     }
 
@@ -172,28 +173,26 @@ impl Cell {
         findings
     }
 
-    /// What works from the same start.
+    /// What works from the same start: the nearest step, a material, a solver, and where statics fails, dynamics.
     fn advice(&self) -> Option<String> {
         let works = |cell: &Cell, step| cell.attempt(step).iterations.is_some_and(|n| n < CAP);
-        if self.integrator != IntegratorSpec::QuasiStatic {
-            for part in [4.0, 16.0, 64.0] {
-                if works(self, STEP / part) {
-                    return Some(format!("a step of {:.2e} s", STEP / part));
-                }
-            }
-        }
+        let is_static = self.integrator == IntegratorSpec::QuasiStatic;
+        let step = if is_static { None } else { nearest_step(STEP, |step| works(self, step)) };
+        let mut advice: Vec<String> =
+            step.map(|step| format!("a step of {step:.2e} s")).into_iter().collect();
         let material = "stable-neo-hookean";
         if self.material != material && works(&Cell { material, ..self.clone() }, STEP) {
-            return Some(format!("the material {material}"));
+            advice.push(format!("the material {material}"));
         }
         let solver = LinearSolver::Cholesky;
         if self.solver != solver && works(&Cell { solver, ..self.clone() }, STEP) {
-            return Some(format!("the linear solver {}", solver.name()));
+            advice.push(format!("the linear solver {}", solver.name()));
         }
         let dynamics = Cell { integrator: IntegratorSpec::ImplicitEuler, ..self.clone() };
-        let is_static = self.integrator == IntegratorSpec::QuasiStatic;
-        (is_static && works(&dynamics, STEP))
-            .then(|| "implicit-euler, step by step: inertia holds what statics cannot".into())
+        if is_static && works(&dynamics, STEP) {
+            advice.push("implicit-euler, step by step: inertia holds what statics cannot".into());
+        }
+        (!advice.is_empty()).then(|| advice.join(", or "))
     }
 
     fn attempt(&self, step: f64) -> Findings {
@@ -217,11 +216,7 @@ impl Cell {
         };
         let mut assembly = solid.assemble();
         let simulation = &mut assembly.simulation;
-        let rest = simulation.state().x().to_vec();
-        let mut x = rest.clone();
-        let free: Vec<bool> = simulation.system().inverse_mass().iter().map(|w| *w > 0.0).collect();
-        self.start.apply(d, &mut x, |i| free[i]);
-        simulation.state_mut().x_mut().copy_from_slice(&x);
+        let rest = scenes::put(simulation, self.start);
         let mut findings = Findings::default();
         let start = simulation.diagnostics().total;
         let end = simulation.step();
@@ -245,7 +240,7 @@ impl Cell {
                 findings.note(Verdict::Flagged, format!("energy grew {ratio:.3} times, as this scheme may"));
             }
         }
-        let zero = vec![0.0; x.len()];
+        let zero = vec![0.0; rest.len()];
         let gradient = match self.integrator {
             IntegratorSpec::QuasiStatic => Some(scenes::gradient(simulation, None)),
             IntegratorSpec::ImplicitEuler => Some(scenes::gradient(simulation, Some((&zero, step)))),

@@ -114,12 +114,17 @@ pub enum StudyError {
          leave the reference to `auto`"
     )]
     NotExact,
-    /// Neither scheme came to its end.
+    /// Neither scheme came to its end twice.
     #[error(
-        "no reference was found: neither an explicit nor an implicit scheme of order 4 came to its end twice in the time given; \
-             give more time, or a shorter duration"
+        "no reference was found in {seconds:.0} s, by neither an explicit nor an implicit scheme of order 4 ({reached}); give more time by \
+         --budget, a shorter duration by --set time.duration=.., or a coarser mesh"
     )]
-    NoReference,
+    NoReference {
+        /// How long it was looked for [s].
+        seconds: f64,
+        /// How far the last run of each scheme came, or why it failed.
+        reached: String,
+    },
     /// The threads cannot be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {

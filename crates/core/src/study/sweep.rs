@@ -22,6 +22,8 @@ const BEYOND_STABILITY: f64 = 4.0;
 const MOST_STEPS: f64 = 1e8;
 /// Part of the budget that references may take.
 const FOR_REFERENCES: f64 = 0.4;
+/// The same where none has been found by then.
+const AT_MOST_FOR_REFERENCES: f64 = 0.8;
 /// The first tolerance that is chosen, and none below the other.
 const LARGEST_TOLERANCE: f64 = 1e-2;
 const SMALLEST_TOLERANCE: f64 = 1e-13;
@@ -99,13 +101,11 @@ impl Study<'_> {
         let mut variants = vec![];
         for (i, changes) in combinations.iter().enumerate() {
             let left = combinations.len() - i;
-            let until = match self.plan.budget {
-                Some(budget) => {
-                    let share = start + FOR_REFERENCES * budget - self.clock.now();
-                    self.clock.now() + share.max(0.02 * budget) / left as f64
-                }
-                None => self.clock.now() + REFERENCE_SECONDS,
-            };
+            let now = self.clock.now();
+            let until = [FOR_REFERENCES, AT_MOST_FOR_REFERENCES].map(|part| match self.plan.budget {
+                Some(budget) => now + (start + part * budget - now).max(0.02 * budget) / left as f64,
+                None => now + REFERENCE_SECONDS,
+            });
             variants.push(self.variant(changes, grid, until, watch)?);
         }
         let mut lines = self.lines(&variants, grid)?;
@@ -140,7 +140,7 @@ impl Study<'_> {
         &self,
         changes: &[(String, String)],
         grid: Grid,
-        deadline: f64,
+        [deadline, last]: [f64; 2],
         watch: &mut dyn FnMut(Event<'_>),
     ) -> Result<Variant, StudyError> {
         let source = self.source.varied(changes)?;
@@ -158,8 +158,9 @@ impl Study<'_> {
             Some(reference) => reference,
             None => {
                 let choice = self.plan.reference;
+                let watch = &mut *watch;
                 let mut search =
-                    Search { scene: &scene, runner, weights: &weights, choice, deadline, watch: &mut *watch };
+                    Search { scene: &scene, runner, weights: &weights, choice, deadline, last, watch };
                 let found = search.find()?;
                 store.save(&scene, &grid, &found).map_err(file("cannot keep the reference"))?;
                 found
@@ -289,7 +290,7 @@ impl Study<'_> {
         if !line.given {
             let next = match pace {
                 Pace::Parts(parts) => Pace::Parts(2 * parts),
-                Pace::Tolerance(tolerance) => Pace::Tolerance(0.1 * tolerance),
+                Pace::Tolerance(tolerance) => Pace::Tolerance(a_tenth(tolerance)),
             };
             line.stop = self.stop(&line.records, &grid, next);
             line.paces.push(next);
@@ -413,6 +414,11 @@ fn left(lines: &[Line]) -> Option<f64> {
         rate * line.paces.iter().map(steps).sum::<f64>()
     });
     Some(each.sum())
+}
+
+/// Of a tolerance, as one would write it: `1e-7` and not a unit in the last place above.
+fn a_tenth(tolerance: f64) -> f64 {
+    format!("{:.12e}", 0.1 * tolerance).parse().unwrap_or(0.1 * tolerance)
 }
 
 /// The step [s] or the tolerance.

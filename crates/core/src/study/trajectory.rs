@@ -1,10 +1,12 @@
 //! Runs with a look at the state at the times of comparison.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::clock::Clock;
 use super::plan::{Contender, Grid, Pace};
 use crate::assembly::{Assembly, UnstableStep};
+use crate::deadline::until;
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::run::{Outcome, Plan, Summary, run};
 use crate::scene::{Adaptive, Problem, Scene};
@@ -86,6 +88,10 @@ impl Runner<'_> {
         if scheme.method.documentation.solves == 0 {
             scene.time.solver = None;
         }
+        // A row is of one step: where it is not solved, the run fails.
+        if let Some(solver) = &mut scene.time.solver {
+            solver.retries = None;
+        }
         scene
     }
 
@@ -110,10 +116,19 @@ impl Runner<'_> {
         };
         let before = self.clock.now();
         let plan = Plan { duration: self.grid.duration, rate: self.grid.rate() };
-        let summary = run(&mut assembly.simulation, &plan, &mut [&mut watcher], self.interrupt);
+        // Between two times of comparison there may be more work than there is time.
+        let over = || self.interrupt.load(Ordering::Relaxed) || self.clock.now() > deadline;
+        let simulation = &mut assembly.simulation;
+        let summary = until(over, |stop| {
+            simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+            run(simulation, &plan, &mut [&mut watcher], stop)
+        });
+        assembly.simulation.system_mut().set_stop(None);
         watcher.catch_up(&summary.work);
         let stepping = self.clock.now() - before;
         let Watcher { trajectory, series, out_of_time, .. } = watcher;
+        let stopped = matches!(summary.outcome, Outcome::Interrupted);
+        let out_of_time = out_of_time || stopped && !self.interrupt.load(Ordering::Relaxed);
         Ok(Watched { assembly, summary, trajectory, series, out_of_time, setup, stepping })
     }
 

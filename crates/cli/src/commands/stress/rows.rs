@@ -94,23 +94,28 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
 
 /// Which settings went through everything that was done to a scene, and what stopped the others.
 fn survivors(results: &[Outcome]) -> String {
-    let mut settings: Vec<(String, Vec<&str>)> = vec![];
+    let mut settings: Vec<(String, Vec<&str>, Vec<&str>)> = vec![];
     for (case, f) in results {
         let name = format!("{}, {}", case.integrator, case.solver.name());
-        let at = settings.iter().position(|(n, _)| *n == name).unwrap_or_else(|| {
-            settings.push((name, vec![]));
+        let at = settings.iter().position(|(n, ..)| *n == name).unwrap_or_else(|| {
+            settings.push((name, vec![], vec![]));
             settings.len() - 1
         });
         if f.verdict == Verdict::Fail {
             settings[at].1.push(&case.name);
         }
+        if f.cut_short {
+            settings[at].2.push(&case.name);
+        }
     }
     let mut out = String::new();
-    for (name, failed) in settings {
-        out += &match failed.len() {
-            0 => format!("{name}: survives everything\n"),
-            _ => format!("{name}: fails at {}\n", failed.join(", ")),
+    for (name, failed, cut) in settings {
+        out += &match (failed.len(), cut.len()) {
+            (0, 0) => format!("{name}: survives everything"),
+            (0, _) => format!("{name}: survives what it had time for"),
+            _ => format!("{name}: fails at {}", failed.join(", ")),
         };
+        out += &if cut.is_empty() { "\n".to_owned() } else { format!("; cut short at {}\n", cut.join(", ")) };
     }
     out.push('\n');
     out
@@ -136,6 +141,7 @@ pub(super) fn csv(results: &[Outcome]) -> String {
         "seconds",
         "notes",
         "advice",
+        "cut_short",
     ]);
     for (case, f) in results {
         let n = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:?}"));
@@ -158,6 +164,7 @@ pub(super) fn csv(results: &[Outcome]) -> String {
             &n(Some(f.seconds)),
             &f.notes.join("; "),
             f.advice.as_deref().unwrap_or_default(),
+            if f.cut_short { "true" } else { "false" },
         ]);
     }
     out

@@ -1,11 +1,11 @@
 //! How far a study is.
 
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use pliant::study::Event;
 
+use crate::progress::spinner;
 use crate::terminal::Terminal;
 use crate::text::{duration, number};
 
@@ -20,14 +20,7 @@ pub(super) struct StudyProgress {
 impl StudyProgress {
     /// A line on a terminal; nothing elsewhere, but with `--verbose` a line for every row.
     pub(super) fn new(name: &str, terminal: Terminal) -> StudyProgress {
-        let wants_bar = std::io::stderr().is_terminal() && !terminal.quiet && !terminal.json;
-        let bar = wants_bar.then(|| {
-            let bar = ProgressBar::new_spinner();
-            let style = ProgressStyle::with_template("{spinner} {msg}");
-            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-            bar.enable_steady_tick(Duration::from_millis(200));
-            bar
-        });
+        let bar = spinner(terminal);
         let verbose = terminal.verbose.then_some(terminal);
         StudyProgress { name: name.to_owned(), bar, verbose, started: Instant::now() }
     }
@@ -62,8 +55,11 @@ impl StudyProgress {
                 return;
             }
         };
-        if let Some(bar) = &self.bar {
-            bar.set_message(message);
+        match (&self.bar, self.verbose) {
+            (Some(bar), _) => bar.set_message(message),
+            // Where there is no line that changes, a reference may take long enough to be spoken of.
+            (None, Some(terminal)) if !matches!(event, Event::Begun { .. }) => terminal.note(&message),
+            _ => {}
         }
     }
 

@@ -39,9 +39,10 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 2))]
     pub order: Option<u8>,
-    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its one number to the
-    /// default. Quadratic elements do not need it. A step costs more than with plain linear elements, an implicit one most: every vertex
-    /// then acts on the neighbours of its neighbours.
+    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its one number to the default.
+    /// Quadratic elements do not need it. A step takes longer than with plain linear elements, since every vertex acts on the neighbours
+    /// of its neighbours: measured on one core, explicit 2.4 and 4.2 times as long (5,184 and 98,304 tetrahedra), implicit with multigrid
+    /// 2.5 and 3.6 times (5,184 and 31,944), in as many iterations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodal_integration: Option<NodalIntegrationSpec>,
     /// How the stress of `elastic` is computed; by the closed form without it.

@@ -142,6 +142,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             if self.residual.iter().all(|r| *r == 0.0) {
                 return Ok(());
             }
+            if system.is_stopped() {
+                return fail(system, at, Verdict::Stopped, iteration, correction);
+            }
             let before = correction;
             // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
             let mut old_matrix = keep && self.at_hand == Some(weights(objective));

@@ -53,7 +53,7 @@ impl About<'_> {
             integrator: integrator.into(),
             solver: LinearSolver::Auto,
             quick,
-            run: Box::new(run),
+            run: Box::new(move |_| run()),
         }
     }
 }

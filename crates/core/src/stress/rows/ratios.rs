@@ -75,16 +75,24 @@ pub(super) fn add(cases: &mut Vec<Case>) {
             cases.push(about.case(move || bar(ratio, solver)));
         }
     }
-    let about = About {
-        row: "D5",
-        name: "rod, halves 1e3 : 1e9, its static tip",
-        dimension: 2,
-        material: "springs",
-        poisson: None,
-        integrator: "quasi-static",
-        quick: true,
-    };
-    cases.push(about.case(rod));
+    for (material, poisson, run) in
+        [("springs", None, rod as fn() -> Findings), ("linear", Some(0.0), joined as fn() -> Findings)]
+    {
+        let about = About {
+            row: "D5",
+            name: if material == "springs" {
+                "rod, halves 1e3 : 1e9, its static tip"
+            } else {
+                "bar, halves 1e3 : 1e9, its static tip"
+            },
+            dimension: 2,
+            material,
+            poisson,
+            integrator: "quasi-static",
+            quick: true,
+        };
+        cases.push(about.case(run));
+    }
 }
 
 /// Vertices at 0, 4, 8, ..: the first is the wall.
@@ -125,10 +133,30 @@ fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> Findings {
     findings
 }
 
+/// Masses of the vertices of a bar of 8 x 2 cells, 4 m x 1 m, whose outer half has a density smaller by `ratio` than 1000 kg/m^3: a third
+/// of each triangle to each of its corners.
+fn halves(ratio: f64) -> Vec<f64> {
+    let (rows, cells) = (3, [8, 2]);
+    let mut mass = vec![0.0; rows * (cells[0] + 1)];
+    for i in 0..cells[0] {
+        let third = 0.125 / 3.0 * if 2 * i < cells[0] { 1000.0 } else { 1000.0 / ratio };
+        for j in 0..cells[1] {
+            let at = |i: usize, j: usize| i * rows + j;
+            // Two triangles on the diagonal from the lower left to the upper right.
+            for (vertex, count) in
+                [(at(i, j), 2.0), (at(i + 1, j + 1), 2.0), (at(i + 1, j), 1.0), (at(i, j + 1), 1.0)]
+            {
+                mass[vertex] += count * third;
+            }
+        }
+    }
+    mass
+}
+
 /// A bar whose outer half is lighter: the direct solver does not care, the iterative ones say how much they do.
 fn bar(ratio: f64, solver: &'static str) -> Findings {
-    let mass: Vec<f64> = (0..27).map(|i| if i / 3 > 4 { 100.0 / ratio } else { 100.0 }).collect();
-    let run = |solver: &str| {
+    let run = |solver: &str, ratio: f64| {
+        let mass = halves(ratio);
         let mut assembly = assemble(&format!(
             "dimension = 2\ntime = {{ integrator = 'tr-bdf2', step = 0.01, duration = 1.0, solver = {{ linear = '{solver}' }} }}\n\
              world = {{ gravity = [0, -9.81] }}\n[[body]]\nmesh = {{ grid = {{ cells = [8, 2], size = [4, 1] }} }}\n\
@@ -140,7 +168,7 @@ fn bar(ratio: f64, solver: &'static str) -> Findings {
         (assembly, end)
     };
     let mut findings = Findings::default();
-    let (mut assembly, end) = run(solver);
+    let (mut assembly, end) = run(solver, ratio);
     if let Err(error) = end {
         findings.note(Verdict::Fail, error.to_string());
     }
@@ -152,9 +180,16 @@ fn bar(ratio: f64, solver: &'static str) -> Findings {
             Verdict::Pass,
             format!("{per} iterations of conjugate gradients for each of Newton, {fallbacks} fallbacks"),
         );
-        let (direct, _) = run("cholesky");
+        let (direct, _) = run("cholesky", ratio);
         let apart = largest_difference(assembly.simulation.state().x(), direct.simulation.state().x());
         findings.measure("apart from the direct solver [m]", apart, 1e-6);
+    } else {
+        let (uniform, _) = run("cholesky", 1.0);
+        let usual = uniform.simulation.work().solver.unwrap_or_default().newton_iterations;
+        findings.note(Verdict::Pass, format!("{usual} Newton iterations where all is of one density"));
+        findings.demand(2 * work.newton_iterations <= 3 * usual, || {
+            format!("{} Newton iterations, {usual} without the ratio", work.newton_iterations)
+        });
     }
     findings.min_j = assembly.simulation.diagnostics().min_j;
     findings.picture = Some(scenes::picture(&assembly.simulation, &assembly.topology));
@@ -182,5 +217,56 @@ fn rod() -> Findings {
     findings.measure("tip, relative", ((x[20] - 40.0) / expected - 1.0).abs(), 1e-8);
     let strain = (x[20] - x[10] - 20.0) / 20.0;
     findings.demand(strain.abs() < 1e-5, || format!("strain {strain:e} in the stiff half"));
+    findings
+}
+
+/// Young's moduli of the halves of a bar of 4 m x 1 m, and what joins its two pairs of vertices [N/m].
+const YOUNG: [f64; 2] = [1e3, 1e9];
+const JOINT: f64 = 1e9;
+
+/// Two halves of triangles, tied at their faces by stiff springs and pulled at the end: without Poisson's ratio the stress is the same
+/// everywhere, and `u = F (L_1/E_1 + L_2/E_2 + 1/(2 k))` over a unit area.
+fn joined() -> Findings {
+    let half = |name: &str, origin: f64, young: f64, keys: &str| {
+        format!(
+            "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [4, 1], size = [2, 1], origin = [{origin:?}, 0] }} }}\n\
+             elastic = {{ linear = {{ young = {young:?}, poisson = 0.0 }} }}\nmass = {{ density = 1000.0 }}\n{keys}\n"
+        )
+    };
+    let force = 10.0;
+    let mut assembly = assemble(&format!(
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n{}{}\
+         [[attachment]]\nbody = 'soft'\nhalf_space = {{ normal = [-1, 0], offset = -2 }}\n\
+         target = {{ body = 'stiff', nearest_vertex = 1e-6 }}\nstiffness = {JOINT:?}\n",
+        half("soft", 0.0, YOUNG[0], "pin = [{ half_space = { normal = [1, 0], offset = 0 } }]"),
+        half(
+            "stiff",
+            2.0,
+            YOUNG[1],
+            &format!(
+                "load = [{{ half_space = {{ normal = [-1, 0], offset = -4 }}, traction = [{force:?}, 0] }}]"
+            )
+        ),
+    ));
+    let mut findings = Findings::default();
+    let rest = assembly.simulation.positions().into_owned();
+    if let Err(error) = assembly.simulation.step() {
+        findings.note(Verdict::Fail, error.to_string());
+        return findings;
+    }
+    findings.count(scenes::iterations(&assembly.simulation), None);
+    findings.min_j = assembly.simulation.diagnostics().min_j;
+    let x = assembly.simulation.positions();
+    let moved: Vec<f64> = x.iter().zip(&rest).map(|(x, rest)| x - rest).collect();
+    let n = moved.len();
+    let expected = force * (2.0 / YOUNG[0] + 2.0 / YOUNG[1] + 0.5 / JOINT);
+    let tip = [moved[n - 4], moved[n - 2]]
+        .into_iter()
+        .fold(0.0, |worst: f64, u| worst.max((u / expected - 1.0).abs()));
+    findings.measure("tip, relative", tip, 1e-8);
+    // The second half begins with the vertices at its face.
+    let strain = (moved[n - 2] - moved[n / 2]) / 2.0;
+    findings.demand(strain.abs() < 1e-5, || format!("strain {strain:e} in the stiff half"));
+    findings.picture = Some(scenes::picture(&assembly.simulation, &assembly.topology));
     findings
 }

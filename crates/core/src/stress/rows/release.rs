@@ -39,11 +39,7 @@ fn release(dimension: usize, material: &str, integrator: &str) -> Findings {
     };
     let mut assembly = solid.assemble();
     let simulation = &mut assembly.simulation;
-    let rest = simulation.state().x().to_vec();
-    let mut x = rest.clone();
-    let free: Vec<bool> = simulation.system().inverse_mass().iter().map(|w| *w > 0.0).collect();
-    Start::Stretch.apply(dimension, &mut x, |i| free[i]);
-    simulation.state_mut().x_mut().copy_from_slice(&x);
+    let rest = scenes::put(simulation, Start::Stretch);
     let start = simulation.diagnostics().total;
     let is_euler = integrator == "implicit-euler";
     let mut findings = Findings::default();

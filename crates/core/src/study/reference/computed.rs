@@ -4,6 +4,7 @@ use super::super::plan::{Contender, Pace};
 use super::super::trajectory::{Trajectory, Watched};
 use super::{Reference, Search};
 use crate::integrator::IntegratorSpec;
+use crate::run::Outcome;
 use crate::solver::SolverOptions;
 use crate::study::{Event, StudyError};
 
@@ -11,6 +12,9 @@ use crate::study::{Event, StudyError};
 const MOST_LEVELS: usize = 14;
 /// No estimate below this is taken at its word: sums of many steps are rounded.
 const ROUNDING: f64 = 2e-14;
+
+/// Errors below this no longer fall because of rounding alone.
+const RESOLVED: f64 = 1e-7;
 
 /// What one scheme found.
 struct Found {
@@ -25,20 +29,31 @@ struct Found {
 /// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary differential equations I*, section II.9.
 pub(super) fn reference(search: &mut Search<'_, '_>) -> Result<Reference, StudyError> {
     let start = search.runner.clock.now();
-    let share = search.deadline - start;
+    let shares = [search.deadline - start, search.last - start];
     let damped = search.scene.world.ether_drag.is_some()
         || search.scene.body.iter().any(|body| body.damping.is_some())
         || !search.scene.world.walls.is_empty();
     let explicit = if damped { IntegratorSpec::Rk4 } else { IntegratorSpec::Yoshida4 };
-    let mut found: Vec<Found> = vec![];
+    let (mut found, mut reached): (Vec<Found>, Vec<String>) = (vec![], vec![]);
     for (spec, until) in [(explicit, 0.5), (IntegratorSpec::Gauss2, 1.0)] {
         let scheme = Contender::from(spec);
         let symmetric = spec != IntegratorSpec::Rk4 && !damped;
-        found.extend(extrapolate(search, scheme, symmetric, start + until * share)?);
+        let mut deadlines = shares.map(|share| start + until * share);
+        if !found.is_empty() {
+            // What is there can be refined no more: a second opinion is worth no more than its share.
+            deadlines[1] = deadlines[0];
+        }
+        match extrapolate(search, scheme, symmetric, deadlines)? {
+            Ok(scheme) => found.push(scheme),
+            Err(how_far) => reached.push(how_far),
+        }
     }
     found.sort_by(|a, b| a.error.total_cmp(&b.error));
     let other = if found.len() > 1 { found.pop() } else { None };
-    let Some(best) = found.pop() else { return Err(StudyError::NoReference) };
+    let Some(best) = found.pop() else {
+        let seconds = search.runner.clock.now() - start;
+        return Err(StudyError::NoReference { seconds, reached: reached.join("; ") });
+    };
     let mut error = best.error;
     let mut how = format!("computed: {} in up to {} steps, extrapolated", best.name, best.steps);
     if let Some(other) = other {
@@ -58,13 +73,14 @@ fn distance(search: &Search<'_, '_>, a: &Trajectory, b: &Trajectory) -> f64 {
     errors.q_rms.max(errors.v_rms)
 }
 
-/// Halves steps until the extrapolated states stay where they are; `None` where no two runs came to their end in time.
+/// Halves steps until the extrapolated states stay where they are; where no two runs came to their end, how far the last one came.
+/// Refining ends with the first of the deadlines, looking for something to refine with the second.
 fn extrapolate(
     search: &mut Search<'_, '_>,
     scheme: Contender,
     symmetric: bool,
-    deadline: f64,
-) -> Result<Option<Found>, StudyError> {
+    [refine, give_up]: [f64; 2],
+) -> Result<Result<Found, String>, StudyError> {
     let grid = search.grid();
     let mut scene = search.scene.clone();
     if scheme.method.documentation.solves > 0 {
@@ -80,8 +96,10 @@ fn extrapolate(
     let mut last: Vec<Trajectory> = vec![];
     let (mut best, mut worse) = (None::<Found>, 0);
     let mut cost: f64 = 0.0;
+    let mut reached = format!("{} was not tried", scheme.name());
     for _ in 0..MOST_LEVELS {
         let clock = search.runner.clock;
+        let deadline = if best.is_some() { refine } else { give_up };
         if clock.now() + 1.8 * cost > deadline {
             break;
         }
@@ -91,6 +109,15 @@ fn extrapolate(
             search.runner.watch(&scene, scheme, Pace::Parts(parts), deadline).map_err(StudyError::Scene)?;
         cost = clock.now() - before;
         search.unless_interrupted()?;
+        let (end, duration) = (run.assembly.simulation.state().time, grid.duration);
+        let step = grid.step(parts);
+        reached = match &run.summary.outcome {
+            Outcome::Failed(error) => format!("{}: {error}", scheme.name()),
+            _ => format!(
+                "{} in steps of {step:.3e} s came to t = {end:.3e} s of {duration} s in {cost:.1} s",
+                scheme.name()
+            ),
+        };
         if run.out_of_time {
             break;
         }
@@ -108,7 +135,9 @@ fn extrapolate(
                         best = Some(Found { name: scheme.name(), steps, trajectory, error });
                     }
                 }
-                if change <= ROUNDING || worse == 2 {
+                // Fast motions that steps do not resolve leave errors that neither fall nor rise for a while.
+                let resolved = best.as_ref().is_some_and(|best| best.error < RESOLVED);
+                if change <= ROUNDING || worse == 2 && resolved || worse == 5 {
                     break;
                 }
             }
@@ -118,7 +147,7 @@ fn extrapolate(
         }
         parts *= 2;
     }
-    Ok(best)
+    Ok(best.ok_or(reached))
 }
 
 /// The next row of the tableau from the last one and a run at half the step.

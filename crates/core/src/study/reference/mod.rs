@@ -42,6 +42,8 @@ pub(crate) struct Search<'a, 'b> {
     pub(crate) choice: ReferenceChoice,
     /// When to stop refining.
     pub(crate) deadline: f64,
+    /// When to give up, where there is nothing yet that could be refined.
+    pub(crate) last: f64,
     pub(crate) watch: &'a mut (dyn FnMut(Event<'_>) + 'b),
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::plan::Grid;
 use super::Reference;
-use crate::scene::{Scene, Time};
+use crate::scene::{Body, MeshSpec, Scene, Time};
 
 /// Tells problems apart: what moves and for how long, not how it is computed or what is written.
 pub fn key(scene: &Scene, grid: &Grid) -> String {
@@ -30,8 +30,10 @@ fn problem(scene: &Scene, grid: &Grid) -> String {
         },
         ..scene.clone()
     };
-    // The directory is no part of the text, but says which files are meant.
-    format!("{}\n{:?}\n{:?}", plain.to_toml().unwrap_or_default(), grid, plain.directory)
+    // The directory is no part of the text, but says which files are meant, if there are any.
+    let reads = |body: &Body| matches!(body.mesh, MeshSpec::File(_));
+    let directory = plain.body.iter().any(reads).then_some(&plain.directory);
+    format!("{}\n{:?}\n{:?}", plain.to_toml().unwrap_or_default(), grid, directory)
 }
 
 /// A folder of references; none without a folder.

@@ -1,0 +1,77 @@
+//! Work that ends in time.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// How often it is looked whether the time is over.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// Does `work` with a flag that is set as soon as `over` says so, which is asked every ten milliseconds on a thread of its own: a single
+/// step, or a solve in it, can take longer than there is time.
+pub(crate) fn until<T>(over: impl Fn() -> bool + Sync, work: impl FnOnce(&Arc<AtomicBool>) -> T) -> T {
+    let stop = Arc::new(AtomicBool::new(false));
+    let (done, ended) = channel::<()>();
+    let (over, stop) = (&over, &stop);
+    std::thread::scope(|scope| {
+        // Without a thread to be had the work is only looked at where it looks itself.
+        let _ = std::thread::Builder::new().spawn_scoped(scope, move || {
+            while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                if over() {
+                    stop.store(true, Ordering::Relaxed);
+                    break;
+                }
+            }
+        });
+        let result = work(stop);
+        drop(done);
+        result
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::IntegratorSpec;
+    use crate::scene::Scene;
+    use crate::simulation::StepError;
+    use crate::solver::Verdict;
+
+    #[test]
+    fn work_is_told_when_its_time_is_over() {
+        // Does not come back otherwise.
+        until(|| true, |stop| while !stop.load(Ordering::Relaxed) {});
+        assert!(!until(|| false, |stop| stop.load(Ordering::Relaxed)));
+    }
+
+    // A solve that has begun ends too, and leaves the state as it was.
+    #[test]
+    fn a_simulation_that_is_stopped_solves_no_more() {
+        for integrator in [IntegratorSpec::ImplicitEuler, IntegratorSpec::Gauss2] {
+            let name = integrator.method().documentation.name;
+            let mut simulation = Scene::from_toml(&format!(
+                "dimension = 2\ntime = {{ integrator = '{name}', step = 0.01, duration = 1.0 }}\nworld = {{ gravity = [0, -9.81] }}\n\
+                 [[body]]\nmesh = {{ grid = {{ cells = [3, 1], spacing = 0.5 }} }}\n\
+                 elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+                 pin = [{{ vertices = [0] }}]\n"
+            ))
+            .unwrap()
+            .assemble(crate::assembly::UnstableStep::Accept)
+            .unwrap()
+            .simulation;
+            simulation.step().unwrap();
+            let before = (simulation.state().time, simulation.positions().into_owned());
+            let stop = Arc::new(AtomicBool::new(true));
+            simulation.system_mut().set_stop(Some(Arc::clone(&stop)));
+            let error = simulation.step().unwrap_err();
+            assert!(
+                matches!(error, StepError::Unsolved { verdict: Verdict::Stopped, .. }),
+                "{name}: {error}"
+            );
+            assert_eq!((simulation.state().time, simulation.positions().into_owned()), before, "{name}");
+            stop.store(false, Ordering::Relaxed);
+            simulation.step().unwrap();
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! How long cases may take, and what is found in that time.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::{Case, Findings};
+
+/// A case may take so many times its share of what is left: most take less.
+const GREED: f64 = 2.0;
+
+/// Until when a case may run.
+pub(super) struct Limits<'a> {
+    pub(super) deadline: Option<Instant>,
+    /// Set from elsewhere to stop.
+    pub(super) interrupt: &'a AtomicBool,
+}
+
+impl Limits<'_> {
+    /// Whether it has to end.
+    pub(super) fn are_over(&self) -> bool {
+        self.interrupt.load(Ordering::Relaxed)
+            || self.deadline.is_some_and(|deadline| Instant::now() > deadline)
+    }
+}
+
+/// How far a suite is, before each case.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// The case that begins.
+    pub case: &'a Case,
+    /// Cases finished.
+    pub finished: usize,
+    /// Cases in all.
+    pub count: usize,
+    /// Seconds that are likely left, once anything is known.
+    pub left: Option<f64>,
+}
+
+/// Runs cases in turn, in `budget` seconds together where there is one: each may take twice its share of what is left. Cases of a
+/// [scene](super::scene_cases) that take longer are cut short, which they say; others end as they do, and those that would begin after the time
+/// is over are left out. `seen` is told before each case, and of what came of it.
+pub fn run_all(
+    cases: Vec<Case>,
+    budget: Option<f64>,
+    interrupt: &AtomicBool,
+    seen: &mut dyn FnMut(Progress<'_>, Option<&Findings>),
+) -> Vec<(Case, Findings)> {
+    let start = Instant::now();
+    let count = cases.len();
+    let mut results: Vec<(Case, Findings)> = vec![];
+    for case in cases {
+        let elapsed = start.elapsed().as_secs_f64();
+        if interrupt.load(Ordering::Relaxed) || budget.is_some_and(|budget| elapsed >= budget) {
+            break;
+        }
+        let (finished, to_come) = (results.len(), (count - results.len()) as f64);
+        let left = (finished > 0).then(|| elapsed / finished as f64 * to_come);
+        let left = left.map(|left| budget.map_or(left, |budget| left.min(budget - elapsed)));
+        let progress = Progress { case: &case, finished, count, left };
+        seen(progress, None);
+        let share = budget.map(|budget| (GREED * (budget - elapsed) / to_come).min(budget - elapsed));
+        let findings = case.run_within(share.map(Duration::from_secs_f64), interrupt);
+        seen(progress, Some(&findings));
+        // What was interrupted has found nothing.
+        if !interrupt.load(Ordering::Relaxed) {
+            results.push((case, findings));
+        }
+    }
+    results
+}
