@@ -10,10 +10,10 @@ const COARSE: [f64; 6] = [-0.060887098, -0.117589080, -0.075367830, -0.025263639
 /// The same for 11 cells across.
 const FINE: [f64; 1] = [-0.0628118];
 
-fn heights(n: usize, linear: &str, count: usize) -> Vec<f64> {
+fn heights(n: usize, solver: &str, count: usize) -> Vec<f64> {
     let scene = Scene::from_toml(&format!(
         "dimension = 3
-        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, solver = {{ linear = '{linear}' }} }}
+        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, solver = {{ {solver} }} }}
         world = {{ gravity = [0.0, 0.0, -9.81] }}
         [[body]]
         mesh = {{ grid = {{ cells = [{}, {n}, {n}], size = [0.4, 0.1, 0.1] }} }}
@@ -38,12 +38,12 @@ fn heights(n: usize, linear: &str, count: usize) -> Vec<f64> {
     heights
 }
 
-fn check(n: usize, linear: &str, expected: &[f64], given_to: f64) {
-    for (k, (height, expected)) in heights(n, linear, expected.len()).iter().zip(expected).enumerate() {
+fn check(n: usize, solver: &str, expected: &[f64], given_to: f64) {
+    for (k, (height, expected)) in heights(n, solver, expected.len()).iter().zip(expected).enumerate() {
         let error = (height - expected).abs() / expected.abs();
         assert!(
             error < given_to,
-            "{n} cells, {linear}: {height} at {} s, not {expected}",
+            "{n} cells, {solver}: {height} at {} s, not {expected}",
             0.1 * (k + 1) as f64
         );
     }
@@ -51,17 +51,24 @@ fn check(n: usize, linear: &str, expected: &[f64], given_to: f64) {
 
 #[test]
 fn the_tip_falls_as_independent_programs_say_with_a_factorisation() {
-    check(6, "cholesky", &COARSE, 1e-6);
+    check(6, "linear = 'cholesky'", &COARSE, 1e-6);
 }
 
 // Conjugate gradients solve only as far as Newton's method can use: no less accurate in the end.
 #[test]
 fn the_tip_falls_as_independent_programs_say_with_multigrid() {
-    check(6, "multigrid", &COARSE, 1e-6);
+    check(6, "linear = 'multigrid'", &COARSE, 1e-6);
 }
 
 // What is chosen for that size; the reference has six digits.
 #[test]
 fn a_finer_beam_falls_as_independent_programs_say() {
-    check(11, "auto", &FINE, 1e-6);
+    check(11, "linear = 'auto'", &FINE, 1e-6);
+}
+
+// What `pliant bench` asks for in its row `implicit-euler`.
+#[test]
+fn corrections_of_a_tenth_of_a_micrometre_are_enough_for_that() {
+    check(6, "linear = 'multigrid', tolerance = 1e-7", &COARSE, 1e-6);
+    check(11, "tolerance = 1e-7", &FINE, 1e-6);
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pliant::assembly::Assembly;
 use pliant::observer::Observer;
-use pliant::record::{Level, McapRecorder, Options, Outcome, RecordError, Recorded};
+use pliant::record::{Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
 
 use crate::arguments::RunArguments;
 use crate::failure::Failure;
@@ -39,6 +39,7 @@ impl Recording {
             probes: assembly.probes.clone(),
             pins: assembly.simulation.pin_names(),
             scene_text: input.source.text().to_owned(),
+            patience: PATIENCE,
             ..Options::default()
         };
         let recorder = McapRecorder::create(&path, &options, &assembly.topology);

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use pliant::diagnostics::Diagnostics;
 use pliant::observer::{self, Observer, ObserverError};
-use pliant::record::{self, Level, McapRecorder, Options, RecordError};
+use pliant::record::{self, Level, McapRecorder, Options, PATIENCE, RecordError};
 use pliant::run::{self, Outcome, Plan};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -240,6 +240,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
         probes: inner.probes.clone(),
         pins: inner.simulation.pin_names(),
         scene_text: inner.scene.source.text().to_owned(),
+        patience: PATIENCE,
         ..Options::default()
     };
     McapRecorder::create(&path, &options, &inner.topology).map_err(|error| errors::record(&error))

@@ -8,7 +8,7 @@ use super::stepping::{Start, assemble};
 use super::{BenchmarkError, Case, Figure, Part, Row, Workload, goal};
 use crate::assembly::Assembly;
 use crate::observer::Observer;
-use crate::record::{McapRecorder, Options};
+use crate::record::{McapRecorder, Options, PATIENCE};
 use crate::run::{self, Outcome, Plan};
 use crate::scene::Scene;
 
@@ -52,6 +52,7 @@ impl Run {
         let options = Options {
             channels: scene.output.channels.clone(),
             scene_text: text.into(),
+            patience: PATIENCE,
             ..Options::default()
         };
         Ok(Run {

@@ -32,15 +32,33 @@ impl Wall {
     /// Whether [`apply`](Self::apply) would put any vertex back.
     pub fn is_crossed(&self, inverse_mass: &[f64], x: &[f64]) -> bool {
         let d = self.normal.len();
-        x.chunks_exact(d).zip(inverse_mass.chunks_exact(d)).any(|(x, w)| {
-            let yields = |c: usize| w[c] != 0.0 && self.normal[c] != 0.0;
-            self.offset - dot(&self.normal, x) > 0.0 && (0..d).any(yields)
-        })
+        self.is_reached(x)
+            && x.chunks_exact(d).zip(inverse_mass.chunks_exact(d)).any(|(x, w)| {
+                let yields = |c: usize| w[c] != 0.0 && self.normal[c] != 0.0;
+                self.offset - dot(&self.normal, x) > 0.0 && (0..d).any(yields)
+            })
+    }
+
+    /// Whether any vertex is behind the plane. In most steps none is: this is what those cost.
+    fn is_reached(&self, x: &[f64]) -> bool {
+        fn reached<const D: usize>(wall: &Wall, x: &[f64]) -> bool {
+            let Some(normal) = wall.normal.first_chunk::<D>() else { return false };
+            // Without a branch, so that several vertices go side by side.
+            x.as_chunks::<D>().0.iter().fold(false, |any, x| any | (wall.offset - dot(normal, x) > 0.0))
+        }
+        match self.normal.len() {
+            1 => reached::<1>(self, x),
+            2 => reached::<2>(self, x),
+            _ => reached::<3>(self, x),
+        }
     }
 
     /// Puts vertices back, and returns whether any position changed. Held coordinates (zero inverse mass; one number per
     /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
     pub fn apply(&self, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
+        if !self.is_reached(x) {
+            return false;
+        }
         let d = self.normal.len();
         let mut moved = false;
         let rows = x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d));

@@ -12,13 +12,16 @@ use rayon::prelude::*;
 
 use super::Stencils;
 use super::rows::{Export, Run};
-use crate::lanes::{Rows, WIDTH, dispatch};
+use crate::lanes::{Rows, WIDTH, dispatch, prefetch_all};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
 const PATCH_STENCILS: usize = 1024;
 
 /// Below this many patches a hand-over to other threads costs more than it saves.
 const PARALLEL_FROM_PATCHES: usize = 4;
+
+/// Packs whose rest data, some 640 bytes each, no longer fit a cache. Below, asking for them ahead costs some percent.
+const STREAMED_FROM: usize = 1 << 15;
 
 /// Patches are dealt out to this many tasks at most: enough to balance the load, few enough to keep scratch memory small.
 const MAX_TASKS: usize = 32;
@@ -247,6 +250,7 @@ impl<const N: usize> Patches<N> {
             }
             let rows = patch.vertices.len();
             scratch.gradient.clear(rows);
+            self.ask_for_next::<D>(patch, x);
             kernel(patch, scratch);
             let from = &scratch.gradient.as_slice()[..rows * Rows::<D>::STRIDE];
             if !dispatch(Export { from, to: &mut out[..from.len()] }) {
@@ -263,6 +267,14 @@ impl<const N: usize> Patches<N> {
         let blocks = first / BLOCK as usize..end.div_ceil(BLOCK as usize).min(self.block_start.len() - 1);
         let runs = &self.sum_runs[self.block_start[blocks.start] as usize
             ..self.block_start[blocks.end.max(blocks.start)] as usize];
+        // Those of the next block meanwhile: they lie about in short runs.
+        let next = blocks.end.max(blocks.start);
+        if let Some(end) = self.block_start.get(next + 1).filter(|_| self.exceed_caches()) {
+            for run in &self.sum_runs[self.block_start[next] as usize..*end as usize] {
+                let rows = run.row as usize * Rows::<D>::STRIDE;
+                prefetch_all(&workspace.sums[rows..][..run.count as usize * Rows::<D>::STRIDE]);
+            }
+        }
         for run in runs {
             // What lies outside of the rows asked for is left out.
             let skipped = first.saturating_sub(run.vertex as usize);
@@ -285,6 +297,22 @@ impl<const N: usize> Patches<N> {
     fn load<const D: usize>(&self, patch: &Patch, x: &[f64], rows: &mut Rows<D>) {
         for run in &self.runs[patch.runs.clone()] {
             rows.load(run.row as usize, &x[run.vertex as usize * D..][..run.count as usize * D]);
+        }
+    }
+
+    /// Whether what a pass over the stencils reads is not in the caches the next time, so that asking for it ahead pays.
+    pub fn exceed_caches(&self) -> bool {
+        self.index.len() >= STREAMED_FROM
+    }
+
+    /// Asks for the positions of about the patch after this one, while this one is computed.
+    fn ask_for_next<const D: usize>(&self, patch: &Patch, x: &[f64]) {
+        if !self.exceed_caches() {
+            return;
+        }
+        let next = patch.runs.end..(patch.runs.end + patch.runs.len()).min(self.runs.len());
+        for run in &self.runs[next] {
+            prefetch_all(&x[run.vertex as usize * D..][..run.count as usize * D]);
         }
     }
 

@@ -29,6 +29,7 @@ mod elementary;
 mod operators;
 mod pair;
 mod portable;
+mod prefetch;
 mod rows;
 
 pub use aligned::{Aligned, VertexRows};
@@ -36,6 +37,7 @@ pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level
 pub use elementary::{atan2, exp, ln, powf};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
+pub use prefetch::{prefetch, prefetch_all};
 pub use rows::{RowSlice, RowSource, Rows};
 
 /// Lanes in a pack, on every instruction set.

@@ -87,7 +87,7 @@ impl<W: Write + Seek + Send + 'static> Container<W> {
         self.channels.iter().any(|channel| channel.id == id)
     }
 
-    /// Writes messages that belong together. When this returns, a kill no longer loses them.
+    /// Writes messages that belong together. When this returns, they are as safe from a kill as the journal makes them.
     pub(super) fn write(&mut self, group: &[Message<'_>]) -> McapResult<()> {
         self.open_bytes += group.iter().map(|message| message.data.len() as u64).sum::<u64>();
         if self.open_bytes >= CHUNK_BYTES {

@@ -5,11 +5,15 @@
 //! as soon as it is recorded, and the tail is emptied whenever a chunk closes. It never holds more than one chunk.
 //! Frames that fill a chunk on their own never reach it.
 //!
+//! Where frames follow each other so fast that a write for each would be felt, those of a short while, the *patience*, go in one
+//! write. A slow run still writes each frame at once. What a kill can then lose took no longer than that to compute.
+//!
 //! The tail is an MCAP file without chunks and without end, so that any MCAP reader can make sense of it.
 
 use std::fs::File;
 use std::io::{Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use mcap::records::op;
 
@@ -24,14 +28,27 @@ pub(super) struct Journal {
     preamble: Vec<u8>,
     /// Whether the file holds anything.
     used: bool,
-    buffer: Vec<u8>,
+    /// What has not been written.
+    pending: Vec<u8>,
+    /// How long that may wait for the next frame.
+    patience: Duration,
+    /// The last write, or the beginning.
+    written: Instant,
 }
 
 impl Journal {
     /// Empties or creates the file.
-    pub(super) fn create(path: &Path) -> std::io::Result<Self> {
+    pub(super) fn create(path: &Path, patience: Duration) -> std::io::Result<Self> {
         let file = File::create(path)?;
-        Ok(Journal { path: path.to_owned(), file, preamble: Vec::new(), used: false, buffer: Vec::new() })
+        Ok(Journal {
+            path: path.to_owned(),
+            file,
+            preamble: Vec::new(),
+            used: false,
+            pending: Vec::new(),
+            patience,
+            written: Instant::now(),
+        })
     }
 
     /// Where it is.
@@ -49,33 +66,49 @@ impl Journal {
         Ok(())
     }
 
-    /// Appends the messages of a group in one write, so that a kill leaves all of it or, rarely, a beginning.
+    /// Appends the messages of a group, whole groups in one write, so that a kill leaves all of it or, rarely, a beginning. They wait
+    /// for later ones where the last write is less than the patience ago.
     pub(super) fn append(&mut self, group: &[Message<'_>]) -> std::io::Result<()> {
-        self.buffer.clear();
         if !self.used {
-            self.buffer.extend_from_slice(&self.preamble);
+            self.pending.extend_from_slice(&self.preamble);
         }
         for Message { header, data } in group {
             // Opcode, length, channel, sequence, log time, publish time, data.
-            self.buffer.push(op::MESSAGE);
-            self.buffer.extend_from_slice(&(22 + data.len() as u64).to_le_bytes());
-            self.buffer.extend_from_slice(&header.channel_id.to_le_bytes());
-            self.buffer.extend_from_slice(&header.sequence.to_le_bytes());
-            self.buffer.extend_from_slice(&header.log_time.to_le_bytes());
-            self.buffer.extend_from_slice(&header.publish_time.to_le_bytes());
-            self.buffer.extend_from_slice(data);
+            self.pending.push(op::MESSAGE);
+            self.pending.extend_from_slice(&(22 + data.len() as u64).to_le_bytes());
+            self.pending.extend_from_slice(&header.channel_id.to_le_bytes());
+            self.pending.extend_from_slice(&header.sequence.to_le_bytes());
+            self.pending.extend_from_slice(&header.log_time.to_le_bytes());
+            self.pending.extend_from_slice(&header.publish_time.to_le_bytes());
+            self.pending.extend_from_slice(data);
         }
         self.used = true;
-        self.file.write_all(&self.buffer)
+        if self.written.elapsed() >= self.patience { self.write() } else { Ok(()) }
+    }
+
+    fn write(&mut self) -> std::io::Result<()> {
+        let written = self.file.write_all(&self.pending);
+        self.pending.clear();
+        self.written = Instant::now();
+        written
     }
 
     /// Forgets all messages: they are now in a closed chunk.
     pub(super) fn clear(&mut self) -> std::io::Result<()> {
+        self.pending.clear();
         if self.used {
             self.file.set_len(0)?;
             self.file.rewind()?;
             self.used = false;
         }
         Ok(())
+    }
+}
+
+/// Whoever drops a recorder finds all of its frames.
+impl Drop for Journal {
+    fn drop(&mut self) {
+        // There is nobody left to tell; the frames written before are readable all the same.
+        let _ = self.write();
     }
 }

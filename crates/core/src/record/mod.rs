@@ -19,8 +19,8 @@
 //!
 //! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give
 //! the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at any moment loses
-//! no frame whose recording had returned: those of the chunk still open are also in `<output>.part.tail`, and
-//! [`recover`](read::recover) puts the two together.
+//! no frame whose recording had returned, but for what took less than [`PATIENCE`] to compute where the recorder is given that: those of
+//! the chunk still open are also in `<output>.part.tail`, and [`recover`](read::recover) puts the two together.
 
 mod attachments;
 mod behind;
@@ -46,12 +46,18 @@ mod tests;
 mod transform;
 mod warning;
 
+use std::time::Duration;
+
 pub use attachments::BodySummary;
 pub use elements::BodyRows;
 pub use error::RecordError;
 pub use outcome::{Outcome, Status};
 pub use recorder::{McapRecorder, Options, Recorded};
 pub use warning::Level;
+
+/// A [patience](Options::patience) for runs: nobody misses what is computed again in this time, and where frames take microseconds
+/// the writes are no longer felt.
+pub const PATIENCE: Duration = Duration::from_millis(20);
 
 /// What the header says wrote the file.
 const LIBRARY: &str = concat!("pliant ", env!("CARGO_PKG_VERSION"));

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
 use super::clock::nanoseconds;
@@ -26,6 +27,9 @@ use crate::topology::Topology;
 pub struct Options {
     /// Replace the output, and what an unfinished run to it has left.
     pub overwrite: bool,
+    /// How long a recorded frame may wait for the next one before it is handed to the operating system; zero, the default: not at
+    /// all. A kill loses at most what took this long to compute, and frames that follow each other faster cost less.
+    pub patience: Duration,
     /// What each frame holds. Nothing else is encoded or written.
     pub channels: Vec<Channel>,
     /// One line that says what this is.
@@ -104,8 +108,8 @@ impl McapRecorder {
         let part = paths::part_of(path);
         let tail = paths::tail_of(&part);
         let failed = |error| write_error(&part, None, error);
-        let journal =
-            Journal::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let journal = Journal::create(&tail, options.patience)
+            .map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
         let mut container = Container::create(sink, Some(journal)).map_err(failed)?;
         attachments::write(&mut container, options, topology).map_err(failed)?;
 
@@ -167,7 +171,8 @@ impl McapRecorder {
         self.frames
     }
 
-    /// Records a frame. When this returns, a kill no longer loses it.
+    /// Records a frame. A kill no longer loses it when this returns, or where it came within the [patience](Options::patience) of the
+    /// last write, when a later one does.
     ///
     /// # Errors
     /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::MissingReactions`], [`RecordError::Write`]; after the latter,

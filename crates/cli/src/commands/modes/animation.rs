@@ -6,7 +6,7 @@ use std::path::Path;
 use pliant::assembly::Assembly;
 use pliant::modes::{Mode, Modes};
 use pliant::observer::{Frame, Work};
-use pliant::record::{Level, McapRecorder, Options, RecordError, Recorded};
+use pliant::record::{Level, McapRecorder, Options, PATIENCE, RecordError, Recorded};
 use pliant::scene::Channel;
 use serde_json::json;
 
@@ -44,6 +44,7 @@ pub(super) fn record(
         title: Some(format!("Mode shapes{title}")),
         scene_text: input.source.text().to_owned(),
         metadata: [("modes".to_owned(), json!(segments).to_string())].into(),
+        patience: PATIENCE,
         ..Options::default()
     };
     let recorder = McapRecorder::create(path, &options, &assembly.topology);

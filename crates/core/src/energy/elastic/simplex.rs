@@ -7,7 +7,7 @@ use super::kernels::{gather, scatter};
 use crate::algebra::Mat;
 use crate::element::{SimplexPack, edge_matrix, vertex_gradients};
 use crate::energy::patch::{PackIndex, Patch, Patches, Scratch};
-use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch};
+use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch, prefetch};
 use crate::material::Material;
 use crate::scalar::Scalar;
 
@@ -45,6 +45,9 @@ fn add_gradients<L: Lanes, const D: usize, const N: usize>(
 ) {
     scatter(rows, index, vertex_gradients::<L, D, N>(h));
 }
+
+/// Packs that are asked for ahead: memory takes about as long as these take to compute.
+const AHEAD: usize = 4;
 
 pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
     pub(super) material: &'a M,
@@ -124,7 +127,15 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
             // The last pack of an odd number goes with itself, and is added a second time where nobody looks. Not left out: around
             // a branch the compiler moves all of the second pack's work behind it, and the two no longer overlap.
             let nowhere = [[Rows::<D>::SPARE; WIDTH]; N];
+            // Beyond the end there is nothing to ask for.
+            let mut ahead =
+                if self.patches.exceed_caches() { self.patch.packs.start + AHEAD } else { self.packs.len() };
             for (packs, index) in packs.chunks(2).zip(index.chunks(2)) {
+                for pack in [ahead, ahead + 1] {
+                    prefetch(self.packs, pack);
+                    prefetch(&self.patches.index, pack);
+                }
+                ahead += 2;
                 let (second, into) =
                     if let [_, second] = index { (second, second) } else { (&index[0], &nowhere) };
                 let packs = [&packs[0], &packs[packs.len() - 1]];

@@ -86,9 +86,11 @@ pub struct AttachmentSummary {
 /// # Errors
 /// [`RecordError::Read`], [`RecordError::NotMcap`]; [`RecordError::Damaged`] if a complete file contradicts itself.
 pub fn info(path: &Path) -> Result<FileInfo, RecordError> {
+    // What a recorder leaves that was only dropped has an end, but the last frames are in the tail.
+    let has_tail = std::fs::metadata(paths::tail_of(path)).is_ok_and(|tail| tail.len() > 0);
     let gathered = match Source::open(path)? {
-        Some(source) => from_summary(source)?,
-        None => from_records(path)?,
+        Some(source) if !has_tail => from_summary(source)?,
+        _ => from_records(path)?,
     };
     Ok(gathered.into_info(path))
 }

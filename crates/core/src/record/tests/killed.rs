@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
-use super::{ALL, Moment, record, remains};
+use super::{ALL, Moment, options, record, remains, topology};
 use crate::record::read::{FileState, Trajectory, discard, info, recover};
-use crate::record::{Level, Outcome, RecordError, Status};
+use crate::record::{Level, McapRecorder, Options, Outcome, RecordError, Status};
 
 /// Recovers what is left, and checks that it is the frames `0..frames` and everything around them.
 fn check(part: &Path, frames: u64, vertex_count: u32) {
@@ -43,6 +44,37 @@ fn no_recorded_frame_is_lost() {
         check(&part, frames, vertex_count);
         drop(recorder);
     }
+}
+
+#[test]
+fn frames_within_the_patience_are_written_together() {
+    let directory = tempfile::tempdir().unwrap();
+    let patient = |name: &str, patience| {
+        let path = directory.path().join(name);
+        let options = Options { patience, ..options(&ALL) };
+        let mut recorder = McapRecorder::create(&path, &options, &topology(9)).unwrap();
+        for index in 0..10 {
+            recorder.record(&Moment::new(index, 9).frame()).unwrap();
+        }
+        (path, recorder)
+    };
+    // An hour: nothing is written on the way. A kill would lose the frames, an orderly end does not.
+    let (path, recorder) = patient("dropped.mcap", Duration::from_secs(3600));
+    assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 0);
+    drop(recorder);
+    assert_eq!(info(&remains(&path, "dropped")).unwrap().frames, 10);
+    let (finished, recorder) = patient("finished.mcap", Duration::from_secs(3600));
+    recorder.finish().unwrap();
+    let (strict, recorder) = patient("strict.mcap", Duration::ZERO);
+    assert_eq!(info(&remains(&strict, "killed")).unwrap().frames, 10);
+    recorder.finish().unwrap();
+    assert!(fs::read(finished).unwrap() == fs::read(strict).unwrap(), "the same bytes in the end");
+    assert!(!directory.path().join("finished.mcap.part.tail").exists());
+    // A pause between frames ends the waiting.
+    let (path, mut recorder) = patient("paused.mcap", Duration::from_millis(1));
+    std::thread::sleep(Duration::from_millis(2));
+    recorder.record(&Moment::new(10, 9).frame()).unwrap();
+    assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 11);
 }
 
 #[test]

@@ -1,19 +1,24 @@
-//! Chebyshev smoothing in single precision.
+//! Chebyshev smoothing in single precision, with a matrix of 16 bits a number.
 //!
-//! Only the preconditioner is computed in single precision: the conjugate gradients around it see the matrix in double, so what
-//! they converge to does not depend on it, and half the memory goes through the caches.
+//! Only the preconditioner is computed so: the conjugate gradients around it see the matrix in double, so what they converge to does
+//! not depend on it, and a quarter of the memory goes through the caches. The matrix is that of scaled unknowns, `S^-1 A S^-1` with
+//! `s_i^2` the largest entry on the diagonal of row `i`. None of its entries is larger than 1, whatever the stiffness there, and they
+//! are kept as integers, in units of 1/32767: the error, symmetric as the matrix, is at most 1.5e-5 of the diagonal. Floating point
+//! in half precision would lose thirty times that where entries are large, and those count.
 
 use rayon::prelude::*;
 
-use crate::lanes::{Kernel, Lanes, dispatch_compact};
+use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::conjugate_gradients::inverse;
 
-/// The components of a vertex. Those beyond the dimension are zero in solutions and directions; in right-hand sides and residuals
-/// they are anything, and not looked at.
+/// The components of a vertex. Those beyond the dimension are zero in solutions and directions, and not looked at in right-hand sides
+/// and residuals.
 pub(super) type Row = [f32; 4];
 /// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
 pub(super) const TASK_ROWS: usize = 1024;
+/// What 1 is in the matrix.
+const UNIT: f32 = 32767.0;
 /// Degree of the polynomial.
 const DEGREE: usize = 3;
 /// The polynomial damps what lies between the largest eigenvalue and this part of it.
@@ -23,15 +28,18 @@ const POWER_ITERATIONS: usize = 12;
 /// What they may fall short by. Chebyshev's polynomial leaves [-1, 1] where an eigenvalue lies 8 % above the interval.
 const SAFETY: f64 = 1.1;
 
-/// A matrix in single precision with the inverses of its diagonal blocks, and the vectors of one level.
+/// A matrix with the inverses of its diagonal blocks, and the vectors of one level. Between calls these are of the unknowns as they
+/// are, within them of the scaled ones.
 #[derive(Debug, Default)]
 pub(super) struct Smoother<const D: usize> {
     row_start: Vec<u32>,
     column: Vec<u32>,
-    /// `D * D` numbers a block, by columns, and a few zeros so that four can be read from every column.
-    value: Vec<f32>,
-    /// `D` columns of four numbers for every row.
+    /// The blocks of `S^-1 A S^-1`, `D` columns each.
+    value: Vec<[[i16; 4]; D]>,
+    /// The inverses of its diagonal blocks, `D` columns of four numbers for every row.
     inverse: Vec<[Row; D]>,
+    /// `s_i` of every row, and its inverse.
+    scale: Vec<[f32; 2]>,
     /// Largest eigenvalue of `D^-1 A`.
     largest: f64,
     /// The solution.
@@ -52,8 +60,9 @@ impl<const D: usize> Smoother<D> {
         Smoother {
             row_start: matrix.row_start.clone(),
             column: matrix.column.clone(),
-            value: vec![0.0; D * D * matrix.column.len() + 4],
+            value: vec![[[0; 4]; D]; matrix.column.len()],
             inverse: vec![[[0.0; 4]; D]; matrix.rows()],
+            scale: vec![[1.0; 2]; matrix.rows()],
             largest: 0.0,
             x: zero(),
             b: zero(),
@@ -65,25 +74,44 @@ impl<const D: usize> Smoother<D> {
 
     /// Takes `scale * matrix`.
     pub(super) fn set(&mut self, matrix: &BlockMatrix<D>, scale: f64) {
-        let convert = |(out, block): (&mut [f32], &[[f64; D]; D])| {
-            for l in 0..D {
-                for k in 0..D {
-                    out[l * D + k] = (scale * block[k][l]) as f32;
+        for (out, at) in self.scale.iter_mut().zip(&matrix.diagonal) {
+            let block = &matrix.value[*at as usize];
+            let largest = (0..D).fold(0.0, |m: f64, k| m.max(block[k][k]));
+            let s = if largest > 0.0 { (scale * largest).sqrt() } else { 1.0 };
+            *out = [s as f32, (1.0 / s) as f32];
+        }
+        let of_row = |(row, out): (usize, &mut [[[i16; 4]; D]])| {
+            let own = f64::from(self.scale[row][1]);
+            for ((c, block), out) in matrix.row(row).zip(out) {
+                let factor = f64::from(UNIT) * scale * own * f64::from(self.scale[c][1]);
+                for l in 0..D {
+                    for k in 0..D {
+                        let units = (factor * block[k][l]) as f32;
+                        // Rounded; saturates where the matrix is not positive definite.
+                        out[l][k] = (units + 0.5_f32.copysign(units)) as i16;
+                    }
                 }
             }
         };
-        let count = D * D * matrix.value.len();
-        let values = self.value[..count].par_chunks_exact_mut(D * D);
+        let mut rest = self.value.as_mut_slice();
+        let rows = (0..matrix.rows()).map(|row| {
+            let count = (matrix.row_start[row + 1] - matrix.row_start[row]) as usize;
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = after;
+            (row, own)
+        });
         if matrix.rows() < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
-            self.value[..count].chunks_exact_mut(D * D).zip(&matrix.value).for_each(convert);
+            rows.for_each(of_row);
         } else {
-            values.zip(&matrix.value).with_min_len(8 * TASK_ROWS).for_each(convert);
+            let rows: Vec<_> = rows.collect();
+            rows.into_par_iter().with_min_len(TASK_ROWS).for_each(of_row);
         }
-        for (out, at) in self.inverse.iter_mut().zip(&matrix.diagonal) {
+        for ((out, at), [s, _]) in self.inverse.iter_mut().zip(&matrix.diagonal).zip(&self.scale) {
             let inverse = inverse(&matrix.value[*at as usize]);
+            let factor = f64::from(*s) * f64::from(*s) / scale;
             for l in 0..D {
                 for k in 0..D {
-                    out[l][k] = (inverse[k][l] / scale) as f32;
+                    out[l][k] = (factor * inverse[k][l]) as f32;
                 }
             }
         }
@@ -113,40 +141,34 @@ impl<const D: usize> Smoother<D> {
         eigenvalue
     }
 
-    /// Row `i` of `A x`; beyond the dimension stands what the next column of each block gives. To compute that is cheaper than not
-    /// to: a vector of three numbers is no register.
+    /// Row `i` of `A x`.
     #[inline(always)]
     fn product(&self, i: usize, x: &[Row]) -> Row {
+        let range = self.row_start[i] as usize..self.row_start[i + 1] as usize;
         // A sum for every column of the blocks: they do not wait for each other.
         let mut sums = [[0.0; 4]; D];
-        let range = self.row_start[i] as usize..self.row_start[i + 1] as usize;
-        for (block, c) in range.clone().zip(&self.column[range]) {
+        for (block, c) in self.value[range.clone()].iter().zip(&self.column[range]) {
             let x = &x[*c as usize];
-            let block = &self.value[block * D * D..block * D * D + D * D + 4 - D];
             for l in 0..D {
-                let column = &block[l * D..l * D + 4];
                 for k in 0..4 {
-                    sums[l][k] += column[k] * x[l];
+                    sums[l][k] = f32::from(block[l][k]).mul_add(x[l], sums[l][k]);
                 }
             }
         }
-        let mut sum = [0.0; 4];
-        for l in 0..D {
-            for k in 0..4 {
-                sum[k] += sums[l][k];
-            }
+        let mut sum = sums[0];
+        for l in 1..D {
+            sum = plus(&sum, &sums[l]);
         }
-        sum
+        times(1.0 / UNIT, sum)
     }
 
     /// Row `i` of `D^-1 r`.
     #[inline(always)]
     fn precondition(&self, i: usize, r: &Row) -> Row {
-        let mut z = [0.0; 4];
-        for l in 0..D {
-            for k in 0..4 {
-                z[k] += self.inverse[i][l][k] * r[l];
-            }
+        let columns = &self.inverse[i];
+        let mut z = times(r[0], columns[0]);
+        for l in 1..D {
+            z = plus(&z, &times(r[l], columns[l]));
         }
         z
     }
@@ -161,7 +183,7 @@ impl<const D: usize> Smoother<D> {
             self.run(Advance { d: &d, kept, gained, last: 0.0 }, [&mut x, &mut r, &mut e]);
             std::mem::swap(&mut d, &mut e);
         }
-        self.run(Residual { x: &d }, [&mut r, &mut [], &mut []]);
+        self.run(Residual { x: &d }, [&mut r, &mut x, &mut []]);
         self.put_back([x, r, d, e]);
     }
 
@@ -169,6 +191,7 @@ impl<const D: usize> Smoother<D> {
     pub(super) fn smooth(&mut self) {
         let [mut x, mut r, mut d, mut e] = self.take();
         let (first, factors) = self.coefficients();
+        x.iter_mut().zip(&self.scale).for_each(|(x, [s, _])| *x = times(*s, *x));
         self.run(FromSolution { x: &x, first }, [&mut r, &mut d, &mut []]);
         for (n, (kept, gained)) in factors.into_iter().enumerate() {
             // The first direction could not be added while the old solution was being read.
@@ -176,6 +199,7 @@ impl<const D: usize> Smoother<D> {
             self.run(Advance { d: &d, kept, gained, last }, [&mut x, &mut r, &mut e]);
             std::mem::swap(&mut d, &mut e);
         }
+        x.iter_mut().zip(&self.scale).for_each(|(x, [_, s])| *x = times(*s, *x));
         self.put_back([x, r, d, e]);
     }
 
@@ -184,7 +208,7 @@ impl<const D: usize> Smoother<D> {
         let n = vectors[0].len();
         let [a, b, c] = vectors;
         let pass = &pass;
-        let task = |(i, a, b, c)| dispatch_compact(Rows { smoother: self, pass, first: i, a, b, c });
+        let task = |(i, a, b, c)| dispatch(Rows { smoother: self, pass, first: i, a, b, c });
         if n < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
             return task((0, a, b, c));
         }
@@ -225,8 +249,10 @@ impl<const D: usize> Smoother<D> {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        4 * (self.row_start.len() + self.column.len() + self.value.len())
+        4 * (self.row_start.len() + self.column.len())
+            + size_of_val(&self.value[..])
             + size_of_val(&self.inverse[..])
+            + size_of_val(&self.scale[..])
             + 5 * size_of_val(&self.x[..])
     }
 }
@@ -234,6 +260,11 @@ impl<const D: usize> Smoother<D> {
 #[inline(always)]
 fn minus(a: &Row, b: &Row) -> Row {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]]
+}
+
+#[inline(always)]
+fn plus(a: &Row, b: &Row) -> Row {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
 }
 
 #[inline(always)]
@@ -305,7 +336,7 @@ impl<const D: usize> Pass<D> for FromZero {
 
     #[inline(always)]
     fn row(&self, smoother: &Smoother<D>, i: usize, [x, r, d]: [&mut Row; 3]) {
-        *r = smoother.b[i];
+        *r = times(smoother.scale[i][1], smoother.b[i]);
         *d = times(self.first, smoother.precondition(i, r));
         *x = *d;
     }
@@ -322,22 +353,24 @@ impl<const D: usize> Pass<D> for FromSolution<'_> {
 
     #[inline(always)]
     fn row(&self, smoother: &Smoother<D>, i: usize, [r, d, _]: [&mut Row; 3]) {
-        *r = minus(&smoother.b[i], &smoother.product(i, self.x));
+        *r = minus(&times(smoother.scale[i][1], smoother.b[i]), &smoother.product(i, self.x));
         *d = times(self.first, smoother.precondition(i, r));
     }
 }
 
-/// `r -= A x`.
+/// `r -= A x`; then both leave the scaled unknowns.
 struct Residual<'a> {
     x: &'a [Row],
 }
 
 impl<const D: usize> Pass<D> for Residual<'_> {
-    const VECTORS: usize = 1;
+    const VECTORS: usize = 2;
 
     #[inline(always)]
-    fn row(&self, smoother: &Smoother<D>, i: usize, [r, _, _]: [&mut Row; 3]) {
-        *r = minus(r, &smoother.product(i, self.x));
+    fn row(&self, smoother: &Smoother<D>, i: usize, [r, x, _]: [&mut Row; 3]) {
+        let [s, inverse] = smoother.scale[i];
+        *r = times(s, minus(r, &smoother.product(i, self.x)));
+        *x = times(inverse, *x);
     }
 }
 
@@ -354,12 +387,12 @@ impl<const D: usize> Pass<D> for Advance<'_> {
 
     #[inline(always)]
     fn row(&self, smoother: &Smoother<D>, i: usize, [x, r, e]: [&mut Row; 3]) {
-        *r = minus(r, &smoother.product(i, self.d));
-        let z = smoother.precondition(i, r);
-        let d = &self.d[i];
-        for k in 0..4 {
-            e[k] = self.kept * d[k] + self.gained * z[k];
-            x[k] += self.last * d[k] + e[k];
-        }
+        // Each row is read whole and written whole, or the compiler takes it apart.
+        let rest = minus(r, &smoother.product(i, self.d));
+        *r = rest;
+        let (z, d) = (smoother.precondition(i, &rest), self.d[i]);
+        let next = plus(&times(self.kept, d), &times(self.gained, z));
+        *x = plus(x, &plus(&times(self.last, d), &next));
+        *e = next;
     }
 }

@@ -1,0 +1,28 @@
+//! Asking for memory before it is needed.
+#![allow(unsafe_code)]
+
+/// Bytes that come at once.
+const LINE: usize = 64;
+
+/// Asks for item `index`, if there is one, so that it is in the cache some hundred nanoseconds later. Processors see for
+/// themselves what is read in order, but not beyond the end of a page, and not where short runs are strung together.
+#[inline(always)]
+pub fn prefetch<T>(items: &[T], index: usize) {
+    if let Some(item) = items.get(index) {
+        prefetch_all(std::slice::from_ref(item));
+    }
+}
+
+/// Asks for all of these.
+#[inline(always)]
+pub fn prefetch_all<T>(items: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for offset in (0..size_of_val(items)).step_by(LINE) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every processor of this architecture has the instruction; it reads nothing that the program could see, and
+        // never faults. The address is within `items`.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(items.as_ptr().cast::<i8>().wrapping_add(offset)) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = items;
+}
