@@ -202,3 +202,22 @@ fn what_is_missing_is_found() {
     findings.measure("error", f64::NAN, 1.0);
     assert_eq!(findings.verdict, Verdict::Fail);
 }
+
+/// Slender, nearly incompressible, and a long step: without a preconditioner conjugate gradients get nowhere.
+const STRAND: &str = "dimension = 3
+    time = { integrator = 'implicit-euler', step = 0.1, duration = 0.5 }
+    world = { gravity = [0, 0, -9.81] }
+    [[body]]
+    mesh = { grid = { cells = [60, 1, 1], spacing = 0.01 } }
+    elastic = { neo-hookean = { young = 1e9, poisson = 0.49999 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [1, 0, 0], offset = 0 } }]";
+
+#[test]
+fn where_a_linear_solver_fails_one_is_named_that_does_not() {
+    let cases = scene(STRAND, &["implicit-euler"], &[LinearSolver::MatrixFree]);
+    let findings = find(&cases, "as it is").run();
+    assert_eq!(findings.verdict, Verdict::Fail, "{findings:?}");
+    assert!(findings.notes[0].contains("the linear solver did not converge"), "{findings:?}");
+    assert!(findings.advice.unwrap().contains("the linear solver cholesky"));
+}
