@@ -11,7 +11,7 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Does `work` with a flag that is set as soon as `over` says so, which is asked every ten milliseconds on a thread of its own: a single
 /// step, or a solve in it, can take longer than there is time.
 pub(crate) fn until<T>(over: impl Fn() -> bool + Sync, work: impl FnOnce(&Arc<AtomicBool>) -> T) -> T {
-    let stop = Arc::new(AtomicBool::new(false));
+    let stop = Arc::new(AtomicBool::new(over()));
     let (done, ended) = channel::<()>();
     let (over, stop) = (&over, &stop);
     std::thread::scope(|scope| {

@@ -19,7 +19,7 @@ impl Limits<'_> {
     /// Whether it has to end.
     pub(super) fn are_over(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
-            || self.deadline.is_some_and(|deadline| Instant::now() > deadline)
+            || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 
