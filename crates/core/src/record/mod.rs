@@ -57,7 +57,7 @@ pub use warning::Level;
 
 /// A [patience](Options::patience) for runs: nobody misses what is computed again in this time, and where frames take microseconds
 /// the writes are no longer felt.
-pub const PATIENCE: Duration = Duration::from_millis(20);
+pub const PATIENCE: Duration = Duration::from_millis(100);
 
 /// What the header says wrote the file.
 const LIBRARY: &str = concat!("pliant ", env!("CARGO_PKG_VERSION"));
