@@ -379,11 +379,15 @@ def test_memory_does_not_grow() -> None:
             pliant.Simulation(beam()).positions_view  # noqa: B018
         gc.collect()
 
+    def growth() -> int:
+        before = resident()
+        work(10_000, 1_000)
+        return resident() - before
+
     work(2_000, 200)
-    before = resident()
-    work(10_000, 1_000)
-    # A leak of a state of 320 bytes a step would be 6 MB, of a simulation of some 20 kB 20 MB.
-    assert resident() - before < 4_000_000
+    # A leak of a state of 320 bytes a step would be 6 MB, of a simulation of some 20 kB 20 MB, and that every time. The allocator takes
+    # some for itself now and then, with threads of other tests about.
+    assert min(growth() for _ in range(3)) < 4_000_000
     assert view.shape == (10, 2)
 
 
