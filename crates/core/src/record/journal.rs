@@ -51,11 +51,6 @@ impl Journal {
         })
     }
 
-    /// Where it is.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// Says which channels later messages may use. The journal must be empty.
     pub(super) fn set_channels(&mut self, channels: &[mcap::Channel<'static>]) -> mcap::McapResult<()> {
         let mut writer = mcap::WriteOptions::new().use_chunks(false).library(super::LIBRARY);
@@ -102,6 +97,13 @@ impl Journal {
             self.used = false;
         }
         Ok(())
+    }
+
+    /// Removes the file: everything is in a complete recording.
+    pub(super) fn remove(mut self) -> std::io::Result<()> {
+        // Or it would be written to a file without a name.
+        self.pending.clear();
+        std::fs::remove_file(&self.path)
     }
 }
 

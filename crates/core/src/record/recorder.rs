@@ -283,7 +283,7 @@ impl McapRecorder {
         paths::sync_directory_of(&self.path);
         if let Some(journal) = journal {
             // A tail without its file harms nobody; the next recording to this name replaces it.
-            let _ = std::fs::remove_file(journal.path());
+            let _ = journal.remove();
         }
         Ok(Recorded { path: self.path, frames: self.frames, bytes })
     }

@@ -1,7 +1,7 @@
 //! Chebyshev smoothing in single precision, with a matrix of 16 bits a number.
 //!
 //! Only the preconditioner is computed so: the conjugate gradients around it see the matrix in double, so what they converge to does
-//! not depend on it, and a quarter of the memory goes through the caches. The matrix is that of scaled unknowns, `S^-1 A S^-1` with
+//! not depend on it, and a third of the memory goes through the caches. The matrix is that of scaled unknowns, `S^-1 A S^-1` with
 //! `s_i^2` the largest entry on the diagonal of row `i`. None of its entries is larger than 1, whatever the stiffness there, and they
 //! are kept as integers, in units of 1/32767: the error, symmetric as the matrix, is at most 1.5e-5 of the diagonal. Floating point
 //! in half precision would lose thirty times that where entries are large, and those count.

@@ -75,16 +75,13 @@ pub(super) fn add(cases: &mut Vec<Case>) {
             cases.push(about.case(move || bar(ratio, solver)));
         }
     }
-    for (material, poisson, run) in
-        [("springs", None, rod as fn() -> Findings), ("linear", Some(0.0), joined as fn() -> Findings)]
-    {
+    for (name, material, poisson, run) in [
+        ("rod, halves 1e3 : 1e9, its static tip", "springs", None, rod as fn() -> Findings),
+        ("bar, halves 1e3 : 1e9, its static tip", "linear", Some(0.0), joined),
+    ] {
         let about = About {
             row: "D5",
-            name: if material == "springs" {
-                "rod, halves 1e3 : 1e9, its static tip"
-            } else {
-                "bar, halves 1e3 : 1e9, its static tip"
-            },
+            name,
             dimension: 2,
             material,
             poisson,
