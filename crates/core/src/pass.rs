@@ -16,8 +16,14 @@ use crate::scalar::Scalar;
 const BLOCK: usize = 128;
 /// Numbers in the rows of a block.
 const BLOCK_NUMBERS: usize = 3 * BLOCK;
+/// Packs after which components come in the same order again, in two dimensions as in three.
+const PERIOD: usize = 3;
 /// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
 const TASK_BLOCKS: usize = 32;
+
+/// Rows of the gradient of a block.
+#[repr(align(64))]
+struct Gradient([f64; BLOCK_NUMBERS]);
 
 /// What a pass does to each row, in this order:
 /// `v <- drag_before v`, `v <- v + kick a`, `x <- x + drift v`, `v <- drag_after v`, walls.
@@ -104,12 +110,14 @@ impl Surroundings<'_> {
         v: &mut [f64],
     ) -> Passed {
         let inverse_mass = &self.inverse_mass[start..start + x.len()];
-        let mut gradient = [0.0; BLOCK_NUMBERS];
-        let gradient = &mut gradient[..x.len()];
+        let mut gradient = Gradient([0.0; BLOCK_NUMBERS]);
+        let gradient = &mut gradient.0[..x.len()];
+        let mut uniform = [0.0; 3];
         if pass.kick != 0.0 {
-            self.add_rows(start, gradient);
+            uniform = self.add_forces(start, gradient);
         }
-        let finite = dispatch(Update { pass, gradient, inverse_mass, from, x, v });
+        let uniform = self.in_packs(&uniform);
+        let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, from, x, v });
         let mut put_back = false;
         if pass.walls {
             for wall in self.walls {
@@ -125,10 +133,10 @@ impl Surroundings<'_> {
         let block = |(i, a): (usize, &mut [f64])| {
             let start = i * per_block;
             a.fill(0.0);
-            self.add_rows(start, a);
-            for (a, w) in a.iter_mut().zip(&self.inverse_mass[start..]) {
-                // A held coordinate stays at rest even where its force is not finite.
-                *a = if *w == 0.0 { 0.0 } else { -(w * *a) };
+            let uniform = self.add_forces(start, a);
+            let uniform = uniform[..self.dimension].iter().cycle();
+            for ((a, w), uniform) in a.iter_mut().zip(&self.inverse_mass[start..]).zip(uniform) {
+                *a = acceleration(*a, *w, *uniform);
             }
         };
         if a.len() < 2 * TASK_BLOCKS * per_block {
@@ -148,8 +156,8 @@ impl Surroundings<'_> {
         let d = self.dimension;
         for vertices in vertices.chunk_by(|a, b| a / BLOCK as u32 == b / BLOCK as u32) {
             let first = vertices[0] as usize / BLOCK * BLOCK;
-            let mut gradient = [0.0; BLOCK_NUMBERS];
-            let gradient = &mut gradient[..BLOCK.min(count - first) * d];
+            let mut gradient = Gradient([0.0; BLOCK_NUMBERS]);
+            let gradient = &mut gradient.0[..BLOCK.min(count - first) * d];
             self.add_rows(first * d, gradient);
             for &vertex in vertices {
                 let row = (vertex as usize - first) * d;
@@ -158,10 +166,38 @@ impl Surroundings<'_> {
         }
     }
 
+    /// Adds the rows of a block, from number `start` on; gives the acceleration [m/s^2] that is not in them, the same everywhere.
+    fn add_forces(&self, start: usize, gradient: &mut [f64]) -> [f64; 3] {
+        let mut uniform = [0.0; 3];
+        for term in self.terms {
+            match term.acceleration() {
+                Some(acceleration) => {
+                    uniform.iter_mut().zip(acceleration).for_each(|(sum, a)| *sum += a);
+                }
+                None => term.add_rows(start / self.dimension, gradient),
+            }
+        }
+        self.add_dissipation(start, gradient);
+        uniform
+    }
+
+    /// `uniform` in the order of the numbers of a block.
+    fn in_packs(&self, uniform: &[f64; 3]) -> [[f64; WIDTH]; PERIOD] {
+        let mut packs = [[0.0; WIDTH]; PERIOD];
+        let components = uniform[..self.dimension].iter().cycle();
+        packs.as_flattened_mut().iter_mut().zip(components).for_each(|(number, a)| *number = *a);
+        packs
+    }
+
+    /// Adds all rows of a block, from number `start` on.
     fn add_rows(&self, start: usize, gradient: &mut [f64]) {
         for term in self.terms {
             term.add_rows(start / self.dimension, gradient);
         }
+        self.add_dissipation(start, gradient);
+    }
+
+    fn add_dissipation(&self, start: usize, gradient: &mut [f64]) {
         for term in self.dissipation {
             term.add_rows(start / self.dimension, gradient);
         }
@@ -171,6 +207,8 @@ impl Surroundings<'_> {
 /// Kick, drift and drag of the rows of a block; whether all that came out is finite.
 struct Update<'a> {
     pass: &'a Pass,
+    /// Acceleration beside that of the gradient [m/s^2].
+    uniform: [[f64; WIDTH]; PERIOD],
     gradient: &'a [f64],
     inverse_mass: &'a [f64],
     /// Where the old rows are, if not in `x` and `v`.
@@ -179,15 +217,23 @@ struct Update<'a> {
     v: &'a mut [f64],
 }
 
+/// The acceleration by the gradient `g` and what is `uniform`, at inverse mass `w`.
+#[inline(always)]
+fn acceleration<S: Scalar>(g: S, w: S, uniform: S) -> S {
+    // A held coordinate stays at rest even where its force is not finite.
+    S::select(S::zero().lt(w), uniform - w * g, S::zero())
+}
+
 /// The new position and velocity.
 #[inline(always)]
-fn update<S: Scalar>(pass: &[S; 4], g: S, w: S, x: S, v: S) -> (S, S) {
+fn update<S: Scalar>(pass: &[S; 4], a: S, x: S, v: S) -> (S, S) {
     let [drag_before, kick, drift, drag_after] = *pass;
-    // A held coordinate stays at rest even where its force is not finite.
-    let a = S::select(S::zero().lt(w), -(w * g), S::zero());
     let v = drag_before * v + kick * a;
     (x + drift * v, drag_after * v)
 }
+
+/// The whole packs of each array, and the numbers after them.
+type Packs<'a> = (&'a [[f64; WIDTH]], &'a [f64]);
 
 impl Kernel for Update<'_> {
     type Output = bool;
@@ -200,22 +246,31 @@ impl Kernel for Update<'_> {
         for i in 0..4 {
             packs[i] = L::splat(numbers[i]);
         }
+        let mut uniform = [L::zero(); PERIOD];
+        for i in 0..PERIOD {
+            uniform[i] = L::load(&self.uniform[i]);
+        }
         let (xs, x_rest) = self.x.as_chunks_mut::<WIDTH>();
         let (vs, v_rest) = self.v.as_chunks_mut::<WIDTH>();
-        let (gs, g_rest) = self.gradient.as_chunks::<WIDTH>();
-        let (ws, w_rest) = self.inverse_mass.as_chunks::<WIDTH>();
+        let (gs, g_rest): Packs = self.gradient.as_chunks::<WIDTH>();
+        let (ws, w_rest): Packs = self.inverse_mass.as_chunks::<WIDTH>();
         // Zero times a finite number is zero, times anything else NaN.
         let mut sum = L::zero();
-        let from = self.from.map(|(x, v)| (x.as_chunks::<WIDTH>(), v.as_chunks::<WIDTH>()));
-        for i in 0..xs.len().min(vs.len()).min(gs.len()).min(ws.len()) {
+        let from: Option<(Packs, Packs)> = self.from.map(|(x, v)| (x.as_chunks(), v.as_chunks()));
+        let count = xs.len().min(vs.len()).min(gs.len()).min(ws.len());
+        let mut period = 0;
+        for i in 0..count {
             let (x, v) = match from {
                 Some(((x, _), (v, _))) => (&x[i], &v[i]),
                 None => (&xs[i], &vs[i]),
             };
-            let (x, v) = update(&packs, L::load(&gs[i]), L::load(&ws[i]), L::load(x), L::load(v));
+            let a = acceleration(L::load(&gs[i]), L::load(&ws[i]), uniform[0]);
+            let (x, v) = update(&packs, a, L::load(x), L::load(v));
             x.store(&mut xs[i]);
             v.store(&mut vs[i]);
-            sum += L::zero() * x + L::zero() * v;
+            sum += L::zero().mul_add(x, L::zero() * v);
+            uniform = [uniform[1], uniform[2], uniform[0]];
+            period = (period + 1) % PERIOD;
         }
         let mut sum = sum.horizontal_sum();
         for i in 0..x_rest.len().min(v_rest.len()).min(g_rest.len()).min(w_rest.len()) {
@@ -223,10 +278,46 @@ impl Kernel for Update<'_> {
                 Some(((_, x), (_, v))) => (x[i], v[i]),
                 None => (x_rest[i], v_rest[i]),
             };
-            let (x, v) = update(&numbers, g_rest[i], w_rest[i], x, v);
+            let a = acceleration(g_rest[i], w_rest[i], self.uniform[period][i]);
+            let (x, v) = update(&numbers, a, x, v);
             (x_rest[i], v_rest[i]) = (x, v);
             sum += 0.0 * x + 0.0 * v;
         }
         sum == 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::energy::gravity::UniformGravity;
+    use crate::integrator::symplectic_euler::METHOD;
+    use crate::simulation::Simulation;
+    use crate::state::State;
+    use crate::system::System;
+
+    // issue 3, design.md 5: what is the same for all vertices is added in the order of their components, to the last of them.
+    #[test]
+    fn every_component_falls_by_its_own_acceleration_whatever_its_mass() {
+        let gravity = [1.5, -9.75, 0.375];
+        for d in [2, 3] {
+            for n in [1, 2, 3, 5, 8, 13, 128, 131, 300] {
+                let mass: Vec<f64> = (0..n).map(|i| 0.1 + 0.7 * i as f64).collect();
+                let mut system = System::new(d, mass.clone());
+                system.add_term(Box::new(UniformGravity::new(&gravity[..d], &mass)));
+                system.pin(&[0]);
+                let state = State::new(vec![2.0; n * d], vec![0.0; n * d]);
+                let mut simulation = Simulation::new(system, state, METHOD, 0.5);
+                simulation.step().unwrap();
+                let (x, v) = (simulation.state().x(), simulation.state().v());
+                for i in 0..n * d {
+                    let speed = if i < d { 0.0 } else { 0.5 * gravity[i % d] };
+                    assert_eq!(
+                        (v[i], x[i]),
+                        (speed, 2.0 + 0.5 * speed),
+                        "number {i} of {n} vertices in {d}D"
+                    );
+                }
+            }
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The state of a simulation: time, positions, velocities.
 
+use crate::lanes::Numbers;
 use crate::system::{ForceId, System};
 
 /// Time, positions and velocities, and which evaluation of the force belongs to those positions.
@@ -9,8 +10,8 @@ pub struct State {
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
-    x: Vec<f64>,
-    v: Vec<f64>,
+    x: Numbers,
+    v: Numbers,
     /// The force at `x`: a method whose last stage is at the new positions passes it on to the next step.
     pub(crate) force: ForceId,
 }
@@ -22,7 +23,7 @@ impl State {
     /// If the arrays differ in length.
     pub fn new(x: Vec<f64>, v: Vec<f64>) -> Self {
         assert_eq!(x.len(), v.len(), "one velocity per position");
-        State { step: 0, time: 0.0, x, v, force: ForceId::NONE }
+        State { step: 0, time: 0.0, x: (&x[..]).into(), v: (&v[..]).into(), force: ForceId::NONE }
     }
 
     /// Positions, flat `(n, dimension)` [m].
@@ -63,7 +64,7 @@ impl State {
     }
 
     /// Takes over `x` and `v` and the force there, handing back the previous positions and velocities in their place.
-    pub(crate) fn swap(&mut self, x: &mut Vec<f64>, v: &mut Vec<f64>, force: ForceId) {
+    pub(crate) fn swap(&mut self, x: &mut Numbers, v: &mut Numbers, force: ForceId) {
         self.force = force;
         std::mem::swap(&mut self.x, x);
         std::mem::swap(&mut self.v, v);

@@ -8,6 +8,7 @@ use crate::constraint::{Hold, Wall};
 use crate::diagnostics::BeforeWalls;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::lanes::Numbers;
 use crate::pass::{Pass, Passed, Surroundings};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -17,7 +18,7 @@ pub struct System {
     /// Flat [m], where a solver asks for them.
     rest_positions: Option<Vec<f64>>,
     /// `1 / m` of every coordinate, zero where it is held.
-    inverse_mass: Vec<f64>,
+    inverse_mass: Numbers,
     /// Those that have not let go.
     holds: Vec<Hold>,
     /// Those that have, by their time: they are back where a simulation goes back in time.
@@ -65,7 +66,7 @@ impl System {
     /// A system of free vertices of these masses [kg] in `dimension` dimensions, without forces.
     pub fn new(dimension: usize, mass: Vec<f64>) -> Self {
         System {
-            inverse_mass: mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, dimension)).collect(),
+            inverse_mass: inverse_of_coordinates(&mass, dimension),
             dimension,
             mass,
             rest_positions: None,
@@ -189,9 +190,8 @@ impl System {
     }
 
     /// `1 / m` of every coordinate, zero where one of these holds is.
-    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> Vec<f64> {
-        let free = self.mass.iter().flat_map(|m| std::iter::repeat_n(1.0 / m, self.dimension));
-        let mut inverse_mass: Vec<f64> = free.collect();
+    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> Numbers {
+        let mut inverse_mass = inverse_of_coordinates(&self.mass, self.dimension);
         for i in
             self.holds.iter().filter(|hold| holds(hold)).flat_map(|hold| hold.coordinates(self.dimension))
         {
@@ -589,4 +589,13 @@ impl System {
             + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
             + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
     }
+}
+
+/// `1 / m` of every coordinate.
+fn inverse_of_coordinates(mass: &[f64], dimension: usize) -> Numbers {
+    let mut inverse = Numbers::zeros(mass.len() * dimension);
+    for (rows, m) in inverse.chunks_exact_mut(dimension).zip(mass) {
+        rows.fill(1.0 / m);
+    }
+    inverse
 }

@@ -26,11 +26,6 @@ impl UniformGravity {
 }
 
 impl UniformGravity {
-    /// Acceleration [m/s^2], one component per dimension.
-    pub(super) fn acceleration(&self) -> &[f64] {
-        &self.acceleration
-    }
-
     /// Changes the acceleration [m/s^2].
     pub(super) fn set_acceleration(&mut self, acceleration: &[f64]) {
         self.acceleration.copy_from_slice(acceleration);
@@ -75,6 +70,10 @@ impl EnergyTerm for UniformGravity {
             [x, y, z] => add([x, y, z], masses, g),
             _ => unreachable!("two or three components since `new`"),
         }
+    }
+
+    fn acceleration(&self) -> Option<&[f64]> {
+        Some(&self.acceleration)
     }
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}

@@ -200,6 +200,12 @@ pub trait EnergyTerm: Send + Sync {
     /// done here, while the rows are in the cache.
     fn add_rows(&self, first: usize, g: &mut [f64]);
 
+    /// The acceleration [m/s^2], one component per dimension, that the force last evaluated is for every vertex, whatever its mass.
+    /// A step adds it as it is and does not ask for rows. `None`: the force is another for each vertex.
+    fn acceleration(&self) -> Option<&[f64]> {
+        None
+    }
+
     /// Adds `dE/dx` [N] at `x` to `g`.
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
         self.evaluate(x);

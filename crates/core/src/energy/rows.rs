@@ -54,3 +54,25 @@ impl Kernel for Export<'_> {
         sum == 0.0
     }
 }
+
+/// Adds numbers to others.
+pub(super) struct Add<'a> {
+    pub(super) from: &'a [f64],
+    pub(super) to: &'a mut [f64],
+}
+
+impl Kernel for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let (from, from_rest) = self.from.as_chunks::<WIDTH>();
+        let (to, to_rest) = self.to.as_chunks_mut::<WIDTH>();
+        for (from, to) in from.iter().zip(to) {
+            (L::load(to) + L::load(from)).store(to);
+        }
+        for (from, to) in from_rest.iter().zip(to_rest) {
+            *to += from;
+        }
+    }
+}

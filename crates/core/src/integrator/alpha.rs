@@ -72,7 +72,7 @@ impl Alpha {
 impl Integrator for Alpha {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let known = self.known.take().filter(|set| {
-            *set == system.constraint_set() && self.after.x == state.x() && self.after.v == state.v()
+            *set == system.constraint_set() && *self.after.x == *state.x() && *self.after.v == *state.v()
         });
         if known.is_none() {
             self.start(system, state)?;
@@ -105,8 +105,8 @@ impl Integrator for Alpha {
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
         let known = self.known == Some(system.constraint_set())
-            && self.after.x == state.x()
-            && self.after.v == state.v();
+            && *self.after.x == *state.x()
+            && *self.after.v == *state.v();
         if known { [&self.acceleration[..], &self.before].concat() } else { vec![] }
     }
 

@@ -116,8 +116,8 @@ impl Bdf2 {
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let known = self.step == Some((h, system.constraint_set()))
-            && self.after.x == state.x()
-            && self.after.v == state.v();
+            && *self.after.x == *state.x()
+            && *self.after.v == *state.v();
         std::mem::swap(&mut self.before, &mut self.older);
         self.before.x.copy_from_slice(state.x());
         self.before.v.copy_from_slice(state.v());
@@ -147,8 +147,8 @@ impl Integrator for Bdf2 {
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
         let known = self.step.is_some_and(|(_, set)| set == system.constraint_set())
-            && self.after.x == state.x()
-            && self.after.v == state.v();
+            && *self.after.x == *state.x()
+            && *self.after.v == *state.v();
         if known { [&self.before.x[..], &self.before.v].concat() } else { vec![] }
     }
 

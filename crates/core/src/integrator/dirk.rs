@@ -4,6 +4,7 @@ use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
 use super::tableau::{Stages, Tableau};
 use super::{Integrator, StepFault, node};
+use crate::lanes::Numbers;
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -16,7 +17,7 @@ pub struct Dirk {
     linearised: bool,
     stages: Stages,
     z: Vec<f64>,
-    w: Vec<f64>,
+    w: Numbers,
     next: Next,
     norm: ErrorNorm,
 }
@@ -30,7 +31,7 @@ impl Dirk {
             linearised,
             stages: Stages::new(&tableau, unknowns),
             z: vec![0.0; unknowns],
-            w: vec![0.0; unknowns],
+            w: Numbers::zeros(unknowns),
             next: Next::new(unknowns),
             norm: ErrorNorm::default(),
         }
@@ -42,7 +43,7 @@ impl Dirk {
         self.w.copy_from_slice(state.v());
         for (j, c) in coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0) {
             let stage = self.stages.velocity[j].iter().zip(&self.stages.acceleration[j]);
-            for ((z, w), (v, a)) in self.z.iter_mut().zip(&mut self.w).zip(stage) {
+            for ((z, w), (v, a)) in self.z.iter_mut().zip(self.w.iter_mut()).zip(stage) {
                 *z += h * c * v;
                 *w += h * c * a;
             }

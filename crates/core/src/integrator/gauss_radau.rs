@@ -93,8 +93,8 @@ impl Memory {
     fn leads_to(&self, system: &System, state: &State) -> bool {
         self.h > 0.0
             && self.constraint_set == system.constraint_set()
-            && self.after.x == state.x()
-            && self.after.v == state.v()
+            && *self.after.x == *state.x()
+            && *self.after.v == *state.v()
     }
 
     fn bytes(&self) -> usize {

@@ -1,6 +1,7 @@
 //! What implicit schemes have in common: stages that are solved, and the memory of a step.
 
 use super::{StepFault, all_finite};
+use crate::lanes::Numbers;
 use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -180,13 +181,13 @@ pub(super) fn guess_acceleration(system: &mut System, state: &State, a: &mut [f6
 /// The new state of a step, swapped with the old one at its end.
 #[derive(Default)]
 pub(super) struct Next {
-    pub(super) x: Vec<f64>,
-    pub(super) v: Vec<f64>,
+    pub(super) x: Numbers,
+    pub(super) v: Numbers,
 }
 
 impl Next {
     pub(super) fn new(unknowns: usize) -> Self {
-        Next { x: vec![0.0; unknowns], v: vec![0.0; unknowns] }
+        Next { x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns) }
     }
 
     /// Moves what is prescribed to its place at the end of a step of `h`, lets walls act, and makes this the state.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::tableau::{Stages, Tableau};
 use super::{Integrator, StepFault, all_finite, half_drag, node};
+use crate::lanes::Numbers;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -17,8 +18,8 @@ const PARALLEL_FROM: usize = 8 * BLOCK;
 pub struct RungeKutta {
     tableau: Tableau,
     stages: Stages,
-    x: Vec<f64>,
-    v: Vec<f64>,
+    x: Numbers,
+    v: Numbers,
     norm: ErrorNorm,
 }
 
@@ -28,8 +29,8 @@ impl RungeKutta {
         RungeKutta {
             tableau,
             stages: Stages::new(&tableau, unknowns),
-            x: vec![0.0; unknowns],
-            v: vec![0.0; unknowns],
+            x: Numbers::zeros(unknowns),
+            v: Numbers::zeros(unknowns),
             norm: if tableau.companion.is_some() { ErrorNorm::new(unknowns) } else { ErrorNorm::default() },
         }
     }

@@ -7,6 +7,7 @@
 //! dissipative terms. A scene without such forces has none of this.
 
 use super::{Integrator, StepFault, half_drag};
+use crate::lanes::Numbers;
 use crate::pass::{Pass, Passed};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -27,8 +28,8 @@ pub struct Splitting {
     stages: &'static [Stage],
     /// Stages of a kick where forces depend on velocities.
     order: u32,
-    x: Vec<f64>,
-    v: Vec<f64>,
+    x: Numbers,
+    v: Numbers,
     /// Velocities before such a kick; empty where there is none.
     before: Vec<f64>,
 }
@@ -36,7 +37,7 @@ pub struct Splitting {
 impl Splitting {
     /// A runner for `stages`, a scheme of order `order`, on `unknowns` coordinates.
     pub fn new(stages: &'static [Stage], order: u32, unknowns: usize) -> Self {
-        Splitting { stages, order, x: vec![0.0; unknowns], v: vec![0.0; unknowns], before: vec![] }
+        Splitting { stages, order, x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns), before: vec![] }
     }
 
     /// The pass `kick` on the copies, its force a function of the velocities.

@@ -3,7 +3,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::{RowSource, WIDTH};
+use super::{Lanes, RowSource, WIDTH};
 
 /// A cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +56,112 @@ impl DerefMut for Aligned {
     fn deref_mut(&mut self) -> &mut [f64] {
         // SAFETY: as in `deref`; the borrow is exclusive, as `self` is, and any bits are an `f64`.
         unsafe { std::slice::from_raw_parts_mut(self.0.as_mut_ptr().cast(), WIDTH * self.0.len()) }
+    }
+}
+
+/// As many numbers as one wants in memory that begins at a cache line. On AVX-512 a store that straddles two lines costs several
+/// that do not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Numbers {
+    packs: Aligned,
+    length: usize,
+}
+
+impl Numbers {
+    /// `length` zeros.
+    pub fn zeros(length: usize) -> Self {
+        Numbers { packs: Aligned::packs(length.div_ceil(WIDTH)), length }
+    }
+}
+
+impl From<&[f64]> for Numbers {
+    fn from(numbers: &[f64]) -> Self {
+        let mut aligned = Numbers::zeros(numbers.len());
+        aligned.copy_from_slice(numbers);
+        aligned
+    }
+}
+
+impl Deref for Numbers {
+    type Target = [f64];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64] {
+        &self.packs[..self.length]
+    }
+}
+
+impl DerefMut for Numbers {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.packs[..self.length]
+    }
+}
+
+/// One column of numbers per component, so that a component of eight consecutive vertices is one load, wherever it begins.
+///
+/// A pack of zeros lies before the first vertex and at least one after the last: loads may reach that far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns<const D: usize> {
+    /// `D * length` of them.
+    numbers: Aligned,
+    /// Numbers in a column: whole packs, two at least.
+    length: usize,
+}
+
+impl<const D: usize> Columns<D> {
+    /// Columns for `count` vertices, all zero.
+    pub fn new(count: usize) -> Self {
+        let packs = count.div_ceil(WIDTH) + 2;
+        Columns { numbers: Aligned::packs(D * packs), length: packs * WIDTH }
+    }
+
+    /// Each column, from the first vertex on; what comes after the last is to stay zero.
+    pub fn each_mut(&mut self) -> [&mut [f64]; D] {
+        let mut columns: [&mut [f64]; D] = std::array::from_fn(|_| Default::default());
+        for (column, numbers) in columns.iter_mut().zip(self.numbers.chunks_exact_mut(self.length)) {
+            *column = &mut numbers[WIDTH..];
+        }
+        columns
+    }
+
+    /// What loads read. By value, so that an inner loop that writes elsewhere keeps it in registers.
+    #[inline(always)]
+    pub fn view(&self) -> ColumnsView<'_, D> {
+        ColumnsView { numbers: &self.numbers, length: self.length }
+    }
+
+    /// Bytes that columns for `count` vertices hold.
+    pub fn bytes_of(count: usize) -> usize {
+        8 * D * WIDTH * (count.div_ceil(WIDTH) + 2)
+    }
+}
+
+/// [`Columns`] to load from.
+#[derive(Clone, Copy, Debug)]
+pub struct ColumnsView<'a, const D: usize> {
+    numbers: &'a [f64],
+    length: usize,
+}
+
+impl<const D: usize> ColumnsView<'_, D> {
+    /// Eight vertices from `from` on, which may lie a pack before the first or end a pack after the last.
+    ///
+    /// # Panics
+    /// If they reach further.
+    #[inline(always)]
+    pub fn load<L: Lanes>(&self, from: isize) -> [L; D] {
+        let at = WIDTH.wrapping_add_signed(from);
+        // One test for all columns: this is an inner loop.
+        assert!(at <= self.length - WIDTH, "beyond the columns");
+        let mut r = [L::zero(); D];
+        for c in 0..D {
+            // SAFETY: as [`Columns`] has it, there are `D * length` numbers; `c < D`, so that column `c` is `length` of them from `c * length` on; of these
+            // `at + WIDTH` are there, as was tested (`length` is at least two packs). An array of numbers is aligned as a number is.
+            let pack = unsafe { &*self.numbers.as_ptr().add(c * self.length + at).cast::<[f64; WIDTH]>() };
+            r[c] = L::load(pack);
+        }
+        r
     }
 }
 

@@ -32,7 +32,7 @@ mod portable;
 mod prefetch;
 mod rows;
 
-pub use aligned::{Aligned, VertexRows};
+pub use aligned::{Aligned, Columns, ColumnsView, Numbers, VertexRows};
 pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{atan2, exp, ln, powf};
 pub use pair::Pair;

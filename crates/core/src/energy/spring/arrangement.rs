@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::kernels::{Blocks, EnergyKernel, GradientKernel, HessianKernel};
 use super::neighbours::Neighbours;
 use super::slots::{Slots, is_first_end};
-use crate::lanes::{WIDTH, dispatch};
+use crate::lanes::{Aligned, WIDTH, dispatch};
 
 /// Blocks of `WIDTH` vertices that one task takes.
 const TASK_BLOCKS: usize = 128;
@@ -15,8 +15,8 @@ const PARALLEL_FROM_TASKS: usize = 3;
 
 /// Springs in a layout, and the memory that their sums are computed in.
 ///
-/// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, each spring is computed at both of its
-/// ends, with the same bits there, and no sum depends on the number of threads.
+/// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the same bits at both ends
+/// of its spring whoever computes it, and no sum depends on the number of threads.
 pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     neighbours: N,
     slots: Slots,
@@ -24,8 +24,10 @@ pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     position: N::Field,
     /// The other factor of a product with the Hessian, once there has been one.
     direction: Option<N::Field>,
-    /// The gradient last evaluated, block by block.
-    gradient: Vec<[[f64; D]; WIDTH]>,
+    /// The gradient last evaluated, block by block, a row of `D` for each vertex.
+    gradient: Aligned,
+    /// One for every task that evaluates it.
+    tensions: Vec<N::Tensions>,
     /// The energy of every task.
     parts: Vec<f64>,
 }
@@ -35,7 +37,8 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     pub(super) fn new((neighbours, slots): (N, Slots)) -> Self {
         Arrangement {
             parts: vec![0.0; slots.blocks().div_ceil(TASK_BLOCKS)],
-            gradient: vec![[[0.0; D]; WIDTH]; slots.blocks()],
+            gradient: Aligned::packs(D * slots.blocks()),
+            tensions: vec![neighbours.tensions()],
             position: neighbours.field(),
             direction: None,
             neighbours,
@@ -48,9 +51,8 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         self.parts.len() >= PARALLEL_FROM_TASKS && rayon::current_num_threads() > 1
     }
 
-    /// Block `task * TASK_BLOCKS` and those after it, `count` in all.
-    fn task(&self, task: usize, count: usize) -> Blocks<'_, D, N> {
-        let first = task * TASK_BLOCKS;
+    /// Block `first` and those after it, `count` in all.
+    fn blocks(&self, first: usize, count: usize) -> Blocks<'_, D, N> {
         let Arrangement { neighbours, slots, position, .. } = self;
         Blocks { neighbours, slots, position, blocks: first..first + count }
     }
@@ -59,21 +61,31 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     pub(super) fn evaluate(&mut self, x: &[f64]) -> bool {
         self.neighbours.copy(x, &mut self.position);
         let mut gradient = std::mem::take(&mut self.gradient);
-        let run = |(task, out): (usize, &mut [[[f64; D]; WIDTH]])| {
-            dispatch(GradientKernel { of: self.task(task, out.len()), out })
+        let mut tensions = std::mem::take(&mut self.tensions);
+        let rows = gradient.as_chunks_mut::<D>().0.as_chunks_mut::<WIDTH>().0;
+        let per_task = match self.in_parallel() {
+            true => self.neighbours.fewest_blocks().max(TASK_BLOCKS),
+            false => rows.len().max(1),
+        };
+        // Once: a step allocates nothing after the first.
+        tensions
+            .resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.neighbours.tensions());
+        let run = |((task, out), tensions): ((usize, &mut [[[f64; D]; WIDTH]]), &mut N::Tensions)| {
+            dispatch(GradientKernel { of: self.blocks(task * per_task, out.len()), tensions, out })
         };
         let finite = if self.in_parallel() {
-            gradient.par_chunks_mut(TASK_BLOCKS).enumerate().map(run).reduce(|| true, |a, b| a & b)
+            let tasks = rows.par_chunks_mut(per_task).enumerate().zip(&mut tensions);
+            tasks.map(run).reduce(|| true, |a, b| a & b)
         } else {
-            gradient.chunks_mut(TASK_BLOCKS).enumerate().map(run).fold(true, |a, b| a & b)
+            rows.chunks_mut(per_task).enumerate().zip(&mut tensions).map(run).fold(true, |a, b| a & b)
         };
-        self.gradient = gradient;
+        (self.gradient, self.tensions) = (gradient, tensions);
         finite
     }
 
     /// The gradient last evaluated, flat, from the first to the last vertex.
     pub(super) fn gradient(&self) -> &[f64] {
-        self.gradient.as_flattened().as_flattened()
+        &self.gradient
     }
 
     /// The energy at `x`.
@@ -83,7 +95,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         let mut parts = std::mem::take(&mut self.parts);
         let run = |(task, part): (usize, &mut f64)| {
             let left = self.slots.blocks() - task * TASK_BLOCKS;
-            *part = dispatch(EnergyKernel(self.task(task, left.min(TASK_BLOCKS))));
+            *part = dispatch(EnergyKernel(self.blocks(task * TASK_BLOCKS, left.min(TASK_BLOCKS))));
         };
         if in_parallel {
             parts.par_iter_mut().enumerate().for_each(run);
@@ -101,7 +113,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         let mut direction = self.direction.take().unwrap_or_else(|| self.neighbours.field());
         self.neighbours.copy(p, &mut direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
-            let of = self.task(task, out.len().div_ceil(WIDTH));
+            let of = self.blocks(task * TASK_BLOCKS, out.len().div_ceil(WIDTH));
             dispatch(HessianKernel { of, direction: &direction, out });
         };
         let rows = y.as_chunks_mut().0;
@@ -134,6 +146,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
             + self.neighbours.bytes()
             + fields * self.neighbours.field_bytes()
             + size_of_val(&self.gradient[..])
+            + self.tensions.len() * self.neighbours.tensions_bytes()
             + size_of_val(&self.parts[..])
     }
 }

@@ -1,8 +1,11 @@
 //! Springs between vertices in no particular order: the other ends are gathered one by one.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::half_springs::HalfSprings;
+use super::kernels::tension;
 use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
 use crate::lanes::{Lanes, VertexRows, WIDTH};
@@ -36,11 +39,14 @@ impl Gathered {
 
 impl<const D: usize> Neighbours<D> for Gathered {
     type Field = VertexRows<D>;
+    type Tensions = ();
 
     fn field(&self) -> VertexRows<D> {
         // The last block may have more lanes than there are vertices left.
         VertexRows::new(self.vertices.next_multiple_of(WIDTH))
     }
+
+    fn tensions(&self) {}
 
     fn copy(&self, x: &[f64], field: &mut VertexRows<D>) {
         let (per_task, stride) = (COPIED_AT_ONCE * D, COPIED_AT_ONCE * VertexRows::<D>::STRIDE);
@@ -71,6 +77,42 @@ impl<const D: usize> Neighbours<D> for Gathered {
         d
     }
 
+    fn fewest_blocks(&self) -> usize {
+        0
+    }
+
+    /// Every spring is computed at both of its ends, with the same bits there: nothing is scattered.
+    #[inline(always)]
+    fn gradient<L: Lanes>(
+        &self,
+        slots: &Slots,
+        field: &VertexRows<D>,
+        (): &mut (),
+        blocks: Range<usize>,
+        out: &mut [[[f64; D]; WIDTH]],
+    ) -> L {
+        // Zero times a finite number is zero, times anything else NaN.
+        let mut zero = L::zero();
+        for (block, out) in blocks.zip(out) {
+            let own: [L; D] = self.own(field, block);
+            let mut g = [L::zero(); D];
+            let of_block = slots.of(block);
+            let constants = slots.constants_of::<L>(of_block.clone());
+            for (i, slot) in of_block.enumerate() {
+                let d = self.difference(field, &own, block, slot);
+                let t = tension(constants.get(i), &d);
+                for c in 0..D {
+                    g[c] = t.mul_add(d[c], g[c]);
+                }
+            }
+            for c in 0..D {
+                zero = g[c].mul_add(L::zero(), zero);
+            }
+            L::store_interleaved(g, out);
+        }
+        zero
+    }
+
     fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize> {
         let other = self.index[slot][lane] as usize;
         (other != block * WIDTH + lane).then_some(other)
@@ -82,6 +124,10 @@ impl<const D: usize> Neighbours<D> for Gathered {
 
     fn field_bytes(&self) -> usize {
         8 * VertexRows::<D>::STRIDE * self.vertices.next_multiple_of(WIDTH)
+    }
+
+    fn tensions_bytes(&self) -> usize {
+        0
     }
 }
 

@@ -28,9 +28,17 @@ fn square<L: Lanes, const D: usize>(d: &[L; D]) -> L {
     sum
 }
 
+/// `k (l - l0) / l` [N/m], the force of a spring over the difference `d` of its ends.
+#[inline(always)]
+pub(super) fn tension<L: Lanes, const D: usize>((stiffness, rest_length): (L, L), d: &[L; D]) -> L {
+    let l = Scalar::max(square(d), L::splat(TINY)).sqrt();
+    stiffness * ((l - rest_length) / l)
+}
+
 /// Writes the gradient on the vertices of each block over a row of `out`; gives whether all of it is finite.
 pub(super) struct GradientKernel<'a, const D: usize, N: Neighbours<D>> {
     pub(super) of: Blocks<'a, D, N>,
+    pub(super) tensions: &'a mut N::Tensions,
     pub(super) out: &'a mut [[[f64; D]; WIDTH]],
 }
 
@@ -40,25 +48,7 @@ impl<const D: usize, N: Neighbours<D>> Kernel for GradientKernel<'_, D, N> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
         let Blocks { neighbours, slots, position, blocks } = self.of;
-        // Zero times a finite number is zero, times anything else NaN.
-        let mut zero = L::zero();
-        for (block, out) in blocks.zip(self.out) {
-            let own: [L; D] = neighbours.own(position, block);
-            let mut g = [L::zero(); D];
-            for slot in slots.of(block) {
-                let d = neighbours.difference(position, &own, block, slot);
-                let l = Scalar::max(square(&d), L::splat(TINY)).sqrt();
-                // k (l - l0) / l
-                let s = slots.stiffness::<L>(slot) * ((l - slots.rest_length(slot)) / l);
-                for c in 0..D {
-                    g[c] = s.mul_add(d[c], g[c]);
-                }
-            }
-            for c in 0..D {
-                zero = g[c].mul_add(L::zero(), zero);
-            }
-            L::store_interleaved(g, out);
-        }
+        let zero: L = neighbours.gradient(slots, position, self.tensions, blocks, self.out);
         zero.horizontal_sum() == 0.0
     }
 }

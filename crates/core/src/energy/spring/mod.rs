@@ -18,7 +18,9 @@ use self::gathered::Gathered;
 use self::half_springs::HalfSprings;
 use self::pair::Pair;
 use self::runs::Runs;
+use super::rows::Add;
 use super::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::lanes::dispatch;
 use crate::material::Psd;
 
 /// `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l - l0) (x_1 - x_2) / l` (lecture 9).
@@ -101,9 +103,8 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         let (from, to) = ((first * D).max(start), (first * D + g.len()).min(end));
         if from < to {
             let rows = on!(&self.layout, springs => springs.gradient());
-            for (g, row) in g[from - first * D..].iter_mut().zip(&rows[from - start..to - start]) {
-                *g += row;
-            }
+            let to_rows = &mut g[from - first * D..to - first * D];
+            dispatch(Add { from: &rows[from - start..to - start], to: to_rows });
         }
     }
 

@@ -1,22 +1,44 @@
 //! Vertex runs, for vertices numbered as on a grid: the other ends of eight springs lie side by side in memory, too.
 
+mod rings;
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use self::rings::{Class, NO_RING, Rings};
 use super::half_springs::{HalfSpring, HalfSprings};
+use super::kernels::tension;
 use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
-use crate::lanes::{Aligned, Kernel, Lanes, WIDTH, dispatch};
+use crate::lanes::{Aligned, Columns, ColumnsView, Kernel, Lanes, WIDTH, dispatch};
+
+/// A spring in every lane.
+const ALL: u8 = u8::MAX;
 
 /// The other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i` of `lanes` is set.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     offset: i32,
     lanes: u8,
+    /// Where the ring begins that its tensions go through, from the lower ends to the upper; [`NO_RING`]: both ends compute them.
+    ring: u32,
 }
 
-/// The other ends in every slot.
+impl Run {
+    /// Whether its tensions have been computed at the other ends.
+    fn is_read(self) -> bool {
+        self.offset < 0 && self.ring != NO_RING
+    }
+}
+
+/// The other ends in every slot. Of the slots of a block, those that are computed come before those whose tensions are read.
 #[derive(Debug)]
 pub(super) struct Runs {
     vertices: usize,
     runs: Vec<Run>,
+    /// Of the slots of each block, how many are computed.
+    computed: Vec<u32>,
+    rings: Rings,
 }
 
 /// A run with the springs in its lanes.
@@ -40,7 +62,7 @@ fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
                 None => {
                     let mut springs = [None; WIDTH];
                     springs[lane] = Some(*h);
-                    drafts.push((Run { offset, lanes: 1 << lane }, springs));
+                    drafts.push((Run { offset, lanes: 1 << lane, ring: NO_RING }, springs));
                 }
             }
         }
@@ -50,82 +72,161 @@ fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
     true
 }
 
+/// The class of each run of a block.
+fn classes(drafts: &[Draft]) -> impl Iterator<Item = Class> {
+    // Equal offsets are side by side, in the order of their springs, at either end of them.
+    let ranks = drafts.chunk_by(|(a, _), (b, _)| a.offset == b.offset).flat_map(|equal| 0..equal.len());
+    drafts.iter().zip(ranks).map(|((run, _), rank)| Class { offset: run.offset.unsigned_abs(), rank })
+}
+
 impl Runs {
     /// Runs of these springs and their constants; `None` if less than half of the lanes would have a spring.
     pub(super) fn new(half: &HalfSprings, stiffness: &[f64], rest_length: &[f64]) -> Option<(Self, Slots)> {
         // More slots than this are no gain.
         let most = 2 * half.len() / WIDTH;
-        let mut slots = Slots::new(stiffness);
-        let (mut runs, mut drafts) = (vec![], vec![]);
+        let (mut count, mut drafts) = (0, vec![]);
+        let mut frequency = BTreeMap::new();
         for block in 0..half.block_count() {
-            if !draft(half, block, &mut drafts) || runs.len() + drafts.len() > most {
+            if !draft(half, block, &mut drafts) || count + drafts.len() > most {
                 return None;
             }
+            count += drafts.len();
+            for class in
+                classes(&drafts).zip(&drafts).filter(|(_, (run, _))| run.offset > 0).map(|(class, _)| class)
+            {
+                *frequency.entry(class).or_insert(0) += 1;
+            }
+        }
+        let rings = Rings::new(&frequency, half.block_count());
+        let mut slots = Slots::new(stiffness);
+        let (mut runs, mut computed) = (Vec::with_capacity(count), Vec::with_capacity(half.block_count()));
+        for block in 0..half.block_count() {
+            draft(half, block, &mut drafts);
+            let rings: Vec<u32> = classes(&drafts).map(|class| rings.of(class)).collect();
+            for ((run, _), ring) in drafts.iter_mut().zip(rings) {
+                run.ring = ring;
+            }
+            drafts.sort_by_key(|(run, _)| run.is_read());
+            computed.push(drafts.partition_point(|(run, _)| !run.is_read()) as u32);
             for (run, springs) in &drafts {
                 runs.push(*run);
                 slots.push(springs, stiffness, rest_length);
             }
             slots.end_block();
         }
-        runs.shrink_to_fit();
         slots.shrink();
-        Some((Runs { vertices: half.vertex_count(), runs }, slots))
+        Some((Runs { vertices: half.vertex_count(), runs, computed, rings }, slots))
     }
 }
 
-/// One column of numbers per component, with a pack of zeros before the first vertex and at least one after the last: a run may
-/// reach that far in lanes without a spring.
-#[derive(Debug)]
-pub(super) struct Columns {
-    numbers: Aligned,
-    /// Numbers in a column.
-    length: usize,
-}
-
-impl Columns {
-    /// Component `c` of `WIDTH` vertices from `from` on, which may lie a pack before the first or end a pack after the last.
-    #[inline(always)]
-    fn load<L: Lanes>(&self, c: usize, from: isize) -> L {
-        let at = (c * self.length + WIDTH).wrapping_add_signed(from);
-        L::load(&self.numbers[at..].as_chunks::<WIDTH>().0[0])
+/// `own` minus eight vertices from vertex `from + offset` of a run on; zero in lanes without a spring.
+#[inline(always)]
+fn difference<L: Lanes, const D: usize>(
+    field: ColumnsView<D>,
+    own: &[L; D],
+    from: usize,
+    run: Run,
+) -> [L; D] {
+    let other: [L; D] = field.load(from as isize + run.offset as isize);
+    let mut d = *own;
+    for c in 0..D {
+        d[c] = own[c] - other[c];
     }
+    if run.lanes != ALL {
+        let lanes = L::mask_from_bits(run.lanes);
+        for c in 0..D {
+            d[c] = L::select(lanes, d[c], L::zero());
+        }
+    }
+    d
 }
 
 impl<const D: usize> Neighbours<D> for Runs {
-    type Field = Columns;
+    type Field = Columns<D>;
+    type Tensions = Aligned;
 
-    fn field(&self) -> Columns {
-        let packs = self.vertices.div_ceil(WIDTH) + 2;
-        Columns { numbers: Aligned::packs(D * packs), length: packs * WIDTH }
+    fn field(&self) -> Columns<D> {
+        Columns::new(self.vertices)
     }
 
-    fn copy(&self, x: &[f64], field: &mut Columns) {
-        let mut columns: [&mut [f64]; D] = std::array::from_fn(|_| Default::default());
-        for (column, numbers) in columns.iter_mut().zip(field.numbers.chunks_exact_mut(field.length)) {
-            *column = &mut numbers[WIDTH..WIDTH + self.vertices];
-        }
-        split(columns, x.as_chunks().0);
+    fn tensions(&self) -> Aligned {
+        Aligned::packs(self.rings.numbers() / WIDTH)
     }
 
-    #[inline(always)]
-    fn own<L: Lanes>(&self, field: &Columns, block: usize) -> [L; D] {
-        let mut own = [L::zero(); D];
-        for c in 0..D {
-            own[c] = field.load(c, (block * WIDTH) as isize);
-        }
-        own
+    fn copy(&self, x: &[f64], field: &mut Columns<D>) {
+        split(field.each_mut(), x.as_chunks().0);
     }
 
     #[inline(always)]
-    fn difference<L: Lanes>(&self, field: &Columns, own: &[L; D], block: usize, slot: usize) -> [L; D] {
-        let run = self.runs[slot];
-        let lanes = L::mask_from_bits(run.lanes);
-        let mut d = *own;
-        for c in 0..D {
-            let other = field.load(c, (block * WIDTH) as isize + run.offset as isize);
-            d[c] = L::select(lanes, own[c] - other, L::zero());
+    fn own<L: Lanes>(&self, field: &Columns<D>, block: usize) -> [L; D] {
+        field.view().load((block * WIDTH) as isize)
+    }
+
+    #[inline(always)]
+    fn difference<L: Lanes>(&self, field: &Columns<D>, own: &[L; D], block: usize, slot: usize) -> [L; D] {
+        difference(field.view(), own, block * WIDTH, self.runs[slot])
+    }
+
+    fn fewest_blocks(&self) -> usize {
+        // An eighth more at most.
+        8 * self.rings.reach()
+    }
+
+    /// The lower end of a spring computes its tension, and the upper reads it.
+    #[inline(always)]
+    fn gradient<L: Lanes>(
+        &self,
+        slots: &Slots,
+        field: &Columns<D>,
+        tensions: &mut Aligned,
+        blocks: Range<usize>,
+        out: &mut [[[f64; D]; WIDTH]],
+    ) -> L {
+        // Zero times a finite number is zero, times anything else NaN.
+        let mut zero = L::zero();
+        let field = field.view();
+        let mut tensions = self.rings.in_memory(tensions);
+        let first = blocks.start.saturating_sub(self.rings.reach());
+        // Little beside the arithmetic is done for a slot: the more of them the processor sees at once, the better it hides the
+        // latency of roots and quotients.
+        for block in first..blocks.end {
+            let from = block * WIDTH;
+            let own: [L; D] = field.load(from as isize);
+            let mut g = [L::zero(); D];
+            let of_block = slots.of(block);
+            let (computed, read) = self.runs[of_block.clone()].split_at(self.computed[block] as usize);
+            let constants = slots.constants_of::<L>(of_block.start..of_block.start + computed.len());
+            for (i, run) in computed.iter().enumerate() {
+                let d = difference(field, &own, from, *run);
+                let t = tension(constants.get(i), &d);
+                if run.ring != NO_RING {
+                    tensions.keep(run.ring, from, t);
+                }
+                for c in 0..D {
+                    g[c] = t.mul_add(d[c], g[c]);
+                }
+            }
+            tensions.end_block(from);
+            if block < blocks.start {
+                continue;
+            }
+            for run in read {
+                let d = difference(field, &own, from, *run);
+                let mut t: L = tensions.read(run.ring, from, run.offset);
+                if run.lanes != ALL {
+                    // Others may be of another time, and not finite.
+                    t = L::select(L::mask_from_bits(run.lanes), t, L::zero());
+                }
+                for c in 0..D {
+                    g[c] = t.mul_add(d[c], g[c]);
+                }
+            }
+            for c in 0..D {
+                zero = g[c].mul_add(L::zero(), zero);
+            }
+            L::store_interleaved(g, &mut out[block - blocks.start]);
         }
-        d
+        zero
     }
 
     fn neighbour(&self, block: usize, slot: usize, lane: usize) -> Option<usize> {
@@ -135,11 +236,15 @@ impl<const D: usize> Neighbours<D> for Runs {
     }
 
     fn bytes(&self) -> usize {
-        size_of_val(&self.runs[..])
+        size_of_val(&self.runs[..]) + size_of_val(&self.computed[..])
     }
 
     fn field_bytes(&self) -> usize {
-        8 * D * (self.vertices.div_ceil(WIDTH) + 2) * WIDTH
+        Columns::<D>::bytes_of(self.vertices)
+    }
+
+    fn tensions_bytes(&self) -> usize {
+        8 * self.rings.numbers()
     }
 }
 

@@ -1,5 +1,7 @@
 //! Slots: the springs of eight consecutive vertices, side by side.
 
+use std::ops::Range;
+
 use super::half_springs::HalfSpring;
 use crate::lanes::{Aligned, Lanes, WIDTH};
 
@@ -27,6 +29,27 @@ enum Stiffness {
     Same(f64),
     /// Of the springs in every slot; zero in lanes without a spring.
     Varying(Aligned),
+}
+
+/// The constants of some slots, as an inner loop wants them.
+pub(super) struct Constants<'a, L> {
+    rest_length: &'a [[f64; WIDTH]],
+    /// Stiffness [N/m] where it is the same for all.
+    same: L,
+    /// Stiffnesses [N/m] where it is not.
+    varying: Option<&'a [[f64; WIDTH]]>,
+}
+
+impl<L: Lanes> Constants<'_, L> {
+    /// Stiffness [N/m] and rest length [m] in the slot of this index among them.
+    #[inline(always)]
+    pub(super) fn get(&self, index: usize) -> (L, L) {
+        let stiffness = match self.varying {
+            Some(k) => L::load(&k[index]),
+            None => self.same,
+        };
+        (stiffness, L::load(&self.rest_length[index]))
+    }
 }
 
 impl Slots {
@@ -81,7 +104,7 @@ impl Slots {
 
     /// The slots of a block.
     #[inline(always)]
-    pub(super) fn of(&self, block: usize) -> std::ops::Range<usize> {
+    pub(super) fn of(&self, block: usize) -> Range<usize> {
         self.start[block] as usize..self.start[block + 1] as usize
     }
 
@@ -97,6 +120,18 @@ impl Slots {
         match &self.stiffness {
             Stiffness::Same(k) => L::splat(*k),
             Stiffness::Varying(values) => L::load(values.pack(slot)),
+        }
+    }
+
+    /// The constants of some slots.
+    #[inline(always)]
+    pub(super) fn constants_of<L: Lanes>(&self, slots: Range<usize>) -> Constants<'_, L> {
+        let rest_length = &self.rest_length.as_chunks().0[slots.clone()];
+        match &self.stiffness {
+            Stiffness::Same(k) => Constants { rest_length, same: L::splat(*k), varying: None },
+            Stiffness::Varying(k) => {
+                Constants { rest_length, same: L::zero(), varying: Some(&k.as_chunks().0[slots]) }
+            }
         }
     }
 

@@ -246,3 +246,59 @@ fn columns_become_rows() {
         }
     }
 }
+
+struct LoadColumns<'a, const D: usize>(&'a Columns<D>, isize);
+impl<const D: usize> Kernel for LoadColumns<'_, D> {
+    type Output = [[f64; WIDTH]; D];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let v: [L; D] = self.0.view().load(self.1);
+        let mut out = [[0.0; WIDTH]; D];
+        for c in 0..D {
+            v[c].store(&mut out[c]);
+        }
+        out
+    }
+}
+
+fn check_columns<const D: usize>() {
+    let count = 19;
+    let value = |c: usize, i: isize| {
+        if (0..count).contains(&i) { 100.0 * (c + 1) as f64 + i as f64 } else { 0.0 }
+    };
+    let mut columns = Columns::<D>::new(count as usize);
+    for (c, column) in columns.each_mut().into_iter().enumerate() {
+        (0..count).for_each(|i| column[i as usize] = value(c, i));
+    }
+    for level in Level::ALL {
+        for from in -(WIDTH as isize)..=24 {
+            let loaded = dispatch_at(level, LoadColumns(&columns, from));
+            for c in 0..D {
+                let expected: Vec<f64> = (from..from + WIDTH as isize).map(|i| value(c, i)).collect();
+                assert_eq!(loaded[c].as_slice(), expected, "{level:?}, component {c} from {from} on");
+            }
+        }
+    }
+}
+
+#[test]
+fn columns_give_eight_vertices_from_anywhere_and_zeros_around_them() {
+    check_columns::<2>();
+    check_columns::<3>();
+    for beyond in [-(WIDTH as isize) - 1, 25, isize::MAX, isize::MIN] {
+        let columns = Columns::<3>::new(19);
+        let caught = std::panic::catch_unwind(|| columns.view().load::<Portable>(beyond));
+        assert!(caught.is_err(), "{beyond} is beyond the columns");
+    }
+}
+
+#[test]
+fn numbers_begin_at_a_cache_line_and_are_as_many_as_asked_for() {
+    for length in [0, 1, 7, 8, 9, 240] {
+        let numbers = Numbers::zeros(length);
+        assert_eq!(numbers.len(), length);
+        assert_eq!(numbers.as_ptr() as usize % 64, 0);
+    }
+    let given = [1.0, -2.0, 3.5];
+    assert_eq!(*Numbers::from(&given[..]), given);
+}
