@@ -16,6 +16,8 @@ use crate::scalar::Scalar;
 const BLOCK: usize = 128;
 /// Numbers in the rows of a block.
 const BLOCK_NUMBERS: usize = 3 * BLOCK;
+/// Numbers in the rows of a block that is the only one of a small scene: clearing more would show.
+const SMALL_BLOCK_NUMBERS: usize = 192;
 /// Packs after which components come in the same order again, in two dimensions as in three.
 const PERIOD: usize = 3;
 /// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
@@ -23,7 +25,7 @@ const TASK_BLOCKS: usize = 32;
 
 /// Rows of the gradient of a block.
 #[repr(align(64))]
-struct Gradient([f64; BLOCK_NUMBERS]);
+struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 
 /// What a pass does to each row, in this order:
 /// `v <- drag_before v`, `v <- v + kick a`, `x <- x + drift v`, `v <- drag_after v`, walls.
@@ -88,7 +90,12 @@ impl Surroundings<'_> {
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
             let start = i * per_block;
             let range = start..start + x.len();
-            self.block(pass, start, from.map(|(x, v)| (&x[range.clone()], &v[range])), x, v)
+            let from = from.map(|(x, v)| (&x[range.clone()], &v[range]));
+            if x.len() <= SMALL_BLOCK_NUMBERS {
+                self.block::<SMALL_BLOCK_NUMBERS>(pass, start, from, x, v)
+            } else {
+                self.block::<BLOCK_NUMBERS>(pass, start, from, x, v)
+            }
         };
         let blocks = x.len().div_ceil(per_block);
         if blocks < 2 * TASK_BLOCKS || rayon::current_num_threads() == 1 {
@@ -100,8 +107,8 @@ impl Surroundings<'_> {
         rows.map(block).reduce(|| Passed::NOTHING, Passed::and)
     }
 
-    /// The rows of one block, from number `start` of the flat arrays on.
-    fn block(
+    /// The rows of one block, from number `start` of the flat arrays on, `NUMBERS` of them at most.
+    fn block<const NUMBERS: usize>(
         &self,
         pass: &Pass,
         start: usize,
@@ -110,7 +117,7 @@ impl Surroundings<'_> {
         v: &mut [f64],
     ) -> Passed {
         let inverse_mass = &self.inverse_mass[start..start + x.len()];
-        let mut gradient = Gradient([0.0; BLOCK_NUMBERS]);
+        let mut gradient = Gradient([0.0; NUMBERS]);
         let gradient = &mut gradient.0[..x.len()];
         let mut uniform = [0.0; 3];
         if pass.kick != 0.0 {
@@ -254,14 +261,17 @@ impl Kernel for Update<'_> {
         let (vs, v_rest) = self.v.as_chunks_mut::<WIDTH>();
         let (gs, g_rest): Packs = self.gradient.as_chunks::<WIDTH>();
         let (ws, w_rest): Packs = self.inverse_mass.as_chunks::<WIDTH>();
+        let from: Option<(Packs, Packs)> = self.from.map(|(x, v)| (x.as_chunks(), v.as_chunks()));
+        // Of one length, so that the loop need not test for each.
+        let count = xs.len();
+        let (vs, gs, ws) = (&mut vs[..count], &gs[..count], &ws[..count]);
+        let from_packs = from.map(|((x, _), (v, _))| (&x[..count], &v[..count]));
         // Zero times a finite number is zero, times anything else NaN.
         let mut sum = L::zero();
-        let from: Option<(Packs, Packs)> = self.from.map(|(x, v)| (x.as_chunks(), v.as_chunks()));
-        let count = xs.len().min(vs.len()).min(gs.len()).min(ws.len());
         let mut period = 0;
         for i in 0..count {
-            let (x, v) = match from {
-                Some(((x, _), (v, _))) => (&x[i], &v[i]),
+            let (x, v) = match from_packs {
+                Some((x, v)) => (&x[i], &v[i]),
                 None => (&xs[i], &vs[i]),
             };
             let a = acceleration(L::load(&gs[i]), L::load(&ws[i]), uniform[0]);

@@ -1,4 +1,6 @@
 //! A rigid half-space.
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::scalar::{Mask, Scalar};
 
 /// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that has crossed is
 /// put back on the plane and its velocity into the wall is zeroed. Inelastic, without friction.
@@ -41,15 +43,11 @@ impl Wall {
 
     /// Whether any vertex is behind the plane. In most steps none is: this is what those cost.
     fn is_reached(&self, x: &[f64]) -> bool {
-        fn reached<const D: usize>(wall: &Wall, x: &[f64]) -> bool {
-            let Some(normal) = wall.normal.first_chunk::<D>() else { return false };
-            // Without a branch, so that several vertices go side by side.
-            x.as_chunks::<D>().0.iter().fold(false, |any, x| any | (wall.offset - dot(normal, x) > 0.0))
-        }
-        match self.normal.len() {
-            1 => reached::<1>(self, x),
-            2 => reached::<2>(self, x),
-            _ => reached::<3>(self, x),
+        match self.normal[..] {
+            [n0, n1] => dispatch(Reached { normal: &[n0, n1], offset: self.offset, x }),
+            [n0, n1, n2] => dispatch(Reached { normal: &[n0, n1, n2], offset: self.offset, x }),
+            // Then each is looked at.
+            _ => true,
         }
     }
 
@@ -97,6 +95,36 @@ impl Wall {
     }
 }
 
+/// Whether any of the rows `x` is behind a plane.
+struct Reached<'a, const D: usize> {
+    normal: &'a [f64; D],
+    offset: f64,
+    x: &'a [f64],
+}
+
+impl<const D: usize> Kernel for Reached<'_, D> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> bool {
+        let (packs, rest) = self.x.as_chunks::<D>().0.as_chunks::<WIDTH>();
+        let offset = L::splat(self.offset);
+        // Eight distances, the largest there are.
+        let mut depth = L::splat(f64::NEG_INFINITY);
+        for rows in packs {
+            let x: [L; D] = L::load_interleaved(rows);
+            let mut height = L::splat(self.normal[0]) * x[0];
+            for c in 1..D {
+                height += L::splat(self.normal[c]) * x[c];
+            }
+            // In this order what is NaN hides nothing.
+            depth = Scalar::max(offset - height, depth);
+        }
+        let behind = L::zero().lt(depth).any();
+        rest.iter().fold(behind, |any, x| any | (self.offset - dot(self.normal, x) > 0.0))
+    }
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -132,5 +160,29 @@ mod tests {
         let (mut x, mut v) = (vec![-1.0, -1.0], vec![-2.0, 0.0]);
         assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v));
         assert_eq!((x, v), (vec![-1.0, -1.0], vec![-2.0, 0.0]));
+    }
+
+    // lecture 21: vertices are looked at eight at a time, and one that is lost hides no other.
+    #[test]
+    fn the_vertex_that_crossed_is_found_wherever_it_is() {
+        for d in [2, 3] {
+            let wall = Wall::new(&[0.0, 1.0, 0.0][..d], -0.5);
+            for n in 1..20 {
+                for crossed in 0..n {
+                    let mut x = vec![0.25; n * d];
+                    x[crossed * d + 1] = -0.75;
+                    if crossed + 1 < n {
+                        x[(crossed + 1) * d] = f64::NAN;
+                    }
+                    let (mut v, w) = (vec![-1.0; n * d], vec![1.0; n * d]);
+                    assert!(
+                        wall.is_crossed(&w, &x) && wall.apply(&w, &mut x, &mut v),
+                        "{crossed} of {n} in {d}D"
+                    );
+                    assert_eq!((x[crossed * d + 1], v[crossed * d + 1]), (-0.5, 0.0));
+                    assert!(!wall.apply(&w, &mut x, &mut v), "none is left behind it");
+                }
+            }
+        }
     }
 }

@@ -130,6 +130,10 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
             // Beyond the end there is nothing to ask for.
             let mut ahead =
                 if self.patches.exceed_caches() { self.patch.packs.start + AHEAD } else { self.packs.len() };
+            // In the plane, where a pack is little work and a scene may have few, a pack too many costs more than compiling a second
+            // loop, for the odd one.
+            let in_pairs = if D == 2 { packs.len() / 2 * 2 } else { packs.len() };
+            let ((packs, odd), (index, odd_index)) = (packs.split_at(in_pairs), index.split_at(in_pairs));
             for (packs, index) in packs.chunks(2).zip(index.chunks(2)) {
                 for pack in [ahead, ahead + 1] {
                     prefetch(self.packs, pack);
@@ -140,6 +144,11 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
                     if let [_, second] = index { (second, second) } else { (&index[0], &nowhere) };
                 let packs = [&packs[0], &packs[packs.len() - 1]];
                 stress.two_packs::<L>(packs, [&index[0], second], into, position, gradient);
+            }
+            if D == 2 {
+                for (pack, index) in odd.iter().zip(odd_index) {
+                    stress.one_pack::<L>(pack, index, position, gradient);
+                }
             }
         } else {
             for (pack, index) in packs.iter().zip(index) {
