@@ -117,12 +117,17 @@ impl Surroundings<'_> {
         v: &mut [f64],
     ) -> Passed {
         let inverse_mass = &self.inverse_mass[start..start + x.len()];
-        let mut gradient = Gradient([0.0; NUMBERS]);
-        let gradient = &mut gradient.0[..x.len()];
-        let mut uniform = [0.0; 3];
-        if pass.kick != 0.0 {
-            uniform = self.add_forces(start, gradient);
-        }
+        let as_they_lie = if pass.kick == 0.0 { None } else { self.rows(start, x.len()) };
+        let mut sums;
+        let (gradient, uniform) = match as_they_lie {
+            Some(found) => found,
+            None => {
+                sums = Gradient([0.0; NUMBERS]);
+                let sums = &mut sums.0[..x.len()];
+                let uniform = if pass.kick == 0.0 { [0.0; 3] } else { self.add_forces(start, sums) };
+                (&*sums, uniform)
+            }
+        };
         let uniform = self.in_packs(&uniform);
         let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, from, x, v });
         let mut put_back = false;
@@ -173,14 +178,29 @@ impl Surroundings<'_> {
         }
     }
 
+    /// The rows of a block, `count` numbers from `start` on, where a single term has them as they are; and the acceleration
+    /// [m/s^2] that is not in them, the same everywhere.
+    fn rows(&self, start: usize, count: usize) -> Option<(&[f64], [f64; 3])> {
+        let (mut rows, mut uniform) = (None, [0.0; 3]);
+        if !self.dissipation.is_empty() {
+            return None;
+        }
+        for term in self.terms {
+            match term.acceleration() {
+                Some(acceleration) => add(&mut uniform, acceleration),
+                None if rows.is_some() => return None,
+                None => rows = Some(term.rows(start / self.dimension, count / self.dimension)?),
+            }
+        }
+        rows.map(|rows| (rows, uniform))
+    }
+
     /// Adds the rows of a block, from number `start` on; gives the acceleration [m/s^2] that is not in them, the same everywhere.
     fn add_forces(&self, start: usize, gradient: &mut [f64]) -> [f64; 3] {
         let mut uniform = [0.0; 3];
         for term in self.terms {
             match term.acceleration() {
-                Some(acceleration) => {
-                    uniform.iter_mut().zip(acceleration).for_each(|(sum, a)| *sum += a);
-                }
+                Some(acceleration) => add(&mut uniform, acceleration),
                 None => term.add_rows(start / self.dimension, gradient),
             }
         }
@@ -209,6 +229,10 @@ impl Surroundings<'_> {
             term.add_rows(start / self.dimension, gradient);
         }
     }
+}
+
+fn add(sum: &mut [f64; 3], acceleration: &[f64]) {
+    sum.iter_mut().zip(acceleration).for_each(|(sum, a)| *sum += a);
 }
 
 /// Kick, drift and drag of the rows of a block; whether all that came out is finite.

@@ -200,6 +200,13 @@ pub trait EnergyTerm: Send + Sync {
     /// done here, while the rows are in the cache.
     fn add_rows(&self, first: usize, g: &mut [f64]);
 
+    /// What [`add_rows`](Self::add_rows) would add for `count` vertices from `first` on, at most a block of a step, where that lies
+    /// in memory as it is. A step reads it there, if no other term has rows.
+    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
+        let _ = (first, count);
+        None
+    }
+
     /// The acceleration [m/s^2], one component per dimension, that the force last evaluated is for every vertex, whatever its mass.
     /// A step adds it as it is and does not ask for rows. `None`: the force is another for each vertex.
     fn acceleration(&self) -> Option<&[f64]> {

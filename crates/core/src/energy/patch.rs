@@ -293,6 +293,22 @@ impl<const N: usize> Patches<N> {
         }
     }
 
+    /// What [`add_rows`](Self::add_rows) would add for vertices of one block, where a single patch touches them and its rows have no
+    /// gaps: in the plane, inside of a patch.
+    pub fn rows<'a, const D: usize>(
+        &self,
+        workspace: &'a Workspace<D>,
+        first: usize,
+        count: usize,
+    ) -> Option<&'a [f64]> {
+        let block = first / BLOCK as usize;
+        let range = self.block_start.get(block..block + 2)?;
+        let [run] = self.sum_runs[range[0] as usize..range[1] as usize] else { return None };
+        let skipped = first.checked_sub(run.vertex as usize)?;
+        let covers = skipped + count <= run.count as usize && Rows::<D>::STRIDE == D;
+        covers.then(|| &workspace.sums[(run.row as usize + skipped) * D..][..count * D])
+    }
+
     /// Copies the rows of the vertices of `patch` from a flat array.
     fn load<const D: usize>(&self, patch: &Patch, x: &[f64], rows: &mut Rows<D>) {
         for run in &self.runs[patch.runs.clone()] {

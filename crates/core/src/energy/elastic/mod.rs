@@ -269,6 +269,10 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         self.patches.add_rows(&self.workspace, first, g);
     }
 
+    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
+        self.patches.rows(&self.workspace, first, count)
+    }
+
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let Elastic { patches, rest, material, workspace, .. } = self;
         patches.evaluate(workspace, x, Some(p), |patch, scratch| {

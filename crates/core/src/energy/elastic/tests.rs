@@ -155,3 +155,32 @@ fn an_element_that_is_inverted_at_one_quadrature_point_is_counted_and_named() {
         other => panic!("{other:?}"),
     }
 }
+
+// Rows that a step reads where they lie are those that it would otherwise add up.
+#[test]
+fn rows_as_they_lie_are_the_sums_of_their_block() {
+    for (cells, all) in [([5, 3], true), ([60, 40], false)] {
+        let (rest, elements) = curved::<2, 6>(cells);
+        let mut term = Elastic::<2, 6>::quadratic("block", material(), Stress::Analytic, &elements, &rest);
+        assert!(term.evaluate(&deformed::<2>(&rest)));
+        let (vertices, mut found, mut missed) = (rest.len() / 2, 0, 0);
+        for first in (0..vertices).step_by(128) {
+            let count = (vertices - first).min(128);
+            let mut sums = vec![0.0; 2 * count];
+            term.add_rows(first, &mut sums);
+            assert!(sums.iter().any(|sum| *sum != 0.0));
+            match term.rows(first, count) {
+                Some(rows) => {
+                    assert_eq!(rows, sums, "from vertex {first} of {vertices} on");
+                    found += 1;
+                }
+                None => missed += 1,
+            }
+        }
+        assert_eq!((found > 0, missed == 0), (all, all), "{found} blocks of one patch, {missed} others");
+    }
+    let (rest, elements) = curved::<3, 10>([1, 1, 1]);
+    let mut term = Elastic::<3, 10>::quadratic("block", material(), Stress::Analytic, &elements, &rest);
+    assert!(term.evaluate(&deformed::<3>(&rest)));
+    assert!(term.rows(0, rest.len() / 3).is_none(), "in space rows have four numbers");
+}

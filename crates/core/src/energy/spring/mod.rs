@@ -108,6 +108,13 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         }
     }
 
+    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
+        let Range { start, end } = self.coordinates;
+        let (from, to) = (first * D, (first + count) * D);
+        let rows = on!(&self.layout, springs => springs.gradient());
+        (start <= from && to <= end).then(|| &rows[from - start..to - start])
+    }
+
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let range = self.coordinates.clone();
         let (x, p, y) = (&x[range.clone()], &p[range.clone()], &mut y[range]);

@@ -125,6 +125,17 @@ fn compare<const D: usize>(net: &Net, vary: bool) -> bool {
     for (piece, g) in gradient.chunks_mut(37 * D).enumerate() {
         springs.add_rows(37 * piece, g);
     }
+    for first in (0..net.vertices).step_by(16) {
+        let count = (net.vertices - first).min(16);
+        let mut sums = vec![0.0; count * D];
+        springs.add_rows(first, &mut sums);
+        let has_springs = |v: usize| net.edges.iter().flatten().any(|end| *end as usize == v);
+        match springs.rows(first, count) {
+            Some(rows) => assert_eq!(rows, sums),
+            // Before the first or after the last vertex with springs.
+            None => assert!(!has_springs(first) || !has_springs(first + count - 1)),
+        }
+    }
     let mut product = vec![1.0; x.len()];
     springs.add_hessian_product(&x, &p, &mut product);
     for i in 0..x.len() {
