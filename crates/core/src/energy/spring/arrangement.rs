@@ -13,6 +13,9 @@ const TASK_BLOCKS: usize = 128;
 /// Below this many tasks, of some 8 microseconds each, a hand-over to other threads costs about what it saves.
 const PARALLEL_FROM_TASKS: usize = 3;
 
+/// A row for each vertex of a block.
+type Rows<const D: usize> = [[f64; D]; WIDTH];
+
 /// Springs in a layout, and the memory that their sums are computed in.
 ///
 /// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the same bits at both ends
@@ -70,7 +73,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         // Once: a step allocates nothing after the first.
         tensions
             .resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.neighbours.tensions());
-        let run = |((task, out), tensions): ((usize, &mut [[[f64; D]; WIDTH]]), &mut N::Tensions)| {
+        let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut N::Tensions)| {
             dispatch(GradientKernel { of: self.blocks(task * per_task, out.len()), tensions, out })
         };
         let finite = if self.in_parallel() {
