@@ -171,8 +171,8 @@ mod tests {
                 for crossed in 0..n {
                     let mut x = vec![0.25; n * d];
                     x[crossed * d + 1] = -0.75;
-                    if crossed + 1 < n {
-                        x[(crossed + 1) * d] = f64::NAN;
+                    for lost in crossed + 1..n {
+                        x[lost * d] = f64::NAN;
                     }
                     let (mut v, w) = (vec![-1.0; n * d], vec![1.0; n * d]);
                     assert!(
