@@ -156,8 +156,9 @@ impl<const D: usize> ColumnsView<'_, D> {
         assert!(at <= self.length - WIDTH, "beyond the columns");
         let mut r = [L::zero(); D];
         for c in 0..D {
-            // SAFETY: as [`Columns`] has it, there are `D * length` numbers; `c < D`, so that column `c` is `length` of them from `c * length` on; of these
-            // `at + WIDTH` are there, as was tested (`length` is at least two packs). An array of numbers is aligned as a number is.
+            // SAFETY: as `Columns` has it, there are `D * length` numbers, and `c < D`: column `c` is `length` of them from
+            // `c * length` on. Of these `at + WIDTH` are there, as was tested; `length` is two packs at least. An array of numbers
+            // is aligned as a number is.
             let pack = unsafe { &*self.numbers.as_ptr().add(c * self.length + at).cast::<[f64; WIDTH]>() };
             r[c] = L::load(pack);
         }

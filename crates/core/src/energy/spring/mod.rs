@@ -29,7 +29,8 @@ use crate::material::Psd;
 /// (lecture 10). A spring of length zero has no direction and pulls with no force.
 ///
 /// Eight consecutive vertices are computed side by side, each with its own springs. Where they are numbered as on a grid the
-/// other ends lie side by side, too, and are loaded as they lie; elsewhere they are gathered.
+/// other ends lie side by side, too: they are loaded as they lie, and a tension is computed at the lower end of a spring and read at
+/// the upper one. Elsewhere the other ends are gathered, and both ends compute.
 pub struct Springs<const D: usize> {
     body: String,
     /// Coordinates of the vertices from the first to the last with springs, in a flat array.
