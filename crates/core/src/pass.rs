@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::constraint::Wall;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::EnergyTerm;
-use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::lanes::{Kernel, Lanes, Numbers, WIDTH, dispatch};
 use crate::scalar::Scalar;
 
 /// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first cache.
@@ -22,6 +22,34 @@ const SMALL_BLOCK_NUMBERS: usize = 192;
 const PERIOD: usize = 3;
 /// Blocks that a thread takes at once: below twice as many the hand-over costs more than it saves.
 const TASK_BLOCKS: usize = 32;
+
+/// `1 / m` of every coordinate [1/kg], zero where it is held. Where all of a block are the same, that number is all that a pass
+/// reads of it.
+#[derive(Clone, Debug)]
+pub(crate) struct InverseMass {
+    numbers: Numbers,
+    /// What all numbers of a block are; zero where they differ.
+    of_block: Vec<f64>,
+}
+
+impl InverseMass {
+    /// These numbers, `dimension` of each vertex.
+    pub(crate) fn new(numbers: Numbers, dimension: usize) -> Self {
+        let common = |block: &[f64]| if block.iter().all(|w| *w == block[0]) { block[0] } else { 0.0 };
+        let of_block = numbers.chunks(BLOCK * dimension).map(common).collect();
+        InverseMass { numbers, of_block }
+    }
+
+    /// The number of every coordinate.
+    pub(crate) fn numbers(&self) -> &[f64] {
+        &self.numbers
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        8 * (self.numbers.len() + self.of_block.len())
+    }
+}
 
 /// Rows of the gradient of a block.
 #[repr(align(64))]
@@ -72,8 +100,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) dimension: usize,
     pub(crate) terms: &'a [Box<dyn EnergyTerm>],
     pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
-    /// Of every coordinate, zero where it is held [1/kg].
-    pub(crate) inverse_mass: &'a [f64],
+    pub(crate) inverse_mass: &'a InverseMass,
     pub(crate) walls: &'a [Wall],
 }
 
@@ -116,7 +143,8 @@ impl Surroundings<'_> {
         x: &mut [f64],
         v: &mut [f64],
     ) -> Passed {
-        let inverse_mass = &self.inverse_mass[start..start + x.len()];
+        let inverse_mass = &self.inverse_mass.numbers[start..start + x.len()];
+        let same = self.inverse_mass.of_block[start / (BLOCK * self.dimension)];
         let as_they_lie = if pass.kick == 0.0 { None } else { self.rows(start, x.len()) };
         let mut sums;
         let (gradient, uniform) = match as_they_lie {
@@ -129,7 +157,7 @@ impl Surroundings<'_> {
             }
         };
         let uniform = self.in_packs(&uniform);
-        let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, from, x, v });
+        let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, same, from, x, v });
         let mut put_back = false;
         if pass.walls {
             for wall in self.walls {
@@ -147,7 +175,7 @@ impl Surroundings<'_> {
             a.fill(0.0);
             let uniform = self.add_forces(start, a);
             let uniform = uniform[..self.dimension].iter().cycle();
-            for ((a, w), uniform) in a.iter_mut().zip(&self.inverse_mass[start..]).zip(uniform) {
+            for ((a, w), uniform) in a.iter_mut().zip(&self.inverse_mass.numbers[start..]).zip(uniform) {
                 *a = acceleration(*a, *w, *uniform);
             }
         };
@@ -242,6 +270,8 @@ struct Update<'a> {
     uniform: [[f64; WIDTH]; PERIOD],
     gradient: &'a [f64],
     inverse_mass: &'a [f64],
+    /// What all of `inverse_mass` is; zero where it differs.
+    same: f64,
     /// Where the old rows are, if not in `x` and `v`.
     from: Option<(&'a [f64], &'a [f64])>,
     x: &'a mut [f64],
@@ -290,6 +320,7 @@ impl Kernel for Update<'_> {
         let count = xs.len();
         let (vs, gs, ws) = (&mut vs[..count], &gs[..count], &ws[..count]);
         let from_packs = from.map(|((x, _), (v, _))| (&x[..count], &v[..count]));
+        let same = if self.same == 0.0 { None } else { Some(L::splat(self.same)) };
         // Zero times a finite number is zero, times anything else NaN.
         let mut sum = L::zero();
         let mut period = 0;
@@ -298,7 +329,11 @@ impl Kernel for Update<'_> {
                 Some((x, v)) => (&x[i], &v[i]),
                 None => (&xs[i], &vs[i]),
             };
-            let a = acceleration(L::load(&gs[i]), L::load(&ws[i]), uniform[0]);
+            let w = match same {
+                Some(w) => w,
+                None => L::load(&ws[i]),
+            };
+            let a = acceleration(L::load(&gs[i]), w, uniform[0]);
             let (x, v) = update(&packs, a, L::load(x), L::load(v));
             x.store(&mut xs[i]);
             v.store(&mut vs[i]);
@@ -323,7 +358,10 @@ impl Kernel for Update<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::BLOCK;
+    use crate::energy::EnergyTerm;
     use crate::energy::gravity::UniformGravity;
+    use crate::energy::spring::Springs;
     use crate::integrator::symplectic_euler::METHOD;
     use crate::simulation::Simulation;
     use crate::state::State;
@@ -351,6 +389,38 @@ mod tests {
                         "number {i} of {n} vertices in {d}D"
                     );
                 }
+            }
+        }
+    }
+
+    // Blocks in which all masses are the same, some, or none, held or not.
+    #[test]
+    fn forces_move_masses_that_are_the_same_as_they_move_others() {
+        let n = 3 * BLOCK + 40;
+        let edges: Vec<[u32; 2]> = (1..n as u32).map(|i| [i - 1, i]).collect();
+        let strand = || Springs::<3>::new("strand", &edges, &vec![3.0; n - 1], &vec![0.25; n - 1], n);
+        let x: Vec<f64> = (0..3 * n).map(|i| (0.7 * i as f64).sin()).collect();
+        let mut gradient = vec![0.0; 3 * n];
+        strand().add_gradient(&x, &mut gradient);
+        for odd in [None, Some(5), Some(n - 1)] {
+            let mut mass = vec![0.5; n];
+            if let Some(odd) = odd {
+                mass[odd] = 4.0;
+            }
+            let mut system = System::new(3, mass.clone());
+            system.add_term(Box::new(strand()));
+            system.pin(&[0, 2 * BLOCK as u32 + 7]);
+            let state = State::new(x.clone(), vec![0.0; 3 * n]);
+            let mut simulation = Simulation::new(system, state, METHOD, 0.5);
+            simulation.step().unwrap();
+            for i in 0..3 * n {
+                let held = [0, 2 * BLOCK + 7].contains(&(i / 3));
+                let expected = if held { 0.0 } else { -0.5 * gradient[i] / mass[i / 3] };
+                let speed = simulation.state().v()[i];
+                assert!(
+                    (speed - expected).abs() < 1e-14 * (1.0 + expected.abs()),
+                    "{i}: {speed}, {expected}"
+                );
             }
         }
     }

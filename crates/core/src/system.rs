@@ -9,7 +9,7 @@ use crate::diagnostics::BeforeWalls;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::Numbers;
-use crate::pass::{Pass, Passed, Surroundings};
+use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
 pub struct System {
@@ -18,7 +18,7 @@ pub struct System {
     /// Flat [m], where a solver asks for them.
     rest_positions: Option<Vec<f64>>,
     /// `1 / m` of every coordinate, zero where it is held.
-    inverse_mass: Numbers,
+    inverse_mass: InverseMass,
     /// Those that have not let go.
     holds: Vec<Hold>,
     /// Those that have, by their time: they are back where a simulation goes back in time.
@@ -66,7 +66,7 @@ impl System {
     /// A system of free vertices of these masses [kg] in `dimension` dimensions, without forces.
     pub fn new(dimension: usize, mass: Vec<f64>) -> Self {
         System {
-            inverse_mass: inverse_of_coordinates(&mass, dimension),
+            inverse_mass: InverseMass::new(inverse_of_coordinates(&mass, dimension), dimension),
             dimension,
             mass,
             rest_positions: None,
@@ -115,12 +115,10 @@ impl System {
 
     /// Holds coordinates. A coordinate that moves is in no other hold.
     pub fn hold(&mut self, hold: Hold) {
-        for i in hold.coordinates(self.dimension) {
-            self.inverse_mass[i] = 0.0;
-        }
         self.moves |= hold.motion().is_some();
         self.constraint_set += 1;
         self.holds.push(hold);
+        self.inverse_mass = self.inverse_mass_of(|_| true);
     }
 
     /// Lets go of the holds that end at or before `time` [s]; whether there were any.
@@ -190,14 +188,14 @@ impl System {
     }
 
     /// `1 / m` of every coordinate, zero where one of these holds is.
-    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> Numbers {
+    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> InverseMass {
         let mut inverse_mass = inverse_of_coordinates(&self.mass, self.dimension);
         for i in
             self.holds.iter().filter(|hold| holds(hold)).flat_map(|hold| hold.coordinates(self.dimension))
         {
             inverse_mass[i] = 0.0;
         }
-        inverse_mass
+        InverseMass::new(inverse_mass, self.dimension)
     }
 
     /// What `measure` finds once everything has been let go that is ever let go.
@@ -265,7 +263,7 @@ impl System {
     /// Lets walls act on the state at the end of a step, `time` [s]; whether any position changed.
     pub(crate) fn apply_walls(&mut self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         self.before_walls = None;
-        if !self.walls.iter().any(|wall| wall.is_crossed(&self.inverse_mass, x)) {
+        if !self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x)) {
             return false;
         }
         if self.counts_walls {
@@ -273,7 +271,7 @@ impl System {
             self.before_walls = Some(BeforeWalls::of(self, x, v));
         }
         let walls = self.walls.iter();
-        walls.fold(false, |moved, wall| moved | wall.apply(&self.inverse_mass, x, v))
+        walls.fold(false, |moved, wall| moved | wall.apply(self.inverse_mass.numbers(), x, v))
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
@@ -293,12 +291,12 @@ impl System {
 
     /// `1 / m` of every coordinate [1/kg], zero where it is held; flat `(n, dimension)`.
     pub fn inverse_mass(&self) -> &[f64] {
-        &self.inverse_mass
+        self.inverse_mass.numbers()
     }
 
     /// Whether vertex `i` is pinned.
     pub fn is_pinned(&self, i: usize) -> bool {
-        self.inverse_mass[i * self.dimension..][..self.dimension].iter().all(|w| *w == 0.0)
+        self.inverse_mass()[i * self.dimension..][..self.dimension].iter().all(|w| *w == 0.0)
     }
 
     /// Says where vertices are at rest, flat [m], for solvers that ask.
@@ -438,7 +436,7 @@ impl System {
 
     /// Whether the force that the terms hold is finite at every coordinate that is free to move.
     fn is_finite_where_free(&self) -> bool {
-        let mut a = vec![0.0; self.inverse_mass.len()];
+        let mut a = vec![0.0; self.inverse_mass().len()];
         Surroundings { dissipation: &[], ..self.surroundings() }.accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
     }
@@ -584,7 +582,8 @@ impl System {
 
     /// Bytes held by masses and terms.
     pub fn bytes(&self) -> usize {
-        8 * (self.mass.len() + self.inverse_mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
+        8 * (self.mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
+            + self.inverse_mass.bytes()
             + self.holds.iter().map(Hold::bytes).sum::<usize>()
             + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
             + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
