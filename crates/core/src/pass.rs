@@ -30,14 +30,27 @@ pub(crate) struct InverseMass {
     numbers: Numbers,
     /// What all numbers of a block are; zero where they differ.
     of_block: Vec<f64>,
+    /// Numbers of a block.
+    per_block: usize,
 }
 
 impl InverseMass {
-    /// These numbers, `dimension` of each vertex.
-    pub(crate) fn new(numbers: Numbers, dimension: usize) -> Self {
+    /// Of free vertices of these masses [kg] in `dimension` dimensions.
+    pub(crate) fn free(mass: &[f64], dimension: usize) -> Self {
+        let mut numbers = Numbers::zeros(mass.len() * dimension);
+        for (rows, m) in numbers.chunks_exact_mut(dimension).zip(mass) {
+            rows.fill(1.0 / m);
+        }
         let common = |block: &[f64]| if block.iter().all(|w| *w == block[0]) { block[0] } else { 0.0 };
-        let of_block = numbers.chunks(BLOCK * dimension).map(common).collect();
-        InverseMass { numbers, of_block }
+        let per_block = BLOCK * dimension;
+        let of_block = numbers.chunks(per_block).map(common).collect();
+        InverseMass { numbers, of_block, per_block }
+    }
+
+    /// Holds a coordinate.
+    pub(crate) fn hold(&mut self, coordinate: usize) {
+        self.numbers[coordinate] = 0.0;
+        self.of_block[coordinate / self.per_block] = 0.0;
     }
 
     /// The number of every coordinate.

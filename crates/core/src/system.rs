@@ -8,7 +8,6 @@ use crate::constraint::{Hold, Wall};
 use crate::diagnostics::BeforeWalls;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
-use crate::lanes::Numbers;
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -66,7 +65,7 @@ impl System {
     /// A system of free vertices of these masses [kg] in `dimension` dimensions, without forces.
     pub fn new(dimension: usize, mass: Vec<f64>) -> Self {
         System {
-            inverse_mass: InverseMass::new(inverse_of_coordinates(&mass, dimension), dimension),
+            inverse_mass: InverseMass::free(&mass, dimension),
             dimension,
             mass,
             rest_positions: None,
@@ -117,8 +116,8 @@ impl System {
     pub fn hold(&mut self, hold: Hold) {
         self.moves |= hold.motion().is_some();
         self.constraint_set += 1;
+        hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
         self.holds.push(hold);
-        self.inverse_mass = self.inverse_mass_of(|_| true);
     }
 
     /// Lets go of the holds that end at or before `time` [s]; whether there were any.
@@ -189,13 +188,11 @@ impl System {
 
     /// `1 / m` of every coordinate, zero where one of these holds is.
     fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> InverseMass {
-        let mut inverse_mass = inverse_of_coordinates(&self.mass, self.dimension);
-        for i in
-            self.holds.iter().filter(|hold| holds(hold)).flat_map(|hold| hold.coordinates(self.dimension))
-        {
-            inverse_mass[i] = 0.0;
+        let mut inverse_mass = InverseMass::free(&self.mass, self.dimension);
+        for hold in self.holds.iter().filter(|hold| holds(hold)) {
+            hold.coordinates(self.dimension).for_each(|i| inverse_mass.hold(i));
         }
-        InverseMass::new(inverse_mass, self.dimension)
+        inverse_mass
     }
 
     /// What `measure` finds once everything has been let go that is ever let go.
@@ -588,13 +585,4 @@ impl System {
             + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
             + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
     }
-}
-
-/// `1 / m` of every coordinate.
-fn inverse_of_coordinates(mass: &[f64], dimension: usize) -> Numbers {
-    let mut inverse = Numbers::zeros(mass.len() * dimension);
-    for (rows, m) in inverse.chunks_exact_mut(dimension).zip(mass) {
-        rows.fill(1.0 / m);
-    }
-    inverse
 }

@@ -26,6 +26,11 @@ impl UniformGravity {
 }
 
 impl UniformGravity {
+    /// Acceleration [m/s^2], one component per dimension.
+    pub(super) fn acceleration(&self) -> &[f64] {
+        &self.acceleration
+    }
+
     /// Changes the acceleration [m/s^2].
     pub(super) fn set_acceleration(&mut self, acceleration: &[f64]) {
         self.acceleration.copy_from_slice(acceleration);

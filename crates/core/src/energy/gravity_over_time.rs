@@ -15,9 +15,6 @@ pub struct GravityOverTime {
     now: [f64; 3],
     /// Has the gravity of the last evaluation of the force.
     field: UniformGravity,
-    /// The gravity of `field` [m/s^2].
-    held: [f64; 3],
-    dimension: usize,
 }
 
 impl GravityOverTime {
@@ -34,15 +31,11 @@ impl GravityOverTime {
     ) -> Self {
         let now = acceleration(0.0);
         let field = UniformGravity::new(&now[..dimension], mass);
-        GravityOverTime {
-            acceleration: Box::new(acceleration),
-            largest,
-            time: 0.0,
-            now,
-            field,
-            held: now,
-            dimension,
-        }
+        GravityOverTime { acceleration: Box::new(acceleration), largest, time: 0.0, now, field }
+    }
+
+    fn dimension(&self) -> usize {
+        self.field.acceleration().len()
     }
 }
 
@@ -65,10 +58,12 @@ impl EnergyTerm for GravityOverTime {
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let d = self.dimension;
+        let d = self.dimension();
+        let mut held = [0.0; 3];
+        held[..d].copy_from_slice(self.field.acceleration());
         self.field.set_acceleration(&self.now[..d]);
         let energy = self.field.energy(x);
-        self.field.set_acceleration(&self.held[..d]);
+        self.field.set_acceleration(&held[..d]);
         energy
     }
 
@@ -80,12 +75,12 @@ impl EnergyTerm for GravityOverTime {
 
     /// By the largest gravity: it may begin at zero.
     fn scale(&mut self, x: &[f64]) -> f64 {
-        self.field.total_mass() * self.largest * crate::state::diagonal(x, self.dimension)
+        self.field.total_mass() * self.largest * crate::state::diagonal(x, self.dimension())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {
-        self.held = self.now;
-        self.field.set_acceleration(&self.now[..self.dimension]);
+        let d = self.dimension();
+        self.field.set_acceleration(&self.now[..d]);
         self.now.iter().all(|g| g.is_finite())
     }
 
@@ -94,7 +89,7 @@ impl EnergyTerm for GravityOverTime {
     }
 
     fn acceleration(&self) -> Option<&[f64]> {
-        self.field.acceleration()
+        Some(self.field.acceleration())
     }
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}

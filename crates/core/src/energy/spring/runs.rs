@@ -91,10 +91,10 @@ impl Runs {
                 return None;
             }
             count += drafts.len();
-            for class in
-                classes(&drafts).zip(&drafts).filter(|(_, (run, _))| run.offset > 0).map(|(class, _)| class)
-            {
-                *frequency.entry(class).or_insert(0) += 1;
+            for (class, (run, _)) in classes(&drafts).zip(&drafts) {
+                if run.offset > 0 {
+                    *frequency.entry(class).or_insert(0) += 1;
+                }
             }
         }
         let rings = Rings::new(&frequency, half.block_count());
