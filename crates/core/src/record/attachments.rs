@@ -50,7 +50,7 @@ impl From<&BodyTopology> for BodySummary {
 }
 
 /// Writes metadata and attachments.
-pub(super) fn write<W: Write + Seek + Send + 'static>(
+pub(super) fn write<W: Write + Seek>(
     container: &mut Container<W>,
     options: &Options,
     topology: &Topology,

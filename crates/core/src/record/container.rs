@@ -8,9 +8,8 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
-use mcap::{Attachment, Channel, Compression, McapResult, WriteOptions, Writer};
+use mcap::{Attachment, Channel, Compression, McapError, McapResult, WriteOptions, Writer};
 
-use super::behind::Behind;
 use super::journal::Journal;
 
 /// Message bytes after which a chunk is closed. Large, so that compression finds the mesh of the previous frame.
@@ -34,15 +33,19 @@ impl<'a> Message<'a> {
 }
 
 /// The file under construction.
-pub(super) struct Container<W: Write + Seek + Send + 'static> {
-    writer: Behind<W>,
+pub(super) struct Container<W: Write + Seek> {
+    writer: Writer<W>,
     journal: Option<Journal>,
     channels: Vec<Channel<'static>>,
     /// Message bytes in the open chunk.
     open_bytes: u64,
+    /// Whether something could not be written, and nothing more will be.
+    has_failed: bool,
+    /// Why, until somebody asks.
+    failure: Option<McapError>,
 }
 
-impl<W: Write + Seek + Send + 'static> Container<W> {
+impl<W: Write + Seek> Container<W> {
     /// Begins a file; without a journal, an open chunk is lost when the process is killed.
     pub(super) fn create(stream: W, journal: Option<Journal>) -> McapResult<Self> {
         let options = WriteOptions::new()
@@ -54,26 +57,32 @@ impl<W: Write + Seek + Send + 'static> Container<W> {
             // Chunks are closed here, between groups, never by the writer in the middle of one.
             .chunk_size(None);
         let writer = create_writer(options, stream, &[])?;
-        let writer = Behind::new(writer);
-        Ok(Container { writer, journal, channels: Vec::new(), open_bytes: 0 })
+        Ok(Container {
+            writer,
+            journal,
+            channels: Vec::new(),
+            open_bytes: 0,
+            has_failed: false,
+            failure: None,
+        })
     }
 
     /// Writes named key-value pairs.
     pub(super) fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> McapResult<()> {
-        self.writer.writer()?.write_metadata(&Metadata { name: name.to_owned(), metadata })
+        self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata })
     }
 
     /// Attaches a file. No wall clock: both times are 0.
     pub(super) fn attach(&mut self, name: &str, media_type: &str, data: Cow<'_, [u8]>) -> McapResult<()> {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
-        self.writer.writer()?.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
+        self.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })
     }
 
     /// Adds channels. Closes the open chunk, so that the journal, then empty, can begin anew with them.
     pub(super) fn add_channels(&mut self, channels: &[Channel<'static>]) -> McapResult<()> {
         self.flush()?;
         for channel in channels {
-            add_channel(self.writer.writer()?, channel)?;
+            add_channel(&mut self.writer, channel)?;
         }
         self.channels.extend_from_slice(channels);
         if let Some(journal) = &mut self.journal {
@@ -87,26 +96,73 @@ impl<W: Write + Seek + Send + 'static> Container<W> {
         self.channels.iter().any(|channel| channel.id == id)
     }
 
-    /// Writes messages that belong together. When this returns, they are as safe from a kill as the journal makes them.
+    /// Writes messages that belong together; nothing keeps those of the open chunk from a kill.
     pub(super) fn write(&mut self, group: &[Message<'_>]) -> McapResult<()> {
-        self.open_bytes += group.iter().map(|message| message.data.len() as u64).sum::<u64>();
-        if self.open_bytes >= CHUNK_BYTES {
-            let writer = self.writer.writer()?;
-            for Message { header, data } in group {
-                writer.write_to_known_channel(header, data)?;
+        let ends_chunk = self.is_ended_by(group);
+        for Message { header, data } in group {
+            self.writer.write_to_known_channel(header, data)?;
+        }
+        self.open_bytes += bytes_of(group);
+        if ends_chunk { self.flush() } else { Ok(()) }
+    }
+
+    /// Writes messages that belong together, and calls `safe`, where that is given, once a kill cannot lose them any more. Where they
+    /// cannot be written, they and all that come after go to the journal only, and [`failure`](Self::failure) says why.
+    pub(super) fn keep(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
+        let ends_chunk = !self.has_failed && self.is_ended_by(group);
+        if !ends_chunk {
+            self.note(group, safe);
+        }
+        if self.has_failed {
+            return;
+        }
+        match self.write(group) {
+            Err(error) => {
+                self.fail(error);
+                if ends_chunk {
+                    self.note(group, safe);
+                }
             }
-            return self.flush();
+            Ok(()) if ends_chunk => safe.into_iter().for_each(|safe| safe()),
+            Ok(()) => {}
         }
-        self.writer.push(group)?;
-        if let Some(journal) = &mut self.journal {
-            journal.append(group)?;
+    }
+
+    /// Why messages given to [`keep`](Self::keep) could not be written, once.
+    pub(super) fn failure(&mut self) -> Option<McapError> {
+        self.failure.take()
+    }
+
+    /// Whether messages given to [`keep`](Self::keep) could not be written.
+    pub(super) fn has_failed(&self) -> bool {
+        self.has_failed
+    }
+
+    fn fail(&mut self, error: McapError) {
+        self.has_failed = true;
+        self.failure.get_or_insert(error);
+    }
+
+    /// Appends to the journal, and writes it where somebody wants to know when it is safe.
+    fn note(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
+        let Some(journal) = &mut self.journal else { return };
+        journal.append(group);
+        if let Some(safe) = safe {
+            match journal.write() {
+                Ok(()) => safe(),
+                Err(error) => self.fail(McapError::Io(error)),
+            }
         }
-        Ok(())
+    }
+
+    /// Whether the open chunk is to be closed with these.
+    fn is_ended_by(&self, group: &[Message<'_>]) -> bool {
+        self.open_bytes + bytes_of(group) >= CHUNK_BYTES
     }
 
     /// Closes the open chunk and hands everything to the operating system.
     pub(super) fn flush(&mut self) -> McapResult<()> {
-        self.writer.writer()?.flush()?;
+        self.writer.flush()?;
         self.open_bytes = 0;
         // Only now: between the two lines the messages are in both files, which recovery sorts out.
         if let Some(journal) = &mut self.journal {
@@ -116,9 +172,14 @@ impl<W: Write + Seek + Send + 'static> Container<W> {
     }
 
     /// Writes indexes and the end; the caller gets the stream back to sync it, and the journal to remove it.
-    pub(super) fn finish(self) -> McapResult<(W, Option<Journal>)> {
-        Ok((self.writer.finish()?, self.journal))
+    pub(super) fn finish(mut self) -> McapResult<(W, Option<Journal>)> {
+        self.writer.finish()?;
+        Ok((self.writer.into_inner(), self.journal))
     }
+}
+
+fn bytes_of(group: &[Message<'_>]) -> u64 {
+    group.iter().map(|message| message.data.len() as u64).sum()
 }
 
 /// A writer with these channels, under their own numbers.

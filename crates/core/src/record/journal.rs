@@ -1,19 +1,18 @@
 //! What a kill would otherwise lose: the messages of the chunk that is still open.
 //!
 //! Chunks must end where the frames say, never where the clock says, or the same scene would not give the same bytes.
-//! A slow run may then take hours to fill one. So each frame is also appended, uncompressed, to `<output>.part.tail`
-//! as soon as it is recorded, and the tail is emptied whenever a chunk closes. It never holds more than one chunk.
+//! A slow run may then take hours to fill one. So each frame is also appended, uncompressed, to `<output>.part.tail`,
+//! and the tail is emptied whenever a chunk closes. It never holds more than one chunk.
 //! Frames that fill a chunk on their own never reach it.
 //!
-//! Where frames follow each other so fast that a write for each would be felt, those of a short while, the *patience*, go in one
-//! write. A slow run still writes each frame at once. What a kill can then lose took no longer than that to compute.
+//! What is appended is written when somebody asks for it: where frames follow each other so fast that a write for each would be
+//! felt, many go in one.
 //!
 //! The tail is an MCAP file without chunks and without end, so that any MCAP reader can make sense of it.
 
 use std::fs::File;
 use std::io::{Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use mcap::records::op;
 
@@ -30,25 +29,13 @@ pub(super) struct Journal {
     used: bool,
     /// What has not been written.
     pending: Vec<u8>,
-    /// How long that may wait for the next frame.
-    patience: Duration,
-    /// The last write, or the beginning.
-    written: Instant,
 }
 
 impl Journal {
     /// Empties or creates the file.
-    pub(super) fn create(path: &Path, patience: Duration) -> std::io::Result<Self> {
+    pub(super) fn create(path: &Path) -> std::io::Result<Self> {
         let file = File::create(path)?;
-        Ok(Journal {
-            path: path.to_owned(),
-            file,
-            preamble: Vec::new(),
-            used: false,
-            pending: Vec::new(),
-            patience,
-            written: Instant::now(),
-        })
+        Ok(Journal { path: path.to_owned(), file, preamble: Vec::new(), used: false, pending: Vec::new() })
     }
 
     /// Says which channels later messages may use. The journal must be empty.
@@ -61,9 +48,8 @@ impl Journal {
         Ok(())
     }
 
-    /// Appends the messages of a group, whole groups in one write, so that a kill leaves all of it or, rarely, a beginning. They wait
-    /// for later ones where the last write is less than the patience ago.
-    pub(super) fn append(&mut self, group: &[Message<'_>]) -> std::io::Result<()> {
+    /// Appends the messages of a group, to be written.
+    pub(super) fn append(&mut self, group: &[Message<'_>]) {
         if !self.used {
             self.pending.extend_from_slice(&self.preamble);
         }
@@ -78,13 +64,12 @@ impl Journal {
             self.pending.extend_from_slice(data);
         }
         self.used = true;
-        if self.written.elapsed() >= self.patience { self.write() } else { Ok(()) }
     }
 
-    fn write(&mut self) -> std::io::Result<()> {
+    /// Writes what has been appended, whole groups in one write, so that a kill leaves all of one or, rarely, a beginning.
+    pub(super) fn write(&mut self) -> std::io::Result<()> {
         let written = self.file.write_all(&self.pending);
         self.pending.clear();
-        self.written = Instant::now();
         written
     }
 

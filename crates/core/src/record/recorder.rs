@@ -5,18 +5,14 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
-use super::clock::nanoseconds;
-use super::cloud::Cloud;
-use super::container::{Container, Message};
-use super::elements::Elements;
+use super::behind::Behind;
+use super::desk::Desk;
 use super::error::write_error;
 use super::journal::Journal;
-use super::outcome::{OUTCOME, Outcome, Status};
-use super::probe::Probes;
+use super::kept::Needs;
+use super::outcome::{Outcome, Status};
 use super::sink::Sink;
-use super::surface::Drawing;
-use super::{Level, RecordError, attachments, energy, paths, reactions, state, transform, warning};
+use super::{Level, RecordError, paths};
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::probe::Probe;
 use crate::scene::Channel;
@@ -63,18 +59,12 @@ pub struct McapRecorder {
     path: PathBuf,
     part: PathBuf,
     overwrite: bool,
-    container: Container<Box<dyn Sink>>,
+    behind: Behind,
+    needs: Needs,
+    element_count: usize,
     /// `x` and `v` must have this length.
     length: usize,
-    states: Option<Cloud>,
-    elements: Option<Elements>,
-    probes: Probes,
-    records_energy: bool,
-    records_reactions: bool,
-    drawing: Option<Drawing>,
-    buffers: [Vec<u8>; 4],
     frames: u64,
-    logged: u32,
     /// Of the last frame.
     step: u64,
     /// Of the last frame.
@@ -107,54 +97,19 @@ impl McapRecorder {
     ) -> Result<Self, RecordError> {
         let part = paths::part_of(path);
         let tail = paths::tail_of(&part);
-        let failed = |error| write_error(&part, None, error);
-        let journal = Journal::create(&tail, options.patience)
-            .map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
-        let mut container = Container::create(sink, Some(journal)).map_err(failed)?;
-        attachments::write(&mut container, options, topology).map_err(failed)?;
-
-        let asked = |channel| options.channels.contains(&channel);
-        let drawing = if asked(Channel::Mesh) { Drawing::new(topology) } else { None };
-        let elements = Elements::new(&options.channels, topology);
-        let mut channels = Vec::new();
-        if asked(Channel::State) || drawing.is_some() || elements.is_some() {
-            channels.push(transform::channel());
-        }
-        if drawing.is_some() {
-            channels.push(Drawing::channel());
-        }
-        let probes = Probes::new(&options.probes);
-        channels.extend(probes.channels());
-        channels.extend(elements.iter().flat_map(Elements::channels));
-        if asked(Channel::Reactions) {
-            channels.push(reactions::channel(&options.pins));
-        }
-        if asked(Channel::Energy) {
-            channels.push(energy::channel());
-        }
-        if asked(Channel::State) {
-            channels.push(state::channel(topology.vertex_count));
-        }
-        container.add_channels(&channels).map_err(failed)?;
-        if container.has_channel(TRANSFORM.0) {
-            let message = transform::message();
-            container.write(&[Message::new(TRANSFORM.0, 0, 0, &message)]).map_err(failed)?;
-        }
+        let journal =
+            Journal::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let desk =
+            Desk::new(sink, journal, options, topology).map_err(|error| write_error(&part, None, error))?;
         Ok(McapRecorder {
             path: path.to_owned(),
             part,
             overwrite: options.overwrite,
-            container,
             length: topology.vertex_count * topology.dimension,
-            states: asked(Channel::State).then(state::cloud),
-            records_energy: asked(Channel::Energy),
-            records_reactions: asked(Channel::Reactions),
-            elements,
-            probes,
-            drawing,
-            buffers: Default::default(),
+            needs: desk.needs(),
+            element_count: desk.element_count(),
+            behind: Behind::new(desk, options.patience),
             frames: 0,
-            logged: 0,
             step: 0,
             time: 0.0,
             failed_at: None,
@@ -175,60 +130,14 @@ impl McapRecorder {
     /// last write, when a later one does.
     ///
     /// # Errors
-    /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::MissingReactions`], [`RecordError::Write`]; after the latter,
-    /// [`RecordError::Incomplete`].
+    /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::MissingElements`],
+    /// [`RecordError::MissingReactions`]; [`RecordError::Write`] where an earlier frame could not be written, which is recoverable
+    /// together with all others before this one; after that, [`RecordError::Incomplete`].
     pub fn record(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
         self.ensure_sound()?;
-        for found in [frame.x.len(), frame.v.len()] {
-            if found != self.length {
-                return Err(RecordError::FrameShape { frame: self.frames, expected: self.length, found });
-            }
-        }
-        let log_time = nanoseconds(frame.time);
-        // Sequence numbers are those of the frames, so that gaps in /mesh show.
-        let sequence = self.frames as u32;
-        let [mesh, forces, energies, states] = &mut self.buffers;
-        let mut group = Vec::with_capacity(3);
-        if let Some(drawing) = &mut self.drawing
-            && drawing.is_due(log_time)
-        {
-            drawing.encode_frame(frame, log_time, mesh);
-            group.push(Message::new(MESH.0, sequence, log_time, mesh));
-        }
-        self.probes.encode_frame(frame);
-        group.extend(self.probes.messages(sequence, log_time));
-        if let Some(elements) = &mut self.elements {
-            let (frame_number, expected) = (self.frames, elements.count());
-            let states = frame.elements.ok_or(RecordError::MissingElements {
-                frame: frame_number,
-                expected,
-                found: 0,
-            })?;
-            if states.len() != expected {
-                let found = states.len();
-                return Err(RecordError::MissingElements { frame: frame_number, expected, found });
-            }
-            elements.encode_frame(frame, states, log_time);
-            group.extend(elements.messages(sequence, log_time));
-        }
-        if self.records_reactions {
-            let of_pins = frame.reactions.ok_or(RecordError::MissingReactions { frame: self.frames })?;
-            reactions::encode_frame(frame.time, of_pins, forces);
-            group.push(Message::new(REACTIONS.0, sequence, log_time, forces));
-        }
-        if self.records_energy {
-            let diagnostics =
-                frame.diagnostics.ok_or(RecordError::MissingDiagnostics { frame: self.frames })?;
-            energy::encode_frame(frame.step, diagnostics, frame.work, energies);
-            group.push(Message::new(ENERGY.0, sequence, log_time, energies));
-        }
-        // Last, because recovery takes a frame for complete when it has seen this one.
-        if let Some(cloud) = &self.states {
-            state::encode_frame(cloud, frame, log_time, states);
-            group.push(Message::new(STATE.0, sequence, log_time, states));
-        }
-        let written = self.container.write(&group);
-        self.note_failure(written)?;
+        self.ensure_whole(frame)?;
+        let recorded = self.behind.frame(frame);
+        self.note_failure(recorded)?;
         self.frames += 1;
         (self.step, self.time) = (frame.step, frame.time);
         Ok(())
@@ -240,16 +149,8 @@ impl McapRecorder {
     /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
     pub fn log(&mut self, level: Level, text: &str, time: f64) -> Result<(), RecordError> {
         self.ensure_sound()?;
-        if !self.container.has_channel(LOG.0) {
-            let added = self.container.add_channels(&[warning::channel()]);
-            self.note_failure(added)?;
-        }
-        let log_time = nanoseconds(time);
-        let message = warning::message(level, text, log_time);
-        let written = self.container.write(&[Message::new(LOG.0, self.logged, log_time, &message)]);
-        self.note_failure(written)?;
-        self.logged += 1;
-        Ok(())
+        let logged = self.behind.desk().and_then(|desk| desk.log(level, text, time));
+        self.note_failure(logged)
     }
 
     /// Ends the file of a run that reached its end.
@@ -267,11 +168,12 @@ impl McapRecorder {
     /// [`RecordError::Write`]; [`RecordError::Incomplete`] if a frame could not be written;
     /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with all
     /// frames that were written.
-    pub fn finish_with(mut self, outcome: &Outcome) -> Result<Recorded, RecordError> {
+    pub fn finish_with(self, outcome: &Outcome) -> Result<Recorded, RecordError> {
         self.ensure_sound()?;
         let failed = |error| write_error(&self.part, None, error);
-        self.container.metadata(OUTCOME, outcome.to_metadata().metadata).map_err(failed)?;
-        let (mut sink, journal) = self.container.finish().map_err(failed)?;
+        let frames = Some(self.frames);
+        let desk = self.behind.into_desk().map_err(|error| write_error(&self.part, frames, error))?;
+        let (mut sink, journal) = desk.finish(outcome).map_err(failed)?;
         sink.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
         // Windows cannot rename an open file.
         drop(sink);
@@ -292,6 +194,27 @@ impl McapRecorder {
         self.failed_at.map_or(Ok(()), |frame| Err(RecordError::Incomplete { part: self.part.clone(), frame }))
     }
 
+    /// Whether `frame` has what is to be recorded.
+    fn ensure_whole(&self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        let (number, expected) = (self.frames, self.length);
+        for found in [frame.x.len(), frame.v.len()] {
+            if found != expected {
+                return Err(RecordError::FrameShape { frame: number, expected, found });
+            }
+        }
+        let (expected, found) = (self.element_count, frame.elements.map_or(0, <[_]>::len));
+        if self.needs.elements && (frame.elements.is_none() || found != expected) {
+            return Err(RecordError::MissingElements { frame: number, expected, found });
+        }
+        if self.needs.reactions && frame.reactions.is_none() {
+            return Err(RecordError::MissingReactions { frame: number });
+        }
+        if self.needs.diagnostics && frame.diagnostics.is_none() {
+            return Err(RecordError::MissingDiagnostics { frame: number });
+        }
+        Ok(())
+    }
+
     fn note_failure(&mut self, written: mcap::McapResult<()>) -> Result<(), RecordError> {
         written.map_err(|error| {
             self.failed_at = Some(self.frames);
@@ -302,19 +225,19 @@ impl McapRecorder {
 
 impl Observer for McapRecorder {
     fn wants_diagnostics(&self) -> bool {
-        self.records_energy
+        self.needs.diagnostics
     }
 
     fn wants_reactions(&self) -> bool {
-        self.records_reactions
+        self.needs.reactions
     }
 
     fn wants_elements(&self) -> bool {
-        self.elements.is_some()
+        self.needs.elements
     }
 
     fn wants_points(&self) -> bool {
-        self.probes.wants_points()
+        self.needs.points
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

@@ -150,7 +150,7 @@ fn from_records(path: &Path) -> Result<Gathered, RecordError> {
         metadata: HashMap::new(),
     };
     let mut schemas = HashMap::new();
-    let mut last_sequences = HashMap::new();
+    let mut next_sequences: HashMap<u16, u32> = HashMap::new();
     let mut visit = |record: Record<'static>| {
         match record {
             Record::Schema { header, .. } => {
@@ -163,11 +163,12 @@ fn from_records(path: &Path) -> Result<Gathered, RecordError> {
                 gathered.topics.entry(channel.id).or_insert(summary);
             }
             Record::Message { header, .. } => {
-                let last = last_sequences.insert(header.channel_id, header.sequence);
+                let next = next_sequences.entry(header.channel_id).or_insert(0);
                 // The tail may repeat what has reached a chunk.
-                if last.is_none_or(|last| header.sequence > last)
+                if header.sequence >= *next
                     && let Some(topic) = gathered.topics.get_mut(&header.channel_id)
                 {
+                    *next = header.sequence + 1;
                     topic.messages += 1;
                     let time = header.log_time;
                     let (start, end) = gathered.times.unwrap_or((time, time));

@@ -34,8 +34,11 @@ fn check(part: &Path, frames: u64, vertex_count: u32) {
 #[test]
 fn no_recorded_frame_is_lost() {
     let directory = tempfile::tempdir().unwrap();
-    // In one chunk, at the end of the first (87 frames), and in the third.
-    for (vertex_count, frames) in [(9, 0), (9, 1), (9, 20), (1000, 86), (1000, 87), (1000, 88), (1000, 200)] {
+    // In one chunk, at the end of the first (87 frames), and in the third; the same where each frame is a batch for the thread
+    // (14 and a half to a chunk); and where each is a chunk.
+    let small = [(9, 0), (9, 1), (9, 20), (1000, 86), (1000, 87), (1000, 88), (1000, 200)];
+    let large = [(6000, 1), (6000, 14), (6000, 15), (6000, 16), (6000, 40), (100_000, 2)];
+    for (vertex_count, frames) in small.into_iter().chain(large) {
         let path = directory.path().join(format!("{vertex_count}-{frames}.mcap"));
         let recorder = record(&path, &ALL, vertex_count, frames);
         let part = remains(&path, "killed");
@@ -48,33 +51,36 @@ fn no_recorded_frame_is_lost() {
 
 #[test]
 fn frames_within_the_patience_are_written_together() {
-    let directory = tempfile::tempdir().unwrap();
-    let patient = |name: &str, patience| {
-        let path = directory.path().join(name);
-        let options = Options { patience, ..options(&ALL) };
-        let mut recorder = McapRecorder::create(&path, &options, &topology(9)).unwrap();
-        for index in 0..10 {
-            recorder.record(&Moment::new(index, 9).frame()).unwrap();
-        }
-        (path, recorder)
-    };
-    // An hour: nothing is written on the way. A kill would lose the frames, an orderly end does not.
-    let (path, recorder) = patient("dropped.mcap", Duration::from_secs(3600));
-    assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 0);
-    drop(recorder);
-    assert_eq!(info(&remains(&path, "dropped")).unwrap().frames, 10);
-    let (finished, recorder) = patient("finished.mcap", Duration::from_secs(3600));
-    recorder.finish().unwrap();
-    let (strict, recorder) = patient("strict.mcap", Duration::ZERO);
-    assert_eq!(info(&remains(&strict, "killed")).unwrap().frames, 10);
-    recorder.finish().unwrap();
-    assert!(fs::read(finished).unwrap() == fs::read(strict).unwrap(), "the same bytes in the end");
-    assert!(!directory.path().join("finished.mcap.part.tail").exists());
-    // A pause between frames ends the waiting.
-    let (path, mut recorder) = patient("paused.mcap", Duration::from_millis(1));
-    std::thread::sleep(Duration::from_millis(2));
-    recorder.record(&Moment::new(10, 9).frame()).unwrap();
-    assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 11);
+    // On the way they are with the run, and with the thread.
+    for vertex_count in [9, 3000] {
+        let directory = tempfile::tempdir().unwrap();
+        let patient = |name: &str, patience| {
+            let path = directory.path().join(name);
+            let options = Options { patience, ..options(&ALL) };
+            let mut recorder = McapRecorder::create(&path, &options, &topology(vertex_count)).unwrap();
+            for index in 0..10 {
+                recorder.record(&Moment::new(index, vertex_count).frame()).unwrap();
+            }
+            (path, recorder)
+        };
+        // An hour: nothing is written on the way. A kill would lose the frames, an orderly end does not.
+        let (path, recorder) = patient("dropped.mcap", Duration::from_secs(3600));
+        assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 0);
+        drop(recorder);
+        assert_eq!(info(&remains(&path, "dropped")).unwrap().frames, 10);
+        let (finished, recorder) = patient("finished.mcap", Duration::from_secs(3600));
+        recorder.finish().unwrap();
+        let (strict, recorder) = patient("strict.mcap", Duration::ZERO);
+        assert_eq!(info(&remains(&strict, "killed")).unwrap().frames, 10);
+        recorder.finish().unwrap();
+        assert!(fs::read(finished).unwrap() == fs::read(strict).unwrap(), "the same bytes in the end");
+        assert!(!directory.path().join("finished.mcap.part.tail").exists());
+        // A pause between frames ends the waiting.
+        let (path, mut recorder) = patient("paused.mcap", Duration::from_millis(1));
+        std::thread::sleep(Duration::from_millis(2));
+        recorder.record(&Moment::new(10, vertex_count).frame()).unwrap();
+        assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 11);
+    }
 }
 
 #[test]

@@ -1,0 +1,178 @@
+//! Where frames become messages, and messages a file.
+
+use mcap::{McapError, McapResult};
+
+use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
+use super::clock::nanoseconds;
+use super::cloud::Cloud;
+use super::container::{Container, Message};
+use super::elements::Elements;
+use super::journal::Journal;
+use super::kept::{Batch, Needs};
+use super::outcome::{OUTCOME, Outcome};
+use super::probe::Probes;
+use super::sink::Sink;
+use super::surface::Drawing;
+use super::{Level, Options, attachments, energy, reactions, state, transform, warning};
+use crate::observer::Frame;
+use crate::scene::Channel;
+use crate::topology::Topology;
+
+/// Encodes what it is given, and writes it.
+pub(super) struct Desk {
+    container: Container<Box<dyn Sink>>,
+    states: Option<Cloud>,
+    elements: Option<Elements>,
+    probes: Probes,
+    records_energy: bool,
+    records_reactions: bool,
+    drawing: Option<Drawing>,
+    buffers: [Vec<u8>; 4],
+    frames: u64,
+    logged: u32,
+}
+
+impl Desk {
+    /// Writes everything that is known before the first frame.
+    pub(super) fn new(
+        sink: Box<dyn Sink>,
+        journal: Journal,
+        options: &Options,
+        topology: &Topology,
+    ) -> McapResult<Self> {
+        let mut container = Container::create(sink, Some(journal))?;
+        attachments::write(&mut container, options, topology)?;
+        let asked = |channel| options.channels.contains(&channel);
+        let drawing = if asked(Channel::Mesh) { Drawing::new(topology) } else { None };
+        let elements = Elements::new(&options.channels, topology);
+        let mut channels = Vec::new();
+        if asked(Channel::State) || drawing.is_some() || elements.is_some() {
+            channels.push(transform::channel());
+        }
+        if drawing.is_some() {
+            channels.push(Drawing::channel());
+        }
+        let probes = Probes::new(&options.probes);
+        channels.extend(probes.channels());
+        channels.extend(elements.iter().flat_map(Elements::channels));
+        if asked(Channel::Reactions) {
+            channels.push(reactions::channel(&options.pins));
+        }
+        if asked(Channel::Energy) {
+            channels.push(energy::channel());
+        }
+        if asked(Channel::State) {
+            channels.push(state::channel(topology.vertex_count));
+        }
+        container.add_channels(&channels)?;
+        if container.has_channel(TRANSFORM.0) {
+            let message = transform::message();
+            container.keep(&[Message::new(TRANSFORM.0, 0, 0, &message)], None);
+        }
+        Ok(Desk {
+            container,
+            states: asked(Channel::State).then(state::cloud),
+            records_energy: asked(Channel::Energy),
+            records_reactions: asked(Channel::Reactions),
+            elements,
+            probes,
+            drawing,
+            buffers: Default::default(),
+            frames: 0,
+            logged: 0,
+        })
+    }
+
+    /// What it reads of a frame.
+    pub(super) fn needs(&self) -> Needs {
+        Needs {
+            places: self.states.is_some()
+                || self.drawing.is_some()
+                || self.elements.is_some()
+                || !self.probes.is_empty(),
+            diagnostics: self.records_energy,
+            elements: self.elements.is_some(),
+            points: self.probes.wants_points(),
+            reactions: self.records_reactions,
+        }
+    }
+
+    /// Number of elements whose states it reads.
+    pub(super) fn element_count(&self) -> usize {
+        self.elements.as_ref().map_or(0, Elements::count)
+    }
+
+    /// Records a frame that has all that [`needs`](Self::needs) names, and calls `safe`, where that is given, once a kill cannot lose it
+    /// any more. [`failure`](Self::failure) says whether that went well.
+    pub(super) fn frame(&mut self, frame: &Frame<'_>, safe: Option<&dyn Fn()>) {
+        let log_time = nanoseconds(frame.time);
+        // Sequence numbers are those of the frames, so that gaps in /mesh show.
+        let sequence = self.frames as u32;
+        let [mesh, forces, energies, states] = &mut self.buffers;
+        let mut group = Vec::with_capacity(3);
+        if let Some(drawing) = &mut self.drawing
+            && drawing.is_due(log_time)
+        {
+            drawing.encode_frame(frame, log_time, mesh);
+            group.push(Message::new(MESH.0, sequence, log_time, mesh));
+        }
+        self.probes.encode_frame(frame);
+        group.extend(self.probes.messages(sequence, log_time));
+        if let (Some(elements), Some(states)) = (&mut self.elements, frame.elements) {
+            elements.encode_frame(frame, states, log_time);
+            group.extend(elements.messages(sequence, log_time));
+        }
+        if let (true, Some(of_pins)) = (self.records_reactions, frame.reactions) {
+            reactions::encode_frame(frame.time, of_pins, forces);
+            group.push(Message::new(REACTIONS.0, sequence, log_time, forces));
+        }
+        if let (true, Some(diagnostics)) = (self.records_energy, frame.diagnostics) {
+            energy::encode_frame(frame.step, diagnostics, frame.work, energies);
+            group.push(Message::new(ENERGY.0, sequence, log_time, energies));
+        }
+        // Last, because recovery takes a frame for complete when it has seen this one.
+        if let Some(cloud) = &self.states {
+            state::encode_frame(cloud, frame, log_time, states);
+            group.push(Message::new(STATE.0, sequence, log_time, states));
+        }
+        self.container.keep(&group, safe);
+        self.frames += 1;
+    }
+
+    /// Records the frames of `batch` and empties it; where that is urgent, `safe` is called once a kill cannot lose the last one any
+    /// more.
+    pub(super) fn take(&mut self, batch: &mut Batch, safe: &dyn Fn()) {
+        for (frame, is_urgent) in batch.frames() {
+            self.frame(&frame, is_urgent.then_some(safe));
+        }
+        batch.clear();
+    }
+
+    /// Records a message about the run at a simulated time [s].
+    pub(super) fn log(&mut self, level: Level, text: &str, time: f64) -> McapResult<()> {
+        if !self.container.has_channel(LOG.0) {
+            self.container.add_channels(&[warning::channel()])?;
+        }
+        let log_time = nanoseconds(time);
+        let message = warning::message(level, text, log_time);
+        self.container.keep(&[Message::new(LOG.0, self.logged, log_time, &message)], Some(&|| ()));
+        self.logged += 1;
+        Ok(())
+    }
+
+    /// Why something could not be written, once. It is in the journal, unless that is the reason.
+    pub(super) fn failure(&mut self) -> Option<McapError> {
+        self.container.failure()
+    }
+
+    /// Whether something could not be written.
+    pub(super) fn has_failed(&self) -> bool {
+        self.container.has_failed()
+    }
+
+    /// Ends the file; the caller gets the stream back to sync it, and the journal to remove it.
+    pub(super) fn finish(mut self, outcome: &Outcome) -> McapResult<(Box<dyn Sink>, Option<Journal>)> {
+        self.container.metadata(OUTCOME, outcome.to_metadata().metadata)?;
+        self.container.finish()
+    }
+}
