@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::Stencils;
 use super::rows::{Export, Run};
-use crate::lanes::{Rows, WIDTH, dispatch, prefetch_all};
+use crate::lanes::{Rows, WIDTH, dispatch, filled, prefetch_all, with_room};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
 const PATCH_STENCILS: usize = 1024;
@@ -69,7 +69,7 @@ impl<const D: usize> Workspace<D> {
     pub fn new<const N: usize>(patches: &Patches<N>) -> Self {
         let count = patches.patches.len();
         let tasks = if count < PARALLEL_FROM_PATCHES { 1 } else { count.min(MAX_TASKS) };
-        let (sums, parts) = (vec![0.0; count * patches.per_patch::<D>()], vec![0.0; count]);
+        let (sums, parts) = (filled(0.0, count * patches.per_patch::<D>()), vec![0.0; count]);
         Workspace {
             scratch: (0..tasks).map(|_| Scratch::new()).collect(),
             bytes: 8 * (sums.len() + parts.len()) + tasks * Scratch::<D>::bytes(patches.stride),
@@ -125,7 +125,8 @@ impl<const N: usize> Patches<N> {
     pub fn new<const D: usize>(stencils: &[[u32; N]], order: &[u32], vertex_count: usize) -> Self {
         let mut patches = Self {
             patches: vec![],
-            index: vec![],
+            // With a pack to spare for each patch, if these are full.
+            index: with_room(order.len() / WIDTH + order.len() / PATCH_STENCILS + 1),
             stencil: vec![],
             vertices: vec![],
             stride: 0,

@@ -3,6 +3,7 @@
 
 use std::ops::{Deref, DerefMut};
 
+use super::pages::{filled, with_room};
 use super::{Lanes, RowSource, WIDTH};
 
 /// A cache line.
@@ -17,7 +18,12 @@ pub struct Aligned(Vec<Line>);
 impl Aligned {
     /// `count` packs of zeros.
     pub fn packs(count: usize) -> Self {
-        Aligned(vec![Line([0.0; WIDTH]); count])
+        Aligned(filled(Line([0.0; WIDTH]), count))
+    }
+
+    /// No packs, with room for `count`.
+    pub fn with_room(count: usize) -> Self {
+        Aligned(with_room(count))
     }
 
     /// Appends a pack.

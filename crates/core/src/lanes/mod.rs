@@ -27,6 +27,7 @@ mod avx512;
 mod dispatch;
 mod elementary;
 mod operators;
+mod pages;
 mod pair;
 mod portable;
 mod prefetch;
@@ -35,9 +36,10 @@ mod rows;
 pub use aligned::{Aligned, Columns, ColumnsView, Numbers, VertexRows};
 pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{atan2, exp, ln, powf};
+pub use pages::{filled, with_room};
 pub use pair::Pair;
 pub use portable::{Portable, PortableMask};
-pub use prefetch::{prefetch, prefetch_all};
+pub use prefetch::{prefetch, prefetch_all, prefetch_early};
 pub use rows::{RowSlice, RowSource, Rows};
 
 /// Lanes in a pack, on every instruction set.

@@ -17,12 +17,29 @@ pub fn prefetch<T>(items: &[T], index: usize) {
 #[inline(always)]
 pub fn prefetch_all<T>(items: &[T]) {
     #[cfg(target_arch = "x86_64")]
-    for offset in (0..size_of_val(items)).step_by(LINE) {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every processor of this architecture has the instruction; it reads nothing that the program could see, and
-        // never faults. The address is within `items`.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(items.as_ptr().cast::<i8>().wrapping_add(offset)) };
-    }
+    ask::<{ std::arch::x86_64::_MM_HINT_T0 }, T>(items);
     #[cfg(not(target_arch = "x86_64"))]
     let _ = items;
+}
+
+/// As [`prefetch`], but into the second cache: for what is asked for so early that it would not stay in the first. That has room
+/// for a few tens of lines on their way, and waits where there are more.
+#[inline(always)]
+pub fn prefetch_early<T>(items: &[T], index: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(item) = items.get(index) {
+        ask::<{ std::arch::x86_64::_MM_HINT_T1 }, T>(std::slice::from_ref(item));
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (items, index);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn ask<const HINT: i32, T>(items: &[T]) {
+    for offset in (0..size_of_val(items)).step_by(LINE) {
+        // SAFETY: every processor of this architecture has the instruction; it reads nothing that the program could see, and
+        // never faults. The address is within `items`.
+        unsafe { std::arch::x86_64::_mm_prefetch::<HINT>(items.as_ptr().cast::<i8>().wrapping_add(offset)) };
+    }
 }

@@ -28,7 +28,7 @@ use crate::element::{
     Barycentric, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
     quadrature_count, quadrature_position,
 };
-use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact};
+use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact, filled};
 use crate::material::{Domain, Material, Psd};
 use crate::mesh::order::along_curve;
 use crate::scene::Stress;
@@ -143,7 +143,7 @@ pub(crate) fn rest_packs<const D: usize, const N: usize>(
     rest: &[f64],
 ) -> Vec<SimplexPack<D>> {
     let points = quadrature_count::<D, N>();
-    let mut packs = vec![SimplexPack::new(); patches.index.len() * points];
+    let mut packs = filled(SimplexPack::new(), patches.index.len() * points);
     for (element, vertices, pack, lane) in patches.stencils() {
         let nodes = points_of(rest, &vertices);
         for q in 0..points {

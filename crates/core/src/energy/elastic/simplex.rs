@@ -7,7 +7,7 @@ use super::kernels::{gather, scatter};
 use crate::algebra::Mat;
 use crate::element::{SimplexPack, edge_matrix, vertex_gradients};
 use crate::energy::patch::{PackIndex, Patch, Patches, Scratch};
-use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch, prefetch};
+use crate::lanes::{Kernel, Lanes, Pair, RowSlice, Rows, WIDTH, dispatch, prefetch, prefetch_early};
 use crate::material::Material;
 use crate::scalar::Scalar;
 
@@ -46,8 +46,10 @@ fn add_gradients<L: Lanes, const D: usize, const N: usize>(
     scatter(rows, index, vertex_gradients::<L, D, N>(h));
 }
 
-/// Packs that are asked for ahead: memory takes about as long as these take to compute.
+/// Packs that are asked for ahead: the second cache takes about as long as these take to compute.
 const AHEAD: usize = 4;
+/// Packs that are asked for ahead of the second cache: memory, when it is busy, takes about as long as these.
+const FAR_AHEAD: usize = 12;
 
 pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
     pub(super) material: &'a M,
@@ -138,6 +140,8 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
                 for pack in [ahead, ahead + 1] {
                     prefetch(self.packs, pack);
                     prefetch(&self.patches.index, pack);
+                    prefetch_early(self.packs, pack + FAR_AHEAD - AHEAD);
+                    prefetch_early(&self.patches.index, pack + FAR_AHEAD - AHEAD);
                 }
                 ahead += 2;
                 let (second, into) =

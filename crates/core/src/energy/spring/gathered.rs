@@ -8,7 +8,7 @@ use super::half_springs::HalfSprings;
 use super::kernels::tension;
 use super::neighbours::{COPIED_AT_ONCE, Neighbours};
 use super::slots::Slots;
-use crate::lanes::{Lanes, VertexRows, WIDTH};
+use crate::lanes::{Lanes, VertexRows, WIDTH, with_room};
 
 /// The other ends in every slot; a vertex itself in lanes without a spring.
 #[derive(Debug)]
@@ -20,20 +20,21 @@ pub(super) struct Gathered {
 impl Gathered {
     /// The other ends of these springs, and their constants.
     pub(super) fn new(half: &HalfSprings, stiffness: &[f64], rest_length: &[f64]) -> (Self, Slots) {
-        let (vertices, mut index, mut slots) = (half.vertex_count(), vec![], Slots::new(stiffness));
+        let own = |block| -> [usize; WIDTH] { std::array::from_fn(|lane| block * WIDTH + lane) };
+        let most = |block| own(block).map(|i| half.of(i).len()).into_iter().max().unwrap_or(0);
+        let count = (0..half.block_count()).map(most).sum();
+        let (mut index, mut slots) = (with_room(count), Slots::new(stiffness, count));
         for block in 0..half.block_count() {
-            let own: [usize; WIDTH] = std::array::from_fn(|lane| block * WIDTH + lane);
-            let most = own.map(|i| half.of(i).len()).into_iter().max().unwrap_or(0);
-            for k in 0..most {
+            let own = own(block);
+            for k in 0..most(block) {
                 let springs = own.map(|i| half.of(i).get(k));
                 index.push(std::array::from_fn(|l| springs[l].map_or(own[l] as u32, |h| h.neighbour)));
                 slots.push(&springs.map(|h| h.copied()), stiffness, rest_length);
             }
             slots.end_block();
         }
-        index.shrink_to_fit();
         slots.shrink();
-        (Gathered { vertices, index }, slots)
+        (Gathered { vertices: half.vertex_count(), index }, slots)
     }
 }
 

@@ -98,7 +98,7 @@ impl Runs {
             }
         }
         let rings = Rings::new(&frequency, half.block_count());
-        let mut slots = Slots::new(stiffness);
+        let mut slots = Slots::new(stiffness, count);
         let (mut runs, mut computed) = (Vec::with_capacity(count), Vec::with_capacity(half.block_count()));
         for block in 0..half.block_count() {
             draft(half, block, &mut drafts);

@@ -53,14 +53,18 @@ impl<L: Lanes> Constants<'_, L> {
 }
 
 impl Slots {
-    /// No slots yet, for springs of these stiffnesses.
-    pub(super) fn new(stiffness: &[f64]) -> Self {
+    /// No slots yet, with room for `count`, for springs of these stiffnesses.
+    pub(super) fn new(stiffness: &[f64], count: usize) -> Self {
         let first = stiffness.first().copied().unwrap_or(0.0);
         let same = stiffness.iter().all(|k| *k == first);
         Slots {
             start: vec![0],
-            rest_length: Aligned::default(),
-            stiffness: if same { Stiffness::Same(first) } else { Stiffness::Varying(Aligned::default()) },
+            rest_length: Aligned::with_room(count),
+            stiffness: if same {
+                Stiffness::Same(first)
+            } else {
+                Stiffness::Varying(Aligned::with_room(count))
+            },
             spring: vec![],
         }
     }

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod memory;
+mod pages;
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};

@@ -1,0 +1,45 @@
+//! Memory in huge pages.
+//!
+//! What is larger than the caches is read in order, some tens of megabytes a step, in pages of 4 KiB: a translation of an address
+//! for each, which takes as long as its lines do in a virtual machine. Pages of 2 MiB need one for 512 of them. Systems give them
+//! to whoever asks.
+#![allow(unsafe_code)]
+
+use std::mem::MaybeUninit;
+
+/// Bytes of a huge page, and their alignment.
+const HUGE: usize = 2 << 20;
+
+/// An empty vector with room for `capacity` items, in huge pages where it is that large and the system has any.
+pub fn with_room<T>(capacity: usize) -> Vec<T> {
+    let mut items = Vec::with_capacity(capacity);
+    ask_for_huge_pages(items.spare_capacity_mut());
+    items
+}
+
+/// A vector of `count` times `item`, likewise.
+pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
+    let mut items = with_room(count);
+    items.resize(count, item);
+    items
+}
+
+/// Asks for huge pages for what lies in whole ones. To be called before the memory is written: pages that are there stay.
+fn ask_for_huge_pages<T>(memory: &mut [MaybeUninit<T>]) {
+    #[cfg(target_os = "linux")]
+    {
+        let bytes = size_of_val(memory);
+        let start = memory.as_mut_ptr().cast::<u8>();
+        let skipped = start.align_offset(HUGE);
+        if skipped >= bytes || bytes - skipped < HUGE {
+            return;
+        }
+        let length = (bytes - skipped) / HUGE * HUGE;
+        // SAFETY: the range lies within `memory`, as `skipped + length <= bytes`, and begins at a page, as a huge page does. The
+        // advice changes neither what is in it nor whether it can be read or written, only in which pieces the system provides
+        // it. Systems that cannot follow it say so, and nothing is lost.
+        unsafe { libc::madvise(start.wrapping_add(skipped).cast(), length, libc::MADV_HUGEPAGE) };
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = memory;
+}
