@@ -14,7 +14,7 @@ use mcap::McapResult;
 
 use super::container::CHUNK_BYTES;
 use super::desk::Desk;
-use super::kept::{Batch, Needs};
+use super::kept::{Batch, Needs, bytes_of};
 use crate::observer::Frame;
 
 /// Bytes of frames after which a batch is handed over. Waking the thread takes some 20 us, as long as a hundred small frames take.
@@ -84,12 +84,13 @@ impl Behind {
         if has_failed {
             return self.desk().map(|_| ());
         }
-        if self.needs.bytes(frame) >= LARGE_BYTES {
-            self.desk()?.frame(frame, Some(&|| ()));
+        let frame = self.needs.of(frame);
+        if bytes_of(&frame) >= LARGE_BYTES {
+            self.desk()?.frame(&frame, Some(&|| ()));
             self.safe_until = Instant::now();
             return Ok(());
         }
-        self.batch.push(frame, self.needs);
+        self.batch.push(&frame);
         let now = Instant::now();
         self.listen(now)?;
         // Asked for early, so that nobody need wait.

@@ -24,8 +24,7 @@ pub(super) struct Desk {
     states: Option<Cloud>,
     elements: Option<Elements>,
     probes: Probes,
-    records_energy: bool,
-    records_reactions: bool,
+    needs: Needs,
     drawing: Option<Drawing>,
     buffers: [Vec<u8>; 4],
     frames: u64,
@@ -69,11 +68,20 @@ impl Desk {
             let message = transform::message();
             container.keep(&[Message::new(TRANSFORM.0, 0, 0, &message)], None);
         }
+        let needs = Needs {
+            places: asked(Channel::State)
+                || drawing.is_some()
+                || elements.is_some()
+                || !options.probes.is_empty(),
+            diagnostics: asked(Channel::Energy),
+            elements: elements.is_some(),
+            points: probes.wants_points(),
+            reactions: asked(Channel::Reactions),
+        };
         Ok(Desk {
             container,
+            needs,
             states: asked(Channel::State).then(state::cloud),
-            records_energy: asked(Channel::Energy),
-            records_reactions: asked(Channel::Reactions),
             elements,
             probes,
             drawing,
@@ -85,16 +93,7 @@ impl Desk {
 
     /// What it reads of a frame.
     pub(super) fn needs(&self) -> Needs {
-        Needs {
-            places: self.states.is_some()
-                || self.drawing.is_some()
-                || self.elements.is_some()
-                || !self.probes.is_empty(),
-            diagnostics: self.records_energy,
-            elements: self.elements.is_some(),
-            points: self.probes.wants_points(),
-            reactions: self.records_reactions,
-        }
+        self.needs
     }
 
     /// Number of elements whose states it reads.
@@ -122,11 +121,11 @@ impl Desk {
             elements.encode_frame(frame, states, log_time);
             group.extend(elements.messages(sequence, log_time));
         }
-        if let (true, Some(of_pins)) = (self.records_reactions, frame.reactions) {
+        if let (true, Some(of_pins)) = (self.needs.reactions, frame.reactions) {
             reactions::encode_frame(frame.time, of_pins, forces);
             group.push(Message::new(REACTIONS.0, sequence, log_time, forces));
         }
-        if let (true, Some(diagnostics)) = (self.records_energy, frame.diagnostics) {
+        if let (true, Some(diagnostics)) = (self.needs.diagnostics, frame.diagnostics) {
             energy::encode_frame(frame.step, diagnostics, frame.work, energies);
             group.push(Message::new(ENERGY.0, sequence, log_time, energies));
         }

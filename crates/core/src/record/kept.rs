@@ -16,7 +16,7 @@ pub(super) struct Needs {
 
 impl Needs {
     /// `frame` with what is needed of it.
-    fn of<'a>(self, frame: &Frame<'a>) -> Frame<'a> {
+    pub(super) fn of<'a>(self, frame: &Frame<'a>) -> Frame<'a> {
         Frame {
             x: if self.places { frame.x } else { &[] },
             v: if self.places { frame.v } else { &[] },
@@ -27,13 +27,13 @@ impl Needs {
             ..*frame
         }
     }
+}
 
-    /// Bytes to be copied of `frame`.
-    pub(super) fn bytes(self, frame: &Frame<'_>) -> usize {
-        let Frame { x, v, elements, points, reactions, .. } = self.of(frame);
-        let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
-        size_of::<Kept>() + size_of_val(x) + size_of_val(v) + elements + reactions.map_or(0, size_of_val)
-    }
+/// Bytes that a copy of `frame` takes.
+pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
+    let Frame { x, v, elements, points, reactions, .. } = *frame;
+    let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
+    size_of::<Kept>() + size_of_val(x) + size_of_val(v) + elements + reactions.map_or(0, size_of_val)
 }
 
 /// A slice that may be missing, copied to where the last one was.
@@ -57,7 +57,7 @@ impl<T: Clone> Copied<T> {
     }
 }
 
-/// A frame, or what is needed of it.
+/// A copy of a frame.
 #[derive(Debug)]
 pub(super) struct Kept {
     index: u64,
@@ -134,13 +134,13 @@ pub(super) struct Batch {
 }
 
 impl Batch {
-    pub(super) fn push(&mut self, frame: &Frame<'_>, needs: Needs) {
+    pub(super) fn push(&mut self, frame: &Frame<'_>) {
         if self.count == self.kept.len() {
             self.kept.push(Kept::new());
         }
-        self.kept[self.count].set(&needs.of(frame));
+        self.kept[self.count].set(frame);
         self.count += 1;
-        self.bytes += needs.bytes(frame);
+        self.bytes += bytes_of(frame);
     }
 
     /// Bytes of all frames.

@@ -18,10 +18,6 @@ impl Probes {
         Probes { probes: (PROBES..).zip(probes).map(|(id, probe)| (id, probe.clone(), Vec::new())).collect() }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
-        self.probes.is_empty()
-    }
-
     /// Whether any of them reads the states of points.
     pub(super) fn wants_points(&self) -> bool {
         self.probes.iter().any(|(_, probe, _)| probe.point.is_some())
