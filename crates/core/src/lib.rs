@@ -75,3 +75,4 @@ pub mod stress;
 pub mod study;
 pub mod system;
 pub mod topology;
+pub mod value;

@@ -7,6 +7,7 @@ mod material;
 mod matrices;
 mod retry;
 mod snapshot;
+mod work;
 #[cfg(test)]
 mod tests;
 
@@ -15,9 +16,11 @@ pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
 pub use retry::RetriedSteps;
 pub use snapshot::{Snapshot, SnapshotError};
+pub use work::Work;
 
 use std::borrow::Cow;
 
+use crate::algebra::bounding_diagonal;
 use crate::control::Controller;
 use crate::diagnostics::{
     Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
@@ -26,11 +29,10 @@ use crate::diagnostics::{
 use crate::element::Barycentric;
 use crate::energy::Fault;
 use crate::integrator::estimate::Tolerances;
-use crate::integrator::{Integrator, Method, Scheme, StepFault};
+use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
-use crate::observer::Work;
-use crate::solver::{SolverOptions, Verdict};
-use crate::state::{State, diagonal};
+use crate::solver::{SolverOptions, StepFault, Verdict};
+use crate::state::State;
 use crate::system::System;
 
 /// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and in Python
@@ -369,7 +371,7 @@ impl Simulation {
 
     /// Diagonal of the bounding box of all vertices, now [m].
     pub fn size(&self) -> f64 {
-        diagonal(self.state.x(), self.system.dimension())
+        bounding_diagonal(self.state.x(), self.system.dimension())
     }
 
     /// How much energy the potentials can be expected to turn over from the present state on [J].

@@ -9,7 +9,7 @@ use crate::energy::Stencils;
 use crate::energy::elastic::centroids;
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::lanes::{Kernel, Lanes, dispatch};
-use crate::mesh::order::along_curve;
+use crate::numbering::along_curve;
 
 /// Viscosities of a solid [Pa s]; of a sheet, times its thickness [Pa s m].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

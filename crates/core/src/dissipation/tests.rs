@@ -4,8 +4,8 @@ use super::*;
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::{Elastic, points_of};
 use crate::energy::measure::{Constants, Length};
+use crate::material::Stress;
 use crate::material::{Isotropic, Linear, Model, Plane, PlaneIsotropic};
-use crate::scene::Stress;
 
 /// `i`-th number of a sequence without pattern in (-1, 1).
 fn number(i: usize) -> f64 {

@@ -19,6 +19,7 @@ pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{
     QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
 };
+pub(crate) use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
 pub use validity::{least_jacobian, volume};
 

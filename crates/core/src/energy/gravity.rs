@@ -61,7 +61,7 @@ impl EnergyTerm for UniformGravity {
     /// `M |g| L`, `L` the diagonal of the bounding box: the origin of the potential is arbitrary.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
-        self.total_mass() * g * crate::state::diagonal(x, self.acceleration.len())
+        self.total_mass() * g * crate::algebra::bounding_diagonal(x, self.acceleration.len())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {

@@ -1,7 +1,8 @@
 //! The generalised-alpha family, Newmark's methods included.
 
+use super::Integrator;
 use super::implicit::{Next, Solve, StageSolver};
-use super::{Integrator, StepFault};
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::dirk::Dirk;
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
-use super::{BadParameter, Documentation, Integrator, Method, Scheme, StepFault, implicit_euler, tr_bdf2};
+use super::{BadParameter, Documentation, Integrator, Method, Scheme, implicit_euler, tr_bdf2};
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};

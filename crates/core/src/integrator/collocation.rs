@@ -9,8 +9,9 @@
 //!
 //! They are solved by Newton's method with a sparse LU factorisation, for the matrix is not symmetric. Hairer, Wanner 1996, *Solving
 //! Ordinary Differential Equations II*, section IV.8.
+use super::Integrator;
 use super::implicit::Next;
-use super::{Integrator, StepFault};
+use crate::solver::StepFault;
 use crate::solver::coupled::{CoupledNewton, Stages, coupled_newton};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;

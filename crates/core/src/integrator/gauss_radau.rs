@@ -1,9 +1,10 @@
 //! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by iteration.
 
+use super::Integrator;
 use super::estimate::{Judgement, Tolerances};
 use super::ias15::Ias15Parameters;
 use super::implicit::Next;
-use super::{Integrator, StepFault};
+use crate::solver::StepFault;
 use crate::solver::{SolveError, Verdict};
 use crate::state::State;
 use crate::system::{ForceId, System};

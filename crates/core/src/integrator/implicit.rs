@@ -1,7 +1,8 @@
 //! What implicit schemes have in common: stages that are solved, and the memory of a step.
 
-use super::{StepFault, all_finite};
+use crate::algebra::all_finite;
 use crate::lanes::Numbers;
+use crate::solver::StepFault;
 use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
 use crate::state::State;
 use crate::system::{ForceId, System};

@@ -19,8 +19,7 @@ mod tests;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::energy::Fault;
-use crate::solver::{SolveError, SolverOptions, SolverWork};
+use crate::solver::{SolverOptions, SolverWork, StepFault};
 use crate::state::State;
 use crate::system::System;
 
@@ -257,26 +256,6 @@ pub trait Integrator: Send + Sync {
     fn bytes(&self) -> usize;
 }
 
-/// A step could not be taken.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StepFault {
-    /// Where and why, if a term knows.
-    pub fault: Option<Fault>,
-    /// First vertex whose new position or velocity is not finite.
-    pub vertex: Option<usize>,
-    /// How the solver of an implicit step ended, where that is the reason.
-    pub solve: Option<SolveError>,
-}
-
-impl StepFault {
-    /// Finds out what went wrong with these stage values.
-    pub(crate) fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
-        let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
-        let fault = system.fault(x).or_else(|| system.dissipative_fault(x, v));
-        StepFault { fault, vertex: vertex.map(|i| i / system.dimension()), solve: None }
-    }
-}
-
 /// The node of a stage, in steps. The end of the step is met exactly: a sum of rounded coefficients may be beside it.
 fn node(row: &[f64]) -> f64 {
     let sum = row.iter().sum::<f64>();
@@ -287,18 +266,4 @@ fn node(row: &[f64]) -> f64 {
 /// after keeps second order.
 pub(crate) fn half_drag(system: &System, h: f64) -> f64 {
     (-0.5 * system.ether_drag() * h).exp()
-}
-
-/// Whether all are finite; a sum instead of a test for each, so that it vectorises.
-pub(crate) fn all_finite(values: &[f64]) -> bool {
-    let mut sums = [0.0; 8];
-    let chunks = values.chunks_exact(8);
-    let rest: f64 = chunks.remainder().iter().map(|x| x * 0.0).sum();
-    for chunk in chunks {
-        for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x * 0.0;
-        }
-    }
-    // Zero times a finite number is zero, times anything else NaN.
-    sums.iter().sum::<f64>() + rest == 0.0
 }

@@ -3,7 +3,8 @@
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
 //! minimum that Newton's method reaches from the last one.
 use super::implicit::{Next, Solve, StageSolver};
-use super::{Documentation, Integrator, Method, Scheme, StepFault};
+use super::{Documentation, Integrator, Method, Scheme};
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};

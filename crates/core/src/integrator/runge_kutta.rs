@@ -4,8 +4,10 @@ use rayon::prelude::*;
 
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::tableau::{Stages, Tableau};
-use super::{Integrator, StepFault, all_finite, half_drag, node};
+use super::{Integrator, half_drag, node};
+use crate::algebra::all_finite;
 use crate::lanes::Numbers;
+use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 

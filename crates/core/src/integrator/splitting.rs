@@ -6,9 +6,10 @@
 //! force at the velocity before the kick. The force of the potentials is computed once; a stage more is one evaluation of the
 //! dissipative terms. A scene without such forces has none of this.
 
-use super::{Integrator, StepFault, half_drag};
+use super::{Integrator, half_drag};
 use crate::lanes::Numbers;
 use crate::pass::{Pass, Passed};
+use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 

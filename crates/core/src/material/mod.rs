@@ -6,6 +6,7 @@ mod parameters;
 mod preset;
 mod registry;
 mod spectrum;
+mod stress;
 mod stretches;
 
 pub use arap::WithoutPoisson;
@@ -17,6 +18,7 @@ pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Plane, Stiffne
 pub use preset::{AboutPreset, PRESETS, Preset};
 pub use registry::{About, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, InvariantDerivatives, Spectrum};
+pub use stress::Stress;
 pub use stretches::Stretches;
 
 use registry::register_materials;

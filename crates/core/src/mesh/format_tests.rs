@@ -210,10 +210,10 @@ fn middles_are_in_the_middle(mesh: &Mesh) {
         }
     };
     for (cell, middles) in mesh.tetrahedra.iter().zip(&mesh.tetrahedron_middles) {
-        check(&super::quadratic::TETRAHEDRON_EDGES, cell, middles);
+        check(&crate::element::TETRAHEDRON_EDGES, cell, middles);
     }
     for (cell, middles) in mesh.triangles.iter().zip(&mesh.triangle_middles) {
-        check(&super::quadratic::TRIANGLE_EDGES, cell, middles);
+        check(&crate::element::TRIANGLE_EDGES, cell, middles);
     }
     assert!(!mesh.triangle_middles.is_empty() || !mesh.tetrahedron_middles.is_empty());
 }

@@ -175,7 +175,7 @@ mod tests {
                 else {
                     return true;
                 };
-                super::super::quadratic::TETRAHEDRON_EDGES.iter().zip(middles).all(|(&[a, b], &m)| {
+                crate::element::TETRAHEDRON_EDGES.iter().zip(middles).all(|(&[a, b], &m)| {
                     let (a, b, m) =
                         (mesh.point(cell[a] as usize), mesh.point(cell[b] as usize), mesh.point(m as usize));
                     (0..3).all(|i| (0.5 * (a[i] + b[i]) - m[i]).abs() < 1e-15)

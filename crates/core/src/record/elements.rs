@@ -6,13 +6,13 @@
 
 use std::collections::BTreeMap;
 
-use foxglove::messages::PointCloud;
 use mcap::Channel;
 use serde::{Deserialize, Serialize};
 
 use super::channel::{ELEMENTS, typed};
 use super::cloud::{self, Cloud};
 use super::container::Message;
+use super::protobuf::POINT_CLOUD;
 use crate::diagnostics::{ElementState, MEASURES, Measure};
 use crate::observer::Frame;
 use crate::scene;
@@ -98,7 +98,7 @@ impl Elements {
                 // Strings and integers always have a JSON form.
                 ("bodies".to_owned(), serde_json::to_string(&self.bodies).unwrap_or_default()),
             ]));
-            let mut channel = typed::<PointCloud>((*id, ""), metadata);
+            let mut channel = typed((*id, ""), POINT_CLOUD, metadata);
             channel.topic = topic(measure);
             channel
         })

@@ -37,6 +37,7 @@ mod kept;
 mod outcome;
 mod paths;
 mod probe;
+mod protobuf;
 mod reactions;
 pub mod read;
 mod recorder;

@@ -2,8 +2,8 @@
 
 use super::{Simulation, StepError};
 use crate::control::{Controller, StepControl};
-use crate::integrator::StepFault;
 use crate::integrator::estimate::{ErrorNorm, Judgement};
+use crate::solver::StepFault;
 use crate::solver::scene_size;
 use crate::system::System;
 

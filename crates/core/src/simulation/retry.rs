@@ -1,7 +1,7 @@
 //! Steps that are not solved are taken in halves.
 
 use super::{Retried, Simulation};
-use crate::integrator::StepFault;
+use crate::solver::StepFault;
 
 /// Steps that were not solved at once, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]

@@ -5,10 +5,10 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
+use super::StepFault;
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
 use super::{SolveError, SolverOptions, SolverWork, Verdict, scene_size};
-use crate::integrator::StepFault;
 use crate::material::Psd;
 use crate::system::System;
 

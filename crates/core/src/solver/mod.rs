@@ -4,6 +4,7 @@ pub mod block_matrix;
 pub mod cholesky;
 pub mod conjugate_gradients;
 pub(crate) mod coupled;
+mod fault;
 pub mod hessian;
 mod iterative;
 pub mod multigrid;
@@ -13,9 +14,9 @@ pub mod ordering;
 #[cfg(test)]
 mod tests;
 
+pub use fault::StepFault;
 pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
 
-use crate::integrator::StepFault;
 use crate::system::System;
 use newton::Newton;
 
@@ -110,7 +111,7 @@ pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Min
 /// axis where it is farthest, or 1.
 pub(crate) fn scene_size(x: &[f64], dimension: usize) -> f64 {
     let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    [crate::state::diagonal(x, dimension), reach].into_iter().find(|l| *l > 0.0).unwrap_or(1.0)
+    [crate::algebra::bounding_diagonal(x, dimension), reach].into_iter().find(|l| *l > 0.0).unwrap_or(1.0)
 }
 
 /// Work done in solvers, in counts that do not depend on the machine.

@@ -10,9 +10,9 @@ use std::ops::Range;
 use super::elastic::points_of;
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
+use crate::algebra::all_finite;
 use crate::diagnostics::ElementState;
 use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
-use crate::integrator::all_finite;
 use crate::material::Psd;
 
 /// A hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the other. Functions say false where

@@ -7,8 +7,8 @@
 use crate::algebra::{Dual, Mat, Vect};
 use crate::diagnostics::ElementState;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, dispatch_compact};
+use crate::material::Stress;
 use crate::material::{Domain, Material, Psd, Spectrum, Tangent, autodiff_stress};
-use crate::scene::Stress;
 
 /// Matrices of `WIDTH` elements side by side, `[row][column][lane]`.
 #[derive(Clone, Copy, Debug)]

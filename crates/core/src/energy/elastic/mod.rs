@@ -29,9 +29,9 @@ use crate::element::{
     quadrature_count, quadrature_position,
 };
 use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact, filled};
+use crate::material::Stress;
 use crate::material::{Domain, Material, Psd};
-use crate::mesh::order::along_curve;
-use crate::scene::Stress;
+use crate::numbering::along_curve;
 
 /// Simplices of `N` vertices filled with one material: `N = 3` and `4` linear, `6` and `10` quadratic.
 pub struct Elastic<const D: usize, const N: usize> {

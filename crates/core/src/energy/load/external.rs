@@ -1,7 +1,7 @@
 //! Forces from outside that are set while a simulation runs: by a controller, a hand, another program.
 
+use crate::algebra::all_finite;
 use crate::energy::{EnergyKind, EnergyTerm, Fault};
-use crate::integrator::all_finite;
 use crate::numbering::Numbering;
 
 /// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it cannot.
@@ -77,7 +77,7 @@ impl EnergyTerm for ExternalForces {
     fn scale(&mut self, x: &[f64]) -> f64 {
         let rows = self.now.chunks_exact(self.dimension);
         let lengths = rows.map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
-        lengths.sum::<f64>() * crate::state::diagonal(x, self.dimension)
+        lengths.sum::<f64>() * crate::algebra::bounding_diagonal(x, self.dimension)
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {

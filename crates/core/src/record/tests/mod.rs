@@ -6,6 +6,7 @@ mod disk_full;
 mod elements;
 mod killed;
 mod probes;
+mod protobuf;
 mod reactions;
 mod refusal;
 

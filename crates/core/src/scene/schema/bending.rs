@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::OneOrMany;
-use super::measured::*;
 use crate::quantity::Quantity;
+use crate::value::OneOrMany;
+use crate::value::*;
 
 /// Bending: either `stiffness`, or what it follows from, `young` and `thickness`.
 ///

@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{
     BendingSpec, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin, RepeatSpec,
     TransformSpec, Wall,
 };
-use crate::material::{MaterialSpec, Preset};
+use crate::material::{MaterialSpec, Preset, Stress};
 use crate::quantity::Quantity;
+use crate::value::*;
 
 /// One body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -71,17 +71,6 @@ pub struct Body {
     /// Initial velocity; at rest without it. What is pinned stays at rest, or moves as its pin says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocitySpec>,
-}
-
-/// How the stress `P` of a material is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stress {
-    /// By the model's closed form.
-    #[default]
-    Analytic,
-    /// By automatic differentiation of its energy density.
-    Autodiff,
 }
 
 /// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.

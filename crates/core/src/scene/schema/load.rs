@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{BoxSelection, OverPlaceOf, OverTime, Selection, Wall};
+use crate::value::*;
 
 /// A force from outside. At most one of `box`, `half_space`, `vertices` and `group` says on what, all of the body without them;
 /// exactly one of `force`, `force_per_vertex`, `body_force`, `traction` and `pressure` says which. Each number may be a formula of

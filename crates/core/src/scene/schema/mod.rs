@@ -16,12 +16,9 @@ mod bending;
 mod body;
 mod damping;
 mod load;
-mod measured;
 mod membrane;
 mod mesh;
 mod nodal;
-mod one_or_many;
-mod over_time;
 mod pin;
 mod probe;
 mod shapes;
@@ -35,19 +32,20 @@ pub use bending::*;
 pub use body::*;
 pub use damping::*;
 pub use load::*;
-pub(crate) use measured::*;
 pub use membrane::*;
 pub use mesh::*;
 pub use nodal::*;
-pub use one_or_many::OneOrMany;
-pub use over_time::OverTime;
-pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
 pub use pin::*;
 pub use probe::*;
 pub use shapes::*;
 pub use solver::Solver;
 pub use study::StudySpec;
 pub use transform::*;
+
+pub use crate::material::Stress;
+pub(crate) use crate::value::*;
+pub use crate::value::{OneOrMany, OverTime};
+pub(crate) use crate::value::{OverPlaceOf, OverTimeOf};
 
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

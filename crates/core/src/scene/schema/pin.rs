@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{BoxSelection, OverPlaceOf, OverTime, OverTimeOf, Selection, Wall};
+use crate::value::*;
 
 /// Vertices that are held. Exactly one of `box`, `half_space`, `vertices` and `group` says which. Without the other keys, all of
 /// their coordinates stay where they are.

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Time;
-use super::measured::*;
 use crate::solver::{LinearSolver, SolverOptions};
+use crate::value::*;
 
 /// How the equations of an implicit step are solved: by Newton's method, with a linear solver inside.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

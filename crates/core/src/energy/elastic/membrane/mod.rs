@@ -20,9 +20,9 @@ use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
 use crate::energy::patch::{PackIndex, Patch, Patches, Workspace};
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
+use crate::material::Stress;
 use crate::material::{Lame, Material, Plane, Psd};
-use crate::mesh::order::along_curve;
-use crate::scene::Stress;
+use crate::numbering::along_curve;
 
 /// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
 pub(crate) fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {

@@ -5,9 +5,9 @@ use crate::diagnostics::ElementState;
 use crate::energy::elastic::block::{Block, BlockMaterial};
 use crate::energy::elastic::kernels::BLOCKS;
 use crate::lanes::WIDTH;
+use crate::material::Stress;
 use crate::material::{Domain, Psd, Spectrum, Tangent};
 use crate::scalar::Scalar;
-use crate::scene::Stress;
 
 /// Relative change of the thickness below which one more step of Newton's method is exact to rounding.
 const CLOSE: f64 = 1e-8;

@@ -31,8 +31,8 @@ use crate::algebra::Mat;
 use crate::diagnostics::ElementState;
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::{WIDTH, dispatch};
+use crate::material::Stress;
 use crate::material::{Domain, Material, MaterialSpec, MaterialVisitor, Psd};
-use crate::scene::Stress;
 
 use hessian::Part;
 use rings::{Deform, Gather, Rings};
