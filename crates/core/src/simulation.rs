@@ -7,9 +7,9 @@ mod material;
 mod matrices;
 mod retry;
 mod snapshot;
-mod work;
 #[cfg(test)]
 mod tests;
+mod work;
 
 pub use error::{Retried, StepError};
 pub use material::MaterialError;

@@ -19,8 +19,8 @@ pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{
     QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
 };
-pub(crate) use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
+pub(crate) use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use validity::{least_jacobian, volume};
 
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
