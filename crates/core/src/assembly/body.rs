@@ -52,7 +52,7 @@ impl Parts {
         first_vertex: u32,
     ) -> Result<Self, Vec<Problem>> {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
-        let mesh = build_body(spec, dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        let mesh = build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
         let mut problems = vec![];
         let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
         if thickness.is_some() && mesh.element_dimension() != 2 {

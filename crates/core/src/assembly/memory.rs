@@ -22,7 +22,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
     let (mut vertices, mut particles) = (0u64, 0u64);
     for (i, body) in scene.body.iter().enumerate() {
         let path = KeyPath::root().key("body").index(i).key("mesh");
-        match predicted_body_size(body, scene.dimension, &scene.directory) {
+        match predicted_body_size(&body.body_mesh(), scene.dimension, &scene.directory) {
             Ok(size) => {
                 let nodal = body.nodal_integration.is_some();
                 total = total.saturating_add(predicted_bytes(&size, scene.dimension, nodal));
@@ -122,7 +122,7 @@ mod tests {
                     }],
                 }))
                 .unwrap();
-                let size = predicted_body_size(&scene.body[0], dimension, ".".as_ref()).unwrap();
+                let size = predicted_body_size(&scene.body[0].body_mesh(), dimension, ".".as_ref()).unwrap();
                 let predicted = predicted_bytes(&size, dimension, nodal);
                 let held = scene.assemble(UnstableStep::Refuse).unwrap().report.bytes as u64;
                 assert!(

@@ -1,7 +1,7 @@
 //! What can be recorded of every element, by name: the deformation, and the strains and stresses that follow from it.
 
-use super::ElementState;
 use crate::algebra::Mat;
+use crate::element::ElementState;
 use crate::scene::Channel;
 
 /// One measure of deformation, strain or stress.

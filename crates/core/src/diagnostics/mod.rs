@@ -32,15 +32,14 @@ pub struct Diagnostics {
 }
 
 mod balance;
-mod elements;
 mod integral;
 mod ledger;
 mod measures;
 mod reaction;
 mod stability;
 
+pub use crate::element::ElementState;
 pub use balance::Balance;
-pub use elements::ElementState;
 pub(crate) use ledger::{BeforeWalls, Ledger};
 pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;

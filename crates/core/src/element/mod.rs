@@ -10,6 +10,7 @@ mod quadratic;
 mod quadrature;
 mod shape;
 mod simplex;
+mod state;
 mod tangents;
 mod validity;
 
@@ -26,6 +27,7 @@ pub use validity::{least_jacobian, volume};
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
+pub use state::ElementState;
 pub(crate) use tangents::{Tangents, scatter_stress, tangents, times, transpose_times};
 
 /// What an element says of itself, for `pliant list elements`.

@@ -14,8 +14,8 @@ pub mod spring;
 
 use std::ops::Range;
 
-use crate::diagnostics::ElementState;
 use crate::element::Barycentric;
+use crate::element::ElementState;
 use crate::material::Psd;
 
 /// Which sum of the diagnostics an energy belongs to.

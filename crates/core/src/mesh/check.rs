@@ -142,9 +142,9 @@ fn unreferenced(mesh: &Mesh) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests {
+    use crate::mesh::spec::InlineSpec;
     use crate::mesh::test_support::{build_inline, points};
     use crate::mesh::{Cell, MeshError};
-    use crate::scene::InlineSpec;
 
     fn plane(coordinates: &[[f64; 2]], triangles: &[[u32; 3]]) -> Result<crate::mesh::Mesh, MeshError> {
         let spec = InlineSpec {

@@ -7,7 +7,7 @@ use super::check::{check, unusable_cells};
 use super::quadratic::MidNodes;
 use super::tokens::Fault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
-use crate::scene::FileSpec;
+use crate::mesh::spec::FileSpec;
 
 /// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n` cells and
 /// ask for `n^2` memory.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::file::{Format, Input, Site};
 use super::{FileTag, Mesh, MeshError, MidNodes, build};
-use crate::scene::{FileSpec, MeshSpec};
+use crate::mesh::spec::{FileSpec, MeshSpec};
 
 /// The line of a fault, and what the file calls the thing at fault.
 type Location = (u32, Option<FileTag>);

@@ -50,6 +50,7 @@ mod quality;
 mod repeat;
 mod select;
 mod size;
+pub mod spec;
 mod sphere;
 mod stl;
 mod strand;

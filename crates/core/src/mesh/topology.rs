@@ -111,8 +111,8 @@ impl Mesh {
 mod tests {
     use std::path::Path;
 
+    use crate::mesh::spec::{GridSpec, MeshSpec, StrandSpec};
     use crate::mesh::test_support::{build_grid, grid};
-    use crate::scene::{GridSpec, MeshSpec, StrandSpec};
 
     #[test]
     fn edges_are_unique_sorted_and_as_many_as_euler_says() {

@@ -2,7 +2,8 @@
 
 use super::build::{finite, vector};
 use super::{Mesh, MeshError, turn};
-use crate::scene::{OneOrMany, RotateSpec, TransformSpec};
+use crate::mesh::spec::{RotateSpec, TransformSpec};
+use crate::value::OneOrMany;
 
 /// Moves every vertex to `centre + R S (X - centre) + translate`: scaled along the axes first, then rotated, then moved.
 ///
@@ -98,8 +99,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::mesh::spec::{BallSpec, GridSpec, MeshSpec};
     use crate::mesh::test_support::{build_grid, grid};
-    use crate::scene::{BallSpec, GridSpec, MeshSpec};
 
     fn volume(mesh: &Mesh) -> f64 {
         super::super::check::check(mesh).unwrap();

@@ -11,7 +11,7 @@ use super::elastic::points_of;
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
 use crate::algebra::all_finite;
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
 use crate::material::Psd;
 

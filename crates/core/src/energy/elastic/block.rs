@@ -5,7 +5,7 @@
 //! not once for each material. The linear elements' forces alone are too short for that way: they have a kernel of their own.
 
 use crate::algebra::{Dual, Mat, Vect};
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Domain, Material, Psd, Spectrum, Tangent, autodiff_stress};

@@ -23,7 +23,7 @@ use simplex::{Fused, SimplexForces};
 use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::element::{
     Barycentric, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
     quadrature_count, quadrature_position,

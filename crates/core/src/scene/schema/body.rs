@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BendingSpec, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin, RepeatSpec,
-    TransformSpec, Wall,
+    BendingSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin,
+    RepeatSpec, TransformSpec, Wall,
 };
 use crate::material::{MaterialSpec, Preset, Stress};
 use crate::quantity::Quantity;
@@ -114,61 +114,6 @@ pub enum MassSpec {
     Preset(Preset),
 }
 
-/// A set of vertices of a body, by their rest positions.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Selection {
-    /// All vertices with `min <= X <= max` (tolerance 1e-9 of the body's size).
-    Box(BoxSelection),
-    /// All vertices with `normal . X <= offset` (tolerance 1e-9 of the body's size).
-    HalfSpace(Wall),
-    /// These vertices, by index in the body.
-    Vertices(Vec<u32>),
-    /// A named group of the mesh.
-    Group(String),
-}
-
-impl Selection {
-    /// The selections that these keys of a table make.
-    pub(super) fn among(
-        corners: Option<&BoxSelection>,
-        half_space: Option<&Wall>,
-        vertices: Option<&Vec<u32>>,
-        group: Option<&String>,
-    ) -> Vec<Selection> {
-        let all = [
-            corners.cloned().map(Selection::Box),
-            half_space.cloned().map(Selection::HalfSpace),
-            vertices.cloned().map(Selection::Vertices),
-            group.cloned().map(Selection::Group),
-        ];
-        all.into_iter().flatten().collect()
-    }
-
-    /// The key that says it.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Selection::Box(_) => "box",
-            Selection::HalfSpace(_) => "half_space",
-            Selection::Vertices(_) => "vertices",
-            Selection::Group(_) => "group",
-        }
-    }
-}
-
-/// An axis-aligned box.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BoxSelection {
-    /// Lower corner [m].
-    #[serde(with = "As::<Vec<Length>>")]
-    #[schemars(length(min = 2, max = 3))]
-    pub min: Vec<f64>,
-    /// Upper corner [m].
-    #[serde(with = "As::<Vec<Length>>")]
-    #[schemars(length(min = 2, max = 3))]
-    pub max: Vec<f64>,
-}
-
 /// Initial positions of a body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -261,6 +206,12 @@ impl Body {
     /// Whether its elements are of second order.
     pub fn is_quadratic(&self) -> bool {
         self.order == Some(2)
+    }
+
+    /// Its mesh, and what becomes of it.
+    pub fn body_mesh(&self) -> BodyMesh<'_> {
+        let (transform, repeat) = (self.transform.as_ref(), self.repeat.as_ref());
+        BodyMesh { shape: &self.mesh, quadratic: self.is_quadratic(), transform, repeat }
     }
 
     /// How the stress of `elastic` is computed.

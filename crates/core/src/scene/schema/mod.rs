@@ -17,14 +17,11 @@ mod body;
 mod damping;
 mod load;
 mod membrane;
-mod mesh;
 mod nodal;
 mod pin;
 mod probe;
-mod shapes;
 mod solver;
 mod study;
-mod transform;
 
 pub use adaptive::Adaptive;
 pub use attachment::*;
@@ -33,16 +30,14 @@ pub use body::*;
 pub use damping::*;
 pub use load::*;
 pub use membrane::*;
-pub use mesh::*;
 pub use nodal::*;
 pub use pin::*;
 pub use probe::*;
-pub use shapes::*;
 pub use solver::Solver;
 pub use study::StudySpec;
-pub use transform::*;
 
 pub use crate::material::Stress;
+pub use crate::mesh::spec::*;
 pub(crate) use crate::value::*;
 pub use crate::value::{OneOrMany, OverTime};
 pub(crate) use crate::value::{OverPlaceOf, OverTimeOf};
@@ -139,18 +134,6 @@ impl World {
     pub fn gravity_changes(&self) -> bool {
         self.gravity.iter().flatten().any(|component| component.constant().is_none())
     }
-}
-
-/// A rigid half-space: a vertex with `normal . x < offset` is put back on the plane, its normal velocity zeroed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Wall {
-    /// Points out of the wall; need not be of unit length.
-    #[schemars(length(min = 2, max = 3))]
-    pub normal: Vec<f64>,
-    /// `normal . x` on the plane [m, after the normal is scaled to unit length].
-    #[serde(with = "As::<Length>")]
-    pub offset: f64,
 }
 
 /// Newtonian gravity `E = -G m_i m_j / sqrt(r^2 + softening^2)` between every pair.

@@ -1,7 +1,7 @@
 //! Plane stress for every material: the stretch across the sheet that leaves its faces free.
 
 use crate::algebra::{Mat, Vect, signed_svd};
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::energy::elastic::block::{Block, BlockMaterial};
 use crate::energy::elastic::kernels::BLOCKS;
 use crate::lanes::WIDTH;

@@ -28,7 +28,7 @@ use super::block::{Block, BlockMaterial};
 use super::hessian::{MARGIN, first_root};
 use super::kernels::BLOCKS;
 use crate::algebra::Mat;
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::{WIDTH, dispatch};
 use crate::material::Stress;

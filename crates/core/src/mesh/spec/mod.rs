@@ -1,12 +1,32 @@
-//! Shapes at rest.
+//! Shapes at rest, as a user writes them.
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::shapes::*;
 use crate::value::*;
+
+mod selection;
+mod shapes;
+mod transform;
+
+pub use selection::*;
+pub use shapes::*;
+pub use transform::*;
+
+/// The mesh of a body: its shape, and how that is refined, moved and repeated.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyMesh<'a> {
+    /// Its shape.
+    pub shape: &'a MeshSpec,
+    /// Whether its cells are of second order.
+    pub quadratic: bool,
+    /// Where it is, where that is not where the shape has it.
+    pub transform: Option<&'a TransformSpec>,
+    /// How often it is there, where that is more than once.
+    pub repeat: Option<&'a RepeatSpec>,
+}
 
 /// The shape of a body at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
