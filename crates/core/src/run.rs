@@ -344,7 +344,7 @@ impl Run<'_, '_> {
 /// The energy that a change of energy is compared with: what is kinetic and stored at the start, what gravity can give
 /// over the size of the scene, and at least the motion of a billionth of that size per step, which is where rounding ends.
 pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
-    let size = simulation.size();
+    let size = simulation.length_scale();
     let floor =
         0.5 * simulation.system().mass().iter().sum::<f64>() * (1e-9 * size / simulation.step_size()).powi(2);
     (start.kinetic + simulation.potential_scale()).max(floor).max(f64::MIN_POSITIVE)

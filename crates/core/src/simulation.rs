@@ -30,7 +30,7 @@ use crate::integrator::{Integrator, Method, Scheme, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
 use crate::solver::{SolverOptions, Verdict};
-use crate::state::{State, diagonal};
+use crate::state::State;
 use crate::system::System;
 
 /// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and in Python
@@ -365,11 +365,6 @@ impl Simulation {
             })
         };
         self.points.iter().filter_map(state).collect()
-    }
-
-    /// Diagonal of the bounding box of all vertices, now [m].
-    pub fn size(&self) -> f64 {
-        diagonal(self.state.x(), self.system.dimension())
     }
 
     /// How much energy the potentials can be expected to turn over from the present state on [J].

@@ -71,8 +71,27 @@ impl State {
     }
 }
 
+/// Points are one point where they differ by less than this part of their distance from the origin:
+/// rounding, of coordinates and of energies, is a thousandth of it.
+const ONE_POINT: f64 = 1e-12;
+
+/// The length that tolerances and energies go by [m]: the diagonal of the bounding box of points `(n,
+/// dimension)`; of a single point, or several at one place, its distance from the origin along the axis
+/// where it is farthest; at the origin, 1.
+pub(crate) fn scene_size(x: &[f64], dimension: usize) -> f64 {
+    let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let diagonal = diagonal(x, dimension);
+    if diagonal > ONE_POINT * reach {
+        diagonal
+    } else if reach > 0.0 {
+        reach
+    } else {
+        1.0
+    }
+}
+
 /// Diagonal of the bounding box of points `(n, dimension)` [m]; zero without points.
-pub(crate) fn diagonal(x: &[f64], dimension: usize) -> f64 {
+fn diagonal(x: &[f64], dimension: usize) -> f64 {
     let mut sum = 0.0;
     for c in 0..dimension {
         let component = || x.iter().skip(c).step_by(dimension);

@@ -58,10 +58,10 @@ impl EnergyTerm for UniformGravity {
             .sum()
     }
 
-    /// `M |g| L`, `L` the diagonal of the bounding box: the origin of the potential is arbitrary.
+    /// `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
-        self.total_mass() * g * crate::state::diagonal(x, self.acceleration.len())
+        self.total_mass() * g * crate::state::scene_size(x, self.acceleration.len())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {

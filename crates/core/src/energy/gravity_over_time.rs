@@ -75,7 +75,7 @@ impl EnergyTerm for GravityOverTime {
 
     /// By the largest gravity: it may begin at zero.
     fn scale(&mut self, x: &[f64]) -> f64 {
-        self.field.total_mass() * self.largest * crate::state::diagonal(x, self.dimension())
+        self.field.total_mass() * self.largest * crate::state::scene_size(x, self.dimension())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {

@@ -13,8 +13,9 @@ const SAME_TIME_ULPS: f64 = 8.0;
 const FIRST_AT_REST: f64 = 1e-3;
 
 impl Simulation {
-    /// The length that errors of positions are compared with [m]: the diagonal of the bounding box, now; of a single point its distance
-    /// from the origin, along the axis where it is farthest, or 1.
+    /// The length that errors of positions and energies go by [m]: the diagonal of the bounding box of all
+    /// vertices, now; of a single point, or several at one place, its distance from the origin along the
+    /// axis where it is farthest; at the origin, 1.
     pub fn length_scale(&self) -> f64 {
         scene_size(self.state.x(), self.system.dimension())
     }

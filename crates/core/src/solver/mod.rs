@@ -106,12 +106,7 @@ pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Min
     }
 }
 
-/// The length that tolerances go by [m]: the diagonal of the bounding box; of a single point its distance from the origin, along the
-/// axis where it is farthest, or 1.
-pub(crate) fn scene_size(x: &[f64], dimension: usize) -> f64 {
-    let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    [crate::state::diagonal(x, dimension), reach].into_iter().find(|l| *l > 0.0).unwrap_or(1.0)
-}
+pub(crate) use crate::state::scene_size;
 
 /// Work done in solvers, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]

@@ -75,7 +75,7 @@ fn settle(assembly: &mut Assembly) -> Result<f64, Failure> {
     let simulation = &mut assembly.simulation;
     let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     let start = simulation.state().x().to_vec();
-    let still = 1e-9 * simulation.size();
+    let still = 1e-9 * simulation.length_scale();
     for _ in 0..STATIC_STEPS {
         let before = simulation.state().x().to_vec();
         simulation.step().map_err(|error| Failure::failed("equilibrium", error.to_string()))?;

@@ -77,7 +77,7 @@ fn vertex_at(place: &Place, option: &str, assembly: &Assembly) -> Result<usize, 
             let Some((vertex, away)) = rows.min_by(|a, b| a.1.total_cmp(&b.1)) else {
                 return Err(Failure::usage("the scene has no vertices"));
             };
-            let size = assembly.simulation.size();
+            let size = assembly.simulation.length_scale();
             if away > 0.1 * size {
                 return Err(Failure::usage(format!(
                     "the point of `{option}` is {} m from the nearest vertex, {vertex}, of a scene of {} m: strike the body",

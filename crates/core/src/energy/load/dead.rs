@@ -100,11 +100,11 @@ impl EnergyTerm for DeadLoad {
         -(0..self.now.len()).map(|i| self.now[i] * self.displacement(x, i / d, i % d)).sum::<f64>()
     }
 
-    /// The sum of all forces over the diagonal of the bounding box.
+    /// The sum of all forces over the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let lengths =
             self.now.chunks_exact(self.dimension).map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
-        lengths.sum::<f64>() * crate::state::diagonal(x, self.dimension)
+        lengths.sum::<f64>() * crate::state::scene_size(x, self.dimension)
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {

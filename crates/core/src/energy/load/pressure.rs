@@ -255,7 +255,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         self.uniform * (self.volume(x) - self.rest_volume)
     }
 
-    /// The sum of all forces over the diagonal of the bounding box.
+    /// The sum of all forces over the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let mut force = 0.0;
         for (face, areas) in self.faces() {
@@ -265,7 +265,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
                 force += area * p.iter().map(|p| p.abs()).sum::<f64>();
             }
         }
-        force * crate::state::diagonal(x, D)
+        force * crate::state::scene_size(x, D)
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
