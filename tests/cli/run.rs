@@ -242,3 +242,70 @@ fn probes_are_written_as_a_table() {
         .ended_with(2)
         .says(&["the scene has no [[probe]]"]);
 }
+
+/// A block on a floor, by a scheme that solves its steps.
+const ON_A_FLOOR: &str = "dimension = 2
+time = { integrator = 'implicit-euler', step = 0.01, duration = 0.02 }
+world = { gravity = [0, -10], walls = [{ normal = [0, 1], offset = 0 }] }
+[[body]]
+mesh = { grid = { cells = [2, 2], size = [1, 1] } }
+elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+mass = { density = 1000.0 }
+";
+
+#[test]
+fn walls_that_steps_are_solved_without_are_said() {
+    let static_steps = ["--set", "time.integrator=quasi-static"];
+    let behind = ["--set", "world.walls.0.offset=0.1"];
+    // Nothing else holds the block: it has no equilibrium.
+    let cases: [(&[&str], bool, &str); 3] = [
+        (&[], true, "`implicit-euler` solves a step as if there were no walls"),
+        (&static_steps, false, "`quasi-static` looks for equilibrium as if there were no walls"),
+        (&behind, true, "3 vertices start behind a wall, vertex 0 by 1.000e-1 m behind wall 0"),
+    ];
+    for (changes, runs, said) in cases {
+        let warning = format!("warning: {said}");
+        let bench = Bench::new(ON_A_FLOOR);
+        let arguments = |command: &'static str| [&[command, "scene.toml"][..], changes].concat();
+        bench.pliant(arguments("check")).succeeded().says(&[&warning]);
+        if runs {
+            bench.pliant(arguments("run")).succeeded().says(&[&warning]);
+            let messages = logged(&bench.path("scene.mcap"));
+            assert!(messages.iter().any(|message| message.contains(said)), "{messages:?}");
+        }
+        let json = bench.pliant([&arguments("check")[..], &["--json"]].concat()).succeeded().json();
+        let warnings = json["report"]["warnings"].as_array().unwrap();
+        assert!(warnings.iter().any(|warning| warning.as_str().unwrap().starts_with(said)), "{warnings:?}");
+    }
+    let explicit = Bench::new(&ON_A_FLOOR.replace("implicit-euler", "velocity-verlet"));
+    let checked = explicit.pliant(["check", "scene.toml", "--json", "--set", "time.step=1e-3"]).succeeded();
+    assert_eq!(checked.json()["report"]["warnings"], serde_json::json!([]));
+    assert_eq!(checked.stderr, "");
+}
+
+/// What the walls carry stands beside what they took: nothing from what lies still.
+#[test]
+fn a_run_ends_with_what_walls_carry_and_took() {
+    let bench = Bench::new(
+        "dimension = 3\ntime = { integrator = 'symplectic-euler', step = 0.01, duration = 10.0 }\n\
+         world = { gravity = [0, 0, -10], walls = [{ normal = [0, 0, 1], offset = 0 }] }\n\
+         [output]\nrate = 10.0\nchannels = ['energy', 'reactions']\n\
+         [[body]]\nmesh = { inline = { points = [[0, 0, 0]] } }\nmass = { per_vertex = 1.0 }\n",
+    );
+    let ended = bench.pliant(["scene.toml"]).succeeded();
+    let ended = ended.prints(&["wall0: 0, 0, 10 N", "lost", "0 J to walls", "drift 0.0e0"]);
+    assert_eq!(ended.stderr, "");
+    let info = bench.info("scene.mcap");
+    assert!(info["topics"].as_array().unwrap().iter().any(|topic| topic["topic"] == "/reactions"), "{info}");
+}
+
+/// A mass without size, as a scene.
+#[test]
+fn a_single_mass_falls() {
+    let bench = Bench::new(
+        "dimension = 3\ntime = { integrator = 'rk4', step = 1e-2, duration = 1.0 }\nworld = { gravity = [0, 0, -9.81] }\n\
+         [[body]]\nmesh = { inline = { points = [[0.1, 0, 2]] } }\nmass = { per_vertex = 1.0 }\n",
+    );
+    // Compared with `m g` over the 2 m to the origin.
+    bench.pliant(["scene.toml"]).succeeded().prints(&["of the 19.62 J in play"]);
+}

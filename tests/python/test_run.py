@@ -46,6 +46,29 @@ def test_steps_are_those_of_a_run() -> None:
     assert summary.path is None and 0.0 < summary.energy_drift <= summary.energy_error < 0.1
 
 
+def test_losses_are_known_after_a_run_that_nobody_watches(tmp_path: Path) -> None:
+    scene = pliant.Scene.from_toml(SCENES / "damped_jelly.toml")
+    simulation = pliant.Simulation(scene)
+    simulation.run(0.1)
+    balance = {name: energy for name, energy in simulation.energy().items() if name.startswith("balance.")}
+    stepping = pliant.Simulation(scene)
+    stepping.step(simulation.steps)
+    assert balance["balance.damping"] > 0.0 and simulation.energy() == pytest.approx(stepping.energy())
+    # What is lost from here on is no drift.
+    assert simulation.run(0.2, record=tmp_path / "on.mcap").energy_drift < 1e-2
+    simulation.velocities = 2.0 * simulation.velocities
+    assert simulation.run(0.3, record=tmp_path / "changed.mcap").energy_drift < 1e-2
+    assert 0.0 < simulation.energy()["balance.damping"] != balance["balance.damping"]
+
+
+def test_walls_are_among_the_reactions() -> None:
+    scene = pliant.Scene.from_toml(SCENES / "pavilion.toml").with_changes({"time.duration": 0.1})
+    simulation = pliant.Simulation(scene)
+    simulation.run()
+    reactions = simulation.reactions()
+    assert reactions["wall0"].shape == (2, 3) and reactions["wall0"][0, 2] >= 0.0
+
+
 def test_frames_are_shown_at_their_rate(simulation: pliant.Simulation) -> None:
     frames: list[pliant.Frame] = []
     simulation.run(until=0.05, callback=frames.append)

@@ -37,7 +37,7 @@ impl Recording {
             channels: input.scene.output.channels.clone(),
             title: input.scene.title.clone(),
             probes: assembly.probes.clone(),
-            pins: assembly.simulation.pin_names(),
+            reactions: assembly.simulation.reaction_names(),
             scene_text: input.source.text().to_owned(),
             patience: PATIENCE,
             ..Options::default()

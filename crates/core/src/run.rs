@@ -121,15 +121,14 @@ impl Summary {
 
 /// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
 ///
-/// Every observer has seen the last good state when this returns, whatever the outcome.
+/// Every observer has seen the last good state when this returns, whatever the outcome. What is lost is
+/// counted as `simulation` was told to: [`count_losses_for`] asks for it only where somebody looks.
 pub fn run(
     simulation: &mut Simulation,
     plan: &Plan,
     observers: &mut [&mut dyn Observer],
     interrupt: &AtomicBool,
 ) -> Summary {
-    // The guard against growing energy does without what is lost.
-    simulation.count_losses(observers.iter().any(|o| o.wants_diagnostics()));
     let start = simulation.diagnostics();
     let energy_scale = energy_scale(simulation, &start);
     let last_good = start.clone();
@@ -164,6 +163,12 @@ pub fn run(
         last_frame_time: run.last_frame_time,
         energy_scale: run.energy_scale,
     }
+}
+
+/// Counts what `simulation` loses only if one of these observers reads measurements: the guard against
+/// growing energy does without.
+pub fn count_losses_for(simulation: &mut Simulation, observers: &[&mut dyn Observer]) {
+    simulation.count_losses(observers.iter().any(|observer| observer.wants_diagnostics()));
 }
 
 struct Run<'a, 'b> {

@@ -47,8 +47,10 @@ pub struct Simulation {
     retried: RetriedSteps,
     /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
-    /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
+    /// Of energy that comes in and goes out; `None` where there is none.
     ledger: Option<Ledger>,
+    /// Whether the next step opens one, if there is anything to write into it.
+    opens_ledger: bool,
     /// Whether it holds what is lost.
     counts_losses: bool,
     /// Points of elements whose state is asked for.
@@ -90,6 +92,7 @@ impl Simulation {
             retried: RetriedSteps::default(),
             controller: None,
             ledger: None,
+            opens_ledger: true,
             counts_losses: true,
             points: vec![],
             stability: None,
@@ -151,21 +154,26 @@ impl Simulation {
     fn note_in_ledger(&mut self, h: f64) {
         if let Some(ledger) = &mut self.ledger {
             self.system.set_time(self.state.time);
-            let State { force, .. } = self.state;
-            ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
+            ledger.advance(&mut self.system, h, self.state.x(), self.state.v());
         }
     }
 
-    /// Opens the ledger before the first step, and notes what was let go.
+    /// Opens the ledger before the first step from the present state, and notes what was let go.
     fn open_ledger(&mut self, released: bool) {
         let (system, state) = (&mut self.system, &self.state);
-        match &mut self.ledger {
-            None if state.step == 0 => {
-                self.ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
-            }
-            Some(ledger) if released => ledger.release(system, state.x(), state.v()),
-            _ => {}
+        if self.opens_ledger {
+            self.opens_ledger = false;
+            self.ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+        } else if let (true, Some(ledger)) = (released, &mut self.ledger) {
+            ledger.release(system, state.x(), state.v());
         }
+    }
+
+    /// Ends the balance of energy: the next step begins another.
+    fn close_ledger(&mut self) {
+        self.ledger = None;
+        self.opens_ledger = true;
+        self.system.count_walls(false);
     }
 
     /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
@@ -257,10 +265,9 @@ impl Simulation {
     }
 
     /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of energy ends here,
-    /// and begins anew only at step 0.
+    /// and begins anew with the next step.
     pub fn state_mut(&mut self) -> &mut State {
-        self.ledger = None;
-        self.system.count_walls(false);
+        self.close_ledger();
         &mut self.state
     }
 
@@ -312,11 +319,15 @@ impl Simulation {
         Diagnostics { balance, ..diagnostics }
     }
 
-    /// Says, before the first step, whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
-    /// which they do unless told otherwise. It costs a look at the velocities in every step with drag, one more evaluation of
-    /// the damping in every step with damping, and one of the energy in every step in which a wall puts a vertex back.
+    /// Says whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
+    /// which they do unless told otherwise; where that changes, the balance of energy begins anew. It costs
+    /// a look at the velocities in every step with drag, one more evaluation of the damping in every step
+    /// with damping, and a copy of the state in every step in which a wall puts a vertex back.
     pub fn count_losses(&mut self, counts_losses: bool) {
-        self.counts_losses = counts_losses;
+        if counts_losses != self.counts_losses {
+            self.counts_losses = counts_losses;
+            self.close_ledger();
+        }
     }
 
     /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
@@ -325,20 +336,26 @@ impl Simulation {
         self.system.set_to_be_measured(to_be_measured);
     }
 
-    /// The forces with which pins hold their vertices, now, in the order of the scene; empty where the force is not finite.
+    /// The forces with which pins hold their vertices and walls push, now, each in the order of the scene;
+    /// empty where the force is not finite.
     pub fn reactions(&mut self) -> Vec<Reaction> {
         let time = self.state.time;
-        if self.system.constraints().is_empty() || self.ensure_force(time).is_err() {
+        let none = self.system.constraints().is_empty() && self.system.walls().is_empty();
+        if none || self.ensure_force(time).is_err() {
             return vec![];
         }
-        // A span that is short beside all that a step resolves, and long beside the rounding of velocities.
-        let span = 1e-3 * self.step_size;
-        reactions(&mut self.system, time, span, self.state.x(), self.state.v())
+        reactions(&mut self.system, time, self.step_size, self.state.x(), self.state.v())
     }
 
     /// Names of the pins that have not let go, `body/pin`.
     pub fn pin_names(&self) -> Vec<String> {
         self.system.constraints().iter().map(|hold| hold.name().to_owned()).collect()
+    }
+
+    /// Names of what [`reactions`](Self::reactions) are of: pins that have not let go, and walls.
+    pub fn reaction_names(&self) -> Vec<String> {
+        let walls = (0..self.system.walls().len()).map(|i| format!("wall{i}"));
+        self.pin_names().into_iter().chain(walls).collect()
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.

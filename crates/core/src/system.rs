@@ -5,10 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Wall};
-use crate::diagnostics::BeforeWalls;
+use crate::diagnostics::{WallLoss, WallLosses};
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
+use crate::state::State;
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
 pub struct System {
@@ -32,9 +33,8 @@ pub struct System {
     /// Whether any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
-    /// Whether what they take is counted, and the state that they changed last, until somebody takes it.
-    counts_walls: bool,
-    before_walls: Option<BeforeWalls>,
+    /// Reckons what they take, where that is counted.
+    wall_losses: Option<Box<WallLosses>>,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
@@ -77,8 +77,7 @@ impl System {
             dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
-            counts_walls: false,
-            before_walls: None,
+            wall_losses: None,
             ether_drag: 0.0,
             force: ForceId::NONE,
             force_evaluations: 0,
@@ -241,34 +240,40 @@ impl System {
         self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
-    /// Says whether what walls take is counted: [`take_before_walls`](Self::take_before_walls) then tells.
-    pub(crate) fn count_walls(&mut self, counts_walls: bool) {
-        self.counts_walls = counts_walls;
-        self.before_walls = None;
+    /// Says whether what walls take is counted: [`take_wall_loss`](Self::take_wall_loss) then tells.
+    pub(crate) fn count_walls(&mut self, counts: bool) {
+        self.wall_losses = if counts { Some(self.wall_losses.take().unwrap_or_default()) } else { None };
     }
 
-    /// The state that walls changed at the end of the last step, once; `None` if they did not.
-    pub(crate) fn take_before_walls(&mut self) -> Option<BeforeWalls> {
-        self.before_walls.take()
+    /// What walls took in the last step, once; `None` if they did not act.
+    pub(crate) fn take_wall_loss(&mut self) -> Option<WallLoss> {
+        self.wall_losses.as_mut()?.take()
     }
 
     /// Whether a [pass](Self::pass) can let walls act: vertices have come to their places in it, and nothing is counted.
     pub(crate) fn walls_in_passes(&self) -> bool {
-        !(self.counts_walls || self.moves)
+        !(self.wall_losses.is_some() || self.moves)
     }
 
-    /// Lets walls act on the state at the end of a step, `time` [s]; whether any position changed.
-    pub(crate) fn apply_walls(&mut self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
-        self.before_walls = None;
-        if !self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x)) {
-            return false;
+    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`; whether any position
+    /// changed.
+    pub(crate) fn apply_walls(&mut self, from: &State, h: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        let mut losses = self.wall_losses.take();
+        if let Some(losses) = &mut losses {
+            losses.forget();
         }
-        if self.counts_walls {
-            self.set_time(time);
-            self.before_walls = Some(BeforeWalls::of(self, x, v));
+        let crossed = self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x));
+        if let (true, Some(losses)) = (crossed, &mut losses) {
+            self.set_time(from.time + h);
+            losses.before(self, x, v);
         }
-        let walls = self.walls.iter();
-        walls.fold(false, |moved, wall| moved | wall.apply(self.inverse_mass.numbers(), x, v))
+        let walls = self.walls.iter().filter(|_| crossed);
+        let moved = walls.fold(false, |moved, wall| moved | wall.apply(self.inverse_mass.numbers(), x, v));
+        if let (true, Some(losses)) = (crossed, &mut losses) {
+            losses.after(self, from, h, x, v);
+        }
+        self.wall_losses = losses;
+        moved
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
@@ -348,13 +353,6 @@ impl System {
         terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
     }
 
-    /// Potential energy of all terms [J] at `x`, where the force is `force`: nothing that came with it is computed again.
-    pub(crate) fn potential_total(&mut self, x: &[f64], force: ForceId) -> f64 {
-        let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
-        let terms = self.terms.iter_mut().enumerate();
-        terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
-    }
-
     /// Solves end, solved or not, while this is set.
     pub(crate) fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
         self.stop = stop;
@@ -418,7 +416,7 @@ impl System {
         let mut finite = true;
         self.energies.clear();
         for term in &mut self.terms {
-            if self.to_be_measured || self.before_walls.is_some() {
+            if self.to_be_measured {
                 let (is_finite, energy) = term.evaluate_with_energy(x);
                 self.energies.push(energy);
                 finite &= is_finite;

@@ -238,7 +238,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
         channels: inner.scene.scene.output.channels.clone(),
         title: inner.scene.scene.title.clone(),
         probes: inner.probes.clone(),
-        pins: inner.simulation.pin_names(),
+        reactions: inner.simulation.reaction_names(),
         scene_text: inner.scene.source.text().to_owned(),
         patience: PATIENCE,
         ..Options::default()

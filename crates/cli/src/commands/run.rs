@@ -54,6 +54,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
         observers.extend(recording.observer());
         observers.extend(table.as_mut().map(|table| table as &mut dyn Observer));
         observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
+        run::count_losses_for(simulation, &observers);
         run::run(simulation, &plan, &mut observers, interrupted)
     };
     let wall = started.elapsed();

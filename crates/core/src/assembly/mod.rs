@@ -16,6 +16,7 @@ mod probes;
 mod report;
 mod step_control;
 mod terms;
+mod warnings;
 
 use std::path::Path;
 

@@ -55,6 +55,8 @@ pub struct Report {
     pub uses: Vec<String>,
     /// What it does not name, and what therefore costs nothing.
     pub left_out: Vec<String>,
+    /// What it asks for and gets otherwise than one would think.
+    pub warnings: Vec<String>,
 }
 
 /// One body in numbers.
@@ -111,6 +113,7 @@ impl Report {
             instruction_set: lanes::level().name(),
             uses,
             left_out,
+            warnings: super::warnings::warnings(scene, simulation),
         }
     }
 }
@@ -256,8 +259,8 @@ fn uses(
     );
     say(
         channel(Channel::Reactions),
-        "output /reactions: force and moment of every pin".into(),
-        "output /reactions: forces of pins are looked at once, at the end",
+        "output /reactions: force and moment of every pin and wall".into(),
+        "output /reactions: forces of pins and walls are looked at once, at the end",
     );
     let measures: Vec<&str> = MEASURES.iter().filter(|m| channel(m.channel)).map(|m| m.name).collect();
     say(

@@ -68,6 +68,11 @@ impl Integral {
         *self = Integral { before: self.value(), ..Integral::new(rate) };
     }
 
+    /// Adds what is already integrated, at no time.
+    pub(super) fn add(&mut self, amount: f64) {
+        self.before += amount;
+    }
+
     /// The integral so far.
     pub(super) fn value(&self) -> f64 {
         self.before + self.since

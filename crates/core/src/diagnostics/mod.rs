@@ -38,16 +38,19 @@ mod ledger;
 mod measures;
 mod reaction;
 mod stability;
+mod wall_loss;
+mod wall_reaction;
 
 pub use balance::Balance;
 pub use elements::ElementState;
-pub(crate) use ledger::{BeforeWalls, Ledger};
+pub(crate) use ledger::Ledger;
 pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;
 pub(crate) use reaction::reactions;
 pub use stability::{
     Spectrum, StabilityLimit, StrongestDamping, largest_frequency, stability_limit, strongest_damping,
 };
+pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 use crate::energy::EnergyKind;
 use crate::state::State;

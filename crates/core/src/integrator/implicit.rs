@@ -202,7 +202,7 @@ impl Next {
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        let put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+        let put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
         state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
         Ok(())
     }

@@ -96,7 +96,7 @@ impl Integrator for RungeKutta {
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        let put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+        let put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
         state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
         Ok(())
     }

@@ -113,7 +113,7 @@ impl Integrator for Splitting {
             }
             let mut put_back = passed.put_back;
             if last && !pass.walls {
-                put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+                put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
             }
             if pass.drift != 0.0 || put_back {
                 force = ForceId::NONE;

@@ -55,7 +55,7 @@ impl Desk {
         channels.extend(probes.channels());
         channels.extend(elements.iter().flat_map(Elements::channels));
         if asked(Channel::Reactions) {
-            channels.push(reactions::channel(&options.pins));
+            channels.push(reactions::channel(&options.reactions));
         }
         if asked(Channel::Energy) {
             channels.push(energy::channel());
@@ -121,8 +121,8 @@ impl Desk {
             elements.encode_frame(frame, states, log_time);
             group.extend(elements.messages(sequence, log_time));
         }
-        if let (true, Some(of_pins)) = (self.needs.reactions, frame.reactions) {
-            reactions::encode_frame(frame.time, of_pins, forces);
+        if let (true, Some(now)) = (self.needs.reactions, frame.reactions) {
+            reactions::encode_frame(frame.time, now, forces);
             group.push(Message::new(REACTIONS.0, sequence, log_time, forces));
         }
         if let (true, Some(diagnostics)) = (self.needs.diagnostics, frame.diagnostics) {

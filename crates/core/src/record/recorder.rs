@@ -32,8 +32,8 @@ pub struct Options {
     pub title: Option<String>,
     /// Points that are followed, each on a channel of its own.
     pub probes: Vec<Probe>,
-    /// Names of the pins, `body/pin`, whose forces `/reactions` holds.
-    pub pins: Vec<String>,
+    /// Names of the pins, `body/pin`, and walls, `wall0`, whose forces `/reactions` holds.
+    pub reactions: Vec<String>,
     /// Text of the scene, attached as `scene.toml` unless empty.
     pub scene_text: String,
     /// More key-value pairs for the metadata record `pliant`; they take precedence over its own.

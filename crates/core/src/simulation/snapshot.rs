@@ -114,6 +114,8 @@ impl Simulation {
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
         self.set_positions(x);
         self.set_velocities(v);
+        // Nobody reads its balance.
+        self.opens_ledger = false;
         let end = self.step();
         if end.is_ok() {
             x.copy_from_slice(&self.positions());
@@ -150,8 +152,11 @@ impl Simulation {
         }
     }
 
+    /// Goes on with this ledger; without one, or where it does not hold what is asked for, the next step
+    /// opens another.
     pub(super) fn set_ledger(&mut self, ledger: Option<Ledger>) {
-        self.system.count_walls(ledger.as_ref().is_some_and(Ledger::counts_walls));
-        self.ledger = ledger;
+        self.ledger = ledger.filter(|ledger| ledger.holds_losses() == self.counts_losses);
+        self.opens_ledger = self.ledger.is_none();
+        self.system.count_walls(self.ledger.as_ref().is_some_and(Ledger::counts_walls));
     }
 }

@@ -191,7 +191,7 @@ impl Simulation {
     /// Notes
     /// -----
     /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set without. The balance of energy
-    /// (``balance.*`` in `energy`) ends here.
+    /// (``balance.*`` in `energy`) begins anew.
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut inner = self.lock()?;
         inner.change(changes)?;

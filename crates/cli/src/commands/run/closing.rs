@@ -6,7 +6,7 @@ use pliant::assembly::Report;
 use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
-use pliant::scene::Scene;
+use pliant::scene::{Channel, Scene};
 use pliant::simulation::RetriedSteps;
 use pliant::solver::SolverWork;
 use serde_json::{Value, json};
@@ -53,6 +53,11 @@ impl<'a> Closing<'a> {
 
     /// What the user should know even if nobody reads the numbers.
     pub(crate) fn warnings(&self) -> Vec<String> {
+        [self.report.warnings.clone(), self.about_energy()].concat()
+    }
+
+    /// What is wrong with the energy.
+    fn about_energy(&self) -> Vec<String> {
         // What a scene brings in and takes away is known, but for losses that nobody asked for.
         let known = !self.takes_energy() || self.loses_known();
         let error = self.summary.relative_energy_error();
@@ -303,8 +308,12 @@ impl<'a> Closing<'a> {
         damped || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
     }
 
-    /// Whether it is known how much.
+    /// Whether it is known how much, in this run as in any other of the scene: those that show frames to
+    /// more than a file may know more.
     fn loses_known(&self) -> bool {
+        if !self.scene.output.channels.contains(&Channel::Energy) {
+            return false;
+        }
         let balance = self.summary.end.balance;
         balance.is_some_and(|b| b.ether_drag.or(b.damping).or(b.walls).is_some())
     }

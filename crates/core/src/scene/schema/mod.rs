@@ -212,7 +212,7 @@ pub enum Channel {
     Mesh,
     /// Energies, what came in and what was lost, and momenta, on `/energy`.
     Energy,
-    /// Force [N] and moment [N m] with which every pin holds its vertices, on `/reactions`.
+    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on `/reactions`.
     Reactions,
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
     /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
