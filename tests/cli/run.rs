@@ -199,6 +199,42 @@ velocity = { per_vertex = [[0.0, 0.0], [0.0, 0.16]] }
     }
 }
 
+/// A motion by steps; and one that is not where it starts.
+#[test]
+fn a_motion_that_jumps_is_refused_at_the_start_and_warned_of_later() {
+    let scene = |motion: &str| {
+        format!(
+            "{SPRING}\n[[body]]\nname = 'driven'\nmesh = {{ strand = {{ segments = 1, start = [0.0, 1.0], end = [1.0, 1.0] }} }}\n\
+                 springs = {{ stiffness = 100.0 }}\nmass = {{ per_vertex = 1.0 }}\n\
+                 pin = [{{ name = 'end', vertices = [0], motion = {{ {motion} }} }}]\n"
+        )
+    };
+    for (motion, key, help) in [
+        ("displacement = ['0.05 + t', 0]", "displacement", "subtract from each formula"),
+        ("displacement = ['0.1 * cos(t)', 0]", "displacement", "smoothstep(0, 1, t)"),
+        ("rotation = { point = [1, 0], angle = '0.5 + t' }", "rotation", "subtract 0.5 from `angle`"),
+        (
+            "keyframes = { times = [0.2, 1], displacements = [[0.1, 0], [0, 0]] }",
+            "keyframes",
+            "the displacement 0",
+        ),
+    ] {
+        let ended = Bench::new(&scene(motion)).pliant(["scene.toml"]).ended_with(2);
+        ended.says(&["pin `end` would jump by", "before the first step", key, help]);
+    }
+    let bench = Bench::new(&scene("displacement = ['0.05 * step(0.5, t) + 0.01 * (t > 0.7)', 0]"));
+    let ended = bench.pliant(["scene.toml"]).succeeded();
+    ended.says(&[
+        "the motion of pin `driven/end` jumps by 0.05 m at t = 0.5 s, the first of 2 jumps",
+        "smoothstep",
+    ]);
+    let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
+    assert_eq!(json["summary"]["motion_jumps"]["count"], 2);
+    // Two jumps of a spring of 100 N/m that a mass of 1 kg hardly follows in a step: their energy is known to the order of the step.
+    assert!(json["summary"]["relative_energy_drift"].as_f64().unwrap() < 0.05, "{json:#}");
+    Bench::new(&scene("displacement = ['0.05 * smoothstep(0, 1, t)', 0]")).pliant(["scene.toml"]).succeeded();
+}
+
 #[test]
 #[cfg(unix)]
 fn a_reader_that_has_had_enough_is_no_failure() {

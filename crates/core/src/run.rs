@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::diagnostics::{Diagnostics, Reaction};
 use crate::observer::{Frame, Observer, ObserverError, Work};
-use crate::simulation::{Simulation, StepError};
+use crate::simulation::{MotionJumps, Simulation, StepError};
 
 /// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
 const GUARD_INTERVAL: u64 = 128;
@@ -92,6 +92,8 @@ pub struct Summary {
     pub end: Diagnostics,
     /// The forces with which pins hold their vertices in the last good state.
     pub reactions: Vec<Reaction>,
+    /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
+    pub motion_jumps: Option<MotionJumps>,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
     /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
@@ -128,6 +130,7 @@ pub fn run(
     observers: &mut [&mut dyn Observer],
     interrupt: &AtomicBool,
 ) -> Summary {
+    simulation.forget_motion_jumps();
     // The guard against growing energy does without what is lost.
     simulation.count_losses(observers.iter().any(|o| o.wants_diagnostics()));
     let start = simulation.diagnostics();
@@ -158,6 +161,7 @@ pub fn run(
         frames: run.frames,
         reactions: run.simulation.reactions(),
         work: run.simulation.work(),
+        motion_jumps: run.simulation.motion_jumps().cloned(),
         largest_energy_change: run.largest_energy_change.max((end.conserved() - run.start.conserved()).abs()),
         start: run.start,
         end,

@@ -18,6 +18,7 @@ pub use snapshot::{Snapshot, SnapshotError};
 
 use std::borrow::Cow;
 
+use crate::constraint::Jump;
 use crate::control::Controller;
 use crate::diagnostics::{
     Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
@@ -32,6 +33,19 @@ use crate::observer::Work;
 use crate::solver::{SolverOptions, Verdict};
 use crate::state::{State, diagonal};
 use crate::system::System;
+
+/// Prescribed motion that jumps: no body moves so.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct MotionJumps {
+    /// The first pin that jumped, `body/pin`.
+    pub pin: String,
+    /// When it did [s].
+    pub time: f64,
+    /// How far its farthest component went [m].
+    pub size: f64,
+    /// Jumps of all pins.
+    pub count: u64,
+}
 
 /// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and in Python
 /// (lecture 3).
@@ -51,6 +65,9 @@ pub struct Simulation {
     ledger: Option<Ledger>,
     /// Whether it holds what is lost.
     counts_losses: bool,
+    /// Jumps of prescribed motion, and the time that the last step that was looked at for them led to [s].
+    motion_jumps: Option<MotionJumps>,
+    jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
     points: Vec<(usize, Barycentric)>,
     /// The stability limit at the start, once somebody has asked for it.
@@ -91,6 +108,8 @@ impl Simulation {
             controller: None,
             ledger: None,
             counts_losses: true,
+            motion_jumps: None,
+            jumps_seen_until: 0.0,
             points: vec![],
             stability: None,
         }
@@ -147,13 +166,40 @@ impl Simulation {
         Ok(())
     }
 
-    /// Notes what has come in and gone out in the step of `h` [s] that has led here.
-    fn note_in_ledger(&mut self, h: f64) {
+    /// Notes what has come in and gone out in the step of `h` [s] from the time `from` [s] that has led here.
+    fn note_in_ledger(&mut self, from: f64, h: f64) {
         if let Some(ledger) = &mut self.ledger {
             self.system.set_time(self.state.time);
             let State { force, .. } = self.state;
             ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
         }
+        if self.method.scheme != Scheme::QuasiStatic && self.system.has_prescribed_motion() {
+            self.note_jumps(from, h);
+        }
+    }
+
+    /// Notes the jumps of prescribed motion in the step of `h` [s] from the time `from` [s] that has led here.
+    fn note_jumps(&mut self, from: f64, h: f64) {
+        // What schemes have prescribed, at the beginning plus the step, may be a rounding away from the time of the end.
+        let seen = Some(self.jumps_seen_until).filter(|until| (until - from).abs() <= 1e-9 * h);
+        self.jumps_seen_until = from + h;
+        for jump in self.system.jumps(seen.unwrap_or(from), from + h) {
+            if let Some(ledger) = &mut self.ledger {
+                ledger.jump(&mut self.system, &jump.coordinates, self.state.x(), self.state.force);
+            }
+            let Jump { time, size, hold, .. } = jump;
+            self.motion_jumps.get_or_insert(MotionJumps { pin: hold, time, size, count: 0 }).count += 1;
+        }
+    }
+
+    /// Jumps of prescribed motion in the steps so far; `None` without any.
+    pub fn motion_jumps(&self) -> Option<&MotionJumps> {
+        self.motion_jumps.as_ref()
+    }
+
+    /// Begins anew with [`motion_jumps`](Self::motion_jumps).
+    pub(crate) fn forget_motion_jumps(&mut self) {
+        self.motion_jumps = None;
     }
 
     /// Opens the ledger before the first step, and notes what was let go.

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::constraint::{Hold, Wall};
+use crate::constraint::{Hold, Jump, Wall};
 use crate::diagnostics::BeforeWalls;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
@@ -239,6 +239,20 @@ impl System {
             return true;
         }
         self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
+    }
+
+    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold that has any.
+    pub(crate) fn jumps(&self, from: f64, to: f64) -> Vec<Jump> {
+        if !self.moves {
+            return vec![];
+        }
+        self.holds.iter().filter_map(|hold| hold.jump(from, to, self.dimension)).collect()
+    }
+
+    /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
+    pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
+        let d = self.dimension;
+        self.holds.iter_mut().chain(&mut self.let_go).for_each(|hold| hold.go_on_from(time, d, x));
     }
 
     /// Says whether what walls take is counted: [`take_before_walls`](Self::take_before_walls) then tells.

@@ -90,6 +90,10 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
+    let jumps = pins::jumps_at_start(&bodies, D);
+    if !jumps.is_empty() {
+        return Err(jumps);
+    }
     let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
     let attachments = attachments::attachments(scene, &bodies, &numbering)?;

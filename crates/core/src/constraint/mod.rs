@@ -21,6 +21,7 @@ mod motion;
 mod wall;
 
 pub use hold::Hold;
+pub(crate) use hold::Jump;
 pub use keyframes::{Interpolation, Keyframes};
 pub use motion::{Motion, Path, Rotation};
 pub use wall::Wall;

@@ -128,6 +128,28 @@ impl Ledger {
         }
     }
 
+    /// Notes that these moving coordinates have jumped, each by so much [m], at the end of the step that led to the state `x`, at
+    /// whose positions `system` holds the force `force`: the energy of all potentials there, less that without the jump, is work.
+    pub(crate) fn jump(
+        &mut self,
+        system: &mut System,
+        coordinates: &[(usize, f64)],
+        x: &[f64],
+        force: ForceId,
+    ) {
+        let Some(own) = &mut self.motion else { return };
+        let mut before = x.to_vec();
+        coordinates.iter().for_each(|(i, distance)| before[*i] -= distance);
+        let work = system.potential_total(x, force) - system.potential_total(&before, ForceId::NONE);
+        if work.is_finite() {
+            own.power.add(work);
+        }
+        // No polynomial goes through both sides.
+        own.power.restart();
+        let (now, then) = (changing(system, x), changing(system, &before));
+        (0..2).for_each(|i| self.changing[i] += now[i] - then[i]);
+    }
+
     /// Goes on from the same state after some of what was held has been let go.
     pub(crate) fn release(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
         if let Some(own) = &mut self.motion {

@@ -144,6 +144,13 @@ impl Expression {
         self.program.iter().any(elsewhere)
     }
 
+    /// Whether nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of these.
+    pub fn is_continuous(&self) -> bool {
+        let jumps =
+            |operation: &Operation| matches!(operation, Operation::Call(function) if function.jumps());
+        !self.program.iter().any(jumps)
+    }
+
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {
         let mut stack = [N::constant(0.0); Self::STACK];
         let mut height = 0;

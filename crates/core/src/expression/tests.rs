@@ -162,3 +162,15 @@ fn depth_is_bounded() {
     let balanced = format!("{}1{}", "2^-".repeat(300), "");
     assert!(Expression::parse(&balanced, Variable::ALL).is_err());
 }
+
+#[test]
+fn what_jumps_is_known_by_its_functions() {
+    for text in
+        ["step(1, t)", "t < 0.5", "t * (t >= 2)", "if(t, 1, 2)", "floor(t)", "sign(t)", "sin(pulse(0, 1, t))"]
+    {
+        assert!(!Expression::parse(text, Variable::TIME).unwrap().is_continuous(), "{text}");
+    }
+    for text in ["smoothstep(0, 1, t)", "abs(t) - min(t, 1)", "clamp(t, 0, 1)^2", "sin(2*pi*t)", "-t"] {
+        assert!(Expression::parse(text, Variable::TIME).unwrap().is_continuous(), "{text}");
+    }
+}

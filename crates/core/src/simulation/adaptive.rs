@@ -105,7 +105,7 @@ impl Simulation {
                             self.state.step += 1;
                             self.state.time = end;
                             controller.accept(h, judged.unwrap_or(Judgement::Step(h)));
-                            self.note_in_ledger(h);
+                            self.note_in_ledger(time, h);
                             return Ok(());
                         }
                         _ => {

@@ -90,8 +90,8 @@ impl Simulation {
             self.integrator.undo(&mut self.state);
             return Err(fault);
         }
-        self.state.time = end;
-        self.note_in_ledger(h);
+        let from = std::mem::replace(&mut self.state.time, end);
+        self.note_in_ledger(from, h);
         Ok(())
     }
 }

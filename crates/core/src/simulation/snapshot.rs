@@ -74,7 +74,7 @@ impl Simulation {
     }
 
     /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let go at their time are back
-    /// where that time has not come yet.
+    /// where that time has not come yet; those that move go on from where they are in it.
     ///
     /// # Errors
     /// [`SnapshotError`]; nothing has changed then.
@@ -94,6 +94,7 @@ impl Simulation {
         self.state.x_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.x, d));
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
+        self.system.go_on_from(snapshot.time, self.state.x());
         self.integrator = self.method.build(expected, self.solver);
         self.integrator.recall(&snapshot.memory, &self.system, &self.state, self.step_size);
         self.set_ledger(snapshot.ledger.clone());

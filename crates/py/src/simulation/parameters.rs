@@ -191,7 +191,7 @@ impl Simulation {
     /// Notes
     /// -----
     /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set without. The balance of energy
-    /// (``balance.*`` in `energy`) ends here.
+    /// (``balance.*`` in `energy`) ends here. A pin whose motion is changed goes on from where it is, by what the new motion does from now on.
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut inner = self.lock()?;
         inner.change(changes)?;

@@ -7,7 +7,7 @@ use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::Scene;
-use pliant::simulation::RetriedSteps;
+use pliant::simulation::{MotionJumps, RetriedSteps};
 use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
@@ -53,6 +53,26 @@ impl<'a> Closing<'a> {
 
     /// What the user should know even if nobody reads the numbers.
     pub(crate) fn warnings(&self) -> Vec<String> {
+        self.jumped().into_iter().chain(self.energy()).collect()
+    }
+
+    /// Prescribed motion that jumped.
+    fn jumped(&self) -> Option<String> {
+        let MotionJumps { pin, time, size, count } = self.summary.motion_jumps.as_ref()?;
+        let more = match count - 1 {
+            0 => String::new(),
+            more => format!(", the first of {} jumps", more + 1),
+        };
+        Some(format!(
+            "the motion of pin `{pin}` jumps by {} m at t = {} s{more}: a single step takes it there, and what that costs, counted as \
+             work of prescribed motion, depends on the step; smoothstep(from, to, t) gets there in a time of its own",
+            number(*size),
+            number(*time),
+        ))
+    }
+
+    /// Energy that is not what it was, where all losses are known.
+    fn energy(&self) -> Vec<String> {
         // What a scene brings in and takes away is known, but for losses that nobody asked for.
         let known = !self.takes_energy() || self.loses_known();
         let error = self.summary.relative_energy_error();
@@ -276,6 +296,7 @@ impl<'a> Closing<'a> {
                 "largest_energy_change": largest_energy_change,
                 "energy_scale": energy_scale,
                 "momentum_change": self.summary.momentum_change(),
+                "motion_jumps": self.summary.motion_jumps,
                 "reactions": self.summary.reactions,
                 "min_j": self.statistics.min_j.or(end.min_j),
                 "most_inverted": self.statistics.most_inverted.or(end.inverted),

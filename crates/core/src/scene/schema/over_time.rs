@@ -65,6 +65,14 @@ impl OverTime {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
+    /// Whether nothing in it jumps, see [`Expression::is_continuous`].
+    pub fn is_continuous(&self) -> bool {
+        match self {
+            OverTime::Constant(_) => true,
+            OverTime::Formula(formula) => formula.is_continuous(),
+        }
+    }
+
     /// The value, if it is the same at all times.
     pub fn constant(&self) -> Option<f64> {
         match self {
