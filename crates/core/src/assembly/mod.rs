@@ -148,6 +148,9 @@ fn assemble<const D: usize, const N: usize>(
     simulation.set_numbering(numbering);
     simulation.set_points(points);
     simulation.set_solver(options);
+    if let Some(problem) = loose_tolerance(scene, simulation.length_scale()) {
+        return Err(vec![problem]);
+    }
     step_control::add(scene, &mut simulation);
     // A scheme that is stable at any step is looked at only by who wants to look.
     let limited = scene.time.step.is_some() && simulation.method().documentation.stability_limit.is_finite();
@@ -168,6 +171,23 @@ fn assemble<const D: usize, const N: usize>(
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
     Ok(Assembly { simulation, topology, probes, report })
+}
+
+/// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is still motion.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+/// What is suggested in its place, as a part of that size.
+const GOOD_TOLERANCE: f64 = 1e-6;
+
+/// What is wrong with the tolerance of implicit steps in a scene of this `size` [m]; `None` if nothing is.
+fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
+    let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
+    let path = KeyPath::root().key("time").key("solver").key("tolerance");
+    let message = format!(
+        "Newton's method would end where its next correction is {tolerance:e} m, and the whole scene is {size:.3e} m large: it would \
+         hardly begin"
+    );
+    let advice = format!("give {:.0e} or less, or leave it out", GOOD_TOLERANCE * size);
+    Some(Problem::semantic(path, message).with_help(advice))
 }
 
 /// Renumbers the bodies whose neighbours are numbered far apart.

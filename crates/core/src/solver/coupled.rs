@@ -194,7 +194,7 @@ impl<const D: usize> Coupled<D> {
             trial: vec![],
             trial_v: vec![],
             right: vec![],
-            work: SolverWork::default(),
+            work: SolverWork::none(&options),
         }
     }
 
@@ -420,6 +420,9 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             let small = correction <= if old_factor { ROUNDING } else { STAGNATION } * self.size;
             let floor = small && correction >= 0.5 * last;
             if halvings == 0 && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
+                let free = |n: &usize| system.inverse_mass()[n % stages.x.len()] > 0.0;
+                let increments = z.iter().flatten().enumerate().filter(|(n, _)| free(n)).map(|(_, z)| *z);
+                self.work.note_loose(correction, increments, self.size);
                 return Ok(());
             }
         }

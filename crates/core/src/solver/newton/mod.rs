@@ -81,8 +81,14 @@ impl<const D: usize> Newton<D> {
             solution: vec![],
             velocity: vec![],
             follower: vec![],
-            work: SolverWork::default(),
+            work: SolverWork::none(&options),
         }
+    }
+
+    /// Counts a solve that ended with a `correction` [m] too large to have settled.
+    fn note_loose(&mut self, system: &System, at: &Iterate, correction: f64) {
+        let free = at.u.iter().zip(system.inverse_mass()).filter(|(_, w)| **w != 0.0);
+        self.work.note_loose(correction, free.map(|(u, _)| *u), self.size);
     }
 
     /// Makes the structure of the matrix, unless the one there is fits.
@@ -205,6 +211,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     continue;
                 }
                 if correction <= negligible && !truncated {
+                    self.note_loose(system, at, correction);
                     return Ok(());
                 }
                 if old_matrix {
@@ -234,6 +241,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             let rounding = correction <= floor && correction >= 0.5 * before;
             // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
             if (correction <= tolerance || rounding) && known && forcing <= CG_TOLERANCE {
+                self.note_loose(system, at, correction);
                 return Ok(());
             }
             if inexact {
