@@ -45,6 +45,27 @@ mod tests {
         assert!(!until(|| false, |stop| stop.load(Ordering::Relaxed)));
     }
 
+    // The time is over only after work has begun: it is looked again and again, not once before.
+    #[test]
+    fn work_in_progress_is_told_when_its_time_is_over() {
+        let (begun, over) = (AtomicBool::new(false), AtomicBool::new(false));
+        let ended = until(
+            || begun.load(Ordering::Relaxed) && over.load(Ordering::Relaxed),
+            |stop| {
+                assert!(!stop.load(Ordering::Relaxed), "nothing is over before work begins");
+                begun.store(true, Ordering::Relaxed);
+                over.store(true, Ordering::Relaxed);
+                // Ten milliseconds, on a machine that is busy more: a minute is a deadline that does not end anything.
+                let start = std::time::Instant::now();
+                while !stop.load(Ordering::Relaxed) && start.elapsed() < Duration::from_secs(60) {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                stop.load(Ordering::Relaxed)
+            },
+        );
+        assert!(ended);
+    }
+
     // A solve that has begun ends too, and leaves the state as it was.
     #[test]
     fn a_simulation_that_is_stopped_solves_no_more() {

@@ -21,8 +21,8 @@ use std::borrow::Cow;
 use crate::constraint::Jump;
 use crate::control::Controller;
 use crate::diagnostics::{
-    Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
-    stability_limit, strongest_damping,
+    Balance, Diagnostics, ElementState, Energy, Ledger, Reaction, StabilityLimit, largest_frequency,
+    reactions, stability_limit, strongest_damping,
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
@@ -169,11 +169,16 @@ impl Simulation {
     /// Notes what has come in and gone out in the step of `h` [s] from the time `from` [s] that has led here.
     fn note_in_ledger(&mut self, from: f64, h: f64) {
         if let Some(ledger) = &mut self.ledger {
-            self.system.set_time(self.state.time);
-            let State { force, .. } = self.state;
-            ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
+            let State { time, force, .. } = self.state;
+            let (system, x, v) = (&mut self.system, self.state.x(), self.state.v());
+            system.set_time(time);
+            if self.method.is_static() {
+                ledger.advance_to_equilibrium(system, h, time, x, v);
+            } else {
+                ledger.advance(system, h, x, v, force);
+            }
         }
-        if self.method.scheme != Scheme::QuasiStatic && self.system.has_prescribed_motion() {
+        if !self.method.is_static() && self.system.has_prescribed_motion() {
             self.note_jumps(from, h);
         }
     }
@@ -207,7 +212,11 @@ impl Simulation {
         let (system, state) = (&mut self.system, &self.state);
         match &mut self.ledger {
             None if state.step == 0 => {
-                self.ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+                let ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+                self.ledger = match self.method.is_static() {
+                    true => ledger.map(|ledger| ledger.between_equilibria(system, state.time, state.x())),
+                    false => ledger,
+                };
             }
             Some(ledger) if released => ledger.release(system, state.x(), state.v()),
             _ => {}
@@ -252,7 +261,7 @@ impl Simulation {
                 fault,
                 step_size: self.step_size,
                 retried,
-                is_static: self.method.scheme == Scheme::QuasiStatic,
+                is_static: self.method.is_static(),
             };
         }
         StepError::NotFinite {
@@ -353,9 +362,22 @@ impl Simulation {
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
         let diagnostics = Diagnostics::measure_state(&mut self.system, &self.state);
-        let system = &mut self.system;
-        let balance = self.ledger.as_ref().map(|ledger| ledger.balance(system, self.state.x()));
-        Diagnostics { balance, ..diagnostics }
+        Diagnostics { balance: self.balance(), ..diagnostics }
+    }
+
+    /// The energy and its balance alone, now: next to nothing where the last step knew that it was [to be
+    /// measured](Self::set_to_be_measured).
+    pub(crate) fn energy(&mut self) -> Energy {
+        let State { time, force, .. } = self.state;
+        self.system.set_time(time);
+        let potential = self.system.potential_total(self.state.x(), force);
+        let total = self.system.kinetic(self.state.v()) + potential;
+        Energy { total, balance: self.balance() }
+    }
+
+    fn balance(&mut self) -> Option<Balance> {
+        let (system, state) = (&mut self.system, &self.state);
+        self.ledger.as_ref().map(|ledger| ledger.balance(system, state.x()))
     }
 
     /// Says, before the first step, whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
@@ -380,6 +402,19 @@ impl Simulation {
         // A span that is short beside all that a step resolves, and long beside the rounding of velocities.
         let span = 1e-3 * self.step_size;
         reactions(&mut self.system, time, span, self.state.x(), self.state.v())
+    }
+
+    /// The largest component of the force that is left at a free coordinate, now [N], velocities being what they are; `None` where
+    /// the force is not finite.
+    pub(crate) fn residual(&mut self) -> Option<f64> {
+        self.ensure_force(self.state.time).ok()?;
+        let d = self.system.dimension();
+        let system = &mut self.system;
+        system.evaluate_dissipation(self.state.x(), self.state.v());
+        let mut acceleration = vec![0.0; self.state.x().len()];
+        system.accelerations(&mut acceleration);
+        let forces = acceleration.iter().enumerate().map(|(i, a)| system.mass()[i / d] * a.abs());
+        Some(forces.fold(0.0, f64::max))
     }
 
     /// Names of the pins that have not let go, `body/pin`.

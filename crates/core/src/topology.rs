@@ -47,6 +47,16 @@ pub struct BodyTopology {
 }
 
 impl BodyTopology {
+    /// The corners of its finite elements, one element after the other, and how many corners each has; `None` without elements. In a
+    /// simulation of this `dimension`.
+    pub fn elements(&self, dimension: usize) -> Option<(&[u32], usize)> {
+        match (self.kind, dimension) {
+            (BodyKind::Solid, 3) => Some((self.tetrahedra.as_flattened(), 4)),
+            (BodyKind::Solid | BodyKind::Membrane, _) => Some((self.triangles.as_flattened(), 3)),
+            _ => None,
+        }
+    }
+
     /// The largest vertex index of any cell.
     pub(crate) fn largest_index(&self) -> Option<u32> {
         let edges = self.edges.iter().flatten();

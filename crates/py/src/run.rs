@@ -225,6 +225,9 @@ impl Simulation {
         report.set_item("end", crate::simulation::energies(py, &summary.end)?)?;
         report.set_item("energy_drift", summary.relative_energy_drift())?;
         report.set_item("energy_error", summary.relative_energy_error())?;
+        let Inner { simulation, topology, .. } = &mut *inner;
+        let statics = serde_json::to_value(simulation.static_state(topology)).unwrap_or_default();
+        report.set_item("statics", crate::document::from_json(py, &statics)?)?;
         report.set_item("path", finished?)?;
         let warnings = closing.0.into_iter().filter(|(level, _)| *level == Level::Warning);
         report.set_item("warnings", warnings.map(|(_, text)| text).collect::<Vec<String>>())?;

@@ -252,7 +252,7 @@ fn uses(
     say(
         channel(Channel::Energy),
         "output /energy: energies, their balance with all losses, and momenta at every frame".into(),
-        "output /energy: energies are looked at every 128 steps only, to catch a blow-up, and nobody asks what is lost",
+        "output /energy: energies are looked at every 128 steps and in frames, to catch a blow-up, and nobody asks what is lost",
     );
     say(
         channel(Channel::Reactions),

@@ -1,9 +1,12 @@
 //! Keeps the balance of energy beside the steps.
 
+mod equilibrium;
+
 use super::Balance;
 use super::integral::Integral;
 use crate::energy::{EnergyKind, EnergyTerm};
 use crate::system::{ForceId, System};
+use equilibrium::Equilibrium;
 
 /// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
 /// with time, and what is lost; zero where a scene has no such thing.
@@ -54,6 +57,8 @@ pub(crate) struct Ledger {
     damping: Option<Integral>,
     walls: Option<f64>,
     looked: Looked,
+    /// The last state of a quasi-static run.
+    equilibrium: Option<Equilibrium>,
 }
 
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -94,6 +99,7 @@ impl Ledger {
             damping: damped.then(|| Integral::new(flows.damping)),
             walls: walls.then_some(0.0),
             looked,
+            equilibrium: None,
         })
     }
 
@@ -159,6 +165,7 @@ impl Ledger {
             own.kinetic = kinetic;
             own.power.jump(power);
         }
+        self.rebase(system, x);
         let flows = Flows::of(system, self.looked, x, v);
         self.each(flows, Integral::jump);
     }

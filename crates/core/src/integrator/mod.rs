@@ -186,6 +186,11 @@ impl Method {
         matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
+    /// Whether it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name for the load.
+    pub fn is_static(&self) -> bool {
+        self.scheme == Scheme::QuasiStatic
+    }
+
     /// Whether steps can follow the error.
     pub fn is_adaptive(&self) -> bool {
         self.error_exponent().is_some()

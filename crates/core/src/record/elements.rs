@@ -16,7 +16,7 @@ use super::container::Message;
 use crate::diagnostics::{ElementState, MEASURES, Measure};
 use crate::observer::Frame;
 use crate::scene;
-use crate::topology::{BodyKind, Topology};
+use crate::topology::Topology;
 
 /// Columns before those of the measure.
 pub(super) const PLACE: [&str; 3] = ["x", "y", "z"];
@@ -69,11 +69,7 @@ impl Elements {
         }
         let (mut cells, mut bodies, mut first) = (Vec::new(), Vec::new(), 0);
         for body in &topology.bodies {
-            let (of_body, corners) = match (body.kind, topology.dimension) {
-                (BodyKind::Solid, 3) => (body.tetrahedra.as_flattened(), 4),
-                (BodyKind::Solid | BodyKind::Membrane, _) => (body.triangles.as_flattened(), 3),
-                _ => continue,
-            };
+            let Some((of_body, corners)) = body.elements(topology.dimension) else { continue };
             let count = of_body.len() / corners;
             bodies.push(BodyRows { name: body.name.clone(), first, count });
             cells.push((of_body.to_vec(), corners));
