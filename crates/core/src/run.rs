@@ -1,7 +1,9 @@
 //! A whole run: steps, frames, observers, and how it ended.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::deadline::until;
 use crate::diagnostics::{Diagnostics, Reaction};
 use crate::observer::{Frame, Observer, ObserverError, Work};
 use crate::simulation::{Simulation, StepError};
@@ -148,7 +150,7 @@ pub fn run(
         largest_energy_change: 0.0,
         frames: 0,
     };
-    let outcome = run.go(plan, interrupt);
+    let outcome = run.go_until(plan, interrupt);
     let mut end = run.simulation.diagnostics();
     if !end.total.is_finite() {
         end = run.last_good;
@@ -190,6 +192,22 @@ impl Run<'_, '_> {
     /// How a run ends whose step was not taken.
     fn not_taken(&self, error: StepError) -> Outcome {
         if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
+    }
+
+    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless something else may end them already.
+    fn go_until(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
+        if self.simulation.system().can_be_stopped() {
+            return self.go(plan, interrupt);
+        }
+        let outcome = until(
+            || interrupt.load(Ordering::Relaxed),
+            |stop| {
+                self.simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+                self.go(plan, interrupt)
+            },
+        );
+        self.simulation.system_mut().set_stop(None);
+        outcome
     }
 
     fn go(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {

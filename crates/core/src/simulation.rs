@@ -20,8 +20,7 @@ use std::borrow::Cow;
 
 use crate::control::Controller;
 use crate::diagnostics::{
-    Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
-    stability_limit, strongest_damping,
+    Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, mode_range, reactions, stability_limit,
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
@@ -394,10 +393,8 @@ impl Simulation {
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
         // What is let go later is free to oscillate then, and the highest frequency is higher for it.
         let (x, v) = (self.state.x(), self.state.v());
-        let (frequency, damping) = self.system.once_released(|system| {
-            (largest_frequency(system, x).frequency, strongest_damping(system, x, v))
-        });
-        let limit = stability_limit(&self.method, frequency, damping, self.system.ether_drag(), duration);
+        let modes = self.system.once_released(|system| mode_range(system, x, v));
+        let limit = stability_limit(&self.method, &modes, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }

@@ -360,6 +360,11 @@ impl System {
         self.stop = stop;
     }
 
+    /// Whether there is a flag that ends solves.
+    pub(crate) fn can_be_stopped(&self) -> bool {
+        self.stop.is_some()
+    }
+
     /// Whether solves are to end.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))

@@ -54,7 +54,7 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
         ),
     );
     line("time", format!("{}, {}", steps(report), counted(report.frames, "frame", "frames"),));
-    line("stability", stability(report));
+    line("stability", stability(report) + walls(report));
     if let Some(error) = &report.tree_force_error {
         line("tree", tree(error));
     }
@@ -79,6 +79,17 @@ fn steps(report: &Report) -> String {
             format!("{integrator} with a step of {step} s: {}", counted(steps, "step", "steps"))
         }
         None => format!("{integrator} with steps that follow the error, the first of {step} s"),
+    }
+}
+
+/// Walls are no part of a linearised scene.
+fn walls(report: &Report) -> &'static str {
+    match (report.walls, report.is_implicit) {
+        (0, _) => "",
+        (_, false) => "; walls are left out of this",
+        (_, true) => {
+            "; walls are left out of this: a step is solved without them, and vertices are put back after it, which can add energy"
+        }
     }
 }
 

@@ -92,13 +92,13 @@ fn assemble<const D: usize, const N: usize>(
     let bodies = build_bodies(scene, &scene.directory)?;
     let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
-    let attachments = attachments::attachments(scene, &bodies, &numbering)?;
     let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
         numbering.to_internal(&rows, width).into_owned()
     };
     let rest = gathered(|b| &b.mesh.points, D);
     let (position, velocity) = (gathered(|b| &b.position, D), gathered(|b| &b.velocity, D));
+    let attachments = attachments::attachments(scene, &bodies, &numbering, &position)?;
 
     let mut system = System::new(D, gathered(|b| &b.mass, 1));
     if let Some(gravity) = gravity::term(scene, system.mass()) {

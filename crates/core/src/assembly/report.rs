@@ -45,6 +45,10 @@ pub struct Report {
     pub step_control: Option<StepControl>,
     /// Frames to be written.
     pub frames: u64,
+    /// Walls, which the largest stable step does not account for.
+    pub walls: usize,
+    /// Whether steps are solved.
+    pub is_implicit: bool,
     /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and nobody asked.
     pub stability: Option<StabilityLimit>,
     /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
@@ -106,6 +110,8 @@ impl Report {
             steps: control.is_none().then(|| plan.steps(h)),
             frames: if control.is_some() { plan.exact_frames() } else { plan.frames(h) },
             step_control: control,
+            walls: system.walls().len(),
+            is_implicit: simulation.method().documentation.solves > 0,
             stability,
             tree_force_error,
             instruction_set: lanes::level().name(),

@@ -46,7 +46,7 @@ pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;
 pub(crate) use reaction::reactions;
 pub use stability::{
-    Spectrum, StabilityLimit, StrongestDamping, largest_frequency, stability_limit, strongest_damping,
+    Mode, ModeRange, Spectrum, StabilityLimit, largest_frequency, mode_range, stability_limit,
 };
 
 use crate::energy::EnergyKind;

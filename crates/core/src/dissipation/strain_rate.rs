@@ -21,6 +21,12 @@ pub struct Viscosity {
 }
 
 impl Viscosity {
+    /// The sum of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Viscosity { shear: self.shear + other.shear, second: self.second + other.second }
+    }
+
     /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient` are the gradients of the shape
     /// functions at rest, `f` the deformation gradient.
     ///

@@ -250,6 +250,9 @@ impl GaussRadau {
             system.is_damped() || system.ether_drag() != 0.0 || system.has_prescribed_motion();
         let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
         for iteration in 1..=MAX_ITERATIONS {
+            if system.is_stopped() {
+                return Err(StepFault::stopped());
+            }
             let (mut change, mut largest) = (0.0, 0.0);
             for n in 1..=TERMS {
                 self.go(state, h, NODES[n], wants_velocity);

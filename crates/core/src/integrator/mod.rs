@@ -20,12 +20,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::energy::Fault;
-use crate::solver::{SolveError, SolverOptions, SolverWork};
+use crate::solver::{SolveError, SolverOptions, SolverWork, Verdict};
 use crate::state::State;
 use crate::system::System;
 
-pub(crate) use amplification::oscillator;
 pub use amplification::{Amplification, amplification};
+pub(crate) use amplification::{coupled_radius, modulus, oscillator, spectral_radius};
 use estimate::{Judgement, Tolerances};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
@@ -269,6 +269,12 @@ pub struct StepFault {
 }
 
 impl StepFault {
+    /// A step that was asked to end.
+    pub(crate) fn stopped() -> Self {
+        let solve = SolveError { verdict: Verdict::Stopped, iterations: 0, correction: 0.0 };
+        StepFault { fault: None, vertex: None, solve: Some(solve) }
+    }
+
     /// Finds out what went wrong with these stage values.
     pub(crate) fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
         let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
@@ -281,12 +287,6 @@ impl StepFault {
 fn node(row: &[f64]) -> f64 {
     let sum = row.iter().sum::<f64>();
     if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
-}
-
-/// What is left of a velocity after the ether drag of half a step. Strang splitting: half of the drag before the step and half
-/// after keeps second order.
-pub(crate) fn half_drag(system: &System, h: f64) -> f64 {
-    (-0.5 * system.ether_drag() * h).exp()
 }
 
 /// Whether all are finite; a sum instead of a test for each, so that it vectorises.

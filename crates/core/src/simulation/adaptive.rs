@@ -86,9 +86,14 @@ impl Simulation {
         let goal = next_break.unwrap_or(target);
         let mut last = (controller.next(), None, None);
         loop {
+            if self.system.is_stopped() {
+                return Err(self.not_finite(StepFault::stopped(), None));
+            }
             let h = controller.plan(goal - time);
             let smallest = controller.floor(time);
-            if h < smallest && h < goal - time {
+            // Not a number is too small.
+            let is_large_enough = h >= smallest || h >= goal - time;
+            if !is_large_enough {
                 return Err(self.too_small(smallest, last));
             }
             let end = if h == goal - time { goal } else { time + h };

@@ -65,7 +65,7 @@ impl Simulation {
                     parts.parts += 1;
                     parts.halvings = parts.halvings.max(halvings);
                 }
-                Err(_) if halvings < most => left.extend([halvings + 1; 2]),
+                Err(_) if halvings < most && !self.system.is_stopped() => left.extend([halvings + 1; 2]),
                 Err(fault) => {
                     let retried = Retried { halvings, step_size: part * h, time };
                     let (here_x, here_v) = self.state.rows_mut();

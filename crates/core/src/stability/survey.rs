@@ -35,6 +35,8 @@ pub struct Survey {
     pub map: Option<Map>,
     /// What a step does to an oscillator.
     pub amplification: Vec<AmplificationCurve>,
+    /// Walls of the scene, which no prediction accounts for.
+    pub walls: usize,
     /// Whether it came to its end.
     #[serde(skip)]
     pub complete: bool,
@@ -73,7 +75,7 @@ impl Survey {
         let integrators = chosen(&choice.integrators, scene.time.integrator)?;
         let own = nominal_step(&scene);
         let largest = scene.time.duration.max(100.0 * own);
-        let mut found = Survey::default();
+        let mut found = Survey { walls: scene.world.walls.len(), ..Survey::default() };
         for integrator in &integrators {
             if stopped() {
                 return Ok(found);

@@ -46,6 +46,14 @@ pub(super) fn describe(found: &Survey, width: usize) -> String {
         0,
         width,
     );
+    if found.walls > 0 {
+        out += &wrap(
+            "No prediction accounts for walls: vertices are put back after each step, and in an implicit one, which is solved without them, \
+             that can add energy at any size of the step.",
+            0,
+            width,
+        );
+    }
     if let Some(map) = &found.map {
         out.push('\n');
         out += &text_map(map);
