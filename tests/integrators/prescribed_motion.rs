@@ -111,12 +111,12 @@ fn a_hold_lets_go_at_the_step_nearest_to_its_end() {
             hold.until(until).moving(Motion::new().along(path), start, start, 2)
         });
         for step in 1..=8 {
-            let held = simulation.system().constraint_set();
+            let held = simulation.system().structure();
             let before = simulation.state().clone();
             simulation.step().unwrap();
             let moved = simulation.state().x()[1];
             if step <= steps {
-                assert_eq!(simulation.system().constraint_set(), held);
+                assert_eq!(simulation.system().structure(), held);
                 assert!((moved - 0.25 * simulation.state().time).abs() < 1e-15, "{until}: {moved} at {step}");
             } else {
                 // One step of velocity Verlet from there, mass 1.
@@ -126,7 +126,7 @@ fn a_hold_lets_go_at_the_step_nearest_to_its_end() {
                     y0 + 0.1 * before.v()[1] + 0.005 * STIFFNESS * (y1 - y0),
                 ];
                 assert!(distance(&simulation.state().x()[..2], &expected) < 1e-14, "{until} at {step}");
-                assert_eq!(simulation.system().constraint_set() != held, step == steps + 1);
+                assert_eq!(simulation.system().structure() != held, step == steps + 1);
             }
         }
     }

@@ -22,8 +22,8 @@ pub struct System {
     holds: Vec<Hold>,
     /// Those that have, by their time: they are back where a simulation goes back in time.
     let_go: Vec<Hold>,
-    /// How often the set of held coordinates has changed.
-    constraint_set: u64,
+    /// Version of the structure.
+    structure: u64,
     /// Whether any held coordinate moves.
     moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
@@ -56,9 +56,14 @@ impl ForceId {
     pub(crate) const NONE: ForceId = ForceId(0);
 
     fn fresh() -> Self {
-        static LAST: AtomicU64 = AtomicU64::new(0);
-        ForceId(LAST.fetch_add(1, Ordering::Relaxed) + 1)
+        ForceId(fresh())
     }
+}
+
+/// A number above zero that nothing else in this process has.
+fn fresh() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 impl System {
@@ -71,7 +76,7 @@ impl System {
             rest_positions: None,
             holds: vec![],
             let_go: vec![],
-            constraint_set: 0,
+            structure: fresh(),
             moves: false,
             terms: vec![],
             dissipation: vec![],
@@ -91,6 +96,7 @@ impl System {
     /// Adds a potential.
     pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) {
         self.force = ForceId::NONE;
+        self.structure = fresh();
         self.changes_with_time |= term.changes_with_time();
         // Nothing is allocated in a step.
         self.energies.reserve_exact(self.terms.len() + 1);
@@ -99,6 +105,7 @@ impl System {
 
     /// Adds a dissipative term.
     pub fn add_dissipation(&mut self, term: Box<dyn DissipativeTerm>) {
+        self.structure = fresh();
         self.dissipation.push(term);
     }
 
@@ -115,7 +122,7 @@ impl System {
     /// Holds coordinates. A coordinate that moves is in no other hold.
     pub fn hold(&mut self, hold: Hold) {
         self.moves |= hold.motion().is_some();
-        self.constraint_set += 1;
+        self.structure = fresh();
         hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
         self.holds.push(hold);
     }
@@ -134,8 +141,11 @@ impl System {
 
     /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
     pub(crate) fn hold_as_at(&mut self, time: f64) {
-        if !self.let_go.is_empty() {
-            self.holds.append(&mut self.let_go);
+        let let_go = std::mem::take(&mut self.let_go);
+        let (mut back, gone): (Vec<Hold>, _) = let_go.into_iter().partition(|hold| hold.end() > time);
+        self.let_go = gone;
+        if !back.is_empty() {
+            self.holds.append(&mut back);
             self.holds_changed();
         }
         self.release(time);
@@ -146,14 +156,17 @@ impl System {
         let count = self.holds.len() + self.let_go.len();
         self.let_go.retain(|hold| hold.name() != name);
         self.holds.retain(|hold| hold.name() != name);
-        self.holds_changed();
-        self.holds.len() + self.let_go.len() < count
+        let found = self.holds.len() + self.let_go.len() < count;
+        if found {
+            self.holds_changed();
+        }
+        found
     }
 
     fn holds_changed(&mut self) {
         self.moves = self.holds.iter().any(|hold| hold.motion().is_some());
         self.inverse_mass = self.inverse_mass_of(|_| true);
-        self.constraint_set += 1;
+        self.structure = fresh();
         // A force may be good although it is not finite where it was held.
         self.force = ForceId::NONE;
     }
@@ -163,10 +176,30 @@ impl System {
         self.force = ForceId::NONE;
         self.energies.clear();
         let there = self.terms.iter().position(|term| term.name() == name);
+        // Forces without stencils come and go in every step: the matrix has no place for them.
+        let has_blocks = |term: &mut Box<dyn EnergyTerm>| !term.stencils().vertices.is_empty();
         match (there, term) {
-            (Some(i), Some(term)) => self.terms[i] = term,
-            (Some(i), None) => drop(self.terms.remove(i)),
-            (None, Some(term)) => self.add_term(term),
+            (Some(i), Some(mut term)) => {
+                if has_blocks(&mut term) | has_blocks(&mut self.terms[i]) {
+                    self.structure = fresh();
+                }
+                self.terms[i] = term;
+            }
+            (Some(i), None) => {
+                // The terms after it have other places.
+                if has_blocks(&mut self.terms[i]) || i + 1 < self.terms.len() {
+                    self.structure = fresh();
+                }
+                self.terms.remove(i);
+            }
+            (None, Some(mut term)) => {
+                let structure = self.structure;
+                let has_blocks = has_blocks(&mut term);
+                self.add_term(term);
+                if !has_blocks {
+                    self.structure = structure;
+                }
+            }
             (None, None) => {}
         }
         self.changes_with_time = self.terms.iter().any(|term| term.changes_with_time());
@@ -175,9 +208,15 @@ impl System {
     /// What `measure` finds where nothing is held.
     pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
         let free = self.inverse_mass_of(|_| false);
-        let now = std::mem::replace(&mut self.inverse_mass, free);
+        self.with_inverse_mass(free, measure)
+    }
+
+    /// Result of `measure` where other coordinates are held: another structure.
+    fn with_inverse_mass<T>(&mut self, inverse_mass: InverseMass, measure: impl FnOnce(&mut Self) -> T) -> T {
+        let mass = std::mem::replace(&mut self.inverse_mass, inverse_mass);
+        let structure = std::mem::replace(&mut self.structure, fresh());
         let found = measure(self);
-        self.inverse_mass = now;
+        (self.inverse_mass, self.structure) = (mass, structure);
         found
     }
 
@@ -201,10 +240,7 @@ impl System {
             return measure(self);
         }
         let released = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
-        let now = std::mem::replace(&mut self.inverse_mass, released);
-        let found = measure(self);
-        self.inverse_mass = now;
-        found
+        self.with_inverse_mass(released, measure)
     }
 
     /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
@@ -222,9 +258,11 @@ impl System {
         &self.holds
     }
 
-    /// Changes whenever coordinates are held or let go: what was built for another set is out of date.
-    pub fn constraint_set(&self) -> u64 {
-        self.constraint_set
+    /// Version of the structure: another number after coordinates are held or let go, and after terms with
+    /// second derivatives come, go or are replaced. What was built for another version, plans and factors
+    /// of matrices, accelerations, is out of date. No two systems of a process have the same.
+    pub fn structure(&self) -> u64 {
+        self.structure
     }
 
     /// Whether any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
