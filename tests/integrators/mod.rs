@@ -14,3 +14,4 @@ mod retries;
 mod ring;
 mod stiff;
 mod three_bodies;
+mod tolerance;

@@ -29,7 +29,7 @@ use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme, StepFault};
 use crate::numbering::Numbering;
 use crate::observer::Work;
-use crate::solver::{SolverOptions, Verdict};
+use crate::solver::{SolverOptions, Verdict, scene_size};
 use crate::state::{State, diagonal};
 use crate::system::System;
 
@@ -78,14 +78,16 @@ impl Simulation {
             // The first step looks at the force here, and says what is wrong.
             system.prescribe(time, x, v);
         }
-        let integrator = method.build(state.x().len(), SolverOptions::default());
+        // Wherever the simulation goes, or goes back to, its tolerances are those of its start.
+        let solver = SolverOptions { size: Some(scene_size(state.x(), d)), ..SolverOptions::default() };
+        let integrator = method.build(state.x().len(), solver);
         Simulation {
             system,
             state,
             numbering: Numbering::identity(),
             method,
             integrator,
-            solver: SolverOptions::default(),
+            solver,
             step_size,
             retried: RetriedSteps::default(),
             controller: None,
@@ -102,7 +104,11 @@ impl Simulation {
             let Tolerances { position, velocity, .. } = controller.control.tolerances;
             [position, velocity]
         });
-        self.solver = SolverOptions { step_error: allowed.or(options.step_error), ..options };
+        self.solver = SolverOptions {
+            step_error: allowed.or(options.step_error),
+            size: options.size.or(self.solver.size),
+            ..options
+        };
         self.integrator = self.method.build(self.state.x().len(), self.solver);
     }
 

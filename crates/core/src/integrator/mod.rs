@@ -194,6 +194,7 @@ impl Method {
     /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as `options` say. An explicit
     /// one allocates all it will ever need.
     pub fn build(&self, unknowns: usize, options: SolverOptions) -> Box<dyn Integrator> {
+        let options = SolverOptions { order: Some(self.documentation.order), ..options };
         match self.scheme {
             Scheme::Splitting(stages) => {
                 Box::new(splitting::Splitting::new(stages, self.documentation.order, unknowns))

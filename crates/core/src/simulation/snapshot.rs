@@ -10,8 +10,10 @@ const ROUNDING: f64 = 1e-14;
 
 /// A moment of a simulation: enough to go on from there as if nothing had happened in between.
 ///
-/// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of their solver, which begins
-/// without what it has learnt from earlier steps. Parameters (materials, forces, pins that were added) are no part of it.
+/// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of
+/// their solver, which is that of the simulation's start wherever it goes on from, and begins without what
+/// it has learnt from earlier steps. Parameters (materials, forces, pins that were added) are no part of
+/// it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Snapshot {
     /// Steps taken.

@@ -2,6 +2,7 @@ use super::{Simulation, Snapshot, SnapshotError};
 use crate::assembly::UnstableStep;
 use crate::energy::load::ExternalForce;
 use crate::scene::Scene;
+use crate::solver::SolverOptions;
 
 /// A beam of 3 x 1 cells under gravity, pinned at its left, its top let go after 20 steps, with drag and a wall: all that a ledger
 /// and holds can remember.
@@ -28,7 +29,7 @@ fn go(simulation: &mut Simulation, steps: usize) {
 // lecture 21: reset, and what design.md says of state and time. Before, at, and after the step at which a pin lets go.
 #[test]
 fn going_back_goes_on_with_the_same_bits() {
-    for integrator in ["symplectic-euler", "rk4", "yoshida4"] {
+    for integrator in ["symplectic-euler", "rk4", "yoshida4", "ias15"] {
         for kept in [0, 5, 19, 20, 21, 30] {
             let mut simulation = beam(integrator);
             go(&mut simulation, kept);
@@ -99,6 +100,70 @@ fn implicit_schemes_go_back_to_the_tolerance_of_their_solver() {
             assert!(distance(&forgetful) > 1e-8, "{:e}", distance(&forgetful));
         }
     }
+}
+
+/// Three bodies that attract each other, by steps that IAS15 chooses: coefficients, compensated sums and
+/// the origin are remembered.
+#[test]
+fn three_bodies_go_on_with_the_same_bits() {
+    let bodies = || {
+        let text = "dimension = 2
+time = { integrator = 'ias15', adaptive = {}, duration = 10.0 }
+world = { nbody = { constant = 1.0 } }
+[[body]]
+name = 'bodies'
+mesh = { inline = { points = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]] } }
+mass = { per_vertex = [3.0, 4.0, 5.0] }
+";
+        Scene::from_toml(text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation
+    };
+    let mut simulation = bodies();
+    go(&mut simulation, 60);
+    let text = serde_json::to_string(&simulation.snapshot()).unwrap();
+    let snapshot = serde_json::from_str(&text).unwrap();
+    go(&mut simulation, 60);
+    let end = simulation.snapshot();
+    for mut again in [bodies(), simulation] {
+        again.restore(&snapshot).unwrap();
+        assert_eq!(again.snapshot(), snapshot);
+        go(&mut again, 60);
+        assert_eq!(again.snapshot(), end);
+    }
+}
+
+/// Tolerances are those of the start: here of 1 m, while one vertex is taken nine kilometres away before
+/// the restore.
+#[test]
+fn going_back_keeps_the_size_that_tolerances_go_by() {
+    let scene = "dimension = 2
+time = { integrator = 'quasi-static', step = 0.1, duration = 1.0 }
+[[body]]
+name = 'rope'
+mesh = { strand = { segments = 4, start = [0.0, 0.0], end = [1.0, 0.0] } }
+springs = { stiffness = 1e3 }
+mass = { per_vertex = 1.0 }
+pin = [{ vertices = [0] }]
+load = [{ vertices = [4], force = ['20*t', '-10*t'] }]
+[[body]]
+name = 'far'
+mesh = { inline = { points = [[0.0, 0.0]] } }
+mass = { per_vertex = 1.0 }
+pin = [{ vertices = [0], motion = { velocity = [1e4, 0.0] } }]
+";
+    let rope = || Scene::from_toml(scene).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation;
+    let mut simulation = rope();
+    go(&mut simulation, 9);
+    let snapshot = simulation.snapshot();
+    let solved = |tolerance: Option<f64>| {
+        let mut again = rope();
+        again.set_solver(SolverOptions { tolerance, ..SolverOptions::default() });
+        again.restore(&snapshot).unwrap();
+        again.step().unwrap();
+        (again.positions().into_owned(), again.work().solver)
+    };
+    assert!(simulation.size() > 500.0 * rope().size());
+    assert_eq!(solved(None), solved(Some(1e-9 * rope().length_scale())));
+    assert_ne!(solved(None), solved(Some(1e-9 * simulation.length_scale())), "the scene shows no difference");
 }
 
 #[test]

@@ -327,7 +327,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     ) -> Result<(), StepFault> {
         let (s, unknowns) = (stages.count(), stages.x.len());
         if self.size == 0.0 {
-            self.size = scene_size(stages.x, D);
+            self.size = self.options.size.unwrap_or_else(|| scene_size(stages.x, D));
         }
         self.force.resize(unknowns, 0.0);
         self.right.resize(s * unknowns, 0.0);

@@ -3,6 +3,7 @@
 mod evaluation;
 mod linear;
 mod search;
+mod tolerance;
 
 use super::cholesky::Cholesky;
 use super::conjugate_gradients::{CgEnd, ConjugateGradients, dot};
@@ -88,7 +89,7 @@ impl<const D: usize> Newton<D> {
     /// Makes the structure of the matrix, unless the one there is fits.
     fn prepare(&mut self, system: &mut System, x: &[f64]) {
         if self.size == 0.0 {
-            self.size = scene_size(x, system.dimension());
+            self.size = self.options.size.unwrap_or_else(|| scene_size(x, system.dimension()));
         }
         let trial = &mut self.trial;
         for v in [&mut self.residual, &mut self.direction, &mut self.solution, &mut trial.x, &mut trial.u] {
@@ -113,9 +114,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
         let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let tolerance = self.options.tolerance(self.size, objective.velocity.rate);
         let floor = ULPS * f64::EPSILON * reach;
-        let negligible = tolerance.max(floor);
         let fail = |system: &System, at: &Iterate, verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
             Err(StepFault { solve, ..StepFault::at(system, &at.x, &at.x) })
@@ -146,6 +145,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return fail(system, at, Verdict::Stopped, iteration, correction);
             }
             let before = correction;
+            let negligible = self.tolerance(system, objective, at).max(floor);
             // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
             let mut old_matrix = keep && self.at_hand == Some(weights(objective));
             // Whether the correction says nothing of how far a minimum is.
@@ -231,6 +231,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             }
             // The first correction by a factor of an earlier solve says little about the next.
             let known = (iteration > 0 || !old_matrix) && !truncated;
+            let tolerance = self.tolerance(system, objective, at);
             let rounding = correction <= floor && correction >= 0.5 * before;
             // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
             if (correction <= tolerance || rounding) && known && forcing <= CG_TOLERANCE {
