@@ -11,7 +11,7 @@ use crate::integrator::Documentation;
 use crate::integrator::estimate::Tolerances;
 use crate::lanes;
 use crate::material::{AboutPreset, MaterialSpec, Plane, Preset};
-use crate::mesh::Quality;
+use crate::mesh::{Contents, Quality};
 use crate::scene::{Channel, MassSpec, Scene, Stress};
 use crate::simulation::Simulation;
 
@@ -75,6 +75,8 @@ pub struct BodyReport {
     pub mass: f64,
     /// Size and quality of the mesh.
     pub quality: Quality,
+    /// Cells of each kind, unconnected pieces, results of cleaning.
+    pub contents: Contents,
 }
 
 impl Report {
@@ -126,6 +128,7 @@ impl BodyReport {
             pinned: body.pinned().len(),
             mass: body.mass.iter().sum(),
             quality: mesh.quality(),
+            contents: mesh.contents(),
         }
     }
 }

@@ -13,6 +13,7 @@ mod build;
 mod cell;
 mod cells;
 mod check;
+mod clean;
 mod cloth;
 mod cooks_membrane;
 mod cylinder;
@@ -45,11 +46,13 @@ mod notched_beam;
 mod number_type;
 mod obj;
 pub mod order;
+mod pieces;
 mod ply;
 mod quadratic;
 mod quality;
 mod repeat;
 mod select;
+mod signature;
 mod size;
 mod sphere;
 mod stl;
@@ -69,9 +72,11 @@ mod vtu;
 
 pub use build::{build, build_body};
 pub use cell::{Cell, FileTag};
+pub use clean::Cleaned;
 pub use error::MeshError;
 pub use file::read;
 pub use format_error::FormatError;
+pub use pieces::Contents;
 pub use quadratic::MidNodes;
 pub(crate) use quadratic::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use quality::{CurvedQuality, ElementQuality, Quality};
@@ -118,6 +123,8 @@ pub struct Mesh {
     pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
+    /// Result of each step of cleaning that the scene asked for, in order.
+    pub cleaned: Vec<Cleaned>,
 }
 
 impl Mesh {
