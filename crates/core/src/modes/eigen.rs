@@ -3,17 +3,24 @@
 use super::{ModesError, dense, lanczos};
 use crate::material::Psd;
 use crate::simulation::Simulation;
+use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::cholesky::Cholesky;
 use crate::solver::hessian::{Assembler, At, Weights};
 use crate::system::System;
 
-/// The first shift, as a part of the mean of `K_ii / M_ii`; the second is the first `omega^2` that it finds above zero. With a shift
-/// far below, rounding in the large eigenvalues of rigid motion drowns the others; far above, it drowns the low frequencies.
-const FIRST_SHIFT: f64 = 1e-3;
-/// Bounds of the relative residual, with the first and the second shift.
-const TOLERANCES: [f64; 2] = [1e-8, 1e-10];
-/// Rigid motion has an `omega^2` below this part of the shift.
-const RIGID: f64 = 1e-6;
+/// The first shift, as a part of the mean of `K_ii / M_ii`: below any frequency that rounding leaves, for a shift far above the lowest ones
+/// sees them all as one. The second shift is the first `omega^2` that it finds above zero: far below that, rounding in the large
+/// eigenvalues of rigid motion drowns the others.
+const FIRST_SHIFT: f64 = 1e-11;
+/// The first shift grows by this factor where rounding makes the factorisation fail, up to the last one.
+const RAISE: f64 = 100.0;
+const LAST_SHIFT: f64 = 1e-3;
+/// Bounds of the relative residual, with the first shift, which finds out where the frequencies are, and with the second.
+const TOLERANCES: [f64; 2] = [1e-3, 1e-10];
+/// The residual of an eigenvalue `theta` of `(K + s M)^-1 M` may be so many roundings of `theta max K_ii / M_ii`.
+const RESIDUAL_ULPS: f64 = 16.0;
+/// Rigid motion has an `omega^2` of less than so many roundings of the terms of its sum.
+const RIGID_ULPS: f64 = 64.0;
 /// The stiffness alone.
 const STIFFNESS: Weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
 
@@ -50,8 +57,8 @@ impl<const D: usize> Eigen<D> {
         eigen.assemble(system, STIFFNESS);
         let matrix = eigen.assembler.matrix();
         let diagonal = |n: usize| matrix.value[matrix.diagonal[n / D] as usize][n % D][n % D];
-        let sum: f64 = (0..free.len()).filter(|n| free[*n]).map(|n| diagonal(n) / eigen.mass[n]).sum();
-        let mean = sum / free_coordinates as f64;
+        let ratios = || (0..free.len()).filter(|n| free[*n]).map(|n| diagonal(n) / eigen.mass[n]);
+        let (mean, largest) = (ratios().sum::<f64>() / free_coordinates as f64, ratios().fold(0.0, f64::max));
         if !mean.is_finite() {
             return Err(ModesError::NotFinite);
         }
@@ -59,7 +66,7 @@ impl<const D: usize> Eigen<D> {
             return Err(ModesError::NoStiffness);
         }
         if count.is_some() {
-            eigen.lowest(system, asked, FIRST_SHIFT * mean)?;
+            eigen.lowest(system, asked, mean, RESIDUAL_ULPS * f64::EPSILON * largest)?;
         } else if free_coordinates > dense::MOST {
             return Err(ModesError::TooManyForAll { free: free_coordinates, most: dense::MOST });
         } else {
@@ -72,24 +79,31 @@ impl<const D: usize> Eigen<D> {
         Ok(eigen)
     }
 
-    /// Shift and invert, twice.
-    fn lowest(&mut self, system: &System, count: usize, mut shift: f64) -> Result<(), ModesError> {
+    /// Shift and invert, twice; `mean` is that of `K_ii / M_ii`, `rounding` of the same unit.
+    fn lowest(&mut self, system: &System, count: usize, mean: f64, rounding: f64) -> Result<(), ModesError> {
+        let mut shift = FIRST_SHIFT * mean;
+        let mut cholesky = loop {
+            match self.shifted(system, shift) {
+                Err(ModesError::NotStable) if shift < LAST_SHIFT * mean => shift *= RAISE,
+                factor => break factor?,
+            }
+        };
         for tolerance in TOLERANCES {
-            let mut cholesky = self.shifted(system, shift)?;
-            let found = lanczos::largest(&self.mass, count, tolerance, |b| cholesky.solve(b));
+            let allowed = |theta: f64| tolerance.max(rounding * theta);
+            let found = lanczos::largest(&self.mass, count, allowed, |b| cholesky.solve(b));
             self.solves += found.solves;
             if found.pairs.len() < count {
                 let (found, solves) = (found.pairs.len(), self.solves);
                 return Err(ModesError::NotConverged { found, asked: count, solves });
             }
-            // theta = 1 / (omega^2 + shift)
-            let square = |pair: &lanczos::Pair| {
-                let square = 1.0 / pair.value - shift;
-                if square.abs() <= RIGID * shift { 0.0 } else { square }
-            };
-            self.pairs = found.pairs.into_iter().map(|pair| (square(&pair), pair)).collect();
+            self.assemble(system, STIFFNESS);
+            let matrix = self.assembler.matrix();
+            self.pairs = found.pairs.into_iter().map(|pair| (square(matrix, &pair.vector), pair)).collect();
+            self.pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
             match self.pairs.iter().find(|(square, _)| *square > 0.0) {
-                Some((square, _)) if tolerance == TOLERANCES[0] => shift = *square,
+                Some((square, _)) if tolerance == TOLERANCES[0] => {
+                    cholesky = self.shifted(system, *square)?
+                }
                 // Rigid motion alone was asked for.
                 _ => break,
             }
@@ -142,6 +156,26 @@ impl<const D: usize> Eigen<D> {
         }
         ((0..modes).map(|j| alone(j).max(0.0) + drag).collect(), coupling)
     }
+}
+
+/// Rayleigh's quotient `phi^T K phi` of a shape with `phi^T M phi = 1`; exactly zero where it is what rounding leaves of rigid motion.
+pub(super) fn square<const D: usize>(matrix: &BlockMatrix<D>, shape: &[f64]) -> f64 {
+    let (mut square, mut scale) = (0.0, 0.0);
+    for row in 0..matrix.rows() {
+        for k in 0..D {
+            let parts = matrix
+                .row(row)
+                .flat_map(|(column, block)| (0..D).map(move |l| (block[k][l], column * D + l)));
+            let (mut sum, mut sizes) = (0.0, 0.0);
+            for (entry, at) in parts {
+                sum += entry * shape[at];
+                sizes += (entry * shape[at]).abs();
+            }
+            square += shape[row * D + k] * sum;
+            scale += shape[row * D + k].abs() * sizes;
+        }
+    }
+    if square.abs() <= RIGID_ULPS * f64::EPSILON * scale { 0.0 } else { square }
 }
 
 pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {

@@ -11,8 +11,6 @@ const DEPENDENT: f64 = 1e-12;
 
 /// An eigenpair of `T = A^-1 M`.
 pub(super) struct Pair {
-    /// The eigenvalue.
-    pub(super) value: f64,
     /// `|T u - value u|_M / value`.
     pub(super) residual: f64,
     /// `u^T M u = 1`.
@@ -28,17 +26,19 @@ pub(super) struct Found {
 }
 
 /// The `count` largest eigenpairs of `A^-1 M`, `M` diagonal with zeros where nothing moves: those whose residual
-/// is at most `tolerance` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
+/// is at most `allowed(value)` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
 pub(super) fn largest(
     mass: &[f64],
     count: usize,
-    tolerance: f64,
+    allowed: impl Fn(f64) -> f64,
     mut solve: impl FnMut(&mut [f64]),
 ) -> Found {
     let free = mass.iter().filter(|m| **m > 0.0).count();
     let most = free.min(20 * count + 200);
     // The basis q_k, and T q_k.
     let (mut basis, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
+    // The rows `q_i^T M T q_j`, j <= i.
+    let mut projected: Vec<Vec<f64>> = vec![];
     let mut seed = 0;
     let mut candidates: Vec<Vec<f64>> = vec![];
     loop {
@@ -61,7 +61,12 @@ pub(super) fn largest(
             image.iter_mut().zip(mass).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
             images.push(image);
         }
-        let pairs = ritz(&basis, &images, mass, count, tolerance);
+        for i in first..basis.len() {
+            // Symmetric but for rounding.
+            let entry = |j: usize| 0.5 * (inner(&basis[i], &images[j], mass) + inner(&basis[j], &images[i], mass));
+            projected.push((0..=i).map(entry).collect());
+        }
+        let pairs = ritz(&basis, &images, &projected, mass, count, &allowed);
         let exhausted = basis.len() == most || basis.len() == first;
         if pairs.len() == count || exhausted {
             return Found { pairs, solves: images.len() };
@@ -103,15 +108,19 @@ fn orthonormal(mut v: Vec<f64>, basis: &[Vec<f64>], mass: &[f64]) -> Option<Vec<
 }
 
 /// The largest Ritz pairs, as long as they have converged, at most `count`.
-fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize, tolerance: f64) -> Vec<Pair> {
+fn ritz(
+    basis: &[Vec<f64>],
+    images: &[Vec<f64>],
+    projected: &[Vec<f64>],
+    mass: &[f64],
+    count: usize,
+    allowed: &impl Fn(f64) -> f64,
+) -> Vec<Pair> {
     let k = basis.len();
     if k < count {
         return vec![];
     }
-    let projected = Mat::<f64>::from_fn(k, k, |i, j| {
-        // Symmetric but for rounding.
-        0.5 * (inner(&basis[i], &images[j], mass) + inner(&basis[j], &images[i], mass))
-    });
+    let projected = Mat::<f64>::from_fn(k, k, |i, j| projected[i.max(j)][i.min(j)]);
     let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return vec![] };
     let mut pairs = vec![];
     for column in (k - count..k).rev() {
@@ -128,10 +137,10 @@ fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize, tol
         let mut rest = combine(images);
         rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
         let residual = inner(&rest, &rest, mass).sqrt() / value.abs();
-        if residual.is_nan() || residual > tolerance {
+        if residual.is_nan() || residual > allowed(value) {
             break;
         }
-        pairs.push(Pair { value, residual, vector });
+        pairs.push(Pair { residual, vector });
     }
     pairs
 }
