@@ -224,10 +224,15 @@ pub enum Channel {
     PrincipalStretches,
     /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
     GreenStrain,
+    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on `/elements/corotated-strain`: xx, yy,
+    /// zz, xy, yz, xz.
+    CorotatedStrain,
     /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
     FirstPiola,
     /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy, yz, xz.
     CauchyStress,
     /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
     VonMises,
+    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on `/elements/energy-density`.
+    EnergyDensity,
 }

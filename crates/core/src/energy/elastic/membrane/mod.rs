@@ -128,10 +128,12 @@ impl Membrane {
         let (q, g) = factors(&self.deformation_gradient(x, vertices, *pack, *lane));
         let (now, rest) = (with_normal(&q), with_normal(&self.axes[*element]));
         let turned = |m: &Mat<f64, 3>| now.mul(m).mul_transpose(&rest);
-        let ElementState { deformation_gradient, first_piola } = self.material.state(&g);
+        let ElementState { deformation_gradient, first_piola, energy_density, .. } = self.material.state(&g);
         ElementState {
             deformation_gradient: turned(&deformation_gradient),
             first_piola: turned(&first_piola),
+            energy_density,
+            plane: false,
         }
     }
 }
