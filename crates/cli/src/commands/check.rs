@@ -17,6 +17,9 @@ pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<
     let unstable = report.stability.as_ref().and_then(|stability| input.scene.unstable_step(stability));
     let problem = unstable.map(|p| Failure::from(input.locate(vec![p])));
     terminal.report(&describe(&report, terminal.width()))?;
+    for warning in &report.warnings {
+        terminal.warn(warning);
+    }
     let status = if problem.is_some() { Status::Invalid } else { Status::Done };
     if let Some(failure) = &problem {
         terminal.complain(&format!("\n{}", failure.render(terminal.color)));

@@ -30,8 +30,8 @@ pub(super) struct Parts {
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
     pub(super) loads: Vec<Placed>,
-    /// Share of every vertex of the cells, where a load asks for it [m^d].
-    pub(super) volume: Vec<f64>,
+    /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load asks for it [m^d].
+    pub(super) shares: Vec<Vec<(u32, f64)>>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
@@ -81,8 +81,8 @@ impl Parts {
         let name = spec.name_or_default(index);
         let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
         let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
-        let mut volume = if by_volume { mesh.lumped_measure() } else { vec![] };
-        volume.iter_mut().for_each(|share| *share *= thickness.unwrap_or(1.0));
+        let mut shares = if by_volume { mesh.consistent_measure() } else { vec![] };
+        shares.iter_mut().flatten().for_each(|(_, share)| *share *= thickness.unwrap_or(1.0));
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -101,7 +101,7 @@ impl Parts {
             mass,
             held,
             loads,
-            volume,
+            shares,
             position,
             velocity,
             stiffness,

@@ -9,6 +9,7 @@ mod damping;
 mod gravity;
 mod initial;
 mod loads;
+mod locking;
 mod mass;
 mod memory;
 mod pins;
@@ -25,7 +26,7 @@ use crate::energy::nbody::{NBody, TreeGravity};
 use crate::numbering::Numbering;
 use crate::probe::Probe;
 use crate::run::Plan;
-use crate::scene::{KeyPath, Problem, Scene, Tree};
+use crate::scene::{Body, KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
 use crate::solver::LinearSolver;
 use crate::state::State;
@@ -101,7 +102,12 @@ fn assemble<const D: usize, const N: usize>(
     let (position, velocity) = (gathered(|b| &b.position, D), gathered(|b| &b.velocity, D));
 
     let mut system = System::new(D, gathered(|b| &b.mass, 1));
-    if let Some(gravity) = gravity::term(scene, system.mass()) {
+    let weights = || {
+        let of_body = |(body, spec): (&body::Parts, &Body)| mass::weights(&spec.mass, &body.mesh, &body.mass);
+        let weights: Vec<f64> = bodies.iter().zip(&scene.body).flat_map(of_body).collect();
+        numbering.to_internal(&weights, 1).into_owned()
+    };
+    if let Some(gravity) = gravity::term(scene, system.mass(), weights) {
         system.add_term(gravity);
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {

@@ -49,6 +49,8 @@ pub struct Report {
     pub stability: Option<StabilityLimit>,
     /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
     pub tree_force_error: Option<ForceError>,
+    /// What is likely to be wrong with the answer, and what to do about it: bodies that lock.
+    pub warnings: Vec<String>,
     /// Instruction set of the kernels.
     pub instruction_set: &'static str,
     /// What the scene uses: each entry is computed, held in memory or written.
@@ -108,6 +110,7 @@ impl Report {
             step_control: control,
             stability,
             tree_force_error,
+            warnings: super::locking::warnings(scene, bodies),
             instruction_set: lanes::level().name(),
             uses,
             left_out,

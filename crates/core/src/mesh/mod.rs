@@ -58,6 +58,7 @@ mod tapered_beam;
 #[cfg(test)]
 pub(crate) mod test_support;
 mod tetgen;
+mod thickness;
 mod tokens;
 mod topology;
 mod transform;
@@ -77,6 +78,7 @@ pub(crate) use quadratic::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_body_size, predicted_size};
+pub use thickness::Chord;
 
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

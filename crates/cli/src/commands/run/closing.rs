@@ -51,17 +51,23 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// What the user should know even if nobody reads the numbers.
+    /// What the user should know even if nobody reads the numbers. A run that failed says what is wrong already.
     pub(crate) fn warnings(&self) -> Vec<String> {
+        if self.status() == Status::Failed {
+            return vec![];
+        }
+        self.report.warnings.iter().cloned().chain(self.energy_off()).collect()
+    }
+
+    /// Energy that was not conserved although nothing takes or gives any.
+    fn energy_off(&self) -> Vec<String> {
         // What a scene brings in and takes away is known, but for losses that nobody asked for.
         let known = !self.takes_energy() || self.loses_known();
         let error = self.summary.relative_energy_error();
         // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.
         let conserved =
             self.summary.relative_energy_drift() <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND;
-        // A run that blew up says so already.
-        let failed = self.status() == Status::Failed;
-        if !known || conserved || failed {
+        if !known || conserved {
             return vec![];
         }
         let scale = self.summary.energy_scale;
