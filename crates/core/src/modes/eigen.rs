@@ -1,5 +1,6 @@
 //! The eigenproblem `K phi = omega^2 M phi` of a simulation where it is.
 
+use super::inertia::Inertia;
 use super::{ModesError, dense, lanczos};
 use crate::material::Psd;
 use crate::simulation::Simulation;
@@ -29,8 +30,10 @@ pub(super) struct Eigen<const D: usize> {
     pub(super) assembler: Assembler<D>,
     /// Where, flat [m].
     pub(super) x: Vec<f64>,
-    /// Of every coordinate [kg]; zero where it is held.
+    /// Lumped, of every coordinate [kg]; zero where it is held.
     pub(super) mass: Vec<f64>,
+    /// The mass matrix of the problem.
+    pub(super) inertia: Inertia<D>,
     /// `omega^2` and its shape, ascending; exactly zero for rigid motion.
     pub(super) pairs: Vec<(f64, lanczos::Pair)>,
     pub(super) free_coordinates: usize,
@@ -38,8 +41,23 @@ pub(super) struct Eigen<const D: usize> {
 }
 
 impl<const D: usize> Eigen<D> {
-    /// The `count` lowest modes, or all.
+    /// The `count` lowest modes, or all, with lumped masses.
     pub(super) fn about(simulation: &mut Simulation, count: Option<usize>) -> Result<Self, ModesError> {
+        let inertia = Inertia::lumped(simulation.system());
+        Self::with(inertia, simulation, count)
+    }
+
+    /// The `count` lowest modes, with masses that are consistent where they can be.
+    pub(super) fn lowest_about(simulation: &mut Simulation, count: usize) -> Result<Self, ModesError> {
+        let inertia = Inertia::consistent(simulation.system());
+        Self::with(inertia, simulation, Some(count))
+    }
+
+    fn with(
+        inertia: Inertia<D>,
+        simulation: &mut Simulation,
+        count: Option<usize>,
+    ) -> Result<Self, ModesError> {
         let x = simulation.state().x().to_vec();
         let system = simulation.system_mut();
         if system.terms().iter().any(|term| term.couples_all()) {
@@ -51,9 +69,9 @@ impl<const D: usize> Eigen<D> {
         if asked > free_coordinates || free_coordinates == 0 {
             return Err(ModesError::TooMany { asked, free: free_coordinates });
         }
-        let mass: Vec<f64> = (0..x.len()).map(|n| if free[n] { system.mass()[n / D] } else { 0.0 }).collect();
+        let mass = inertia.diagonal().to_vec();
         let assembler = Assembler::<D>::new(system);
-        let mut eigen = Eigen { assembler, x, mass, pairs: vec![], free_coordinates, solves: 0 };
+        let mut eigen = Eigen { assembler, x, mass, inertia, pairs: vec![], free_coordinates, solves: 0 };
         eigen.assemble(system, STIFFNESS);
         let matrix = eigen.assembler.matrix();
         let diagonal = |n: usize| matrix.value[matrix.diagonal[n / D] as usize][n % D][n % D];
@@ -90,7 +108,7 @@ impl<const D: usize> Eigen<D> {
         };
         for tolerance in TOLERANCES {
             let allowed = |theta: f64| tolerance.max(rounding * theta);
-            let found = lanczos::largest(&self.mass, count, allowed, |b| cholesky.solve(b));
+            let found = lanczos::largest(&self.inertia, count, allowed, |b| cholesky.solve(b));
             self.solves += found.solves;
             if found.pairs.len() < count {
                 let (found, solves) = (found.pairs.len(), self.solves);
@@ -113,9 +131,11 @@ impl<const D: usize> Eigen<D> {
 
     /// A factor of `K + shift M`.
     pub(super) fn shifted(&mut self, system: &System, shift: f64) -> Result<Cholesky, ModesError> {
-        self.assemble(system, Weights { inertia: shift, ..STIFFNESS });
-        let mut cholesky = Cholesky::new(self.assembler.matrix(), &self.x).ok_or(ModesError::NotFinite)?;
-        cholesky.factorize(self.assembler.matrix()).map_err(|_| ModesError::NotStable)?;
+        self.assemble(system, STIFFNESS);
+        let mut matrix = self.assembler.matrix().clone();
+        self.inertia.add_to(shift, &mut matrix);
+        let mut cholesky = Cholesky::new(&matrix, &self.x).ok_or(ModesError::NotFinite)?;
+        cholesky.factorize(&matrix).map_err(|_| ModesError::NotStable)?;
         Ok(cholesky)
     }
 

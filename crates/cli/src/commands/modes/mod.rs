@@ -7,7 +7,7 @@ use std::path::Path;
 
 use pliant::assembly::{Assembly, UnstableStep};
 use pliant::integrator::IntegratorSpec;
-use pliant::modes::Modes;
+use pliant::modes::{MassMatrix, Modes};
 use serde_json::json;
 
 use crate::arguments::ModesArguments;
@@ -105,10 +105,14 @@ fn describe(found: &Modes) -> String {
     }
     let mass: Vec<String> = found.free_mass.iter().map(|mass| number(*mass)).collect();
     format!(
-        "{}\n{} free to move, {} kg of them along each axis; {}\n",
+        "{}\n{} free to move, {} kg of them along each axis, {}; {}\n",
         table(&rows, 0),
         counted(found.free_coordinates as u64, "coordinate", "coordinates"),
         mass.join(", "),
+        match found.mass_matrix {
+            MassMatrix::Lumped => "lumped",
+            MassMatrix::Consistent => "consistent with the quadratic elements (lumped in steps)",
+        },
         counted(found.solves as u64, "linear solve", "linear solves"),
     )
 }
