@@ -117,6 +117,45 @@ fn a_strand_under_its_weight_is_an_elastica() {
     }
 }
 
+/// Elastic energy of two triangles on either side of the diagonal of a unit square, normals along +z, whose wings are raised by the angle
+/// `fold` in all; the rest angle is `angle`.
+fn energy_of_fold(angle: f64, fold: f64) -> f64 {
+    let mut simulation = simulation(&json!({
+        "dimension": 3,
+        "time": { "integrator": "velocity-verlet", "step": 1e-6, "duration": 1.0 },
+        "body": [{
+            "mesh": { "inline": {
+                "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "triangles": [[0, 1, 2], [0, 2, 3]],
+            } },
+            "springs": { "stiffness": 1e-30 },
+            "bending": { "stiffness": 0.3, "rest": { "angle": angle } },
+            "mass": { "total": 1.0 },
+        }],
+    }));
+    let (c, s) = ((0.5 * fold).cos(), (0.5 * fold).sin());
+    for (vertex, side) in [(1, 0.5), (3, -0.5)] {
+        let x = &mut simulation.state_mut().x_mut()[3 * vertex..][..3];
+        // The foot of the height is the middle of the diagonal, half a diagonal away.
+        x.copy_from_slice(&[0.5 + side * c, 0.5 - side * c, 0.5f64.sqrt() * s]);
+    }
+    simulation.diagnostics().elastic
+}
+
+// E = D/2 |e|^2 / (A_1 + A_2) (theta - theta_0)^2 with |e|^2 = 2 and areas 1/2: a positive rest angle folds a sheet to the side of its normals.
+#[test]
+fn a_sheet_folds_by_a_positive_rest_angle_to_the_side_of_its_normals() {
+    for angle in [0.5, -0.5, 2.0] {
+        for fold in [0.5, -0.5, 0.0, 1.2] {
+            let expected = 0.3 * (fold - angle) * (fold - angle);
+            let found = energy_of_fold(angle, fold);
+            assert!(
+                (found - expected).abs() < 1e-14,
+                "{found} J at {fold} rad, rest {angle} rad: {expected}"
+            );
+        }
+    }
+}
+
 // Small deflections: w = q L^4 / (8 B).
 #[test]
 fn a_strand_under_a_small_weight_is_a_beam() {
