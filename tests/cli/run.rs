@@ -235,10 +235,38 @@ fn probes_are_written_as_a_table() {
         .ended_with(2)
         .says(&["is the scene"]);
     bench.pliant(["scene.toml", "-o", "a.mcap", "--probes", "a.mcap"]).ended_with(2).says(&["the recording"]);
+    // However it is called, and while it has other names; by default it is scene.mcap.
+    for table in ["scene.mcap", "./scene.mcap", "scene.mcap.part", "scene.mcap.part.tail"] {
+        bench
+            .pliant(["scene.toml", "--probes", table, "--force"])
+            .ended_with(2)
+            .says(&[table, "is the recording", "choose another file"]);
+    }
     // What is in the way of the table is found before anything is written.
     assert_eq!(bench.files(), ["end.csv"]);
     Bench::new(SPRING)
         .pliant(["scene.toml", "--probes", "x.csv"])
         .ended_with(2)
         .says(&["the scene has no [[probe]]"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_to_the_recording_takes_no_table() {
+    let bench = Bench::new(&format!("{SPRING}\n[[probe]]\nname = 'end'\nvertex = 1\n"));
+    let run = |table: &str| bench.pliant(["scene.toml", "--probes", table, "--force"]);
+    // To one that is not there yet, to one that is, to the scene; a hard link, and a folder of another name.
+    std::os::unix::fs::symlink("scene.mcap", bench.path("a.csv")).unwrap();
+    run("a.csv").ended_with(2).says(&["a.csv is the recording, scene.mcap"]);
+    assert_eq!(bench.files(), ["a.csv"], "nothing is left where the link leads");
+    bench.pliant(["scene.toml"]).succeeded();
+    let before = std::fs::read(bench.path("scene.mcap")).unwrap();
+    std::fs::hard_link(bench.path("scene.mcap"), bench.path("b.csv")).unwrap();
+    std::fs::hard_link(bench.path("scene.toml"), bench.path("c.csv")).unwrap();
+    std::os::unix::fs::symlink(".", bench.path("d")).unwrap();
+    for table in ["a.csv", "b.csv", "c.csv", "d/scene.mcap", "d/scene.toml"] {
+        run(table).ended_with(2).says(&[table, "choose another file"]);
+    }
+    assert!(std::fs::read(bench.path("scene.mcap")).unwrap() == before);
+    run("e.csv").succeeded();
 }

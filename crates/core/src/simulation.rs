@@ -408,4 +408,12 @@ impl Simulation {
     pub fn bytes(&self) -> usize {
         8 * 2 * self.state.x().len() + self.numbering.bytes() + self.system.bytes() + self.integrator.bytes()
     }
+
+    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in their first: matrix, factor or levels
+    /// of multigrid, vectors of Newton's method. The factor is analysed, and not computed.
+    pub fn predicted_bytes(&mut self) -> usize {
+        let further = self.integrator.predicted_bytes(&mut self.system, self.state.x());
+        // After the system has made what matrices are made of.
+        (self.bytes() - self.integrator.bytes()).saturating_add(further)
+    }
 }

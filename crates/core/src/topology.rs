@@ -55,6 +55,24 @@ impl BodyTopology {
         let middles = self.triangle_middles.iter().flatten().chain(self.tetrahedron_middles.iter().flatten());
         edges.chain(triangles).chain(tetrahedra).chain(middles).copied().max()
     }
+
+    /// Bytes of its cells.
+    fn bytes(&self) -> usize {
+        size_of_val(&self.edges[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.tetrahedra[..])
+            + size_of_val(&self.triangle_middles[..])
+            + size_of_val(&self.tetrahedron_middles[..])
+            + size_of_val(&self.surface[..])
+    }
+}
+
+impl Topology {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let bodies: usize = self.bodies.iter().map(BodyTopology::bytes).sum();
+        bodies + 8 * (self.rest_positions.len() + self.masses.len())
+    }
 }
 
 /// All bodies of a simulation.

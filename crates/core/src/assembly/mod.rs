@@ -155,7 +155,8 @@ fn assemble<const D: usize, const N: usize>(
     {
         return Err(vec![problem]);
     }
-    let report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error);
+    let bytes = memory::check_steps(scene, &mut simulation)?;
+    let mut report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error, bytes);
     let topology = Topology {
         dimension: D,
         vertex_count: simulation.system().mass().len(),
@@ -163,6 +164,7 @@ fn assemble<const D: usize, const N: usize>(
         bodies: bodies.iter().map(body::Parts::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
+    report.bytes += topology.bytes();
     Ok(Assembly { simulation, topology, probes, report })
 }
 

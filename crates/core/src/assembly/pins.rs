@@ -1,5 +1,7 @@
 //! From the pins of a scene to what holds vertices.
 
+use std::collections::HashMap;
+
 use super::body::Parts;
 use crate::constraint::{Hold, Interpolation, Keyframes, Motion, Rotation};
 use crate::mesh::{Mesh, select};
@@ -71,29 +73,39 @@ pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<
             Err(error) => problems.push(Problem::semantic(path, error.to_string())),
         }
     }
-    for i in 0..held.len() {
-        problems.extend(contradiction(&held, i, mesh.dimension, path));
-    }
+    problems.extend(contradictions(&held, mesh.dimension, path));
     held
 }
 
 /// What moves cannot also be held by an earlier pin, or moved by it.
-fn contradiction(held: &[Held], i: usize, dimension: usize, path: &KeyPath) -> Option<Problem> {
-    let common = |other: &Held| {
-        let (a, b) = (held[i].spec.held_axes(), other.spec.held_axes());
-        let axis = (0..dimension).find(|&c| a[c] && b[c])?;
-        let vertex = held[i].vertices.iter().find(|v| other.vertices.binary_search(v).is_ok())?;
-        Some((*vertex, ["x", "y", "z"][axis]))
-    };
-    let moves = |held: &Held| held.spec.motion.is_some();
-    let mut others = held[..i].iter().filter(|other| moves(other) || moves(&held[i]));
-    let (other, (vertex, axis)) = others.find_map(|other| Some((other, common(other)?)))?;
-    let message = format!(
-        "`{}` and `{}` both hold the {axis} of vertex {vertex}, and one of them moves it",
-        other.name, held[i].name
-    );
-    let problem = Problem::semantic(path.key("pin").index(i), message);
-    Some(problem.with_help("a coordinate that moves is held by one pin only"))
+fn contradictions(held: &[Held], dimension: usize, path: &KeyPath) -> Vec<Problem> {
+    // For every held coordinate the first pin that holds it, and the first that moves it.
+    let mut holders: HashMap<(u32, usize), (usize, Option<usize>)> = HashMap::new();
+    let mut problems = vec![];
+    for (i, pin) in held.iter().enumerate() {
+        let (axes, moves) = (pin.spec.held_axes(), pin.spec.motion.is_some());
+        let mut others = vec![];
+        for &vertex in &pin.vertices {
+            for axis in (0..dimension).filter(|axis| axes[*axis]) {
+                let (first, moving) = holders.entry((vertex, axis)).or_insert((i, None));
+                let other = if moves { Some(*first).filter(|first| *first < i) } else { *moving };
+                others.extend(other.map(|other| (other, axis, vertex)));
+                if moves {
+                    moving.get_or_insert(i);
+                }
+            }
+        }
+        problems.extend(others.into_iter().min().map(|(other, axis, vertex)| {
+            let axis = ["x", "y", "z"][axis];
+            let message = format!(
+                "`{}` and `{}` both hold the {axis} of vertex {vertex}, and one of them moves it",
+                held[other].name, pin.name
+            );
+            let problem = Problem::semantic(path.key("pin").index(i), message);
+            problem.with_help("a coordinate that moves is held by one pin only")
+        }));
+    }
+    problems
 }
 
 /// What `say` says of the pins of all bodies, each with its name.

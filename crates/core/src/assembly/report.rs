@@ -33,7 +33,7 @@ pub struct Report {
     pub size: Vec<f64>,
     /// The bodies.
     pub bodies: Vec<BodyReport>,
-    /// Bytes held while running.
+    /// Bytes held while running, those of the solvers of implicit steps included.
     pub bytes: usize,
     /// Name of the scheme.
     pub integrator: &'static str,
@@ -85,6 +85,7 @@ impl Report {
         attachments: &[Tied],
         stability: Option<StabilityLimit>,
         tree_force_error: Option<ForceError>,
+        bytes: usize,
     ) -> Self {
         let system = simulation.system();
         let d = system.dimension();
@@ -100,7 +101,7 @@ impl Report {
             mass: system.mass().iter().sum(),
             size: extent(simulation.state().x(), d),
             bodies: bodies.iter().map(BodyReport::new).collect(),
-            bytes: simulation.bytes(),
+            bytes,
             integrator: simulation.method().documentation.name,
             step: h,
             steps: control.is_none().then(|| plan.steps(h)),

@@ -1,6 +1,6 @@
 //! Formulas of place and time that a user writes, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
 //!
-//! The parser is made with `winnow`, which `toml` brings anyway. Of the crates that parse and evaluate formulas by themselves,
+//! Of the crates that parse and evaluate formulas by themselves,
 //! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which also differentiates,
 //! comes with a regular expression engine and does not say where in the text a mistake is. None of them lets a formula have
 //! the same bits everywhere: they call the `sin` and `exp` of the platform, whose last bit depends on the C library and on the

@@ -129,6 +129,10 @@ impl Integrator for Alpha {
     fn bytes(&self) -> usize {
         24 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
     }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x)
+    }
 }
 
 impl Alpha {

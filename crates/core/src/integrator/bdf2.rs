@@ -175,6 +175,10 @@ impl Integrator for Bdf2 {
             + self.solver.bytes()
             + self.start.bytes()
     }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x) + self.start.predicted_bytes(system, x) - self.start.bytes()
+    }
 }
 
 impl Bdf2 {

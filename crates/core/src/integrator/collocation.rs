@@ -155,4 +155,10 @@ impl Integrator for Collocation {
             + self.next.bytes()
             + self.newton.as_ref().map_or(0, |newton| newton.bytes())
     }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let newton = coupled_newton(system.dimension(), self.options);
+        let predicted = newton.predicted_bytes(system, self.z.len(), x);
+        self.bytes() - self.newton.as_ref().map_or(0, |newton| newton.bytes()) + predicted
+    }
 }

@@ -165,4 +165,8 @@ impl Integrator for Dirk {
     fn bytes(&self) -> usize {
         16 * self.z.len() + self.stages.bytes() + self.next.bytes() + self.solver.bytes()
     }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x)
+    }
 }

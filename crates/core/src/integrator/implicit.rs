@@ -166,6 +166,13 @@ impl StageSolver {
             + self.guess.bytes()
             + self.minimizer.as_ref().map_or(0, |m| m.bytes())
     }
+
+    /// Bytes beyond [`bytes`](Self::bytes) once a stage near `x` has been solved.
+    pub(super) fn further_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let predicted = minimizer(system.dimension(), self.options).predicted_bytes(system, x);
+        // The target, and two configurations.
+        (predicted + 8 * 5 * x.len()).saturating_sub(self.bytes())
+    }
 }
 
 /// Writes the acceleration at the beginning of a step to `a`, where to start the first solve from: like the step itself it depends on

@@ -255,6 +255,12 @@ pub trait Integrator: Send + Sync {
 
     /// Bytes of scratch memory held.
     fn bytes(&self) -> usize;
+
+    /// Bytes of scratch memory held once steps have been taken from `x`, flat [m]; explicit schemes hold it from the beginning.
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let _ = (system, x);
+        self.bytes()
+    }
 }
 
 /// A step could not be taken.

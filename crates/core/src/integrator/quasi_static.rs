@@ -81,4 +81,8 @@ impl Integrator for QuasiStatic {
     fn bytes(&self) -> usize {
         16 * self.origin.len() + self.next.bytes() + self.solver.bytes()
     }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x)
+    }
 }

@@ -54,6 +54,7 @@ pub use attachments::BodySummary;
 pub use elements::BodyRows;
 pub use error::RecordError;
 pub use outcome::{Outcome, Status};
+pub use paths::files;
 pub use recorder::{McapRecorder, Options, Recorded};
 pub use warning::Level;
 

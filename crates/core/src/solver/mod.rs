@@ -95,6 +95,10 @@ pub(crate) trait Minimizer: Send + Sync {
 
     /// Bytes held.
     fn bytes(&self) -> usize;
+
+    /// Bytes that it holds once it has minimised an objective of `system` near `x`, flat [m]: the structures are made and left, entries of
+    /// a factor are only counted.
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize;
 }
 
 /// A minimiser for systems of `dimension` coordinates per vertex.

@@ -2,6 +2,7 @@
 
 mod animation;
 mod sound;
+mod wav;
 
 use std::path::Path;
 

@@ -2,6 +2,7 @@
 
 mod bytes;
 mod content;
+mod damaged;
 mod disk_full;
 mod elements;
 mod killed;

@@ -4,8 +4,8 @@ mod evaluation;
 mod linear;
 mod search;
 
-use super::cholesky::Cholesky;
-use super::conjugate_gradients::{CgEnd, ConjugateGradients, dot};
+use super::cholesky::{Analysis, Cholesky};
+use super::conjugate_gradients::{self, CgEnd, ConjugateGradients, dot};
 use super::hessian::{Assembler, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
@@ -289,5 +289,26 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
             + self.iterative.as_ref().map_or(0, Iterative::bytes)
             + self.cg.bytes()
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let mut solver = Newton::<D>::new(self.options);
+        solver.prepare(system, x);
+        let vectors = 8 * x.len() * usize::from(system.is_damped());
+        let linear = solver.options.linear.choose(system);
+        let Some(assembler) = &solver.assembler else {
+            // Of the products with damping, and what is held.
+            return solver.bytes() + vectors + conjugate_gradients::bytes(x.len()) + 9 * x.len();
+        };
+        let matrix = assembler.matrix();
+        let rest = system.rest_positions().unwrap_or(x);
+        let factor = |x: &[f64]| Analysis::new(matrix, x).map_or(usize::MAX / 2, |analysis| analysis.bytes());
+        let linear = match linear {
+            LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
+            LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held())
+                .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
+            LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
+        };
+        (solver.bytes() + vectors).saturating_add(linear)
     }
 }
