@@ -17,8 +17,8 @@ const DRIFT_STEPS: f64 = 2000.0;
 pub struct Choice {
     /// Names of the schemes; without any all that move things, the scene's own first. The map is of the first.
     pub integrators: Vec<String>,
-    /// What the map has beside the step.
-    pub against: Against,
+    /// What the map has beside the step; without it, what [`Against::chosen`] says.
+    pub against: Option<Against>,
     /// A coarse map.
     pub quick: bool,
 }
@@ -92,7 +92,8 @@ impl Survey {
         if let Some(limit) = found.limits.first().filter(|_| !stopped()) {
             let around =
                 if limit.measured > 0.0 && limit.above.is_some() { 0.9 * limit.measured } else { own };
-            found.map = Some(map(source, integrators[0], choice.against, around, choice.quick)?);
+            let against = choice.against.unwrap_or_else(|| Against::chosen(&scene));
+            found.map = Some(map(source, integrators[0], against, around, choice.quick)?);
         }
         found.complete = !stopped();
         Ok(found)
