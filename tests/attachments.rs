@@ -218,3 +218,21 @@ fn the_elements_of_a_membrane_and_a_solid_follow_one_another() {
     let place = assembly.probes[0].rest;
     assert!(largest_difference(&place, &[0.97, 0.37, 0.4]) < 1e-12, "{place:?}");
 }
+
+// At length zero a tie that is to be 0.1 m long has no direction to push in, and its force is not a number.
+#[test]
+fn a_tie_of_some_length_that_starts_at_length_zero_is_refused() {
+    let problems = |rest_length: f64| {
+        let scene: Scene = serde_json::from_value(json!({
+            "dimension": 3,
+            "time": { "integrator": "velocity-verlet", "step": 1e-4, "duration": 1.0 },
+            "body": [{ "mesh": { "inline": { "points": [[0.1, 0.2, 0.3]] } }, "mass": { "per_vertex": 2.0 } }],
+            "attachment": [{ "vertices": [0], "stiffness": 50.0, "rest_length": rest_length }],
+        }))
+        .unwrap();
+        scene.assemble(UnstableStep::Refuse).err().map(|problems| format!("{problems:?}"))
+    };
+    assert_eq!(problems(0.0), None);
+    let said = problems(0.1).unwrap();
+    assert!(said.contains("vertex 0") && said.contains("starts at length 0"), "{said}");
+}

@@ -117,6 +117,45 @@ fn a_strand_under_its_weight_is_an_elastica() {
     }
 }
 
+/// Elastic energy of two triangles on either side of the diagonal of a unit square, normals along +z, whose wings are raised by the angle
+/// `fold` in all; the rest angle is `angle`.
+fn energy_of_fold(angle: f64, fold: f64) -> f64 {
+    let mut simulation = simulation(&json!({
+        "dimension": 3,
+        "time": { "integrator": "velocity-verlet", "step": 1e-6, "duration": 1.0 },
+        "body": [{
+            "mesh": { "inline": {
+                "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "triangles": [[0, 1, 2], [0, 2, 3]],
+            } },
+            "springs": { "stiffness": 1e-30 },
+            "bending": { "stiffness": 0.3, "rest": { "angle": angle } },
+            "mass": { "total": 1.0 },
+        }],
+    }));
+    let (c, s) = ((0.5 * fold).cos(), (0.5 * fold).sin());
+    for (vertex, side) in [(1, 0.5), (3, -0.5)] {
+        let x = &mut simulation.state_mut().x_mut()[3 * vertex..][..3];
+        // The foot of the height is the middle of the diagonal, half a diagonal away.
+        x.copy_from_slice(&[0.5 + side * c, 0.5 - side * c, 0.5f64.sqrt() * s]);
+    }
+    simulation.diagnostics().elastic
+}
+
+// E = D/2 |e|^2 / (A_1 + A_2) (theta - theta_0)^2 with |e|^2 = 2 and areas 1/2: a positive rest angle folds a sheet to the side of its normals.
+#[test]
+fn a_sheet_folds_by_a_positive_rest_angle_to_the_side_of_its_normals() {
+    for angle in [0.5, -0.5, 2.0] {
+        for fold in [0.5, -0.5, 0.0, 1.2] {
+            let expected = 0.3 * (fold - angle) * (fold - angle);
+            let found = energy_of_fold(angle, fold);
+            assert!(
+                (found - expected).abs() < 1e-14,
+                "{found} J at {fold} rad, rest {angle} rad: {expected}"
+            );
+        }
+    }
+}
+
 // Small deflections: w = q L^4 / (8 B).
 #[test]
 fn a_strand_under_a_small_weight_is_a_beam() {
@@ -153,5 +192,40 @@ fn a_strand_with_rest_angles_curls_up() {
     };
     for i in 1..n as usize {
         assert!((turn(i) - angle).abs() < 1e-3, "joint {i} turns by {}", turn(i));
+    }
+}
+
+// A strand of 25 vertices, hardly extensible, clamped at one end and bent by a dead load at the other: in
+// space, it is the same whatever the direction of the load across it.
+#[test]
+fn a_strand_in_space_bends_alike_under_loads_of_every_direction() {
+    let bent = |angle: f64| {
+        let load = |along: f64| format!("{} * t", 0.0074 * along);
+        let mut simulation = simulation(&json!({
+            "dimension": 3,
+            "time": { "integrator": "quasi-static", "step": 0.05, "duration": 1.0, "solver": { "tolerance": 1e-9 } },
+            "body": [{
+                "mesh": { "strand": { "segments": 24, "start": [0.0, 0.0, 0.0], "end": [1.0, 0.0, 0.0] } },
+                "springs": { "stiffness": 1e5 },
+                "bending": { "stiffness": 0.002 },
+                "mass": { "per_vertex": 0.001 },
+                "pin": [{ "vertices": [0, 1] }],
+                "load": [{ "vertices": [24], "force": ["0", load(angle.cos()), load(angle.sin())] }],
+            }],
+        }));
+        advance(&mut simulation, 20);
+        let end = simulation.positions()[72..].to_vec();
+        let iterations = simulation.work().solver.unwrap().newton_iterations;
+        ([end[0], angle.cos() * end[1] + angle.sin() * end[2]], iterations)
+    };
+    let (along_y, fewest) = bent(0.0);
+    // By 3.7 times B / L^2 the end is far from where it was.
+    assert!(along_y[1] > 0.5, "{along_y:?}");
+    for angle in [0.927_295_218_001_612_2, 0.3, 2.0] {
+        let (end, iterations) = bent(angle);
+        for (a, b) in end.iter().zip(along_y) {
+            assert!((a - b).abs() < 1e-8, "{angle}: {end:?} for {along_y:?}");
+        }
+        assert!(iterations <= fewest + fewest / 4, "{angle}: {iterations} iterations for {fewest}");
     }
 }

@@ -9,9 +9,11 @@
 
 mod support;
 
+mod architecture;
 mod attachments;
 mod bending;
 mod cli;
+mod counters;
 mod damping;
 mod determinism;
 mod integrators;

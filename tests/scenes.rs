@@ -64,7 +64,11 @@ fn the_cantilevers_keep_their_energy() {
         ["cantilever_fem_2d.toml", "cantilever_stvk_2d.toml", "cantilever_springs_2d.toml"].map(|name| {
             let (assembly, summary) = simulated(name, 2.0);
             assert!(matches!(summary.outcome, Outcome::Done), "{name}: {:?}", summary.outcome);
-            assert!(summary.relative_energy_error() < 1e-4, "{name}: {:e}", summary.relative_energy_error());
+            assert!(
+                summary.relative_energy_error().unwrap() < 1e-4,
+                "{name}: {:e}",
+                summary.relative_energy_error().unwrap()
+            );
             assert_eq!(assembly.report.vertices, 80);
             assert_eq!((summary.work.steps, summary.work.force_evaluations), (11_976, 11_977), "{name}");
             let x = assembly.simulation.state().x();
@@ -123,7 +127,11 @@ fn the_comet_comes_back_in_steps_that_follow_the_error() {
     // Where it passes the sun at 4.4 m/s, an error in time is seen most.
     let error = assembly.simulation.state().x().iter().zip(&start).map(|(x, x0)| (x - x0).abs());
     assert!(error.fold(0.0, f64::max) < 1e-3);
-    assert!(summary.relative_energy_error() < 1e-6, "{:e}", summary.relative_energy_error());
+    assert!(
+        summary.relative_energy_error().unwrap() < 1e-6,
+        "{:e}",
+        summary.relative_energy_error().unwrap()
+    );
 }
 
 // lecture 8; A4, t = 70: as a scene, landing on 1400 frames.
@@ -135,8 +143,16 @@ fn the_lightest_of_three_bodies_escapes() {
     let error = (x[0] - 6.933_463_599_011_887_3).hypot(x[1] - 20.261_804_305_951_714);
     assert!(error < 1e-3, "off by {error:e}");
     // In an encounter the rounding of positions shows in the energy that is measured, not in the motion.
-    assert!(summary.relative_energy_drift() < 1e-12, "{:e}", summary.relative_energy_drift());
-    assert!(summary.relative_energy_error() < 1e-9, "{:e}", summary.relative_energy_error());
+    assert!(
+        summary.relative_energy_drift().unwrap() < 1e-12,
+        "{:e}",
+        summary.relative_energy_drift().unwrap()
+    );
+    assert!(
+        summary.relative_energy_error().unwrap() < 1e-9,
+        "{:e}",
+        summary.relative_energy_error().unwrap()
+    );
     assert_eq!((summary.frames, assembly.report.frames), (1401, 1401));
 }
 
@@ -239,7 +255,11 @@ fn a_sheet_sags_further_than_a_wall() {
 fn rubber_bands_swing_alike_at_first() {
     let (assembly, summary) = simulated("rubber_bands.toml", 0.002);
     assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
-    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
+    assert!(
+        summary.relative_energy_error().unwrap() < 2e-3,
+        "{:e}",
+        summary.relative_energy_error().unwrap()
+    );
     let x = assembly.simulation.state().x();
     // Where they end, over the length at rest.
     let tips: Vec<f64> = assembly
@@ -275,7 +295,11 @@ fn two_galaxies_fall_towards_each_other() {
     let approach = before - distance(&after);
     // As two points they would have come closer by 1/2 (2 G / d^2) t^2 = 0.43 at least.
     assert!(approach > 0.43 && approach < 0.8, "{before} - {approach}");
-    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
+    assert!(
+        summary.relative_energy_error().unwrap() < 2e-3,
+        "{:e}",
+        summary.relative_energy_error().unwrap()
+    );
     let speeds: f64 =
         after.simulation.state().v().chunks(3).map(|v| v.iter().map(|v| v * v).sum::<f64>().sqrt()).sum();
     let (start, end) = (&summary.start, &summary.end);
@@ -325,7 +349,11 @@ fn a_wrung_bar_twists_evenly_and_springs_back() {
     let work = summary.end.balance.unwrap().motion.unwrap();
     let there = summary.end.kinetic + summary.end.elastic;
     assert!(work > 1e3 && (there / work - 1.0).abs() < 2e-3, "{there} J of {work} J");
-    assert!(summary.relative_energy_error() < 2e-3, "{:e}", summary.relative_energy_error());
+    assert!(
+        summary.relative_energy_error().unwrap() < 2e-3,
+        "{:e}",
+        summary.relative_energy_error().unwrap()
+    );
 }
 
 #[test]
@@ -436,7 +464,11 @@ fn a_beam_under_end_traction_settles_and_snaps_back() {
 fn a_balloon_grows_round_and_in_its_place() {
     let (assembly, summary) = simulated("balloon.toml", 1.0);
     assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
-    assert!(summary.relative_energy_error() < 1e-3, "{:e}", summary.relative_energy_error());
+    assert!(
+        summary.relative_energy_error().unwrap() < 1e-3,
+        "{:e}",
+        summary.relative_energy_error().unwrap()
+    );
     let momentum = summary.end.linear_momentum.iter().map(|p| p.abs()).fold(0.0, f64::max);
     assert!(momentum < 1e-12, "{momentum:e}");
     let radii: Vec<f64> =

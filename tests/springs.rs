@@ -1,7 +1,9 @@
 //! Springs: force and stiffness as the lecture means them.
 
+use pliant::assembly::UnstableStep;
 use pliant::energy::EnergyTerm;
 use pliant::energy::spring::Springs;
+use pliant::scene::Scene;
 
 use crate::support::solid::scattered;
 
@@ -117,4 +119,32 @@ fn a_triangle_of_springs_is_as_happy_inside_out() {
         term.add_gradient(&x, &mut g);
         assert!(term.energy(&x) < 1e-28 && g.iter().all(|g| g.abs() < 1e-13));
     }
+}
+
+// lecture 9: every triangle of a cloth gives a third of its mass to each corner, every segment of a strand half of its own to each end.
+#[test]
+fn the_masses_of_sheets_and_strands_are_shared_equally_by_corners() {
+    let masses = |body: &str| {
+        let text = format!(
+            "dimension = 3\ntime = {{ integrator = 'velocity-verlet', step = 1e-6, duration = 1.0 }}\n[[body]]\n{body}\n"
+        );
+        Scene::from_toml(&text).unwrap().assemble(UnstableStep::Accept).ok().unwrap().topology.masses
+    };
+    let is = |found: Vec<f64>, expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        let error = found.iter().zip(expected).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(error < 1e-15, "{found:?} instead of {expected:?}");
+    };
+    // Two cells of 1 m^2 in a row, each cut from its first corner to the one across: thirds of 0.5 m^2 of 0.6 kg/m^2 are 0.1 kg.
+    let mesh = "mesh = { cloth = { cells = [2, 1], origin = [0, 0, 0], u = [2, 0, 0], v = [0, 0.6, 0.8] } }";
+    let cloth = [0.2, 0.1, 0.3, 0.3, 0.1, 0.2];
+    is(masses(&format!("{mesh}\nsprings = {{ stiffness = 1.0 }}\nmass = {{ density = 0.6 }}")), &cloth);
+    let membrane = "membrane = { thickness = 0.1 }\nelastic = { stvk = { young = 1e3, poisson = 0.3 } }";
+    is(masses(&format!("{mesh}\n{membrane}\nmass = {{ density = 6.0 }}")), &cloth);
+    let strand =
+        "mesh = { inline = { points = [[0, 0, 0], [1, 0, 0], [1, 3, 0]], edges = [[0, 1], [1, 2]] } }";
+    is(
+        masses(&format!("{strand}\nsprings = {{ stiffness = 1.0 }}\nmass = {{ density = 0.2 }}")),
+        &[0.1, 0.4, 0.3],
+    );
 }

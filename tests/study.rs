@@ -338,7 +338,18 @@ fn references_of_the_stiff_standard_scenes_are_those_of_the_plan() {
             repeats: Some(0),
             ..plan
         };
-        let results = made(&source, &plan, references().path());
+        let folder = references();
+        let files = || {
+            std::fs::read_dir(folder.path())
+                .unwrap()
+                .filter(|entry| {
+                    entry.as_ref().unwrap().file_name().to_string_lossy().starts_with("reference-")
+                })
+                .count()
+        };
+        let committed = files();
+        let results = made(&source, &plan, folder.path());
+        assert_eq!(files(), committed, "{name}: the committed reference has another name");
         let reference = &results.variants[0].reference;
         let place = &reference.trajectory.x.last().unwrap()[scene.dimension * vertex..];
         for (x, expected) in place.iter().zip(expected) {

@@ -61,9 +61,69 @@ fn a_full_disk_is_reported() {
     let mut command = Command::new("sh");
     command.args(["-c", &script]).current_dir(bench.directory.path()).stdin(Stdio::null());
     let ended: super::Ended = command.output().unwrap().into();
-    ended.ended_with(1).says(&["cannot write scene.mcap.part", "pliant recover"]);
+    let ended = ended.ended_with(1).says(&["cannot write scene.mcap.part at frame ", "pliant recover"]);
+    let promised = ended.stderr.split_once(" at frame ").unwrap().1.split_once(':').unwrap().0;
     bench.pliant(["recover", "scene.mcap.part"]).succeeded();
-    assert!(bench.info("scene.mcap")["frames"].as_u64().unwrap() > 10);
+    let kept = bench.info("scene.mcap")["frames"].as_u64().unwrap();
+    assert!(kept > 10 && kept >= promised.parse().unwrap(), "{kept} frames of {promised}");
+}
+
+#[test]
+fn a_path_deeper_than_any_scene_is_refused() {
+    let bench = Bench::new(super::SPRING);
+    let path = vec!["a"; 10_000].join(".");
+    let ended = bench.pliant(["check", "scene.toml", "--set", &format!("{path}=1")]).ended_with(2);
+    let ended = ended.says(&["`a.a.a.", "leads 10000 steps down; no key of a scene is deeper than 32"]);
+    assert!(ended.stderr.len() < 500, "{}", ended.stderr);
+    // What is deep without a path: lists, tables, and keys with dots in tables in each other.
+    let lists = format!("a={}{}", "[".repeat(10_000), "]".repeat(10_000));
+    let tables = format!("a={}1{}", "{ a = ".repeat(10_000), " }".repeat(10_000));
+    let dotted = format!("a={}1{}", format!("{{ {} = ", vec!["a"; 79].join(".")).repeat(79), " }".repeat(79));
+    for value in [&lists, &tables, &dotted] {
+        bench.pliant(["check", "scene.toml", "--set", value]).ended_with(2);
+        std::fs::write(bench.path("deep.toml"), value).unwrap();
+        bench.pliant(["check", "deep.toml"]).ended_with(2);
+    }
+    std::fs::write(bench.path("deep.toml"), format!("{path} = 1")).unwrap();
+    bench.pliant(["check", "deep.toml"]).ended_with(2);
+}
+
+#[test]
+#[cfg(unix)]
+fn what_is_no_regular_file_is_not_read() {
+    let bench = Bench::new(super::SPRING);
+    let made = std::process::Command::new("mkfifo").arg(bench.path("pipe")).status().unwrap();
+    assert!(made.success());
+    // Whoever opened the pipe would wait for ever, whoever read the device to its end too.
+    for command in ["run", "check", "modes", "study", "stability"] {
+        bench.pliant([command, "pipe"]).ended_with(2).says(&["cannot read pipe", "named pipe"]);
+        bench.pliant([command, "/dev/zero"]).ended_with(2).says(&["cannot read /dev/zero", "device"]);
+    }
+    for command in ["info", "recover"] {
+        bench.pliant([command, "pipe"]).ended_with(2).says(&["pipe"]);
+    }
+    bench.pliant(["export", "pipe", "--to", "out"]).ended_with(2).says(&["pipe"]);
+}
+
+#[test]
+fn a_terminal_is_not_given_orders_by_titles_and_names() {
+    let title = r#"title = "\u001b]0;owned\u0007 \u009b2J \u202e""#;
+    let bench = Bench::new(&format!("{title}\n{}", super::SPRING));
+    let shown = r"\u{1b}]0;owned\u{7} \u{9b}2J \u{202e}";
+    bench.pliant(["check", "scene.toml"]).succeeded().prints(&[shown]);
+    bench.pliant(["run", "scene.toml", "--verbose"]).succeeded().says(&[shown]);
+    bench.pliant(["info", "scene.mcap"]).succeeded().prints(&[shown]);
+    let title = bench.pliant(["check", "scene.toml", "--json"]).succeeded().json()["report"]["title"].clone();
+    assert_eq!(title, "\u{1b}]0;owned\u{7} \u{9b}2J \u{202e}", "documents hold what is there");
+    #[cfg(unix)]
+    for color in ["always", "never"] {
+        let name = "\u{1b}[2J.toml";
+        std::fs::write(bench.path(name), "dimension = 'x'").unwrap();
+        for arguments in [["check", name], ["info", name], ["check", "\u{1b}[2J"]] {
+            let ended = bench.pliant(arguments.into_iter().chain(["--color", color])).ended_with(2);
+            assert!(!ended.stderr.contains("\u{1b}[2J"), "{:?}", ended.stderr);
+        }
+    }
 }
 
 #[test]

@@ -47,6 +47,8 @@ fn the_sound_of_a_struck_bar_has_its_frequencies() {
         let sound = ended.json()["sound"].clone();
         let mut reader = hound::WavReader::open(bench.path("bar.wav")).unwrap();
         let spec = reader.spec();
+        let format = std::fs::read(bench.path("bar.wav")).unwrap()[20..22].to_vec();
+        assert_eq!(format, [1, 0], "WAVE_FORMAT_PCM, which every reader knows");
         assert_eq!((spec.channels, spec.sample_rate, spec.bits_per_sample), (1, 48_000, depth));
         let full = f64::from((1i32 << (depth - 1)) - 1);
         let samples: Vec<f64> = reader.samples::<i32>().map(|s| f64::from(s.unwrap()) / full).collect();

@@ -185,18 +185,147 @@ velocity = { per_vertex = [[0.0, 0.0], [0.0, 0.16]] }
     let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
     assert_eq!(json["warnings"].as_array().unwrap().len(), 1);
     assert!(json["summary"]["relative_energy_error"].as_f64().unwrap() > 1e-3);
-    // What drag takes is known, and is no error; where nobody asks for it, there is nothing to warn of.
+    // What drag takes is known, and is no error; where nobody asks for it, it excuses a loss, but no gain.
+    let changed = |changes: &[&str]| {
+        let sets = changes.iter().flat_map(|change| ["--set", *change]);
+        bench.pliant(["scene.toml", "--force"].into_iter().chain(sets)).succeeded()
+    };
     for (changes, warned) in [
-        (["time.step=1e-5", "world.ether_drag=0"], false),
-        (["time.step=1e-5", "world.ether_drag=0.001"], false),
-        (["time.step=0.02", "world.ether_drag=0.1"], true),
-        (["output.channels=['state']", "world.ether_drag=0.1"], false),
+        (&["time.step=1e-5", "world.ether_drag=0"][..], false),
+        (&["time.step=1e-5", "world.ether_drag=0.001"], false),
+        (&["time.step=0.02", "world.ether_drag=0.1"], true),
+        (&["time.step=0.02", "world.ether_drag=0.1", "output.channels=['state']"], true),
+        (&["time.step=1e-5", "world.ether_drag=0.1", "output.channels=['state']"], false),
     ] {
-        let [first, second] = changes;
-        let ended = bench.pliant(["scene.toml", "--force", "--set", first, "--set", second]).succeeded();
+        let ended = changed(changes);
         assert_eq!(!ended.stderr.is_empty(), warned, "{changes:?}: {}", ended.stderr);
         assert_eq!(!logged(&bench.path("scene.mcap")).is_empty(), warned, "{changes:?}");
     }
+}
+
+/// A block pushed by a pressure that grows from nothing: at rest at the start, with more energy in every increment.
+const PUSHED: &str = "dimension = 2
+time = { integrator = 'quasi-static', step = 0.1, duration = 1.0 }
+[[body]]
+name = 'block'
+mesh = { grid = { cells = [4, 2], size = [2.0, 0.8] } }
+elastic = { neo-hookean = { young = 2e5, poisson = 0.35 } }
+mass = { density = 900.0 }
+pin = [{ half_space = { normal = [1, 0], offset = 0.0 } }]
+load = [{ half_space = { normal = [0, -1], offset = -0.8 }, pressure = '2000*t' }]
+";
+
+/// In statics the pressure is carried by the pin alone: as a force of 2000 Pa on 2 m, nearly down while the block has hardly turned.
+#[test]
+fn a_quasi_static_run_ends_with_what_statics_is_about() {
+    let bench = Bench::new(PUSHED);
+    let ended = bench.pliant(["scene.toml", "--no-record"]).succeeded();
+    let ended = ended.prints(&["displaced", "von Mises", "reactions", "residual", "work"]);
+    for unsaid in ["drift", "momentum", "in play"] {
+        assert!(!ended.stdout.contains(unsaid), "{unsaid:?} in:\n{}", ended.stdout);
+    }
+    assert_eq!(ended.stderr, "");
+    let json = bench.pliant(["scene.toml", "--no-record", "--json"]).succeeded().json();
+    let summary = &json["summary"];
+    for none in ["relative_energy_drift", "relative_energy_error", "momentum_change", "energy_scale"] {
+        assert!(summary[none].is_null(), "{none}: {summary:#}");
+    }
+    let statics = &summary["statics"];
+    assert_eq!(statics["displacement"]["body"], "block");
+    assert_eq!(statics["reactions"], summary["reactions"][0]["force"], "there is one pin");
+    // Of 2000 Pa on a surface of 2 m that has turned a little.
+    let up = statics["reactions"][1].as_f64().unwrap();
+    assert!(up > 3000.0 && up < 4400.0, "{statics}");
+    assert!(statics["residual"].as_f64().unwrap() < 1e-3, "{statics}");
+    assert!(statics["von_mises"]["value"].as_f64().unwrap() > 2000.0, "{statics}");
+}
+
+/// In a point all of its elements are without volume: a stationary state of stable neo-hookean solids in 3D.
+#[test]
+fn elements_that_are_inverted_at_the_end_are_warned_of() {
+    let collapsed = "dimension = 3
+time = { integrator = 'quasi-static', step = 1.0, duration = 1.0 }
+[[body]]
+mesh = { grid = { cells = [2, 2, 2], size = [1, 1, 1] } }
+elastic = { stable-neo-hookean = { young = 1e4, poisson = 0.3 } }
+mass = { density = 10.0 }
+pin = [{ vertices = [0] }]
+position = { affine = { matrix = [[0, 0, 0], [0, 0, 0], [0, 0, 0]] } }
+";
+    let bench = Bench::new(collapsed);
+    let ended = bench.pliant(["scene.toml", "--no-record"]).succeeded();
+    ended
+        .prints(&["48 at the end"])
+        .says(&["warning: 48 of 48 elements are inverted at the end or without volume"]);
+    let json = bench.pliant(["scene.toml", "--json"]).succeeded().json();
+    assert_eq!(json["summary"]["end"]["inverted"], 48);
+    assert!(logged(&bench.path("scene.mcap")).iter().any(|message| message.contains("48 of 48 elements")));
+}
+
+/// A beam that moves by about a millimetre in each increment.
+const HANGING_BEAM: &str = "dimension = 2
+time = { integrator = 'quasi-static', step = 0.01, duration = 1.0, solver = { tolerance = TOLERANCE } }
+world = { gravity = [0, '-9.81 * t'] }
+[[body]]
+mesh = { grid = { cells = [16, 2], size = [1.6, 0.2] } }
+elastic = { stable-neo-hookean = { young = 2e6, poisson = 0.3 } }
+mass = { density = 100.0 }
+pin = [{ half_space = { normal = [1, 0], offset = 0 } }]
+";
+
+#[test]
+fn a_tolerance_as_large_as_the_scene_is_refused_and_one_as_large_as_a_step_warned_of() {
+    Bench::new(&HANGING_BEAM.replace("TOLERANCE", "'1 m'")).pliant(["scene.toml"]).ended_with(2).says(&[
+        "next correction is 1e0 m",
+        "1.612e0 m large",
+        "give 2e-6 or less",
+    ]);
+    let warned = |tolerance: &str| {
+        let bench = Bench::new(&HANGING_BEAM.replace("TOLERANCE", tolerance));
+        bench.pliant(["scene.toml", "--no-record"]).succeeded().stderr
+    };
+    let text = warned("'16 mm'");
+    assert!(
+        text.contains("a `tolerance` of 0.016 m is too large") && text.contains("1.612e-6 m or less"),
+        "{text}"
+    );
+    assert_eq!(warned("'1.6 um'"), "");
+}
+
+/// A motion by steps; and one that is not where it starts.
+#[test]
+fn a_motion_that_jumps_is_refused_at_the_start_and_warned_of_later() {
+    let scene = |motion: &str| {
+        format!(
+            "{SPRING}\n[[body]]\nname = 'driven'\nmesh = {{ strand = {{ segments = 1, start = [0.0, 1.0], end = [1.0, 1.0] }} }}\n\
+                 springs = {{ stiffness = 100.0 }}\nmass = {{ per_vertex = 1.0 }}\n\
+                 pin = [{{ name = 'end', vertices = [0], motion = {{ {motion} }} }}]\n"
+        )
+    };
+    for (motion, key, help) in [
+        ("displacement = ['0.05 + t', 0]", "displacement", "subtract from each formula"),
+        ("displacement = ['0.1 * cos(t)', 0]", "displacement", "smoothstep(0, 1, t)"),
+        ("rotation = { point = [1, 0], angle = '0.5 + t' }", "rotation", "subtract 0.5 from `angle`"),
+        (
+            "keyframes = { times = [0.2, 1], displacements = [[0.1, 0], [0, 0]] }",
+            "keyframes",
+            "the displacement 0",
+        ),
+    ] {
+        let ended = Bench::new(&scene(motion)).pliant(["scene.toml"]).ended_with(2);
+        ended.says(&["pin `end` would jump by", "before the first step", key, help]);
+    }
+    let bench = Bench::new(&scene("displacement = ['0.05 * step(0.5, t) + 0.01 * (t > 0.7)', 0]"));
+    let ended = bench.pliant(["scene.toml"]).succeeded();
+    ended.says(&[
+        "the motion of pin `driven/end` jumps by 0.05 m at t = 0.5 s, the first of 2 jumps",
+        "smoothstep",
+    ]);
+    let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
+    assert_eq!(json["summary"]["motion_jumps"]["count"], 2);
+    // Two jumps of a spring of 100 N/m that a mass of 1 kg hardly follows in a step: their energy is known to the order of the step.
+    assert!(json["summary"]["relative_energy_drift"].as_f64().unwrap() < 0.05, "{json:#}");
+    Bench::new(&scene("displacement = ['0.05 * smoothstep(0, 1, t)', 0]")).pliant(["scene.toml"]).succeeded();
 }
 
 #[test]
@@ -235,10 +364,106 @@ fn probes_are_written_as_a_table() {
         .ended_with(2)
         .says(&["is the scene"]);
     bench.pliant(["scene.toml", "-o", "a.mcap", "--probes", "a.mcap"]).ended_with(2).says(&["the recording"]);
+    // However it is called, and while it has other names; by default it is scene.mcap.
+    for table in ["scene.mcap", "./scene.mcap", "scene.mcap.part", "scene.mcap.part.tail"] {
+        bench.pliant(["scene.toml", "--probes", table, "--force"]).ended_with(2).says(&[
+            table,
+            "is the recording",
+            "choose another file",
+        ]);
+    }
     // What is in the way of the table is found before anything is written.
     assert_eq!(bench.files(), ["end.csv"]);
     Bench::new(SPRING)
         .pliant(["scene.toml", "--probes", "x.csv"])
         .ended_with(2)
         .says(&["the scene has no [[probe]]"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_to_the_recording_takes_no_table() {
+    let bench = Bench::new(&format!("{SPRING}\n[[probe]]\nname = 'end'\nvertex = 1\n"));
+    let run = |table: &str| bench.pliant(["scene.toml", "--probes", table, "--force"]);
+    // To one that is not there yet, to one that is, to the scene; a hard link, and a folder of another name.
+    std::os::unix::fs::symlink("scene.mcap", bench.path("a.csv")).unwrap();
+    run("a.csv").ended_with(2).says(&["a.csv is the recording, scene.mcap"]);
+    assert_eq!(bench.files(), ["a.csv"], "nothing is left where the link leads");
+    bench.pliant(["scene.toml"]).succeeded();
+    let before = std::fs::read(bench.path("scene.mcap")).unwrap();
+    std::fs::hard_link(bench.path("scene.mcap"), bench.path("b.csv")).unwrap();
+    std::fs::hard_link(bench.path("scene.toml"), bench.path("c.csv")).unwrap();
+    std::os::unix::fs::symlink(".", bench.path("d")).unwrap();
+    for table in ["a.csv", "b.csv", "c.csv", "d/scene.mcap", "d/scene.toml"] {
+        run(table).ended_with(2).says(&[table, "choose another file"]);
+    }
+    assert!(std::fs::read(bench.path("scene.mcap")).unwrap() == before);
+    run("e.csv").succeeded();
+}
+
+/// A block on a floor, by a scheme that solves its steps.
+const ON_A_FLOOR: &str = "dimension = 2
+time = { integrator = 'implicit-euler', step = 0.01, duration = 0.02 }
+world = { gravity = [0, -10], walls = [{ normal = [0, 1], offset = 0 }] }
+[[body]]
+mesh = { grid = { cells = [2, 2], size = [1, 1] } }
+elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+mass = { density = 1000.0 }
+";
+
+#[test]
+fn walls_that_steps_are_solved_without_are_said() {
+    let static_steps = ["--set", "time.integrator=quasi-static"];
+    let behind = ["--set", "world.walls.0.offset=0.1"];
+    // Nothing else holds the block: it has no equilibrium.
+    let cases: [(&[&str], bool, &str); 3] = [
+        (&[], true, "`implicit-euler` solves a step as if there were no walls"),
+        (&static_steps, false, "`quasi-static` looks for equilibrium as if there were no walls"),
+        (&behind, true, "3 vertices start behind a wall, vertex 0 by 1.000e-1 m behind wall 0"),
+    ];
+    for (changes, runs, said) in cases {
+        let warning = format!("warning: {said}");
+        let bench = Bench::new(ON_A_FLOOR);
+        let arguments = |command: &'static str| [&[command, "scene.toml"][..], changes].concat();
+        bench.pliant(arguments("check")).succeeded().says(&[&warning]);
+        if runs {
+            bench.pliant(arguments("run")).succeeded().says(&[&warning]);
+            let messages = logged(&bench.path("scene.mcap"));
+            assert!(messages.iter().any(|message| message.contains(said)), "{messages:?}");
+        }
+        let json = bench.pliant([&arguments("check")[..], &["--json"]].concat()).succeeded().json();
+        let warnings = json["report"]["warnings"].as_array().unwrap();
+        assert!(warnings.iter().any(|warning| warning.as_str().unwrap().starts_with(said)), "{warnings:?}");
+    }
+    let explicit = Bench::new(&ON_A_FLOOR.replace("implicit-euler", "velocity-verlet"));
+    let checked = explicit.pliant(["check", "scene.toml", "--json", "--set", "time.step=1e-3"]).succeeded();
+    assert_eq!(checked.json()["report"]["warnings"], serde_json::json!([]));
+    assert_eq!(checked.stderr, "");
+}
+
+/// What the walls carry stands beside what they took: nothing from what lies still.
+#[test]
+fn a_run_ends_with_what_walls_carry_and_took() {
+    let bench = Bench::new(
+        "dimension = 3\ntime = { integrator = 'symplectic-euler', step = 0.01, duration = 10.0 }\n\
+         world = { gravity = [0, 0, -10], walls = [{ normal = [0, 0, 1], offset = 0 }] }\n\
+         [output]\nrate = 10.0\nchannels = ['energy', 'reactions']\n\
+         [[body]]\nmesh = { inline = { points = [[0, 0, 0]] } }\nmass = { per_vertex = 1.0 }\n",
+    );
+    let ended = bench.pliant(["scene.toml"]).succeeded();
+    let ended = ended.prints(&["wall0: 0, 0, 10 N", "lost", "0 J to walls", "drift 0.0e0"]);
+    assert_eq!(ended.stderr, "");
+    let info = bench.info("scene.mcap");
+    assert!(info["topics"].as_array().unwrap().iter().any(|topic| topic["topic"] == "/reactions"), "{info}");
+}
+
+/// A mass without size, as a scene.
+#[test]
+fn a_single_mass_falls() {
+    let bench = Bench::new(
+        "dimension = 3\ntime = { integrator = 'rk4', step = 1e-2, duration = 1.0 }\nworld = { gravity = [0, 0, -9.81] }\n\
+         [[body]]\nmesh = { inline = { points = [[0.1, 0, 2]] } }\nmass = { per_vertex = 1.0 }\n",
+    );
+    // Compared with `m g` over the 2 m to the origin.
+    bench.pliant(["scene.toml"]).succeeded().prints(&["of the 19.62 J in play"]);
 }

@@ -64,7 +64,9 @@ fn a_scene_is_told_what_it_does_not_survive_and_what_would_have_worked() {
     assert_eq!(inverted["verdict"], "flagged");
     assert!(inverted["advice"].as_str().unwrap().contains("the material stable-neo-hookean"), "{inverted}");
     let arguments = ["stress", "scene.toml", "--quick", "--integrators", "implicit-euler"];
-    bench.pliant(arguments).prints(&["implicit-euler, auto: "]);
+    // What is flagged is not said to survive.
+    let ended = bench.pliant(arguments).prints(&["implicit-euler, auto: passes ", "; flagged at "]);
+    assert!(!ended.stdout.contains("survives everything"), "{}", ended.stdout);
     let nothing = ["stress", "scene.toml", "--quick", "--budget", "1 ns"];
     bench.pliant(nothing).succeeded().says(&["the time was over: ", " cases were left out", "--budget"]);
     let arguments = ["stress", "scene.toml", "--quick", "--json", "--solvers", "cg,multigrid"];
@@ -98,4 +100,10 @@ fn limits_maps_and_charts_are_written() {
         assert!(bench.path(&format!("out/{name}")).is_file(), "{name}");
     }
     bench.pliant(arguments).succeeded().prints(&[". taken, x diverged", "measured and formula agree"]);
+    // A page with tables, not what a terminal shows.
+    let page = std::fs::read_to_string(bench.path("out/stability.html")).unwrap();
+    assert!(
+        page.contains("<td class=\"text\">velocity-verlet</td>") || page.contains("<td>velocity-verlet</td>")
+    );
+    assert!(!page.contains("<pre>") && page.contains("name=\"viewport\""), "for phones too");
 }

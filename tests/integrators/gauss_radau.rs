@@ -5,7 +5,7 @@ use pliant::integrator::estimate::Tolerances;
 use pliant::simulation::{Simulation, StepError};
 
 use crate::support::oscillator::oscillator;
-use crate::support::particles::{FIGURE_EIGHT_PERIOD, figure_eight, kepler, pythagorean};
+use crate::support::particles::{FIGURE_EIGHT_PERIOD, figure_eight, kepler, pythagorean, three_bodies};
 use crate::support::{advance, distance, largest_difference, method};
 
 /// Lets the scheme choose its steps.
@@ -170,6 +170,29 @@ fn a_step_too_large_to_converge_is_an_error() {
     assert!(matches!(error, StepError::Unsolved { .. }), "{error}");
     assert!(error.to_string().contains("does not converge at this step"), "{error}");
     assert_eq!(simulation.state().x(), before);
+}
+
+// Nothing stiffens where two masses are at one place: what helps is named.
+#[test]
+fn masses_at_one_place_are_told_of_softening() {
+    let x = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let mut simulation = three_bodies(method("velocity-verlet"), [1.0; 3], x, [0.0; 6], 0.1);
+    let said = simulation.step().unwrap_err().to_string();
+    assert!(said.contains("`softening`") && said.contains("`ias15`"), "{said}");
+}
+
+// Steps that are taken back for ever come to an end: squares of distances overflow at 1e308, and no step is small enough.
+#[test]
+fn a_step_that_no_size_makes_right_is_an_error() {
+    let x = [1e308, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let mut simulation = free(three_bodies(method("ias15"), [1.0; 3], x, [0.0; 6], 1.0));
+    for _ in 0..1000 {
+        if let Err(error) = simulation.step_towards(1.0) {
+            assert!(matches!(error, StepError::StepTooSmall { step: 1, .. }), "{error}");
+            return;
+        }
+    }
+    panic!("a thousand steps were taken to {}", simulation.state().time);
 }
 
 // A step that is taken back leaves no trace: what comes after it is what would have come without it.

@@ -14,3 +14,5 @@ mod retries;
 mod ring;
 mod stiff;
 mod three_bodies;
+mod tolerance;
+mod walls;

@@ -111,12 +111,12 @@ fn a_hold_lets_go_at_the_step_nearest_to_its_end() {
             hold.until(until).moving(Motion::new().along(path), start, start, 2)
         });
         for step in 1..=8 {
-            let held = simulation.system().constraint_set();
+            let held = simulation.system().structure();
             let before = simulation.state().clone();
             simulation.step().unwrap();
             let moved = simulation.state().x()[1];
             if step <= steps {
-                assert_eq!(simulation.system().constraint_set(), held);
+                assert_eq!(simulation.system().structure(), held);
                 assert!((moved - 0.25 * simulation.state().time).abs() < 1e-15, "{until}: {moved} at {step}");
             } else {
                 // One step of velocity Verlet from there, mass 1.
@@ -126,7 +126,7 @@ fn a_hold_lets_go_at_the_step_nearest_to_its_end() {
                     y0 + 0.1 * before.v()[1] + 0.005 * STIFFNESS * (y1 - y0),
                 ];
                 assert!(distance(&simulation.state().x()[..2], &expected) < 1e-14, "{until} at {step}");
-                assert_eq!(simulation.system().constraint_set() != held, step == steps + 1);
+                assert_eq!(simulation.system().structure() != held, step == steps + 1);
             }
         }
     }
@@ -170,5 +170,39 @@ fn a_motion_that_is_not_finite_ends_the_run_at_its_vertex() {
             "{text}"
         );
         assert!(simulation.state().x().iter().all(|x| x.is_finite()));
+    }
+}
+
+/// The end of the spring jumps by 0.3 m: at once, so that what it gives is the energy of the spring after less that before, the mass
+/// being where it was, `k/2 ((x - 0.3)^2 - x^2)` with `x = cos(3 t)`. Within a step or at its end, the error is of the order of the step.
+#[test]
+fn the_energy_of_a_jump_is_counted_and_the_jump_is_named() {
+    const JUMP: f64 = 0.3;
+    for spec in [IntegratorSpec::VelocityVerlet, IntegratorSpec::Rk4, IntegratorSpec::ImplicitMidpoint] {
+        let name = spec.method().documentation.name;
+        for at in [0.5, 0.4937] {
+            let errors = |steps: usize| {
+                let mut simulation = on_a_spring(spec, 1.0 / steps as f64, |hold, start| {
+                    let path = move |t: f64| ([if t < at { 0.0 } else { JUMP }, 0.0, 0.0], [0.0; 3]);
+                    hold.moving(Motion::new().along(path), start, start, 2)
+                });
+                let before = simulation.diagnostics().total;
+                advance(&mut simulation, steps);
+                let jumps = simulation.motion_jumps().unwrap();
+                assert_eq!((jumps.pin.as_str(), jumps.count, jumps.size), ("end", 1, JUMP), "{name}");
+                assert!((jumps.time - at).abs() < 1e-12, "{name}: {jumps:?}");
+                let end = simulation.diagnostics();
+                let work = end.balance.unwrap().motion.unwrap();
+                let x = (OMEGA * at).cos();
+                let exact = 0.5 * STIFFNESS * ((x - JUMP).powi(2) - x * x);
+                assert!(exact.abs() > 0.4, "{exact}");
+                [(work - exact).abs(), (end.total - work - before).abs()]
+            };
+            let (coarse, fine) = (errors(400), errors(3200));
+            for (coarse, fine) in coarse.into_iter().zip(fine) {
+                // The mass moves by 3 m/s, the force of the end changes by 5.4 N: in a step of h less than 17 W h.
+                assert!(coarse < 17.0 / 400.0 && fine < 17.0 / 3200.0, "{name}: {coarse:e} J, {fine:e} J");
+            }
+        }
     }
 }

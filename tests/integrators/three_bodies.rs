@@ -107,7 +107,7 @@ fn a_fixed_step_through_a_close_encounter_reports_its_energy_error() {
         let summary = run_watched(&mut simulation, 20.0, 60.0);
         match summary.outcome {
             Outcome::Done => {
-                let error = summary.relative_energy_error();
+                let error = summary.relative_energy_error().unwrap();
                 assert!(error > 1e-3, "{name} reports an energy error of {error:e} only");
             }
             Outcome::Failed(error) => assert!(error.to_string().contains("energy"), "{error}"),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import time
+import warnings
 
 import numpy as np
 import numpy.typing as npt
@@ -135,3 +137,34 @@ def test_derivatives_are_checked() -> None:
         pliant.Material(density, lambda f: 1.01 * stress(f)).check(3)
     with pytest.raises(ValueError, match="tangent is not the derivative of stress"):
         pliant.Material(density, stress, lambda f: 0.9 * tangent(f)).check(2)
+
+
+def test_a_slow_material_says_so_once() -> None:
+    def slow(f: Array) -> Array:
+        time.sleep(2e-3)
+        return stress(f)
+
+    material = pliant.Material(density, slow)
+    simulation = pliant.Simulation(scene("velocity-verlet"), materials={"beam": material})
+    with pytest.warns(RuntimeWarning, match=r"the material in Python of beam is slow: its functions took \d+ % of the time") as said:
+        simulation.step(50)
+        simulation.step(50)
+    assert len(said) == 1 and said[0].filename == __file__
+    # Nor does a copy say it again; another simulation does, in the summary of its run too.
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulation.clone().step(50)
+        pliant.Simulation(scene("velocity-verlet")).step(50)
+    other = pliant.Simulation(scene("velocity-verlet"), materials={"beam": material})
+    with pytest.warns(RuntimeWarning, match="is slow"):
+        summary = other.run()
+    assert sum("is slow" in text for text in summary.warnings) == 1
+
+
+def test_measures_of_a_material_in_python_are_those_of_the_same_in_rust() -> None:
+    ours = pliant.Simulation(scene("velocity-verlet"))
+    theirs = pliant.Simulation(scene("velocity-verlet"), materials={"beam": STVK})
+    for simulation in (ours, theirs):
+        simulation.step(20)
+    for name in ("corotated-strain", "energy-density", "green-strain"):
+        np.testing.assert_allclose(theirs.measure(name), ours.measure(name), atol=1e-9, rtol=1e-8)

@@ -46,6 +46,29 @@ def test_steps_are_those_of_a_run() -> None:
     assert summary.path is None and 0.0 < summary.energy_drift <= summary.energy_error < 0.1
 
 
+def test_losses_are_known_after_a_run_that_nobody_watches(tmp_path: Path) -> None:
+    scene = pliant.Scene.from_toml(SCENES / "damped_jelly.toml")
+    simulation = pliant.Simulation(scene)
+    simulation.run(0.1)
+    balance = {name: energy for name, energy in simulation.energy().items() if name.startswith("balance.")}
+    stepping = pliant.Simulation(scene)
+    stepping.step(simulation.steps)
+    assert balance["balance.damping"] > 0.0 and simulation.energy() == pytest.approx(stepping.energy())
+    # What is lost from here on is no drift.
+    assert simulation.run(0.2, record=tmp_path / "on.mcap").energy_drift < 1e-2
+    simulation.velocities = 2.0 * simulation.velocities
+    assert simulation.run(0.3, record=tmp_path / "changed.mcap").energy_drift < 1e-2
+    assert 0.0 < simulation.energy()["balance.damping"] != balance["balance.damping"]
+
+
+def test_walls_are_among_the_reactions() -> None:
+    scene = pliant.Scene.from_toml(SCENES / "pavilion.toml").with_changes({"time.duration": 0.1})
+    simulation = pliant.Simulation(scene)
+    simulation.run()
+    reactions = simulation.reactions()
+    assert reactions["wall0"].shape == (2, 3) and reactions["wall0"][0, 2] >= 0.0
+
+
 def test_frames_are_shown_at_their_rate(simulation: pliant.Simulation) -> None:
     frames: list[pliant.Frame] = []
     simulation.run(until=0.05, callback=frames.append)
@@ -86,7 +109,22 @@ def test_a_run_that_blows_up_keeps_its_frames(tmp_path: Path) -> None:
     assert caught.value.step > 0
     recording = pliant._pliant.Recording(tmp_path / "out.mcap")
     assert recording.info()["outcome"]["status"] == "failed"
-    np.testing.assert_allclose(recording.times[-1], simulation.time)
+    # Of the state that was no good one, there is no frame: the last is that of the step before.
+    assert 0.0 <= simulation.time - recording.times[-1] < 1.001 * 0.02
+
+
+def test_a_quasi_static_run_ends_with_its_equilibrium() -> None:
+    time = {"time.integrator": "quasi-static", "time.step": 0.5, "time.duration": 1.0}
+    scene = beam(**time, **{"world.gravity": [0.0, "-0.98 * t"]})
+    summary = pliant.Simulation(scene).run()
+    assert summary.energy_drift is None and summary.energy_error is None
+    assert summary.statics is not None
+    weight = pliant.Simulation(scene).masses.sum() * 0.98
+    np.testing.assert_allclose(summary.statics["reactions"], [0.0, weight, 0.0], atol=1e-4 * weight)
+    assert summary.statics["residual"] < 1e-4 * weight
+    assert summary.statics["displacement"]["body"] == "beam" and summary.statics["displacement"]["value"] > 1e-5
+    assert summary.statics["von_mises"]["value"] > 100.0
+    assert pliant.Simulation(beam()).run().statics is None
 
 
 @pytest.mark.parametrize("call", ["step", "run"])

@@ -186,6 +186,27 @@ def test_gravity_can_be_turned_off(simulation: pliant.Simulation) -> None:
 
 
 # lecture 21: a vertex is grabbed and dragged.
+def test_a_changed_motion_goes_on_from_where_the_pin_is() -> None:
+    still, h = pliant.Simulation(beam()), 1e-3
+    still.step(500)
+    before = still.positions[:2]
+    motion = {"displacement": ["0.3 * t", "0.1 * sin(t)"]}
+    still.set({"body.0.pin.0.motion": motion})
+    np.testing.assert_allclose(still.positions[:2], before, rtol=0.0, atol=1e-15)
+    t0 = still.time
+    still.step(10)
+    expected = before + [0.3 * (still.time - t0), 0.1 * (np.sin(still.time) - np.sin(t0))]
+    np.testing.assert_allclose(still.positions[:2], expected, atol=1e-13)
+    other = pickle.loads(pickle.dumps(still))
+    for each in (still, other):
+        each.step(10)
+    np.testing.assert_allclose(other.positions, still.positions, rtol=0.0, atol=1e-12)
+    still.reset()
+    start = still.positions[:2]
+    still.step()
+    np.testing.assert_allclose(still.positions[:2], start + [0.3 * h, 0.1 * np.sin(h)], atol=1e-13)
+
+
 def test_pins_hold_and_are_dragged(simulation: pliant.Simulation) -> None:
     assert simulation.pins == ["beam/left"]
     name = simulation.pin(np.arange(10) == 9, axes="y")

@@ -2,11 +2,12 @@
 
 use nalgebra::DMatrix;
 use pliant::material::MaterialSpec;
+use pliant::modes::{MassMatrix, Modes};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 
-use crate::support::assert_relative;
 use crate::support::solid::{Solid, at_zero, isotropic};
+use crate::support::{assert_relative, method};
 
 /// Eigenvalues and vectors of `M^-1/2 K M^-1/2` over the vertices that are not pinned, and their unknowns.
 fn modes(solid: &Solid) -> (Vec<f64>, DMatrix<f64>, Vec<usize>) {
@@ -103,6 +104,85 @@ fn the_largest_frequency_is_that_of_an_independent_code_in_every_material() {
             assert_relative(dense, expected, 1e-11, &format!("{name}, dense"));
             let lanczos = solid.probe().0.stability_limit(1.0).frequency;
             assert_relative(lanczos, expected, 1e-11, &format!("{name}, Lanczos"));
+        }
+    }
+}
+
+/// What `pliant modes` finds.
+fn found(solid: &Solid, count: usize) -> Modes {
+    solid.simulation(method("implicit-euler"), 1.0).modes(count).unwrap()
+}
+
+// C6, C8: the frequencies of an independent code with consistent mass: a cantilever of 40 x 4 quadratic cells, NAFEMS FV32 in plane stress.
+#[test]
+fn modes_of_quadratic_elements_have_the_frequencies_of_consistent_mass() {
+    let mut solid = Solid::grid(&[40, 4], &[10.0, 1.0], isotropic("linear", 1e6, 0.3)).of_order(2);
+    solid.pin = at_zero(2, 0);
+    let modes = found(&solid, 1);
+    assert_eq!(modes.mass_matrix, MassMatrix::Consistent);
+    assert_relative(modes.modes[0].frequency, 0.053_256_1, 2e-6, "cantilever 40 x 4");
+    let elastic = json!({ "linear": { "young": 200e9, "poisson": 0.3, "plane": "stress" } });
+    let mut solid = Solid::grid(&[1, 1], &[1.0, 1.0], elastic).of_order(2);
+    (solid.mesh, solid.mass) =
+        (json!({ "tapered_beam": { "cells": [16, 8] } }), json!({ "density": 8000.0 }));
+    solid.pin = at_zero(2, 0);
+    let expected = [44.624_00, 130.0406, 162.6994, 246.0979, 380.0498, 391.4457];
+    for (mode, expected) in found(&solid, 6).modes.iter().zip(expected) {
+        assert_relative(mode.frequency, expected, 1e-5, "FV32 16 x 8");
+    }
+}
+
+/// A bar that is held at its foot and can only be stretched: omega = pi/2 sqrt(E/rho) / L.
+fn stretched(dimension: usize, cells: usize, mass: Value) -> Modes {
+    let (mut count, mut size) = (vec![1; dimension], vec![0.1; dimension]);
+    (count[0], size[0]) = (cells, 1.0);
+    let mut solid = Solid::grid(&count, &size, isotropic("linear", 1e6, 0.0)).of_order(2);
+    let across: Vec<&str> = ["y", "z"][..dimension - 1].to_vec();
+    let mut normal = vec![0.0; dimension];
+    normal[0] = 1.0;
+    solid.pin = json!([
+        { "half_space": { "normal": normal, "offset": 0.0 }, "axes": ["x"] },
+        { "half_space": { "normal": normal.iter().map(|n| -n).collect::<Vec<f64>>(), "offset": 1.0 }, "axes": across },
+    ]);
+    solid.mass = mass;
+    found(&solid, 1)
+}
+
+// Of fourth order in the size of the elements, 2 (p = 2), and an upper bound, as Galerkin's method has it; lumped masses are of second.
+#[test]
+fn frequencies_of_quadratic_elements_converge_with_the_fourth_order_from_above() {
+    let exact = 0.5 * PI * (1e6f64 / 1e3).sqrt();
+    for dimension in [2, 3] {
+        let error = |cells: usize| {
+            stretched(dimension, cells, json!({ "density": 1000.0 })).modes[0].omega / exact - 1.0
+        };
+        let (coarse, fine) = (error(2), error(4));
+        let order = (coarse / fine).log2();
+        assert!(fine > 0.0 && (order - 4.0).abs() < 0.2, "{dimension}D: {coarse:e} {fine:e}, order {order}");
+    }
+    // Masses that a scene gives vertex by vertex are those that it has.
+    let given = stretched(2, 2, json!({ "per_vertex": 1.0 }));
+    assert_eq!(given.mass_matrix, MassMatrix::Lumped);
+}
+
+// D12 with consistent masses: rigid motion is found to be rigid, and has all of the mass.
+#[test]
+fn free_quadratic_bodies_have_the_modes_of_rigid_motion() {
+    for (dimension, rigid) in [(2, 3), (3, 6)] {
+        let mut solid =
+            Solid::grid(&vec![2; dimension], &vec![0.6; dimension], isotropic("corotated", 1e7, 0.3))
+                .of_order(2);
+        solid.pin = json!([]);
+        let modes = found(&solid, rigid + 2);
+        assert_eq!(modes.mass_matrix, MassMatrix::Consistent);
+        for (j, mode) in modes.modes.iter().enumerate() {
+            assert_eq!(mode.omega == 0.0, j < rigid, "{dimension}D, mode {j}: {}", mode.omega);
+        }
+        let mass = 1000.0 * 0.6f64.powi(dimension as i32);
+        for axis in 0..dimension {
+            assert_relative(modes.free_mass[axis], mass, 1e-12, "mass");
+            let share: f64 = modes.modes[..rigid].iter().map(|mode| mode.effective_mass[axis]).sum();
+            assert!((share - 1.0).abs() < 1e-8, "{dimension}D, axis {axis}: {share}");
         }
     }
 }

@@ -69,3 +69,31 @@ fn reactions_are_what_is_left_of_the_rate_of_momentum() {
     let order = (coarse / fine).log2();
     assert!((order - 2.0).abs() < 0.2 && fine < 0.1, "{coarse} {fine}: order {order}");
 }
+
+/// A bar that stands on the plane z = 0, pulled at one corner of its top in a direction along none of the axes: in equilibrium its foot
+/// carries minus the load and minus its moment about the middle of the foot, each to the tolerance of the solver, as deformed.
+#[test]
+fn the_moments_of_a_pin_about_all_three_axes_balance_that_of_the_load() {
+    let force = [30.0, -50.0, 20.0];
+    let mut simulation = simulation(&format!(
+        "dimension = 3\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-12 }} }}\n[[body]]\n\
+         mesh = {{ grid = {{ cells = [1, 1, 3], size = [1, 1, 3] }} }}\n\
+         elastic = {{ stable-neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}\nmass = {{ density = 10.0 }}\n\
+         load = [{{ vertices = [15], force = {force:?} }}]\n\
+         pin = [{{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}]\n"
+    ));
+    simulation.step().unwrap();
+    let [foot] = &simulation.reactions()[..] else { panic!("one pin") };
+    let x = simulation.positions();
+    let arm = [0, 1, 2].map(|c| x[3 * 15 + c] - foot.about[c]);
+    assert!(arm[2] > 2.5 && (foot.about[0] - 0.5).abs() < 1e-15 && foot.about[2] == 0.0, "{arm:?} {foot:?}");
+    let moment = [0, 1, 2].map(|c| {
+        let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+        arm[a] * force[b] - arm[b] * force[a]
+    });
+    for c in 0..3 {
+        assert!(moment[c].abs() > 1.0, "{moment:?}");
+        assert!((foot.force[c] + force[c]).abs() < 1e-6, "{foot:?}");
+        assert!((foot.moment[c] + moment[c]).abs() < 1e-6, "about {c}: {foot:?} {moment:?}");
+    }
+}

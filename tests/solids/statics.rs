@@ -1,10 +1,14 @@
 //! Static equilibrium, by the quasi-static scheme.
 
+use pliant::assembly::UnstableStep;
+use pliant::diagnostics::Diagnostics;
+use pliant::run::Outcome;
+use pliant::scene::{Scene, SceneError};
 use pliant::simulation::{Simulation, StepError};
 use pliant::solver::{SolverOptions, Verdict};
 use serde_json::json;
 
-use crate::support::{largest_difference, method};
+use crate::support::{largest_difference, method, run_watched};
 
 use crate::support::solid::{Solid, at_zero, isotropic};
 
@@ -60,4 +64,86 @@ fn a_body_that_nothing_holds_has_no_equilibrium() {
     let (error, verdict) = unsolved(solid.simulation(method("quasi-static"), 1.0));
     assert_eq!(verdict, Verdict::Indefinite, "{error}");
     assert!(error.to_string().contains("without stiffness or mass"), "{error}");
+}
+
+/// A block of 2 m x 0.8 m, clamped at x = 0 unless `pin` says otherwise, with more `keys`, taken to t = 1 in `steps` increments: what is
+/// stored at the end, what loads, gravity and motion brought in, and the measurements at both ends.
+fn loaded(material: &str, keys: &str, world: &str, steps: usize) -> [Diagnostics; 2] {
+    let pin = if keys.contains("pin =") {
+        ""
+    } else {
+        "pin = [{ half_space = { normal = [1, 0], offset = 0.0 } }]"
+    };
+    let text = format!(
+        "dimension = 2\ntime = {{ integrator = 'quasi-static', step = {:?}, duration = 1.0, solver = {{ tolerance = 1e-13 }} }}\n\
+         world = {{ {world} }}\n[[body]]\nmesh = {{ grid = {{ cells = [4, 2], size = [2.0, 0.8] }} }}\n\
+         elastic = {{ {material} = {{ young = 2e5, poisson = 0.35 }} }}\nmass = {{ density = 900.0 }}\n{pin}\n{keys}\n",
+        1.0 / steps as f64
+    );
+    let scene = Scene::from_toml(&text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new).unwrap().simulation;
+    let start = simulation.diagnostics();
+    (0..steps).for_each(|_| simulation.step().unwrap());
+    [start, simulation.diagnostics()]
+}
+
+const TRACTION: &str =
+    "load = [{ half_space = { normal = [-1, 0], offset = -2.0 }, traction = ['3e3 * t', '-2e3 * t'] }]";
+
+/// Clapeyron: a force that grows in proportion to the displacement does half the work of the whole force on the whole way, and that is
+/// what is stored; the trapezoidal rule is exact for it, however many increments there are.
+#[test]
+fn the_work_of_a_load_on_a_linear_body_is_the_energy_that_it_stores() {
+    for steps in [1, 2, 5] {
+        let [start, end] = loaded("linear", TRACTION, "", steps);
+        let brought_in = end.balance.unwrap().loads.unwrap();
+        // What it brought in, and what its potential lost.
+        let work = brought_in + start.loads.unwrap() - end.loads.unwrap();
+        assert!(start.elastic == 0.0 && end.elastic > 1.0, "{end:?}");
+        assert!((work / end.elastic - 1.0).abs() < 1e-9, "{steps}: {work} J of {} J", end.elastic);
+        assert!((end.loads.unwrap() / end.elastic + 2.0).abs() < 1e-9, "{end:?}");
+    }
+}
+
+/// Energy in is energy stored to second order in the increment, whatever brings it in: pressure that follows the surface, dead loads,
+/// gravity that changes, prescribed motion, and all at once.
+#[test]
+fn the_work_between_equilibria_is_exact_to_second_order() {
+    let pressure = "load = [{ half_space = { normal = [0, -1], offset = -0.8 }, pressure = '2000 * t' }]";
+    let moved = "pin = [{ half_space = { normal = [1, 0], offset = 0 } }, { half_space = { normal = [-1, 0], offset = -2 }, \
+                 motion = { displacement = ['0.2 * t', '-0.5 * t^2'] } }]";
+    let falling = "gravity = ['3 * t', '-9.81 * t']";
+    let all = format!("{moved}\n{pressure}");
+    for (what, keys, world) in [
+        ("pressure", pressure, ""),
+        ("traction", TRACTION, ""),
+        ("gravity", "", falling),
+        ("motion", moved, ""),
+        ("all", &all, falling),
+    ] {
+        let off = |steps: usize| {
+            let [start, end] = loaded("neo-hookean", keys, world, steps);
+            // Moving pins have velocities, and count as kinetic energy, in statics too.
+            assert!(end.elastic > 10.0, "{what}: {end:?}");
+            (end.conserved() - start.conserved()).abs()
+        };
+        let (coarse, fine) = (off(8), off(16));
+        let order = (coarse / fine).log2();
+        assert!((order - 2.0).abs() < 0.2, "{what}: order {order}, {coarse:e} J, {fine:e} J");
+    }
+}
+
+/// Equilibria have no energy that a run could be judged by: a body loaded from nothing is no body that blows up.
+#[test]
+fn a_quasi_static_run_is_not_judged_by_its_energy() {
+    let mut solid = beam("stable-neo-hookean");
+    solid.gravity = None;
+    solid.load = json!([{ "half_space": { "normal": [0.0, -1.0], "offset": -1.0 }, "pressure": "1e3 * t" }]);
+    let mut simulation = solid.simulation(method("quasi-static"), 0.1);
+    let summary = run_watched(&mut simulation, 1.0, 10.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{summary:?}");
+    assert!(summary.is_static && summary.end.elastic > 1.0, "{summary:?}");
+    let errors =
+        [summary.relative_energy_drift(), summary.relative_energy_error(), summary.relative_energy_gain()];
+    assert_eq!(errors, [None; 3]);
 }

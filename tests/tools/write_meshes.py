@@ -2,8 +2,8 @@
 scenes/meshes.
 
 Usage: write_meshes.py FOLDER
-Needs meshio and numpy. Formats and variants that meshio does not write (appended arrays, polygonal data) are written by
-pyvista, if it is installed.
+Needs meshio and numpy. Formats and variants that meshio does not write are written by pyvista (appended arrays, polygonal
+data, METADATA) and by gmsh (binary `.msh`), where these are installed.
 """
 
 import os
@@ -82,8 +82,154 @@ def big_endian(little, big):
         file.write(header.replace(b"little", b"big") + b"end_header\n" + points.tobytes() + faces.tobytes())
 
 
+def gmsh_solid(gmsh, order=1):
+    """The two tetrahedra and their base as Gmsh has them: an entity each, in named groups."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add("solid")
+    for dimension, entity, name in [(2, 1, "base"), (3, 1, "soft"), (3, 2, "hard part")]:
+        gmsh.model.addDiscreteEntity(dimension, entity)
+        group = gmsh.model.addPhysicalGroup(dimension, [entity])
+        gmsh.model.setPhysicalName(dimension, group, name)
+    gmsh.model.mesh.addNodes(3, 1, [10, 20, 30, 40, 50], POINTS.ravel())
+    tags = 10 * (TETRAHEDRA + 1)
+    gmsh.model.mesh.addElementsByType(1, 4, [], tags[0])
+    gmsh.model.mesh.addElementsByType(2, 4, [], tags[1])
+    gmsh.model.mesh.addElementsByType(1, 2, [], (10 * (BASE + 1)).ravel())
+    gmsh.model.mesh.setOrder(order)
+
+
+def write_gmsh(gmsh, folder, name, version, binary):
+    gmsh.option.setNumber("Mesh.MshFileVersion", version)
+    gmsh.option.setNumber("Mesh.Binary", int(binary))
+    gmsh.write(os.path.join(folder, name))
+
+
+class Swapped:
+    """Copies a binary file of Gmsh with the bytes of every number the other way round."""
+
+    def __init__(self, data):
+        self.data, self.at, self.out = data, 0, b""
+
+    def numbers(self, kind, count=1):
+        values = np.frombuffer(self.data, "<" + kind, count, self.at)
+        self.at += values.nbytes
+        self.out += values.astype(">" + kind).tobytes()
+        return [int(v) for v in values] if kind[0] != "f" else None
+
+    def upto(self, word):
+        """Text up to the line that `word` is, and that line."""
+        end = self.data.index(word + b"\n", self.at) + len(word) + 1
+        self.out += self.data[self.at : end]
+        self.at = end
+
+    def line(self):
+        end = self.data.index(b"\n", self.at) + 1
+        line = self.data[self.at : end]
+        self.out += line
+        self.at = end
+        return int(line)
+
+    def finish(self):
+        return self.out + self.data[self.at :]
+
+
+NODES = {1: 2, 2: 3, 4: 4, 8: 3, 9: 6, 11: 10, 15: 1}
+
+
+def swapped_22(data):
+    file = Swapped(data)
+    file.upto(b"2.2 1 8")
+    file.numbers("i4")
+    file.upto(b"$Nodes")
+    for _ in range(file.line()):
+        file.numbers("i4")
+        file.numbers("f8", 3)
+    file.upto(b"$Elements")
+    left = file.line()
+    while left > 0:
+        kind, count, tags = file.numbers("i4", 3)
+        file.numbers("i4", count * (1 + tags + NODES[kind]))
+        left -= count
+    return file.finish()
+
+
+def swapped_41(data):
+    file = Swapped(data)
+    file.upto(b"4.1 1 8")
+    file.numbers("i4")
+    file.upto(b"$Entities")
+    for dimension, count in enumerate(file.numbers("u8", 4)):
+        for _ in range(count):
+            file.numbers("i4")
+            file.numbers("f8", 6 if dimension else 3)
+            for _ in range(2 if dimension else 1):
+                file.numbers("i4", *file.numbers("u8"))
+    file.upto(b"$Nodes")
+    for _ in range(file.numbers("u8", 4)[0]):
+        _, _, parametric = file.numbers("i4", 3)
+        assert not parametric
+        (count,) = file.numbers("u8")
+        file.numbers("u8", count)
+        file.numbers("f8", 3 * count)
+    file.upto(b"$Elements")
+    for _ in range(file.numbers("u8", 4)[0]):
+        _, _, kind = file.numbers("i4", 3)
+        (count,) = file.numbers("u8")
+        file.numbers("u8", count * (1 + NODES[kind]))
+    return file.finish()
+
+
+def binary_gmsh(folder):
+    try:
+        import gmsh
+    except ImportError:
+        print("without gmsh: the files that it writes stay as they are")
+        return
+    gmsh_solid(gmsh)
+    for version, name, swapped in [(2.2, "22", swapped_22), (4.1, "41", swapped_41)]:
+        write_gmsh(gmsh, folder, f"solid_{name}_little.msh", version, True)
+        with open(os.path.join(folder, f"solid_{name}_little.msh"), "rb") as file:
+            data = swapped(file.read())
+        with open(os.path.join(folder, f"solid_{name}_big.msh"), "wb") as file:
+            file.write(data)
+    gmsh.finalize()
+    gmsh_solid(gmsh, order=2)
+    write_gmsh(gmsh, folder, "quadratic_41_binary.msh", 4.1, True)
+    write_gmsh(gmsh, folder, "quadratic_22_binary.msh", 2.2, True)
+    gmsh.finalize()
+
+
+def with_metadata(vtk, folder, grid):
+    """What VTK adds where arrays have names for their components, or know their range."""
+    points = grid.GetPoints().GetData()
+    points.SetName("Points")
+    for component, name in enumerate(["x", "", "z of it"]):
+        points.SetComponentName(component, name)
+    points.GetRange(-1)
+    grid.GetPoints().GetData().GetInformation().Set(vtk.vtkDataArray.UNITS_LABEL(), "m")
+    ids = vtk.vtkIdTypeArray()
+    ids.SetName("ids")
+    ids.InsertNextValue(7)
+    ids.SetComponentName(0, "first")
+    more = vtk.vtkDoubleArray()
+    more.SetName("more")
+    more.InsertNextValue(0.5)
+    grid.GetFieldData().AddArray(ids)
+    grid.GetFieldData().AddArray(more)
+    for version, name in [(42, "42"), (51, "51")]:
+        for binary in [False, True]:
+            writer = vtk.vtkUnstructuredGridWriter()
+            writer.SetFileVersion(version)
+            writer.SetFileName(os.path.join(folder, f"metadata_{name}_{'binary' if binary else 'ascii'}.vtk"))
+            writer.SetFileTypeToBinary() if binary else writer.SetFileTypeToASCII()
+            writer.SetInputData(grid)
+            writer.Write()
+
+
 def main(folder):
     os.makedirs(folder, exist_ok=True)
+    binary_gmsh(folder)
 
     def write(name, mesh, file_format, **options):
         mesh.write(os.path.join(folder, name), file_format=file_format, **options)
@@ -125,6 +271,7 @@ def main(folder):
         writer.Write()
     faces = np.hstack([np.insert(cell, 0, len(cell)) for cell in ([0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3])])
     pyvista.PolyData(POINTS[:4], faces=faces).save(os.path.join(folder, "surface_polydata.vtk"), binary=True)
+    with_metadata(vtk, folder, grid)
 
 
 if __name__ == "__main__":

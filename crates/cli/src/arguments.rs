@@ -308,9 +308,9 @@ pub(crate) struct StabilityArguments {
     /// The integrators to look at, the scene's own first [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub(crate) integrators: Vec<String>,
-    /// What the map has beside the step
-    #[arg(long, value_name = "WHAT", default_value = "young")]
-    pub(crate) against: AgainstArgument,
+    /// What the map has beside the step [default: young, gravity where nothing is elastic, else density]
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) against: Option<AgainstArgument>,
     /// A coarse map
     #[arg(long)]
     pub(crate) quick: bool,
@@ -328,6 +328,8 @@ pub(crate) enum AgainstArgument {
     Poisson,
     /// The density, or other mass, of the first body
     Density,
+    /// The constant of mutual gravity
+    Gravity,
 }
 
 /// `pliant study`.

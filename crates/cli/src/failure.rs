@@ -6,6 +6,8 @@ use pliant::record::RecordError;
 use pliant::scene::{Problem, SceneError};
 use serde_json::{Value, json};
 
+use crate::printable;
+
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -128,6 +130,8 @@ impl From<SceneError> for Failure {
 
 /// `error: message`, the label in the colours of the compiler.
 pub(crate) fn label(label: &str, message: &str, color: bool) -> String {
+    // Before there are colours in it, which pass.
+    let message = printable::plain(message);
     let code = if label == "error" { "1;91" } else { "1;33" };
     if color { format!("\x1b[{code}m{label}\x1b[0m: {message}") } else { format!("{label}: {message}") }
 }

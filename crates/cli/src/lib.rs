@@ -6,6 +6,7 @@ mod failure;
 mod input;
 mod interrupt;
 mod output;
+mod printable;
 mod progress;
 mod recording;
 mod statistics;

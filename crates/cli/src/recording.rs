@@ -27,7 +27,7 @@ impl Recording {
             return Ok(Recording(None));
         }
         let scene = &arguments.scene;
-        let path = arguments.output.clone().unwrap_or_else(|| default_output(scene));
+        let path = output(arguments);
         Failure::unless_file(&path)?;
         if path.canonicalize().is_ok_and(|path| scene.canonicalize().is_ok_and(|scene| scene == path)) {
             return Err(Failure::usage(format!("{} is the scene; choose another output", path.display())));
@@ -37,7 +37,7 @@ impl Recording {
             channels: input.scene.output.channels.clone(),
             title: input.scene.title.clone(),
             probes: assembly.probes.clone(),
-            pins: assembly.simulation.pin_names(),
+            reactions: assembly.simulation.reaction_names(),
             scene_text: input.source.text().to_owned(),
             patience: PATIENCE,
             ..Options::default()
@@ -91,7 +91,11 @@ fn finish(
     recorder.finish_with(outcome)
 }
 
-/// `<stem of the scene>.mcap` in the working directory.
+/// The file that a run is recorded to: by default `<stem of the scene>.mcap` in the working directory.
+pub(crate) fn output(arguments: &RunArguments) -> PathBuf {
+    arguments.output.clone().unwrap_or_else(|| default_output(&arguments.scene))
+}
+
 fn default_output(scene: &Path) -> PathBuf {
     let mut name = scene.file_stem().unwrap_or(scene.as_os_str()).to_owned();
     name.push(".mcap");

@@ -4,6 +4,7 @@ use std::io::{self, ErrorKind, IsTerminal, Write};
 
 use crate::arguments::{ColorChoice, CommonArguments};
 use crate::failure::{Failure, label};
+use crate::printable;
 
 /// Width where nobody knows it: a pipe, a file.
 const DEFAULT_WIDTH: usize = 100;
@@ -42,14 +43,7 @@ impl Terminal {
     /// # Errors
     /// As [`report`](Self::report).
     pub(crate) fn print(self, text: &str) -> Result<(), Failure> {
-        let mut out = io::stdout().lock();
-        match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
-            // `pliant list | head -3` is no failure.
-            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-                Err(Failure::failed("output", format!("cannot write to standard output: {error}")))
-            }
-            _ => Ok(()),
-        }
+        write(&printable::plain(text.trim_end()))
     }
 
     /// Prints the one JSON document of a command, if `--json` asks for it.
@@ -57,7 +51,7 @@ impl Terminal {
     /// # Errors
     /// As [`report`](Self::report).
     pub(crate) fn document(self, document: &serde_json::Value) -> Result<(), Failure> {
-        if self.json { self.print(&format!("{document:#}")) } else { Ok(()) }
+        if self.json { write(&printable::json(&format!("{document:#}"))) } else { Ok(()) }
     }
 
     /// Says something on standard error that is neither warning nor error: nothing with `--quiet`.
@@ -75,13 +69,27 @@ impl Terminal {
     /// Writes to standard error, whatever was asked for.
     pub(crate) fn complain(self, text: &str) {
         // There is nowhere left to report that standard error is closed.
-        let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
+        let text = text.trim_end();
+        let shown = if self.color { printable::styled(text) } else { printable::plain(text).into_owned() };
+        let _ = writeln!(io::stderr().lock(), "{shown}");
     }
 
     /// Columns to fill on standard output.
     pub(crate) fn width(self) -> usize {
         let columns = console::Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));
         columns.unwrap_or(DEFAULT_WIDTH).clamp(40, LARGEST_WIDTH)
+    }
+}
+
+/// Writes a line to standard output.
+fn write(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        // `pliant list | head -3` is no failure.
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::failed("output", format!("cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
     }
 }
 

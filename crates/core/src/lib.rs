@@ -38,6 +38,7 @@
 
 pub mod algebra;
 pub mod assembly;
+mod available_memory;
 mod base64;
 pub mod benchmark;
 pub mod constraint;
@@ -62,6 +63,7 @@ pub mod probe;
 pub mod quantity;
 #[cfg(feature = "mcap")]
 pub mod record;
+mod regular_file;
 pub mod run;
 pub mod scalar;
 pub mod scene;
@@ -75,3 +77,4 @@ pub mod stress;
 pub mod study;
 pub mod system;
 pub mod topology;
+pub mod value;

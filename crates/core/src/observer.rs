@@ -1,27 +1,7 @@
 //! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
 
 use crate::diagnostics::{Diagnostics, ElementState, Reaction};
-use crate::simulation::RetriedSteps;
-use crate::solver::SolverWork;
-
-/// Work done since the start of the run, in counts that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Work {
-    /// Time steps taken.
-    pub steps: u64,
-    /// Evaluations of the total force.
-    pub force_evaluations: u64,
-    /// Steps that were taken back because their error was too large, or that could not be taken and were tried again at a smaller
-    /// size; `None` where step sizes do not follow the error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rejected_steps: Option<u64>,
-    /// Steps that were not solved at once and were taken in parts; `None` where the scene allows no retries.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub retried: Option<RetriedSteps>,
-    /// What the solvers of an implicit scheme did; `None` for explicit ones.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub solver: Option<SolverWork>,
-}
+pub use crate::simulation::Work;
 
 /// One moment of a run. Borrowed: an observer copies what it keeps.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,4 @@
-//! One pass over all vertices: the force is added up, and kick, drift, drag and walls follow while the rows are in the cache.
+//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows are in the cache.
 //!
 //! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a gradient on the stack,
 //! so that no array of forces is written or read, and the old state is read and the new one written once. A block does not
@@ -69,25 +69,22 @@ impl InverseMass {
 struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 
 /// What a pass does to each row, in this order:
-/// `v <- drag_before v`, `v <- v + kick a`, `x <- x + drift v`, `v <- drag_after v`, walls.
+/// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`, walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pass {
     /// Factor of the velocities before the kick.
-    pub(crate) drag_before: f64,
+    pub(crate) drag: f64,
     /// Time [s] for which the acceleration acts; 0: forces are not looked at.
     pub(crate) kick: f64,
     /// Time [s] for which the velocity acts.
     pub(crate) drift: f64,
-    /// Factor of the velocities after all.
-    pub(crate) drag_after: f64,
     /// Whether walls put vertices back.
     pub(crate) walls: bool,
 }
 
 impl Pass {
     /// A pass that leaves everything as it is.
-    pub(crate) const NOTHING: Pass =
-        Pass { drag_before: 1.0, kick: 0.0, drift: 0.0, drag_after: 1.0, walls: false };
+    pub(crate) const NOTHING: Pass = Pass { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
 }
 
 /// What a pass came upon.
@@ -300,10 +297,10 @@ fn acceleration<S: Scalar>(g: S, w: S, uniform: S) -> S {
 
 /// The new position and velocity.
 #[inline(always)]
-fn update<S: Scalar>(pass: &[S; 4], a: S, x: S, v: S) -> (S, S) {
-    let [drag_before, kick, drift, drag_after] = *pass;
-    let v = drag_before * v + kick * a;
-    (x + drift * v, drag_after * v)
+fn update<S: Scalar>(pass: &[S; 3], a: S, x: S, v: S) -> (S, S) {
+    let [drag, kick, drift] = *pass;
+    let v = drag * v + kick * a;
+    (x + drift * v, v)
 }
 
 /// The whole packs of each array, and the numbers after them.
@@ -314,10 +311,10 @@ impl Kernel for Update<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let Pass { drag_before, kick, drift, drag_after, .. } = *self.pass;
-        let numbers = [drag_before, kick, drift, drag_after];
-        let mut packs = [L::zero(); 4];
-        for i in 0..4 {
+        let Pass { drag, kick, drift, .. } = *self.pass;
+        let numbers = [drag, kick, drift];
+        let mut packs = [L::zero(); 3];
+        for i in 0..3 {
             packs[i] = L::splat(numbers[i]);
         }
         let mut uniform = [L::zero(); PERIOD];

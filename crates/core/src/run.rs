@@ -1,67 +1,23 @@
 //! A whole run: steps, frames, observers, and how it ended.
 
+mod plan;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::diagnostics::{Diagnostics, Reaction};
+use crate::deadline::until;
+use crate::diagnostics::{Diagnostics, Energy, Reaction};
 use crate::observer::{Frame, Observer, ObserverError, Work};
-use crate::simulation::{Simulation, StepError};
+use crate::simulation::{MotionJumps, Simulation, StepError};
+
+pub use plan::Plan;
 
 /// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
 const GUARD_INTERVAL: u64 = 128;
 /// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
 const ENERGY_GROWTH_BOUND: f64 = 1e3;
-
-/// Frames nearer to each other than this part of the time between them are one.
-const SAME_FRAME: f64 = 1e-6;
-
-/// How far to go and how often to show a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
-    /// Simulated time [s]; the run ends with the step nearest to it, exactly there where step sizes follow the error.
-    pub duration: f64,
-    /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`, exactly there where step sizes
-    /// follow the error, and at the end.
-    pub rate: f64,
-}
-
-impl Plan {
-    /// Number of steps of size `h` that the plan takes.
-    pub fn steps(&self, h: f64) -> u64 {
-        let steps = (self.duration / h).round() as u64;
-        if self.duration > 0.0 { steps.max(1) } else { 0 }
-    }
-
-    /// Number of frames, the first and the last included.
-    pub fn frames(&self, h: f64) -> u64 {
-        let steps = self.steps(h);
-        let (mut count, mut step) = (1, 0);
-        // Only as many iterations as frames.
-        while step < steps {
-            step = self.frame_step(count, h).max(step + 1).min(steps);
-            count += 1;
-        }
-        count
-    }
-
-    /// Number of frames, the first and the last included, where steps land on their times.
-    pub fn exact_frames(&self) -> u64 {
-        if self.duration > 0.0 {
-            (self.duration * self.rate - SAME_FRAME).ceil().max(1.0) as u64 + 1
-        } else {
-            1
-        }
-    }
-
-    /// When frame `index` is taken [s], counted from the start, where steps land on that time.
-    pub fn frame_time(&self, index: u64) -> f64 {
-        if index + 1 < self.exact_frames() { index as f64 / self.rate } else { self.duration }
-    }
-
-    /// The step at which frame `index` is taken.
-    fn frame_step(&self, index: u64, h: f64) -> u64 {
-        (index as f64 / (self.rate * h)).round() as u64
-    }
-}
 
 /// How a run ended.
 #[derive(Debug)]
@@ -90,29 +46,44 @@ pub struct Summary {
     pub start: Diagnostics,
     /// Measurements of the last good state that was measured.
     pub end: Diagnostics,
-    /// The forces with which pins hold their vertices in the last good state.
+    /// The forces with which pins hold their vertices in the last good state; empty where the energy blew up after it.
     pub reactions: Vec<Reaction>,
+    /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
+    pub motion_jumps: Option<MotionJumps>,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
     /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
     pub largest_energy_change: f64,
+    /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no loss makes up for it.
+    pub largest_energy_gain: f64,
+    /// Whether it went from equilibrium to equilibrium: there is no energy of motion then that could be kept.
+    pub is_static: bool,
     /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
     /// what gravity can give over the size of the scene, and the most that came in from outside.
     pub energy_scale: f64,
 }
 
 impl Summary {
-    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no drift.
-    pub fn relative_energy_drift(&self) -> f64 {
-        (self.end.conserved() - self.start.conserved()).abs() / self.energy_scale
+    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no drift. `None` in statics.
+    pub fn relative_energy_drift(&self) -> Option<f64> {
+        self.relative(self.end.conserved() - self.start.conserved())
     }
 
-    /// Largest `|E - E_0|` seen, over the energy scale.
-    pub fn relative_energy_error(&self) -> f64 {
-        self.largest_energy_change / self.energy_scale
+    /// Largest `|E - E_0|` seen, over the energy scale. `None` in statics.
+    pub fn relative_energy_error(&self) -> Option<f64> {
+        self.relative(self.largest_energy_change)
     }
 
-    /// `|p_end - p_0|` [kg m/s].
+    /// Largest growth of the energy seen, over the energy scale. `None` in statics.
+    pub fn relative_energy_gain(&self) -> Option<f64> {
+        self.relative(self.largest_energy_gain)
+    }
+
+    fn relative(&self, energy: f64) -> Option<f64> {
+        (!self.is_static).then(|| energy.abs() / self.energy_scale)
+    }
+
+    /// `|p_end - p_0|` [kg m/s]; nothing in statics.
     pub fn momentum_change(&self) -> f64 {
         let d = |i: usize| self.end.linear_momentum[i] - self.start.linear_momentum[i];
         (d(0).powi(2) + d(1).powi(2) + d(2).powi(2)).sqrt()
@@ -121,15 +92,16 @@ impl Summary {
 
 /// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
 ///
-/// Every observer has seen the last good state when this returns, whatever the outcome.
+/// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one whatever the outcome. Where a
+/// step cannot be taken, it is the state before that step. What is lost is counted as `simulation` was told to: [`count_losses_for`]
+/// asks for it only where somebody looks.
 pub fn run(
     simulation: &mut Simulation,
     plan: &Plan,
     observers: &mut [&mut dyn Observer],
     interrupt: &AtomicBool,
 ) -> Summary {
-    // The guard against growing energy does without what is lost.
-    simulation.count_losses(observers.iter().any(|o| o.wants_diagnostics()));
+    simulation.forget_motion_jumps();
     let start = simulation.diagnostics();
     let energy_scale = energy_scale(simulation, &start);
     let last_good = start.clone();
@@ -146,24 +118,35 @@ pub fn run(
         scale_at_start: energy_scale,
         energy_scale,
         largest_energy_change: 0.0,
+        largest_energy_gain: 0.0,
         frames: 0,
     };
-    let outcome = run.go(plan, interrupt);
-    let mut end = run.simulation.diagnostics();
-    if !end.total.is_finite() {
-        end = run.last_good;
-    }
+    let outcome = run.go_until(plan, interrupt);
+    let end = run.simulation.diagnostics();
+    let (end, reactions) = match run.guard(&end.energy()) {
+        Ok(()) => (end, run.simulation.reactions()),
+        Err(_) => (run.last_good, vec![]),
+    };
     Summary {
         outcome,
         frames: run.frames,
-        reactions: run.simulation.reactions(),
+        reactions,
         work: run.simulation.work(),
-        largest_energy_change: run.largest_energy_change.max((end.conserved() - run.start.conserved()).abs()),
+        largest_energy_change: run.largest_energy_change,
+        largest_energy_gain: run.largest_energy_gain,
+        is_static: run.simulation.method().is_static(),
+        motion_jumps: run.simulation.motion_jumps().cloned(),
         start: run.start,
         end,
         last_frame_time: run.last_frame_time,
         energy_scale: run.energy_scale,
     }
+}
+
+/// Counts what `simulation` loses only if one of these observers reads measurements: the guard against
+/// growing energy does without.
+pub fn count_losses_for(simulation: &mut Simulation, observers: &[&mut dyn Observer]) {
+    simulation.count_losses(observers.iter().any(|observer| observer.wants_diagnostics()));
 }
 
 struct Run<'a, 'b> {
@@ -183,6 +166,7 @@ struct Run<'a, 'b> {
     scale_at_start: f64,
     energy_scale: f64,
     largest_energy_change: f64,
+    largest_energy_gain: f64,
     frames: u64,
 }
 
@@ -190,6 +174,22 @@ impl Run<'_, '_> {
     /// How a run ends whose step was not taken.
     fn not_taken(&self, error: StepError) -> Outcome {
         if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
+    }
+
+    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless something else may end them already.
+    fn go_until(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
+        if self.simulation.system().can_be_stopped() {
+            return self.go(plan, interrupt);
+        }
+        let outcome = until(
+            || interrupt.load(Ordering::Relaxed),
+            |stop| {
+                self.simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+                self.go(plan, interrupt)
+            },
+        );
+        self.simulation.system_mut().set_stop(None);
+        outcome
     }
 
     fn go(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
@@ -210,7 +210,7 @@ impl Run<'_, '_> {
             }
             let frame_due = step == next_frame.min(steps);
             let guard_due = step % GUARD_INTERVAL == 0;
-            self.simulation.set_to_be_measured(guard_due || frame_due && self.measures_frames);
+            self.simulation.set_to_be_measured(guard_due || frame_due);
             if let Err(error) = self.simulation.step() {
                 let outcome = self.not_taken(error);
                 return self.end_with(outcome, shown, step - 1);
@@ -224,13 +224,8 @@ impl Run<'_, '_> {
                 while next_frame <= step {
                     next_frame = plan.frame_step(self.frames, h).max(next_frame + 1);
                 }
-            }
-            // A frame that is measured has been looked at.
-            if guard_due && !(frame_due && self.measures_frames) {
-                let diagnostics = self.simulation.diagnostics();
-                if let Err(error) = self.guard(&diagnostics) {
-                    return self.end_with(Outcome::Failed(error), shown, step);
-                }
+            } else if guard_due && let Err(error) = self.judge() {
+                return Outcome::Failed(error);
             }
         }
         Outcome::Done
@@ -256,11 +251,8 @@ impl Run<'_, '_> {
                     return self.end_with(outcome, shown, step);
                 }
                 step = self.simulation.state().step - first;
-                if guard_due {
-                    let diagnostics = self.simulation.diagnostics();
-                    if let Err(error) = self.guard(&diagnostics) {
-                        return self.end_with(Outcome::Failed(error), shown, step);
-                    }
+                if guard_due && let Err(error) = self.judge() {
+                    return Outcome::Failed(error);
                 }
             }
             if let Err(outcome) = self.show() {
@@ -271,7 +263,7 @@ impl Run<'_, '_> {
         Outcome::Done
     }
 
-    /// Shows the last good state, if it has not been shown, and ends.
+    /// Shows the last state, if it has not been shown and is a good one, and ends.
     fn end_with(&mut self, outcome: Outcome, shown: u64, step: u64) -> Outcome {
         if step == shown {
             return outcome;
@@ -283,13 +275,28 @@ impl Run<'_, '_> {
         }
     }
 
-    /// One frame for every observer, and a look at the energy if it is computed anyway. A state without a finite energy
-    /// is no good state, and is not shown: an element may have left the domain of its material in the last drift.
-    fn show(&mut self) -> Result<(), Outcome> {
-        let diagnostics = self.measures_frames.then(|| self.simulation.diagnostics());
-        if diagnostics.as_ref().is_some_and(|d| !d.total.is_finite()) {
-            return Err(Outcome::Failed(self.simulation.not_finite_here()));
+    /// Judges the present state between frames, and remembers its measurements.
+    fn judge(&mut self) -> Result<(), StepError> {
+        let diagnostics = self.simulation.diagnostics();
+        self.guard(&diagnostics.energy())?;
+        self.last_good = diagnostics;
+        Ok(())
+    }
+
+    /// Judges the present state as a frame: its measurements where an observer reads them, its energy alone where none does.
+    fn judge_frame(&mut self) -> Result<Option<Diagnostics>, StepError> {
+        if !self.measures_frames {
+            let energy = self.simulation.energy();
+            return self.guard(&energy).map(|()| None);
         }
+        self.judge()?;
+        Ok(Some(self.last_good.clone()))
+    }
+
+    /// One frame for every observer, if the present state is a good one. A state without a finite energy is none: an element may have
+    /// left the domain of its material in the last drift.
+    fn show(&mut self) -> Result<(), Outcome> {
+        let diagnostics = self.judge_frame().map_err(Outcome::Failed)?;
         let reactions = self.measures_reactions.then(|| self.simulation.reactions());
         let state = self.simulation.state();
         let points = self.measures_points.then(|| self.simulation.point_states());
@@ -313,27 +320,34 @@ impl Run<'_, '_> {
         }
         self.frames += 1;
         self.last_frame_time = frame.time;
-        diagnostics.map_or(Ok(()), |d| self.guard(&d).map_err(Outcome::Failed))
+        Ok(())
     }
 
-    fn guard(&mut self, diagnostics: &Diagnostics) -> Result<(), StepError> {
-        let energy = diagnostics.total;
-        if !energy.is_finite() {
+    /// Whether this energy of the present state is one that a run can have: finite, and not grown beyond any physical cause. Statics has
+    /// no motion whose energy could grow.
+    fn guard(&mut self, energy: &Energy) -> Result<(), StepError> {
+        if !energy.total.is_finite() {
             return Err(self.simulation.not_finite_here());
         }
-        self.last_good.clone_from(diagnostics);
-        let change = diagnostics.conserved() - self.start.conserved();
-        let supplied = diagnostics.balance.map_or(0.0, |balance| balance.turnover());
-        self.energy_scale = self.energy_scale.max(self.scale_at_start + supplied);
-        self.largest_energy_change = self.largest_energy_change.max(change.abs());
-        if change <= ENERGY_GROWTH_BOUND * self.energy_scale {
+        if self.simulation.method().is_static() {
+            return Ok(());
+        }
+        let start = self.start.energy();
+        let gain = energy.gain(&start);
+        let supplied = energy.balance.map_or(0.0, |balance| balance.turnover());
+        let scale = self.energy_scale.max(self.scale_at_start + supplied);
+        if gain <= ENERGY_GROWTH_BOUND * scale {
+            self.energy_scale = scale;
+            let change = (energy.conserved() - start.conserved()).abs();
+            self.largest_energy_change = self.largest_energy_change.max(change);
+            self.largest_energy_gain = self.largest_energy_gain.max(gain);
             return Ok(());
         }
         let state = self.simulation.state();
         Err(StepError::Unstable {
             step: state.step,
             time: state.time,
-            energy,
+            energy: energy.total,
             start: self.start.total,
             step_size: self.simulation.step_size(),
             stable_step: self.simulation.stable_step(),
@@ -344,8 +358,26 @@ impl Run<'_, '_> {
 /// The energy that a change of energy is compared with: what is kinetic and stored at the start, what gravity can give
 /// over the size of the scene, and at least the motion of a billionth of that size per step, which is where rounding ends.
 pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
-    let size = simulation.size();
+    let size = simulation.length_scale();
     let floor =
         0.5 * simulation.system().mass().iter().sum::<f64>() * (1e-9 * size / simulation.step_size()).powi(2);
     (start.kinetic + simulation.potential_scale()).max(floor).max(f64::MIN_POSITIVE)
+}
+
+/// Growth of the energy from `start` to `now` that did not come in from outside, over the `scale` [J] and what did come in; zero in statics,
+/// where there is no motion whose energy could grow, not a number where the energy is not finite.
+pub(crate) fn energy_growth(
+    simulation: &Simulation,
+    start: &Diagnostics,
+    now: &Diagnostics,
+    scale: f64,
+) -> f64 {
+    if !now.total.is_finite() {
+        return f64::NAN;
+    }
+    if simulation.method().is_static() {
+        return 0.0;
+    }
+    let supplied = now.balance.map_or(0.0, |balance| balance.turnover());
+    now.energy().gain(&start.energy()) / (scale + supplied)
 }

@@ -9,29 +9,44 @@ mod retry;
 mod snapshot;
 #[cfg(test)]
 mod tests;
+mod work;
 
 pub use error::{Retried, StepError};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
 pub use retry::RetriedSteps;
 pub use snapshot::{Snapshot, SnapshotError};
+pub use work::Work;
 
 use std::borrow::Cow;
 
+use crate::constraint::Jump;
 use crate::control::Controller;
 use crate::diagnostics::{
-    Diagnostics, ElementState, Ledger, Reaction, StabilityLimit, largest_frequency, reactions,
-    stability_limit, strongest_damping,
+    Balance, Diagnostics, ElementState, Energy, Ledger, Reaction, StabilityLimit, mode_range, reactions,
+    stability_limit,
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
 use crate::integrator::estimate::Tolerances;
-use crate::integrator::{Integrator, Method, Scheme, StepFault};
+use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
-use crate::observer::Work;
-use crate::solver::{SolverOptions, Verdict};
-use crate::state::{State, diagonal};
+use crate::solver::{SolverOptions, StepFault, Verdict, scene_size};
+use crate::state::State;
 use crate::system::System;
+
+/// Prescribed motion that jumps: no body moves so.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct MotionJumps {
+    /// The first pin that jumped, `body/pin`.
+    pub pin: String,
+    /// When it did [s].
+    pub time: f64,
+    /// How far its farthest component went [m].
+    pub size: f64,
+    /// Jumps of all pins.
+    pub count: u64,
+}
 
 /// Advances a state in time, `(x_n, v_n) -> (x_{n+1}, v_{n+1})`: the public face of a simulation in Rust and in Python
 /// (lecture 3).
@@ -47,10 +62,15 @@ pub struct Simulation {
     retried: RetriedSteps,
     /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
-    /// Of energy that comes in and goes out, from the first step on; `None` where there is none.
+    /// Of energy that comes in and goes out; `None` where there is none.
     ledger: Option<Ledger>,
+    /// Whether the next step opens one, if there is anything to write into it.
+    opens_ledger: bool,
     /// Whether it holds what is lost.
     counts_losses: bool,
+    /// Jumps of prescribed motion, and the time that the last step that was looked at for them led to [s].
+    motion_jumps: Option<MotionJumps>,
+    jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
     points: Vec<(usize, Barycentric)>,
     /// The stability limit at the start, once somebody has asked for it.
@@ -78,19 +98,24 @@ impl Simulation {
             // The first step looks at the force here, and says what is wrong.
             system.prescribe(time, x, v);
         }
-        let integrator = method.build(state.x().len(), SolverOptions::default());
+        // Wherever the simulation goes, or goes back to, its tolerances are those of its start.
+        let solver = SolverOptions { size: Some(scene_size(state.x(), d)), ..SolverOptions::default() };
+        let integrator = method.build(state.x().len(), solver);
         Simulation {
             system,
             state,
             numbering: Numbering::identity(),
             method,
             integrator,
-            solver: SolverOptions::default(),
+            solver,
             step_size,
             retried: RetriedSteps::default(),
             controller: None,
             ledger: None,
+            opens_ledger: true,
             counts_losses: true,
+            motion_jumps: None,
+            jumps_seen_until: 0.0,
             points: vec![],
             stability: None,
         }
@@ -102,7 +127,11 @@ impl Simulation {
             let Tolerances { position, velocity, .. } = controller.control.tolerances;
             [position, velocity]
         });
-        self.solver = SolverOptions { step_error: allowed.or(options.step_error), ..options };
+        self.solver = SolverOptions {
+            step_error: allowed.or(options.step_error),
+            size: options.size.or(self.solver.size),
+            ..options
+        };
         self.integrator = self.method.build(self.state.x().len(), self.solver);
     }
 
@@ -147,25 +176,67 @@ impl Simulation {
         Ok(())
     }
 
-    /// Notes what has come in and gone out in the step of `h` [s] that has led here.
-    fn note_in_ledger(&mut self, h: f64) {
+    /// Notes what has come in and gone out in the step of `h` [s] from the time `from` [s] that has led here.
+    fn note_in_ledger(&mut self, from: f64, h: f64) {
         if let Some(ledger) = &mut self.ledger {
-            self.system.set_time(self.state.time);
-            let State { force, .. } = self.state;
-            ledger.advance(&mut self.system, h, self.state.x(), self.state.v(), force);
+            let State { time, .. } = self.state;
+            let (system, x, v) = (&mut self.system, self.state.x(), self.state.v());
+            system.set_time(time);
+            if self.method.is_static() {
+                ledger.advance_to_equilibrium(system, h, time, x, v);
+            } else {
+                ledger.advance(system, h, x, v);
+            }
+        }
+        if !self.method.is_static() && self.system.has_prescribed_motion() {
+            self.note_jumps(from, h);
         }
     }
 
-    /// Opens the ledger before the first step, and notes what was let go.
+    /// Notes the jumps of prescribed motion in the step of `h` [s] from the time `from` [s] that has led here.
+    fn note_jumps(&mut self, from: f64, h: f64) {
+        // What schemes have prescribed, at the beginning plus the step, may be a rounding away from the time of the end.
+        let seen = Some(self.jumps_seen_until).filter(|until| (until - from).abs() <= 1e-9 * h);
+        self.jumps_seen_until = from + h;
+        for jump in self.system.jumps(seen.unwrap_or(from), from + h) {
+            if let Some(ledger) = &mut self.ledger {
+                ledger.jump(&mut self.system, &jump.coordinates, self.state.x(), self.state.force);
+            }
+            let Jump { time, size, hold, .. } = jump;
+            self.motion_jumps.get_or_insert(MotionJumps { pin: hold, time, size, count: 0 }).count += 1;
+        }
+    }
+
+    /// Jumps of prescribed motion in the steps so far; `None` without any.
+    pub fn motion_jumps(&self) -> Option<&MotionJumps> {
+        self.motion_jumps.as_ref()
+    }
+
+    /// Begins anew with [`motion_jumps`](Self::motion_jumps).
+    pub(crate) fn forget_motion_jumps(&mut self) {
+        self.motion_jumps = None;
+    }
+
+    /// Opens the ledger before the first step from the present state, and notes what was let go.
     fn open_ledger(&mut self, released: bool) {
         let (system, state) = (&mut self.system, &self.state);
-        match &mut self.ledger {
-            None if state.step == 0 => {
-                self.ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
-            }
-            Some(ledger) if released => ledger.release(system, state.x(), state.v()),
-            _ => {}
+        if self.opens_ledger {
+            self.opens_ledger = false;
+            let ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+            self.ledger = match self.method.is_static() {
+                true => ledger.map(|ledger| ledger.between_equilibria(system, state.time, state.x())),
+                false => ledger,
+            };
+        } else if let (true, Some(ledger)) = (released, &mut self.ledger) {
+            ledger.release(system, state.x(), state.v());
         }
+    }
+
+    /// Ends the balance of energy: the next step begins another.
+    fn close_ledger(&mut self) {
+        self.ledger = None;
+        self.opens_ledger = true;
+        self.system.count_walls(false);
     }
 
     /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
@@ -206,7 +277,7 @@ impl Simulation {
                 fault,
                 step_size: self.step_size,
                 retried,
-                is_static: self.method.scheme == Scheme::QuasiStatic,
+                is_static: self.method.is_static(),
             };
         }
         StepError::NotFinite {
@@ -257,10 +328,9 @@ impl Simulation {
     }
 
     /// The state, to be changed; vertices in the order of the [`numbering`](Self::numbering). The balance of energy ends here,
-    /// and begins anew only at step 0.
+    /// and begins anew with the next step.
     pub fn state_mut(&mut self) -> &mut State {
-        self.ledger = None;
-        self.system.count_walls(false);
+        self.close_ledger();
         &mut self.state
     }
 
@@ -307,16 +377,33 @@ impl Simulation {
     /// Energies, momenta and the worst element, now.
     pub fn diagnostics(&mut self) -> Diagnostics {
         let diagnostics = Diagnostics::measure_state(&mut self.system, &self.state);
-        let system = &mut self.system;
-        let balance = self.ledger.as_ref().map(|ledger| ledger.balance(system, self.state.x()));
-        Diagnostics { balance, ..diagnostics }
+        Diagnostics { balance: self.balance(), ..diagnostics }
     }
 
-    /// Says, before the first step, whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
-    /// which they do unless told otherwise. It costs a look at the velocities in every step with drag, one more evaluation of
-    /// the damping in every step with damping, and one of the energy in every step in which a wall puts a vertex back.
+    /// The energy and its balance alone, now: next to nothing where the last step knew that it was [to be
+    /// measured](Self::set_to_be_measured).
+    pub(crate) fn energy(&mut self) -> Energy {
+        let State { time, force, .. } = self.state;
+        self.system.set_time(time);
+        let potential = self.system.potential_total(self.state.x(), force);
+        let total = self.system.kinetic(self.state.v()) + potential;
+        Energy { total, balance: self.balance() }
+    }
+
+    fn balance(&mut self) -> Option<Balance> {
+        let (system, state) = (&mut self.system, &self.state);
+        self.ledger.as_ref().map(|ledger| ledger.balance(system, state.x()))
+    }
+
+    /// Says whether [`diagnostics`](Self::diagnostics) shall know what is lost to drag, damping and walls,
+    /// which they do unless told otherwise; where that changes, the balance of energy begins anew. It costs
+    /// a look at the velocities in every step with drag, one more evaluation of the damping in every step
+    /// with damping, and a copy of the state in every step in which a wall puts a vertex back.
     pub fn count_losses(&mut self, counts_losses: bool) {
-        self.counts_losses = counts_losses;
+        if counts_losses != self.counts_losses {
+            self.counts_losses = counts_losses;
+            self.close_ledger();
+        }
     }
 
     /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
@@ -325,20 +412,39 @@ impl Simulation {
         self.system.set_to_be_measured(to_be_measured);
     }
 
-    /// The forces with which pins hold their vertices, now, in the order of the scene; empty where the force is not finite.
+    /// The forces with which pins hold their vertices and walls push, now, each in the order of the scene;
+    /// empty where the force is not finite.
     pub fn reactions(&mut self) -> Vec<Reaction> {
         let time = self.state.time;
-        if self.system.constraints().is_empty() || self.ensure_force(time).is_err() {
+        let none = self.system.constraints().is_empty() && self.system.walls().is_empty();
+        if none || self.ensure_force(time).is_err() {
             return vec![];
         }
-        // A span that is short beside all that a step resolves, and long beside the rounding of velocities.
-        let span = 1e-3 * self.step_size;
-        reactions(&mut self.system, time, span, self.state.x(), self.state.v())
+        reactions(&mut self.system, time, self.step_size, self.state.x(), self.state.v())
+    }
+
+    /// The largest component of the force that is left at a free coordinate, now [N], velocities being what they are; `None` where
+    /// the force is not finite.
+    pub(crate) fn residual(&mut self) -> Option<f64> {
+        self.ensure_force(self.state.time).ok()?;
+        let d = self.system.dimension();
+        let system = &mut self.system;
+        system.evaluate_dissipation(self.state.x(), self.state.v());
+        let mut acceleration = vec![0.0; self.state.x().len()];
+        system.accelerations(&mut acceleration);
+        let forces = acceleration.iter().enumerate().map(|(i, a)| system.mass()[i / d] * a.abs());
+        Some(forces.fold(0.0, f64::max))
     }
 
     /// Names of the pins that have not let go, `body/pin`.
     pub fn pin_names(&self) -> Vec<String> {
         self.system.constraints().iter().map(|hold| hold.name().to_owned()).collect()
+    }
+
+    /// Names of what [`reactions`](Self::reactions) are of: pins that have not let go, and walls.
+    pub fn reaction_names(&self) -> Vec<String> {
+        let walls = (0..self.system.walls().len()).map(|i| format!("wall{i}"));
+        self.pin_names().into_iter().chain(walls).collect()
     }
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
@@ -367,11 +473,6 @@ impl Simulation {
         self.points.iter().filter_map(state).collect()
     }
 
-    /// Diagonal of the bounding box of all vertices, now [m].
-    pub fn size(&self) -> f64 {
-        diagonal(self.state.x(), self.system.dimension())
-    }
-
     /// How much energy the potentials can be expected to turn over from the present state on [J].
     pub fn potential_scale(&mut self) -> f64 {
         self.system.potential_scale(self.state.x())
@@ -394,10 +495,8 @@ impl Simulation {
     pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
         // What is let go later is free to oscillate then, and the highest frequency is higher for it.
         let (x, v) = (self.state.x(), self.state.v());
-        let (frequency, damping) = self.system.once_released(|system| {
-            (largest_frequency(system, x).frequency, strongest_damping(system, x, v))
-        });
-        let limit = stability_limit(&self.method, frequency, damping, self.system.ether_drag(), duration);
+        let modes = self.system.once_released(|system| mode_range(system, x, v));
+        let limit = stability_limit(&self.method, &modes, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }
@@ -407,5 +506,13 @@ impl Simulation {
     /// Bytes held: the state, the system, the scheme's scratch memory.
     pub fn bytes(&self) -> usize {
         8 * 2 * self.state.x().len() + self.numbering.bytes() + self.system.bytes() + self.integrator.bytes()
+    }
+
+    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in their first: matrix, factor or levels
+    /// of multigrid, vectors of Newton's method. The factor is analysed, and not computed.
+    pub fn predicted_bytes(&mut self) -> usize {
+        let further = self.integrator.predicted_bytes(&mut self.system, self.state.x());
+        // After the system has made what matrices are made of.
+        (self.bytes() - self.integrator.bytes()).saturating_add(further)
     }
 }

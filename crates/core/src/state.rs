@@ -70,17 +70,3 @@ impl State {
         std::mem::swap(&mut self.v, v);
     }
 }
-
-/// Diagonal of the bounding box of points `(n, dimension)` [m]; zero without points.
-pub(crate) fn diagonal(x: &[f64], dimension: usize) -> f64 {
-    let mut sum = 0.0;
-    for c in 0..dimension {
-        let component = || x.iter().skip(c).step_by(dimension);
-        let low = component().fold(f64::INFINITY, |a, b| a.min(*b));
-        let high = component().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-        if high > low {
-            sum += (high - low) * (high - low);
-        }
-    }
-    sum.sqrt()
-}

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::assembly::{Assembly, UnstableStep};
 use crate::observer::{Observer, Work};
-use crate::run::{Summary, run};
+use crate::run::{Summary, count_losses_for, run};
 use crate::scene::{Problem, Scene};
 
 /// The cost of one run. Counts are the same on every machine and for any number of threads; times are not.
@@ -78,6 +78,7 @@ pub fn run_measured(
     let mut assembly = scene.assemble(unstable)?;
     let setup = started.elapsed();
     let started = Instant::now();
+    count_losses_for(&mut assembly.simulation, observers);
     let summary = run(&mut assembly.simulation, &scene.plan(), observers, interrupt);
     let stepping = started.elapsed();
     let statistics = RunStatistics::new(summary.work, setup.as_secs_f64(), stepping.as_secs_f64());

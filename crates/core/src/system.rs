@@ -4,11 +4,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::constraint::{Hold, Wall};
-use crate::diagnostics::BeforeWalls;
+use crate::constraint::{Hold, Jump, Wall};
+use crate::diagnostics::{WallLoss, WallLosses};
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
+use crate::state::State;
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
 pub struct System {
@@ -22,8 +23,8 @@ pub struct System {
     holds: Vec<Hold>,
     /// Those that have, by their time: they are back where a simulation goes back in time.
     let_go: Vec<Hold>,
-    /// How often the set of held coordinates has changed.
-    constraint_set: u64,
+    /// Version of the structure.
+    structure: u64,
     /// Whether any held coordinate moves.
     moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
@@ -32,9 +33,8 @@ pub struct System {
     /// Whether any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
-    /// Whether what they take is counted, and the state that they changed last, until somebody takes it.
-    counts_walls: bool,
-    before_walls: Option<BeforeWalls>,
+    /// Reckons what they take, where that is counted.
+    wall_losses: Option<Box<WallLosses>>,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
@@ -56,9 +56,14 @@ impl ForceId {
     pub(crate) const NONE: ForceId = ForceId(0);
 
     fn fresh() -> Self {
-        static LAST: AtomicU64 = AtomicU64::new(0);
-        ForceId(LAST.fetch_add(1, Ordering::Relaxed) + 1)
+        ForceId(fresh())
     }
+}
+
+/// A number above zero that nothing else in this process has.
+fn fresh() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 impl System {
@@ -71,14 +76,13 @@ impl System {
             rest_positions: None,
             holds: vec![],
             let_go: vec![],
-            constraint_set: 0,
+            structure: fresh(),
             moves: false,
             terms: vec![],
             dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
-            counts_walls: false,
-            before_walls: None,
+            wall_losses: None,
             ether_drag: 0.0,
             force: ForceId::NONE,
             force_evaluations: 0,
@@ -91,6 +95,7 @@ impl System {
     /// Adds a potential.
     pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) {
         self.force = ForceId::NONE;
+        self.structure = fresh();
         self.changes_with_time |= term.changes_with_time();
         // Nothing is allocated in a step.
         self.energies.reserve_exact(self.terms.len() + 1);
@@ -99,6 +104,7 @@ impl System {
 
     /// Adds a dissipative term.
     pub fn add_dissipation(&mut self, term: Box<dyn DissipativeTerm>) {
+        self.structure = fresh();
         self.dissipation.push(term);
     }
 
@@ -115,7 +121,7 @@ impl System {
     /// Holds coordinates. A coordinate that moves is in no other hold.
     pub fn hold(&mut self, hold: Hold) {
         self.moves |= hold.motion().is_some();
-        self.constraint_set += 1;
+        self.structure = fresh();
         hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
         self.holds.push(hold);
     }
@@ -134,8 +140,11 @@ impl System {
 
     /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
     pub(crate) fn hold_as_at(&mut self, time: f64) {
-        if !self.let_go.is_empty() {
-            self.holds.append(&mut self.let_go);
+        let let_go = std::mem::take(&mut self.let_go);
+        let (mut back, gone): (Vec<Hold>, _) = let_go.into_iter().partition(|hold| hold.end() > time);
+        self.let_go = gone;
+        if !back.is_empty() {
+            self.holds.append(&mut back);
             self.holds_changed();
         }
         self.release(time);
@@ -146,14 +155,17 @@ impl System {
         let count = self.holds.len() + self.let_go.len();
         self.let_go.retain(|hold| hold.name() != name);
         self.holds.retain(|hold| hold.name() != name);
-        self.holds_changed();
-        self.holds.len() + self.let_go.len() < count
+        let found = self.holds.len() + self.let_go.len() < count;
+        if found {
+            self.holds_changed();
+        }
+        found
     }
 
     fn holds_changed(&mut self) {
         self.moves = self.holds.iter().any(|hold| hold.motion().is_some());
         self.inverse_mass = self.inverse_mass_of(|_| true);
-        self.constraint_set += 1;
+        self.structure = fresh();
         // A force may be good although it is not finite where it was held.
         self.force = ForceId::NONE;
     }
@@ -163,10 +175,30 @@ impl System {
         self.force = ForceId::NONE;
         self.energies.clear();
         let there = self.terms.iter().position(|term| term.name() == name);
+        // Forces without stencils come and go in every step: the matrix has no place for them.
+        let has_blocks = |term: &mut Box<dyn EnergyTerm>| !term.stencils().vertices.is_empty();
         match (there, term) {
-            (Some(i), Some(term)) => self.terms[i] = term,
-            (Some(i), None) => drop(self.terms.remove(i)),
-            (None, Some(term)) => self.add_term(term),
+            (Some(i), Some(mut term)) => {
+                if has_blocks(&mut term) | has_blocks(&mut self.terms[i]) {
+                    self.structure = fresh();
+                }
+                self.terms[i] = term;
+            }
+            (Some(i), None) => {
+                // The terms after it have other places.
+                if has_blocks(&mut self.terms[i]) || i + 1 < self.terms.len() {
+                    self.structure = fresh();
+                }
+                self.terms.remove(i);
+            }
+            (None, Some(mut term)) => {
+                let structure = self.structure;
+                let has_blocks = has_blocks(&mut term);
+                self.add_term(term);
+                if !has_blocks {
+                    self.structure = structure;
+                }
+            }
             (None, None) => {}
         }
         self.changes_with_time = self.terms.iter().any(|term| term.changes_with_time());
@@ -175,9 +207,15 @@ impl System {
     /// What `measure` finds where nothing is held.
     pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
         let free = self.inverse_mass_of(|_| false);
-        let now = std::mem::replace(&mut self.inverse_mass, free);
+        self.with_inverse_mass(free, measure)
+    }
+
+    /// Result of `measure` where other coordinates are held: another structure.
+    fn with_inverse_mass<T>(&mut self, inverse_mass: InverseMass, measure: impl FnOnce(&mut Self) -> T) -> T {
+        let mass = std::mem::replace(&mut self.inverse_mass, inverse_mass);
+        let structure = std::mem::replace(&mut self.structure, fresh());
         let found = measure(self);
-        self.inverse_mass = now;
+        (self.inverse_mass, self.structure) = (mass, structure);
         found
     }
 
@@ -201,10 +239,7 @@ impl System {
             return measure(self);
         }
         let released = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
-        let now = std::mem::replace(&mut self.inverse_mass, released);
-        let found = measure(self);
-        self.inverse_mass = now;
-        found
+        self.with_inverse_mass(released, measure)
     }
 
     /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
@@ -222,9 +257,11 @@ impl System {
         &self.holds
     }
 
-    /// Changes whenever coordinates are held or let go: what was built for another set is out of date.
-    pub fn constraint_set(&self) -> u64 {
-        self.constraint_set
+    /// Version of the structure: another number after coordinates are held or let go, and after terms with
+    /// second derivatives come, go or are replaced. What was built for another version, plans and factors
+    /// of matrices, accelerations, is out of date. No two systems of a process have the same.
+    pub fn structure(&self) -> u64 {
+        self.structure
     }
 
     /// Whether any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
@@ -241,34 +278,54 @@ impl System {
         self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
-    /// Says whether what walls take is counted: [`take_before_walls`](Self::take_before_walls) then tells.
-    pub(crate) fn count_walls(&mut self, counts_walls: bool) {
-        self.counts_walls = counts_walls;
-        self.before_walls = None;
+    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold that has any.
+    pub(crate) fn jumps(&self, from: f64, to: f64) -> Vec<Jump> {
+        if !self.moves {
+            return vec![];
+        }
+        self.holds.iter().filter_map(|hold| hold.jump(from, to, self.dimension)).collect()
     }
 
-    /// The state that walls changed at the end of the last step, once; `None` if they did not.
-    pub(crate) fn take_before_walls(&mut self) -> Option<BeforeWalls> {
-        self.before_walls.take()
+    /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
+    pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
+        let d = self.dimension;
+        self.holds.iter_mut().chain(&mut self.let_go).for_each(|hold| hold.go_on_from(time, d, x));
+    }
+
+    /// Says whether what walls take is counted: [`take_wall_loss`](Self::take_wall_loss) then tells.
+    pub(crate) fn count_walls(&mut self, counts: bool) {
+        self.wall_losses = if counts { Some(self.wall_losses.take().unwrap_or_default()) } else { None };
+    }
+
+    /// What walls took in the last step, once; `None` if they did not act.
+    pub(crate) fn take_wall_loss(&mut self) -> Option<WallLoss> {
+        self.wall_losses.as_mut()?.take()
     }
 
     /// Whether a [pass](Self::pass) can let walls act: vertices have come to their places in it, and nothing is counted.
     pub(crate) fn walls_in_passes(&self) -> bool {
-        !(self.counts_walls || self.moves)
+        !(self.wall_losses.is_some() || self.moves)
     }
 
-    /// Lets walls act on the state at the end of a step, `time` [s]; whether any position changed.
-    pub(crate) fn apply_walls(&mut self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
-        self.before_walls = None;
-        if !self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x)) {
-            return false;
+    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`; whether any position
+    /// changed.
+    pub(crate) fn apply_walls(&mut self, from: &State, h: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        let mut losses = self.wall_losses.take();
+        if let Some(losses) = &mut losses {
+            losses.forget();
         }
-        if self.counts_walls {
-            self.set_time(time);
-            self.before_walls = Some(BeforeWalls::of(self, x, v));
+        let crossed = self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x));
+        if let (true, Some(losses)) = (crossed, &mut losses) {
+            self.set_time(from.time + h);
+            losses.before(self, x, v);
         }
-        let walls = self.walls.iter();
-        walls.fold(false, |moved, wall| moved | wall.apply(self.inverse_mass.numbers(), x, v))
+        let walls = self.walls.iter().filter(|_| crossed);
+        let moved = walls.fold(false, |moved, wall| moved | wall.apply(self.inverse_mass.numbers(), x, v));
+        if let (true, Some(losses)) = (crossed, &mut losses) {
+            losses.after(self, from, h, x, v);
+        }
+        self.wall_losses = losses;
+        moved
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
@@ -360,6 +417,11 @@ impl System {
         self.stop = stop;
     }
 
+    /// Whether there is a flag that ends solves.
+    pub(crate) fn can_be_stopped(&self) -> bool {
+        self.stop.is_some()
+    }
+
     /// Whether solves are to end.
     pub(crate) fn is_stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
@@ -418,7 +480,7 @@ impl System {
         let mut finite = true;
         self.energies.clear();
         for term in &mut self.terms {
-            if self.to_be_measured || self.before_walls.is_some() {
+            if self.to_be_measured {
                 let (is_finite, energy) = term.evaluate_with_energy(x);
                 self.energies.push(energy);
                 finite &= is_finite;

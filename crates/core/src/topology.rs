@@ -47,6 +47,16 @@ pub struct BodyTopology {
 }
 
 impl BodyTopology {
+    /// The corners of its finite elements, one element after the other, and how many corners each has; `None` without elements. In a
+    /// simulation of this `dimension`.
+    pub fn elements(&self, dimension: usize) -> Option<(&[u32], usize)> {
+        match (self.kind, dimension) {
+            (BodyKind::Solid, 3) => Some((self.tetrahedra.as_flattened(), 4)),
+            (BodyKind::Solid | BodyKind::Membrane, _) => Some((self.triangles.as_flattened(), 3)),
+            _ => None,
+        }
+    }
+
     /// The largest vertex index of any cell.
     pub(crate) fn largest_index(&self) -> Option<u32> {
         let edges = self.edges.iter().flatten();
@@ -54,6 +64,24 @@ impl BodyTopology {
         let tetrahedra = self.tetrahedra.iter().flatten();
         let middles = self.triangle_middles.iter().flatten().chain(self.tetrahedron_middles.iter().flatten());
         edges.chain(triangles).chain(tetrahedra).chain(middles).copied().max()
+    }
+
+    /// Bytes of its cells.
+    fn bytes(&self) -> usize {
+        size_of_val(&self.edges[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.tetrahedra[..])
+            + size_of_val(&self.triangle_middles[..])
+            + size_of_val(&self.tetrahedron_middles[..])
+            + size_of_val(&self.surface[..])
+    }
+}
+
+impl Topology {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let bodies: usize = self.bodies.iter().map(BodyTopology::bytes).sum();
+        bodies + 8 * (self.rest_positions.len() + self.masses.len())
     }
 }
 

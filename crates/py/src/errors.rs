@@ -7,7 +7,8 @@ use pliant::record::RecordError;
 use pliant::scene::{Problem, SceneError as Error};
 use pliant::simulation::StepError as Step;
 use pyo3::exceptions::{
-    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyError, PyOSError, PyValueError,
+    PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyError, PyOSError, PyRuntimeWarning,
+    PyValueError,
 };
 use pyo3::prelude::*;
 
@@ -17,6 +18,12 @@ mod types {
     #![allow(missing_docs)]
     pyo3::import_exception!(pliant._errors, SceneError);
     pyo3::import_exception!(pliant._errors, StepError);
+}
+
+/// A `RuntimeWarning` where Python called.
+pub(crate) fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let category = py.get_type::<PyRuntimeWarning>();
+    py.import("warnings")?.call_method1("warn", (text, category)).map(drop)
 }
 
 /// `SceneError(message, problems)`.

@@ -1,6 +1,8 @@
 //! Materials that are functions in Python.
 
-use std::sync::PoisonError;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, PoisonError};
+use std::time::{Duration, Instant};
 
 use numpy::PyArrayMethods;
 use pliant::energy::batch::BatchMaterial;
@@ -17,11 +19,32 @@ pub(crate) struct PythonMaterial {
     tangent: Option<Py<PyAny>>,
     dimension: usize,
     raised: Raised,
+    spent: Spent,
+}
+
+/// Time spent in functions of materials, all threads together.
+#[derive(Clone, Default)]
+pub(crate) struct Spent(Arc<AtomicU64>);
+
+impl Spent {
+    fn add(&self, time: Duration) {
+        self.0.fetch_add(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
+    }
+
+    /// Takes what has been added since the last time.
+    pub(crate) fn take(&self) -> Duration {
+        Duration::from_nanos(self.0.swap(0, Ordering::Relaxed))
+    }
 }
 
 impl PythonMaterial {
-    /// What its functions raise goes to `raised`.
-    pub(crate) fn new(material: &Bound<'_, PyAny>, dimension: usize, raised: Raised) -> PyResult<Self> {
+    /// What its functions raise goes to `raised`, the time that they take to `spent`.
+    pub(crate) fn new(
+        material: &Bound<'_, PyAny>,
+        dimension: usize,
+        raised: Raised,
+        spent: Spent,
+    ) -> PyResult<Self> {
         let py = material.py();
         if !material.is_instance(&py.import("pliant.material")?.getattr("Material")?)? {
             let kind = material.get_type().name()?;
@@ -34,6 +57,7 @@ impl PythonMaterial {
             tangent: (!tangent.is_none()).then(|| tangent.unbind()),
             dimension,
             raised,
+            spent,
         })
     }
 
@@ -41,6 +65,7 @@ impl PythonMaterial {
     fn call(&self, function: &Py<PyAny>, what: &str, f: &[f64], rank: usize, out: &mut [f64]) -> bool {
         let d = self.dimension;
         let count = f.len() / (d * d);
+        let started = Instant::now();
         let evaluated = Python::attach(|py| -> PyResult<()> {
             let f = arrays::array(py, f.to_vec(), &[count, d, d])?;
             let values = function.bind(py).call1((f,))?;
@@ -50,6 +75,7 @@ impl PythonMaterial {
             out.copy_from_slice(values.readonly().as_slice()?);
             Ok(())
         });
+        self.spent.add(started.elapsed());
         let Err(error) = evaluated else { return true };
         // The first, if several threads ask.
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);

@@ -198,15 +198,18 @@ pub(crate) fn _stability<'py>(
     py: Python<'py>,
     scene: &Scene,
     integrators: Vec<String>,
-    against: &str,
+    against: Option<&str>,
     quick: bool,
     function: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let known = Against::ALL.into_iter().find(|known| known.name() == against);
-    let against = known.ok_or_else(|| {
-        let message = format!("against is \"young\", \"poisson\" or \"density\", got {against:?}");
-        PyValueError::new_err(message)
-    })?;
+    let known = |name: &str| {
+        let known = Against::ALL.into_iter().find(|known| known.name() == name);
+        known.ok_or_else(|| {
+            let names = "\"young\", \"poisson\", \"density\" or \"gravity\"";
+            PyValueError::new_err(format!("against is {names}, got {name:?}"))
+        })
+    };
+    let against = against.map(known).transpose()?;
     let choice = SurveyChoice { integrators, against, quick };
     let found = watched(py, function, |watch: &Watch| {
         Survey::of(&scene.source, &choice, &watch.stop, &mut |limit, drift| {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use pliant::diagnostics::Diagnostics;
 use pliant::observer::{self, Observer, ObserverError};
@@ -188,7 +189,9 @@ impl Simulation {
         };
         // A signal ends the run well: the file is finished before its exception is raised.
         let mut signal = None;
+        let started = Instant::now();
         let summary = threads::interruptible(py, &stop, &mut signal, work)?;
+        let slow = inner.additions.slowness(started.elapsed());
         if let Some(bar) = bar {
             bar.call_method0("close")?;
         }
@@ -225,9 +228,13 @@ impl Simulation {
         report.set_item("end", crate::simulation::energies(py, &summary.end)?)?;
         report.set_item("energy_drift", summary.relative_energy_drift())?;
         report.set_item("energy_error", summary.relative_energy_error())?;
+        let Inner { simulation, topology, .. } = &mut *inner;
+        let statics = serde_json::to_value(simulation.static_state(topology)).unwrap_or_default();
+        report.set_item("statics", crate::document::from_json(py, &statics)?)?;
         report.set_item("path", finished?)?;
         let warnings = closing.0.into_iter().filter(|(level, _)| *level == Level::Warning);
-        report.set_item("warnings", warnings.map(|(_, text)| text).collect::<Vec<String>>())?;
+        let warnings: Vec<String> = warnings.map(|(_, text)| text).chain(slow).collect();
+        report.set_item("warnings", warnings)?;
         module.call_method("Summary", (), Some(&report))
     }
 }
@@ -238,7 +245,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
         channels: inner.scene.scene.output.channels.clone(),
         title: inner.scene.scene.title.clone(),
         probes: inner.probes.clone(),
-        pins: inner.simulation.pin_names(),
+        reactions: inner.simulation.reaction_names(),
         scene_text: inner.scene.source.text().to_owned(),
         patience: PATIENCE,
         ..Options::default()

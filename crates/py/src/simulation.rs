@@ -188,8 +188,13 @@ impl Simulation {
     #[pyo3(signature = (n = 1))]
     fn step(&self, py: Python<'_>, n: u64) -> PyResult<()> {
         let mut inner = self.lock()?;
+        let started = Instant::now();
         let end = step(py, &mut inner.simulation, n);
+        let slow = inner.additions.slowness(started.elapsed());
         inner.publish(py)?;
+        if let Some(text) = slow {
+            errors::warn(py, &text)?;
+        }
         match end {
             Ok(signal) => signal,
             Err(error) => Err(inner.failed(py, errors::step(&error))),

@@ -110,6 +110,13 @@ impl Recording {
         arrays::array(py, rows.values, &[count, width])
     }
 
+    /// Which rows of [`elements`](Self::elements) are of which body: name, first row, number of rows.
+    fn element_bodies(&self, py: Python<'_>, measure: &str) -> PyResult<Vec<(String, usize, usize)>> {
+        let measure = measure_named(measure)?;
+        let rows = self.read(py, |reader| reader.elements(measure, 0))?;
+        Ok(rows.bodies.into_iter().map(|body| (body.name, body.first, body.count)).collect())
+    }
+
     /// Writes frames for other programs; returns the files.
     fn export(
         &self,

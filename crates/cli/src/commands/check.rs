@@ -1,7 +1,8 @@
 //! `pliant check`: the assembled problem in numbers, without running it.
 
-use pliant::assembly::{Report, UnstableStep};
+use pliant::assembly::{BodyReport, Report, UnstableStep};
 use pliant::energy::nbody::ForceError;
+use pliant::mesh::{Cleaned, Contents};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
@@ -17,6 +18,7 @@ pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<
     let unstable = report.stability.as_ref().and_then(|stability| input.scene.unstable_step(stability));
     let problem = unstable.map(|p| Failure::from(input.locate(vec![p])));
     terminal.report(&describe(&report, terminal.width()))?;
+    report.warnings.iter().for_each(|warning| terminal.warn(warning));
     let status = if problem.is_some() { Status::Invalid } else { Status::Done };
     if let Some(failure) = &problem {
         terminal.complain(&format!("\n{}", failure.render(terminal.color)));
@@ -54,7 +56,7 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
         ),
     );
     line("time", format!("{}, {}", steps(report), counted(report.frames, "frame", "frames"),));
-    line("stability", stability(report));
+    line("stability", stability(report) + walls(report));
     if let Some(error) = &report.tree_force_error {
         line("tree", tree(error));
     }
@@ -62,6 +64,7 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
     line("kernels", report.instruction_set.to_owned());
     out.push('\n');
     out += &bodies(report);
+    out += &meshes(report, width);
     for (title, entries) in [("uses", &report.uses), ("left out", &report.left_out)] {
         out += &format!("\n{title}\n");
         for entry in entries {
@@ -69,6 +72,61 @@ pub(crate) fn describe(report: &Report, width: usize) -> String {
         }
     }
     out
+}
+
+/// Kinds of cells, pieces and cleaning of the bodies that have cells; nothing for clouds of particles.
+fn meshes(report: &Report, width: usize) -> String {
+    let with_cells: Vec<&BodyReport> = report.bodies.iter().filter(|body| body.contents.pieces > 0).collect();
+    if with_cells.is_empty() {
+        return String::new();
+    }
+    let mut out = "\nmeshes\n".to_owned();
+    for body in with_cells {
+        let text = format!("`{}`: {}", body.name, contents(&body.contents));
+        out += &crate::text::entry("-", &text, 2, 2, width);
+    }
+    out
+}
+
+fn contents(mesh: &Contents) -> String {
+    let solid = mesh.tetrahedra > 0;
+    let order = if mesh.order == 2 { " of second order" } else { "" };
+    let plural = |n: usize, one: &str, many: &str| (n > 0).then(|| counted(n as u64, one, many));
+    let triangles = plural(mesh.triangles, "triangle", "triangles");
+    let elements =
+        if solid { plural(mesh.tetrahedra, "tetrahedron", "tetrahedra") } else { triangles.clone() };
+    let edges = plural(mesh.edges, "edge", "edges");
+    let kinds: Vec<String> = elements.map(|text| text + order).into_iter().chain(edges).collect();
+    let sides = [triangles.filter(|_| solid), plural(mesh.lines, "line", "lines")];
+    let sides: Vec<String> = sides.into_iter().flatten().collect();
+    let mut parts = vec![format!(
+        "{}{} in {}",
+        kinds.join(" and "),
+        if sides.is_empty() {
+            String::new()
+        } else {
+            format!(" ({} beside them for groups)", sides.join(", "))
+        },
+        counted(mesh.pieces as u64, "piece", "unconnected pieces")
+    )];
+    if mesh.coincident_vertices > 0 {
+        let places = counted(mesh.coincident_vertices as u64, "vertex", "vertices");
+        parts.push(format!("{places} at the place of another, unjoined (`merge` joins them in a file)"));
+    }
+    parts.extend(mesh.cleaned.iter().map(cleaned));
+    // Of two steps that remove vertices the later one counts in the numbers that the earlier one left: the
+    // least is right.
+    if let Some(first) = mesh.cleaned.iter().filter_map(|step| step.first_vertex).min() {
+        parts.push(format!("numbers of vertices from {} on are not those of the file", count(first as u64)));
+    }
+    parts.join("; ")
+}
+
+/// `oriented 1,203 of 1,203 tetrahedra`, `dropped 3 triangles without an area`.
+fn cleaned(step: &Cleaned) -> String {
+    let of = step.total.map_or(String::new(), |total| format!(" of {}", count(total as u64)));
+    let why = if step.why.is_empty() { String::new() } else { format!(" {}", step.why) };
+    format!("{} {}{of} {}{why}", step.verb, count(step.count as u64), step.what)
 }
 
 /// The scheme and its steps.
@@ -79,6 +137,17 @@ fn steps(report: &Report) -> String {
             format!("{integrator} with a step of {step} s: {}", counted(steps, "step", "steps"))
         }
         None => format!("{integrator} with steps that follow the error, the first of {step} s"),
+    }
+}
+
+/// Walls are no part of a linearised scene.
+fn walls(report: &Report) -> &'static str {
+    match (report.walls, report.is_implicit) {
+        (0, _) => "",
+        (_, false) => "; walls are left out of this",
+        (_, true) => {
+            "; walls are left out of this: a step is solved without them, and vertices are put back after it, which can add energy"
+        }
     }
 }
 

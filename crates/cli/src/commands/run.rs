@@ -2,6 +2,7 @@
 
 mod closing;
 mod probes;
+mod statics;
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -54,6 +55,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
         observers.extend(recording.observer());
         observers.extend(table.as_mut().map(|table| table as &mut dyn Observer));
         observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
+        run::count_losses_for(simulation, &observers);
         run::run(simulation, &plan, &mut observers, interrupted)
     };
     let wall = started.elapsed();
@@ -61,7 +63,8 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
         progress.clear();
     }
 
-    let closing = Closing::new(&input.scene, &assembly.report, &summary, &statistics, wall);
+    let statics = assembly.simulation.static_state(&assembly.topology);
+    let closing = Closing::new(&input.scene, &assembly.report, &summary, &statistics, statics.as_ref(), wall);
     let path = recording.path().map(|path| path.display().to_string());
     let trouble = closing.trouble(path.as_deref());
     let warnings = closing.warnings();
@@ -95,7 +98,7 @@ pub fn closing(
     summary: &Summary,
 ) -> (Vec<(record::Level, String)>, record::Outcome) {
     let statistics = Statistics::new(scene);
-    let closing = Closing::new(scene, report, summary, &statistics, Duration::ZERO);
+    let closing = Closing::new(scene, report, summary, &statistics, None, Duration::ZERO);
     (closing.messages(), closing.recorded_outcome())
 }
 

@@ -18,11 +18,12 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
     if let Some(folder) = &arguments.output {
         output::folder(folder)?;
     }
-    let against = match arguments.against {
+    let against = arguments.against.map(|against| match against {
         AgainstArgument::Young => Against::Young,
         AgainstArgument::Poisson => Against::Poisson,
         AgainstArgument::Density => Against::Density,
-    };
+        AgainstArgument::Gravity => Against::Gravity,
+    });
     let choice = Choice { integrators: arguments.integrators.clone(), against, quick: arguments.quick };
     let found = Survey::of(&input.source, &choice, interrupt::flag()?, &mut |limit, _| {
         if terminal.verbose {

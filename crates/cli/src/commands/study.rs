@@ -71,6 +71,9 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     let written = files.write(&report, &studies, &study_document(&studies))?;
     for study in &studies {
         terminal.report(&describe(study))?;
+        if let Some(noise) = study.noise() {
+            terminal.warn(&format!("{}: {noise}", study.name));
+        }
     }
     terminal.report(&written)?;
     let complete = studies.len() == inputs.len() && studies.iter().all(|study| study.complete);
@@ -191,7 +194,11 @@ fn describe(study: &Results) -> String {
             out += &format!("{line}\n");
         }
     }
-    out += &format!("\n{}", pliant::study::toml(study.rows(), study.error));
+    for advice in study.recommendations() {
+        let of =
+            if advice.problem.is_empty() { String::new() } else { format!("with {}:\n", advice.problem) };
+        out += &format!("\n{of}{}", advice.settings);
+    }
     out
 }
 
@@ -225,7 +232,8 @@ pub fn study_document(studies: &[Results]) -> Value {
                 "provenance": study.provenance,
                 "complete": study.complete,
                 "variants": variants,
-                "recommendation": pliant::study::toml(study.rows(), study.error),
+                "recommendations": study.recommendations(),
+                "noise": study.noise(),
             })
         })
         .collect();

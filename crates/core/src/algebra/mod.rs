@@ -9,6 +9,7 @@ mod matrix;
 mod polar;
 mod projection;
 mod svd;
+mod vector;
 
 pub use dual::Dual;
 pub(crate) use dual::SMALLEST_SUM;
@@ -18,6 +19,7 @@ pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
 pub(crate) use projection::project_positive;
 pub use svd::{Svd, signed_svd};
+pub(crate) use vector::{all_finite, scene_size};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -9,6 +9,8 @@ use crate::system::System;
 
 /// Rounding, as a fraction of the size of a body.
 const TOLERANCE: f64 = 1e-9;
+/// Rounding of a sum of a few coordinates, as a fraction of them.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// An attachment whose ends are known.
 pub(super) struct Tied {
@@ -22,16 +24,17 @@ pub(super) struct Tied {
     to: String,
 }
 
-/// The attachments of a scene; vertices by their numbers in `numbering`.
+/// The attachments of a scene; vertices by their numbers in `numbering`, which start at `start`, flat [m].
 pub(super) fn attachments(
     scene: &Scene,
     bodies: &[Parts],
     numbering: &Numbering,
+    start: &[f64],
 ) -> Result<Vec<Tied>, Vec<Problem>> {
     let path = KeyPath::root().key("attachment");
     let (mut found, mut problems) = (vec![], vec![]);
     for (i, spec) in scene.attachment.iter().enumerate() {
-        match one(spec, &path.index(i), i, bodies, numbering) {
+        match one(spec, &path.index(i), i, bodies, numbering, start) {
             Ok(tied) => found.push(tied),
             Err(problem) => problems.push(*problem),
         }
@@ -45,6 +48,7 @@ fn one(
     index: usize,
     bodies: &[Parts],
     numbering: &Numbering,
+    start: &[f64],
 ) -> Result<Tied, Box<Problem>> {
     // Validation has seen that these exist.
     let named = |name: &Option<String>| {
@@ -82,6 +86,19 @@ fn one(
             (ties, format!("to `{}`", other.name))
         }
     };
+    let rest_length = spec.rest_length;
+    if rest_length > 0.0
+        && let Some(i) = ties.iter().position(|tie| starts_at_zero(tie, rest_length, start, d))
+    {
+        let message = format!(
+            "the tie of vertex {} of `{}` starts at length 0: one of rest length {rest_length:?} m has no direction there",
+            vertices[i], body.name
+        );
+        let problem = Problem::semantic(path.key("rest_length"), message);
+        return Err(Box::new(
+            problem.with_help("leave out `rest_length`, and the tie pulls its ends together"),
+        ));
+    }
     let each = spec.stiffness.or(spec.total_stiffness.map(|total| total / ties.len() as f64));
     Ok(Tied {
         name: spec.name_or_default(index),
@@ -111,6 +128,20 @@ impl Tied {
         let Tied { name, ties, stiffness, to, .. } = self;
         format!("`{name}`: {} vertices {to}, {stiffness} N/m each", ties.len())
     }
+}
+
+/// Whether the ends of a tie meet at the positions `start`, flat [m], but for rounding.
+fn starts_at_zero(tie: &Tie, rest_length: f64, start: &[f64], dimension: usize) -> bool {
+    let (mut square, mut scale) = (0.0, 0.0f64);
+    for c in 0..dimension {
+        let shares = tie.shares.iter().map(|(v, weight)| weight * start[*v as usize * dimension + c]);
+        let difference = shares.fold(-tie.place[c], |sum, share| {
+            scale = scale.max(share.abs());
+            sum + share
+        });
+        square += difference * difference;
+    }
+    square.sqrt() <= TOLERANCE * rest_length + ROUNDING * scale
 }
 
 fn to_place(vertex: u32, point: &[f64]) -> Tie {

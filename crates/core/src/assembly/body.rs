@@ -30,8 +30,8 @@ pub(super) struct Parts {
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
     pub(super) loads: Vec<Placed>,
-    /// Share of every vertex of the cells, where a load asks for it [m^d].
-    pub(super) volume: Vec<f64>,
+    /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load asks for it [m^d].
+    pub(super) shares: Vec<Vec<(u32, f64)>>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,
     /// Initial velocities, flat [m/s].
@@ -52,7 +52,7 @@ impl Parts {
         first_vertex: u32,
     ) -> Result<Self, Vec<Problem>> {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
-        let mesh = build_body(spec, dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        let mesh = build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
         let mut problems = vec![];
         let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
         if thickness.is_some() && mesh.element_dimension() != 2 {
@@ -60,10 +60,7 @@ impl Parts {
                 "a membrane is made of triangles: the mesh has none, or they are sides of tetrahedra";
             problems.extend(one("membrane", message.into()));
         } else if spec.elastic.is_some() && thickness.is_none() && mesh.element_dimension() != dimension {
-            let (needs, what) =
-                if dimension == 2 { ("triangles", "a plane") } else { ("tetrahedra", "a solid") };
-            problems
-                .extend(one("elastic", format!("the mesh has no {needs}; finite elements need {what} mesh")));
+            problems.push(no_elements(&mesh, path.key("elastic")));
         }
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
         if spec.springs.is_some() && springs.is_empty() {
@@ -81,8 +78,8 @@ impl Parts {
         let name = spec.name_or_default(index);
         let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
         let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
-        let mut volume = if by_volume { mesh.lumped_measure() } else { vec![] };
-        volume.iter_mut().for_each(|share| *share *= thickness.unwrap_or(1.0));
+        let mut shares = if by_volume { mesh.consistent_measure() } else { vec![] };
+        shares.iter_mut().flatten().for_each(|(_, share)| *share *= thickness.unwrap_or(1.0));
         let position =
             initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
         let velocity =
@@ -101,7 +98,7 @@ impl Parts {
             mass,
             held,
             loads,
-            volume,
+            shares,
             position,
             velocity,
             stiffness,
@@ -214,6 +211,29 @@ impl Parts {
         let cells = self.mesh.elements::<N>();
         cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
     }
+}
+
+/// The problem of a material in a mesh without cells that it could fill.
+fn no_elements(mesh: &Mesh, path: KeyPath) -> Problem {
+    let (needs, what) =
+        if mesh.dimension == 2 { ("triangles", "a plane") } else { ("tetrahedra", "a solid") };
+    if mesh.dimension == 2 || mesh.triangles.is_empty() {
+        let message = format!("the mesh has no {needs}; finite elements need {what} mesh");
+        return Problem::semantic(path, message);
+    }
+    let triangles = match mesh.triangles.len() {
+        1 => "1 triangle".to_owned(),
+        count => format!("{count} triangles"),
+    };
+    let message = format!(
+        "the mesh has no tetrahedra, it is a surface of {triangles}; finite elements need a solid mesh"
+    );
+    let is_flat = mesh.points.chunks_exact(3).all(|x| x[2] == 0.0);
+    let plane = if is_flat { ", as all z here are 0" } else { ", with a mesh whose z are all 0" };
+    Problem::semantic(path, message)
+        .with_help("for a sheet of finite elements add `membrane = { thickness = \"1 mm\" }` to the body")
+        .with_help(format!("or, for a plane scene, `dimension = 2`{plane}"))
+        .with_help("or fill the surface with tetrahedra (fTetWild, TetGen, Gmsh)")
 }
 
 fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u32; N] {

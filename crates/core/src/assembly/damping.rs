@@ -2,7 +2,7 @@
 
 use super::body::{Parts, renumbered};
 use crate::dissipation::{
-    DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate, Viscosity,
+    AtRest, DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate, Viscosity,
 };
 use crate::energy::elastic::{flattened, points_of};
 use crate::energy::measure::{Constants, Length};
@@ -11,22 +11,23 @@ use crate::numbering::Numbering;
 use crate::scene::{Body, DampingSpec};
 use crate::system::System;
 
-/// What the elements of a body are given: `strain_rate` and the part of `stiffness_proportional`.
-fn viscosity(damping: &DampingSpec, material: &MaterialSpec, plane: Option<Plane>) -> Viscosity {
-    let mut viscosity = Viscosity::default();
-    if let Some(rate) = &damping.strain_rate {
-        viscosity = Viscosity { shear: rate.shear, second: rate.second };
-    }
-    if let (Some(beta), Some(lame)) = (damping.stiffness_proportional, material.lame()) {
-        // In plane stress the sheet is free to change its thickness.
-        let lambda = match plane {
-            Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
-            _ => lame.lambda,
-        };
-        viscosity.shear += beta * lame.mu;
-        viscosity.second += beta * lambda;
-    }
-    viscosity
+/// Viscosities of the elements of a body by `strain_rate`.
+fn strain_rate(damping: &DampingSpec) -> Viscosity {
+    let rate = damping.strain_rate.as_ref();
+    rate.map_or_else(Viscosity::default, |rate| Viscosity { shear: rate.shear, second: rate.second })
+}
+
+/// Viscosities of the elements of a body by `stiffness_proportional`.
+fn stiffness_proportional(damping: &DampingSpec, material: &MaterialSpec, plane: Option<Plane>) -> Viscosity {
+    let (Some(beta), Some(lame)) = (damping.stiffness_proportional, material.lame()) else {
+        return Viscosity::default();
+    };
+    // In plane stress the sheet is free to change its thickness.
+    let lambda = match plane {
+        Some(Plane::Stress) => 2.0 * lame.mu * lame.lambda / (lame.lambda + 2.0 * lame.mu),
+        _ => lame.lambda,
+    };
+    Viscosity { shear: beta * lame.mu, second: beta * lambda }
 }
 
 impl Parts {
@@ -43,31 +44,15 @@ impl Parts {
         if let Some(material) = &spec.elastic {
             let plane =
                 spec.membrane.as_ref().map(|membrane| membrane.plane_or_default()).or(material.plane());
-            let viscosity = viscosity(damping, material, plane);
-            if viscosity != Viscosity::default() {
-                let term: Box<dyn DissipativeTerm> = match (self.thickness, self.mesh.order(), D) {
-                    (Some(h), ..) => {
-                        let Viscosity { shear, second } = viscosity;
-                        let viscosity = Viscosity { shear: h * shear, second: h * second };
-                        let triangles: Vec<[u32; 3]> = self.elements(numbering);
-                        let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
-                        Box::new(StrainRate::<3, 2, 3>::new(name, viscosity, &triangles, rest, shape))
-                    }
-                    (None, 1, _) => {
-                        let elements: Vec<[u32; N]> = self.elements(numbering);
-                        let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-                        Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
-                    }
-                    (None, _, 2) => {
-                        let elements = self.elements(numbering);
-                        Box::new(QuadraticStrainRate::<2, 6>::new(name, viscosity, &elements, rest))
-                    }
-                    _ => {
-                        let elements = self.elements(numbering);
-                        Box::new(QuadraticStrainRate::<3, 10>::new(name, viscosity, &elements, rest))
-                    }
-                };
-                system.add_dissipation(term);
+            let rate = strain_rate(damping);
+            let proportional = stiffness_proportional(damping, material, plane);
+            let viscous = |viscosity| self.viscous::<D, N>(viscosity, rest, numbering);
+            if let MaterialSpec::Linear(_) = material {
+                viscous(rate).into_iter().for_each(|term| system.add_dissipation(term));
+                let constant = viscous(proportional).map(|term| AtRest::new(term, rest));
+                constant.into_iter().for_each(|term| system.add_dissipation(Box::new(term)));
+            } else {
+                viscous(rate.plus(proportional)).into_iter().for_each(|term| system.add_dissipation(term));
             }
         }
         let beta = damping.stiffness_proportional.unwrap_or(0.0);
@@ -90,5 +75,40 @@ impl Parts {
             let mass = system.mass()[vertices.clone()].to_vec();
             system.add_dissipation(Box::new(MassProportional::new(name, alpha, &mass, vertices, D)));
         }
+    }
+
+    /// The term of elements of this `viscosity`; `None` where that is zero.
+    fn viscous<const D: usize, const N: usize>(
+        &self,
+        viscosity: Viscosity,
+        rest: &[f64],
+        numbering: &Numbering,
+    ) -> Option<Box<dyn DissipativeTerm>> {
+        if viscosity == Viscosity::default() {
+            return None;
+        }
+        let name = &self.name;
+        Some(match (self.thickness, self.mesh.order(), D) {
+            (Some(h), ..) => {
+                let Viscosity { shear, second } = viscosity;
+                let viscosity = Viscosity { shear: h * shear, second: h * second };
+                let triangles: Vec<[u32; 3]> = self.elements(numbering);
+                let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
+                Box::new(StrainRate::<3, 2, 3>::new(name, viscosity, &triangles, rest, shape))
+            }
+            (None, 1, _) => {
+                let elements: Vec<[u32; N]> = self.elements(numbering);
+                let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+                Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
+            }
+            (None, _, 2) => {
+                let elements = self.elements(numbering);
+                Box::new(QuadraticStrainRate::<2, 6>::new(name, viscosity, &elements, rest))
+            }
+            _ => {
+                let elements = self.elements(numbering);
+                Box::new(QuadraticStrainRate::<3, 10>::new(name, viscosity, &elements, rest))
+            }
+        })
     }
 }

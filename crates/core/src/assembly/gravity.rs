@@ -1,8 +1,13 @@
 //! The gravity of a scene.
+//!
+//! Where there is inertia gravity pulls at the lumped masses, every vertex falls alike, to the last bit, and nothing that falls is strained.
+//! In statics there is none: the load on a vertex is `rho g` times the integral of its shape function, without which quadratic elements are
+//! of first order in the strain and not of second.
 
 use crate::energy::EnergyTerm;
 use crate::energy::gravity::UniformGravity;
 use crate::energy::gravity_over_time::GravityOverTime;
+use crate::integrator::Scheme;
 use crate::scene::{OverTime, Scene};
 
 /// How often a formula is looked at over the run for its largest value.
@@ -13,12 +18,20 @@ pub(super) fn named(scene: &Scene) -> Option<&[OverTime]> {
     scene.world.gravity.as_deref().filter(|gravity| !gravity.iter().all(OverTime::is_zero))
 }
 
-/// The gravity of the scene on vertices of these masses [kg], as an energy.
-pub(super) fn term(scene: &Scene, mass: &[f64]) -> Option<Box<dyn EnergyTerm>> {
+/// The gravity of the scene as an energy, on vertices of these masses [kg], or in statics of these weights [kg].
+pub(super) fn term(
+    scene: &Scene,
+    mass: &[f64],
+    weights: impl Fn() -> Vec<f64>,
+) -> Option<Box<dyn EnergyTerm>> {
     let gravity = named(scene)?;
+    let on_vertices = |acceleration: &[f64]| match scene.time.integrator.method().scheme {
+        Scheme::QuasiStatic => UniformGravity::without_inertia(acceleration, &weights()),
+        _ => UniformGravity::new(acceleration, mass),
+    };
     if !scene.world.gravity_changes() {
         let acceleration: Vec<f64> = gravity.iter().filter_map(OverTime::constant).collect();
-        return Some(Box::new(UniformGravity::new(&acceleration, mass)));
+        return Some(Box::new(on_vertices(&acceleration)));
     }
     let components = gravity.to_vec();
     let acceleration = move |t: f64| {
@@ -33,5 +46,6 @@ pub(super) fn term(scene: &Scene, mass: &[f64]) -> Option<Box<dyn EnergyTerm>> {
         acceleration(t).iter().map(|a| a * a).sum::<f64>().sqrt()
     };
     let largest = (0..=SAMPLES).map(magnitude).filter(|g| g.is_finite()).fold(0.0, f64::max);
-    Some(Box::new(GravityOverTime::new(acceleration, gravity.len(), largest, mass)))
+    let field = on_vertices(&acceleration(0.0)[..gravity.len()]);
+    Some(Box::new(GravityOverTime::new(acceleration, largest, field)))
 }

@@ -113,16 +113,20 @@ impl Placed {
         let global = |v: u32| numbering.internal(parts.first_vertex + v);
         match &self.on {
             On::Vertices(vertices) => {
-                let share = |v: u32| match self.key {
-                    "force" => 1.0 / vertices.len() as f64,
-                    "body_force" => parts.volume[v as usize],
-                    _ => 1.0,
+                let shares = |v: u32| match self.key {
+                    "force" => vec![(v, 1.0 / vertices.len() as f64)],
+                    "body_force" => parts.shares[v as usize].clone(),
+                    _ => vec![(v, 1.0)],
                 };
-                let mut shares: Vec<(u32, f64)> = vertices.iter().map(|&v| (global(v), share(v))).collect();
-                shares.sort_unstable_by_key(|(v, _)| *v);
-                let samples =
-                    shares.iter().map(|share| (point(rest, share.0, parts.mesh.dimension), vec![*share]));
-                self.dead(samples.collect(), rest, parts.mesh.dimension)
+                let d = parts.mesh.dimension;
+                let sample = |v: &u32| {
+                    let shares = shares(*v).into_iter().map(|(v, share)| (global(v), share));
+                    (global(*v), shares.collect::<Vec<_>>())
+                };
+                let mut samples: Vec<(u32, Vec<(u32, f64)>)> = vertices.iter().map(sample).collect();
+                samples.sort_unstable_by_key(|(v, _)| *v);
+                let at = |(v, shares)| (point(rest, v, d), shares);
+                self.dead(samples.into_iter().map(at).collect(), rest, d)
             }
             On::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
             On::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),

@@ -29,6 +29,21 @@ pub(super) fn masses(
     }
 }
 
+/// What gravity pulls at in statics [kg]: `density integral of N_a` in elements of second order that have a density, for which the
+/// lumped masses would not do the same work, see [`super::gravity`]; else the masses.
+pub(super) fn weights(spec: &MassSpec, mesh: &Mesh, mass: &[f64]) -> Vec<f64> {
+    let density = match spec {
+        MassSpec::Density(density) => density.value,
+        MassSpec::Preset(preset) => preset.about().density,
+        MassSpec::PerVertex(_) | MassSpec::Total(_) => return mass.to_vec(),
+    };
+    if mesh.order() == 1 {
+        return mass.to_vec();
+    }
+    let sum = |row: &Vec<(u32, f64)>| density * row.iter().map(|(_, share)| share).sum::<f64>();
+    mesh.consistent_measure().iter().map(sum).collect()
+}
+
 /// Lumped mass of every vertex of a body of this density, which the scene has at `path`.
 fn filled(
     density: Quantity,

@@ -1,8 +1,10 @@
 //! Whether a scene fits into memory, before any of it is allocated.
 
+use crate::available_memory;
 use crate::energy::nbody::TreeGravity;
 use crate::mesh::{MeshSize, predicted_body_size};
 use crate::scene::{KeyPath, Problem, Scene};
+use crate::simulation::Simulation;
 
 /// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
 const BYTES_PER_ELEMENT: u64 = 250;
@@ -22,7 +24,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
     let (mut vertices, mut particles) = (0u64, 0u64);
     for (i, body) in scene.body.iter().enumerate() {
         let path = KeyPath::root().key("body").index(i).key("mesh");
-        match predicted_body_size(body, scene.dimension, &scene.directory) {
+        match predicted_body_size(&body.body_mesh(), scene.dimension, &scene.directory) {
             Ok(size) => {
                 let nodal = body.nodal_integration.is_some();
                 total = total.saturating_add(predicted_bytes(&size, scene.dimension, nodal));
@@ -40,7 +42,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
             format!("the bodies together have {vertices} vertices; at most {} can be numbered", u32::MAX);
         problems.push(Problem::semantic(KeyPath::root().key("body"), message));
     }
-    if let Some(available) = available_bytes()
+    if let Some(available) = available_memory::available()
         && total > available
         && problems.is_empty()
     {
@@ -49,6 +51,33 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
         problems.push(Problem::semantic(KeyPath::root().key("body"), message).with_help(help));
     }
     if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Bytes that `simulation` holds once it takes steps.
+///
+/// # Errors
+/// Implicit steps would take more memory than there is.
+pub(super) fn check_steps(scene: &Scene, simulation: &mut Simulation) -> Result<usize, Vec<Problem>> {
+    let (held, predicted) = (simulation.bytes(), simulation.predicted_bytes());
+    let further = predicted.saturating_sub(held) as u64;
+    match available_memory::available() {
+        Some(available) if further > available => Err(vec![too_large(scene, simulation, further, available)]),
+        _ => Ok(predicted),
+    }
+}
+
+fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u64) -> Problem {
+    let message = format!(
+        "implicit steps of this scene need about {} for their matrices ({}), {} are available",
+        human(further),
+        simulation.linear_solver(),
+        human(available)
+    );
+    let path = KeyPath::root().key("time");
+    let path = if scene.time.solver.is_some() { path.key("solver") } else { path.key("integrator") };
+    Problem::semantic(path, message)
+        .with_help("`solver = { linear = \"multigrid\" }` takes less than a factorisation, \"matrix-free\" next to nothing")
+        .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
 }
 
 /// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array for each of 16 groups
@@ -79,14 +108,6 @@ fn predicted_bytes(size: &MeshSize, dimension: usize, nodal: bool) -> u64 {
         .saturating_add(cells.saturating_mul(per_element))
         .saturating_add(size.edges.saturating_mul(BYTES_PER_SPRING))
         .saturating_add(size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE))
-}
-
-/// Memory that the system could hand out now, where it says so (Linux).
-fn available_bytes() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024)
 }
 
 /// `3.2 GB`.
@@ -122,9 +143,9 @@ mod tests {
                     }],
                 }))
                 .unwrap();
-                let size = predicted_body_size(&scene.body[0], dimension, ".".as_ref()).unwrap();
+                let size = predicted_body_size(&scene.body[0].body_mesh(), dimension, ".".as_ref()).unwrap();
                 let predicted = predicted_bytes(&size, dimension, nodal);
-                let held = scene.assemble(UnstableStep::Refuse).unwrap().report.bytes as u64;
+                let held = scene.assemble(UnstableStep::Refuse).unwrap().simulation.bytes() as u64;
                 assert!(
                     held < predicted && 5 * held > predicted,
                     "{dimension}D, {nodal}: {held} of {predicted}"

@@ -9,6 +9,7 @@ mod damping;
 mod gravity;
 mod initial;
 mod loads;
+mod locking;
 mod mass;
 mod memory;
 mod pins;
@@ -16,6 +17,7 @@ mod probes;
 mod report;
 mod step_control;
 mod terms;
+mod warnings;
 
 use std::path::Path;
 
@@ -25,7 +27,7 @@ use crate::energy::nbody::{NBody, TreeGravity};
 use crate::numbering::Numbering;
 use crate::probe::Probe;
 use crate::run::Plan;
-use crate::scene::{KeyPath, Problem, Scene, Tree};
+use crate::scene::{Body, KeyPath, Problem, Scene, Tree};
 use crate::simulation::Simulation;
 use crate::solver::LinearSolver;
 use crate::state::State;
@@ -90,18 +92,27 @@ fn assemble<const D: usize, const N: usize>(
 ) -> Result<Assembly, Vec<Problem>> {
     memory::check(scene)?;
     let bodies = build_bodies(scene, &scene.directory)?;
+    let jumps = pins::jumps_at_start(&bodies, D);
+    if !jumps.is_empty() {
+        return Err(jumps);
+    }
     let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
-    let attachments = attachments::attachments(scene, &bodies, &numbering)?;
     let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
         numbering.to_internal(&rows, width).into_owned()
     };
     let rest = gathered(|b| &b.mesh.points, D);
     let (position, velocity) = (gathered(|b| &b.position, D), gathered(|b| &b.velocity, D));
+    let attachments = attachments::attachments(scene, &bodies, &numbering, &position)?;
 
     let mut system = System::new(D, gathered(|b| &b.mass, 1));
-    if let Some(gravity) = gravity::term(scene, system.mass()) {
+    let weights = || {
+        let of_body = |(body, spec): (&body::Parts, &Body)| mass::weights(&spec.mass, &body.mesh, &body.mass);
+        let weights: Vec<f64> = bodies.iter().zip(&scene.body).flat_map(of_body).collect();
+        numbering.to_internal(&weights, 1).into_owned()
+    };
+    if let Some(gravity) = gravity::term(scene, system.mass(), weights) {
         system.add_term(gravity);
     }
     for (body, spec) in bodies.iter().zip(&scene.body) {
@@ -144,6 +155,9 @@ fn assemble<const D: usize, const N: usize>(
     simulation.set_numbering(numbering);
     simulation.set_points(points);
     simulation.set_solver(options);
+    if let Some(problem) = loose_tolerance(scene, simulation.length_scale()) {
+        return Err(vec![problem]);
+    }
     step_control::add(scene, &mut simulation);
     // A scheme that is stable at any step is looked at only by who wants to look.
     let limited = scene.time.step.is_some() && simulation.method().documentation.stability_limit.is_finite();
@@ -155,7 +169,8 @@ fn assemble<const D: usize, const N: usize>(
     {
         return Err(vec![problem]);
     }
-    let report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error);
+    let bytes = memory::check_steps(scene, &mut simulation)?;
+    let mut report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error, bytes);
     let topology = Topology {
         dimension: D,
         vertex_count: simulation.system().mass().len(),
@@ -163,7 +178,25 @@ fn assemble<const D: usize, const N: usize>(
         bodies: bodies.iter().map(body::Parts::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
+    report.bytes += topology.bytes();
     Ok(Assembly { simulation, topology, probes, report })
+}
+
+/// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is still motion.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+/// What is suggested in its place, as a part of that size.
+const GOOD_TOLERANCE: f64 = 1e-6;
+
+/// What is wrong with the tolerance of implicit steps in a scene of this `size` [m]; `None` if nothing is.
+fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
+    let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
+    let path = KeyPath::root().key("time").key("solver").key("tolerance");
+    let message = format!(
+        "Newton's method would end where its next correction is {tolerance:e} m, and the whole scene is {size:.3e} m large: it would \
+         hardly begin"
+    );
+    let advice = format!("give {:.0e} or less, or leave it out", GOOD_TOLERANCE * size);
+    Some(Problem::semantic(path, message).with_help(advice))
 }
 
 /// Renumbers the bodies whose neighbours are numbered far apart.

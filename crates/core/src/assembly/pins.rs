@@ -1,9 +1,12 @@
 //! From the pins of a scene to what holds vertices.
 
+use std::collections::HashMap;
+
 use super::body::Parts;
 use crate::constraint::{Hold, Interpolation, Keyframes, Motion, Rotation};
 use crate::mesh::{Mesh, select};
-use crate::scene::{Body, KeyPath, MotionSpec, Pin, Problem, RotationSpec};
+use crate::scene::{Body, KeyPath, MotionSpec, OverTime, Pin, Problem, RotationSpec};
+use crate::solver::scene_size;
 
 /// A pin whose vertices are known.
 pub(super) struct Held {
@@ -71,29 +74,85 @@ pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<
             Err(error) => problems.push(Problem::semantic(path, error.to_string())),
         }
     }
-    for i in 0..held.len() {
-        problems.extend(contradiction(&held, i, mesh.dimension, path));
-    }
+    problems.extend(contradictions(&held, mesh.dimension, path));
     held
 }
 
 /// What moves cannot also be held by an earlier pin, or moved by it.
-fn contradiction(held: &[Held], i: usize, dimension: usize, path: &KeyPath) -> Option<Problem> {
-    let common = |other: &Held| {
-        let (a, b) = (held[i].spec.held_axes(), other.spec.held_axes());
-        let axis = (0..dimension).find(|&c| a[c] && b[c])?;
-        let vertex = held[i].vertices.iter().find(|v| other.vertices.binary_search(v).is_ok())?;
-        Some((*vertex, ["x", "y", "z"][axis]))
-    };
-    let moves = |held: &Held| held.spec.motion.is_some();
-    let mut others = held[..i].iter().filter(|other| moves(other) || moves(&held[i]));
-    let (other, (vertex, axis)) = others.find_map(|other| Some((other, common(other)?)))?;
-    let message = format!(
-        "`{}` and `{}` both hold the {axis} of vertex {vertex}, and one of them moves it",
-        other.name, held[i].name
-    );
-    let problem = Problem::semantic(path.key("pin").index(i), message);
-    Some(problem.with_help("a coordinate that moves is held by one pin only"))
+fn contradictions(held: &[Held], dimension: usize, path: &KeyPath) -> Vec<Problem> {
+    // For every held coordinate the first pin that holds it, and the first that moves it.
+    let mut holders: HashMap<(u32, usize), (usize, Option<usize>)> = HashMap::new();
+    let mut problems = vec![];
+    for (i, pin) in held.iter().enumerate() {
+        let (axes, moves) = (pin.spec.held_axes(), pin.spec.motion.is_some());
+        let mut others = vec![];
+        for &vertex in &pin.vertices {
+            for axis in (0..dimension).filter(|axis| axes[*axis]) {
+                let (first, moving) = holders.entry((vertex, axis)).or_insert((i, None));
+                let other = if moves { Some(*first).filter(|first| *first < i) } else { *moving };
+                others.extend(other.map(|other| (other, axis, vertex)));
+                if moves {
+                    moving.get_or_insert(i);
+                }
+            }
+        }
+        problems.extend(others.into_iter().min().map(|(other, axis, vertex)| {
+            let axis = ["x", "y", "z"][axis];
+            let message = format!(
+                "`{}` and `{}` both hold the {axis} of vertex {vertex}, and one of them moves it",
+                held[other].name, pin.name
+            );
+            let problem = Problem::semantic(path.key("pin").index(i), message);
+            problem.with_help("a coordinate that moves is held by one pin only")
+        }));
+    }
+    problems
+}
+
+/// A motion begins where its body starts if it is no farther away than this part of the body's size.
+const AT_START: f64 = 1e-9;
+
+/// Motions that begin elsewhere than where the bodies start: the pins would jump before the first step, and nothing could count the
+/// energy of that.
+pub(super) fn jumps_at_start(bodies: &[Parts], dimension: usize) -> Vec<Problem> {
+    let mut problems = vec![];
+    for (b, body) in bodies.iter().enumerate() {
+        let path = KeyPath::root().key("body").index(b).key("pin");
+        let allowed = AT_START * scene_size(&body.position, dimension);
+        for (i, held) in body.held.iter().enumerate() {
+            let Some(spec) = &held.spec.motion else { continue };
+            let (start, rest) = (&body.position, &body.mesh.points);
+            let jump =
+                held.hold(&body.name, held.vertices.clone(), start, rest, dimension).jump_at_start(dimension);
+            if jump > allowed {
+                let (key, right) = not_zero_at_start(spec);
+                let message = format!(
+                    "pin `{}` would jump by {jump:.6e} m before the first step: its motion begins where the body starts, and this \
+                     is not zero at t = 0",
+                    held.name
+                );
+                problems
+                    .push(Problem::semantic(path.index(i).key("motion").key(key), message).with_help(right));
+            }
+        }
+    }
+    problems
+}
+
+/// The part of a motion that is not zero at the start, and what would be right.
+fn not_zero_at_start(spec: &MotionSpec) -> (&'static str, String) {
+    let angle = spec.rotation.as_ref().and_then(|rotation| rotation.angle.as_ref());
+    let first = spec.keyframes.as_ref().and_then(|keyframes| keyframes.displacements.first());
+    if let Some(angle) = angle.map(|angle| angle.at(0.0)).filter(|angle| *angle != 0.0) {
+        let right =
+            format!("subtract {angle:?} from `angle`, or let it grow from 0, as by smoothstep(0, 1, t)");
+        ("rotation", right)
+    } else if first.is_some_and(|first| first.iter().any(|u| *u != 0.0)) {
+        ("keyframes", "give the displacement 0 at the first of `times`, and go on from there".into())
+    } else {
+        let right = "subtract from each formula what it is at t = 0, or let it grow from 0, as by smoothstep(0, 1, t)";
+        ("displacement", right.into())
+    }
 }
 
 /// What `say` says of the pins of all bodies, each with its name.
@@ -111,6 +170,10 @@ fn padded(vector: &[f64]) -> [f64; 3] {
 
 fn motion(spec: &MotionSpec) -> Motion {
     let mut motion = Motion::new();
+    let angle = spec.rotation.iter().filter_map(|rotation| rotation.angle.as_ref());
+    if angle.chain(spec.displacement.iter().flatten()).all(OverTime::is_continuous) {
+        motion = motion.continuous();
+    }
     if let Some(spec) = &spec.rotation {
         motion = motion.turning(rotation(spec));
     }

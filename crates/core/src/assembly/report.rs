@@ -11,7 +11,7 @@ use crate::integrator::Documentation;
 use crate::integrator::estimate::Tolerances;
 use crate::lanes;
 use crate::material::{AboutPreset, MaterialSpec, Plane, Preset};
-use crate::mesh::Quality;
+use crate::mesh::{Contents, Quality};
 use crate::scene::{Channel, MassSpec, Scene, Stress};
 use crate::simulation::Simulation;
 
@@ -33,7 +33,7 @@ pub struct Report {
     pub size: Vec<f64>,
     /// The bodies.
     pub bodies: Vec<BodyReport>,
-    /// Bytes held while running.
+    /// Bytes held while running, those of the solvers of implicit steps included.
     pub bytes: usize,
     /// Name of the scheme.
     pub integrator: &'static str,
@@ -45,6 +45,10 @@ pub struct Report {
     pub step_control: Option<StepControl>,
     /// Frames to be written.
     pub frames: u64,
+    /// Walls, which the largest stable step does not account for.
+    pub walls: usize,
+    /// Whether steps are solved.
+    pub is_implicit: bool,
     /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and nobody asked.
     pub stability: Option<StabilityLimit>,
     /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
@@ -55,6 +59,9 @@ pub struct Report {
     pub uses: Vec<String>,
     /// What it does not name, and what therefore costs nothing.
     pub left_out: Vec<String>,
+    /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that steps do not see,
+    /// bodies that lock.
+    pub warnings: Vec<String>,
 }
 
 /// One body in numbers.
@@ -75,6 +82,8 @@ pub struct BodyReport {
     pub mass: f64,
     /// Size and quality of the mesh.
     pub quality: Quality,
+    /// Cells of each kind, unconnected pieces, results of cleaning.
+    pub contents: Contents,
 }
 
 impl Report {
@@ -85,6 +94,7 @@ impl Report {
         attachments: &[Tied],
         stability: Option<StabilityLimit>,
         tree_force_error: Option<ForceError>,
+        bytes: usize,
     ) -> Self {
         let system = simulation.system();
         let d = system.dimension();
@@ -100,17 +110,21 @@ impl Report {
             mass: system.mass().iter().sum(),
             size: extent(simulation.state().x(), d),
             bodies: bodies.iter().map(BodyReport::new).collect(),
-            bytes: simulation.bytes(),
+            bytes,
             integrator: simulation.method().documentation.name,
             step: h,
             steps: control.is_none().then(|| plan.steps(h)),
             frames: if control.is_some() { plan.exact_frames() } else { plan.frames(h) },
             step_control: control,
+            walls: system.walls().len(),
+            is_implicit: simulation.method().documentation.solves > 0,
             stability,
             tree_force_error,
             instruction_set: lanes::level().name(),
             uses,
             left_out,
+            warnings: [super::warnings::warnings(scene, simulation), super::locking::warnings(scene, bodies)]
+                .concat(),
         }
     }
 }
@@ -126,6 +140,7 @@ impl BodyReport {
             pinned: body.pinned().len(),
             mass: body.mass.iter().sum(),
             quality: mesh.quality(),
+            contents: mesh.contents(),
         }
     }
 }
@@ -252,12 +267,12 @@ fn uses(
     say(
         channel(Channel::Energy),
         "output /energy: energies, their balance with all losses, and momenta at every frame".into(),
-        "output /energy: energies are looked at every 128 steps only, to catch a blow-up, and nobody asks what is lost",
+        "output /energy: energies are looked at every 128 steps and in frames, to catch a blow-up, and nobody asks what is lost",
     );
     say(
         channel(Channel::Reactions),
-        "output /reactions: force and moment of every pin".into(),
-        "output /reactions: forces of pins are looked at once, at the end",
+        "output /reactions: force and moment of every pin and wall".into(),
+        "output /reactions: forces of pins and walls are looked at once, at the end",
     );
     let measures: Vec<&str> = MEASURES.iter().filter(|m| channel(m.channel)).map(|m| m.name).collect();
     say(

@@ -79,6 +79,7 @@ impl Run {
             let mut observers: Vec<&mut dyn Observer> = vec![];
             observers.extend(recorder.as_mut().map(|recorder| recorder as &mut dyn Observer));
             let simulation = &mut self.assembly.simulation;
+            run::count_losses_for(simulation, &observers);
             let summary = run::run(simulation, &self.plan, &mut observers, &AtomicBool::new(false));
             if !matches!(summary.outcome, Outcome::Done) {
                 return Err(BenchmarkError::Run(format!("{:?}", summary.outcome)));

@@ -1,6 +1,14 @@
 //! Coordinates that are held.
 
+mod jump;
+
+pub(crate) use jump::Jump;
+
 use super::Motion;
+
+/// Places nearer to each other than this part of their distance from the origin, and of the way that the velocity leads to in all the
+/// time there was, are one.
+const SAME_PLACE: f64 = 1e-12;
 
 /// Holds coordinates of some vertices, still or on a prescribed motion.
 #[derive(Debug)]
@@ -111,6 +119,41 @@ impl Hold {
             }
         }
         sum == 0.0
+    }
+
+    /// Goes on with its motion from where its vertices are in `x` at `time` [s], flat `(n, dimension)` [m]. Nothing changes for those that are
+    /// where the motion has them.
+    pub(crate) fn go_on_from(&mut self, time: f64, dimension: usize, x: &[f64]) {
+        let Some(Moved { motion, start, rest }) = &mut self.motion else { return };
+        let moment = motion.at(time);
+        for ((vertex, start), rest) in self.vertices.iter().zip(start).zip(rest) {
+            let (prescribed, velocity) = moment.place(*start, *rest);
+            let (mut place, mut is_there) = (prescribed, true);
+            for c in (0..dimension).filter(|c| self.axes[*c]) {
+                place[c] = x[*vertex as usize * dimension + c];
+                let reach = place[c].abs() + velocity[c].abs() * time.abs();
+                is_there &= (place[c] - prescribed[c]).abs() <= SAME_PLACE * reach;
+            }
+            if !is_there {
+                *start = moment.start(place, *rest);
+            }
+        }
+    }
+
+    /// How far the farthest component of any vertex is at time 0 from where it starts [m]; zero without a motion. Not a number where the
+    /// motion has no value.
+    pub(crate) fn jump_at_start(&self, dimension: usize) -> f64 {
+        let Some(Moved { motion, start, rest }) = &self.motion else { return 0.0 };
+        let moment = motion.at(0.0);
+        let mut farthest = 0.0;
+        for (start, rest) in start.iter().zip(rest) {
+            let place = moment.place(*start, *rest).0;
+            for c in (0..dimension).filter(|c| self.axes[*c]) {
+                let distance = (place[c] - start[c]).abs();
+                farthest = if distance <= farthest { farthest } else { distance };
+            }
+        }
+        farthest
     }
 
     /// Bytes held.

@@ -17,6 +17,8 @@ pub struct Motion {
     field: Option<Field>,
     /// Ascending [s].
     breaks: Vec<f64>,
+    /// Whether positions are known to be continuous.
+    is_continuous: bool,
 }
 
 /// A rotation about an axis through a point, counter-clockwise seen against the axis.
@@ -85,6 +87,18 @@ impl Motion {
         self
     }
 
+    /// Says that positions are continuous in time: no step is looked at for jumps.
+    #[must_use]
+    pub fn continuous(mut self) -> Self {
+        self.is_continuous = true;
+        self
+    }
+
+    /// Whether positions are known to be continuous.
+    pub(crate) fn is_continuous(&self) -> bool {
+        self.is_continuous
+    }
+
     /// The first of the times it breaks at that is after `time` [s].
     pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
         self.breaks.get(self.breaks.partition_point(|at| *at <= time)).copied()
@@ -117,7 +131,7 @@ impl Motion {
 
 impl fmt::Debug for Motion {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Motion { rotation, paths, field, breaks: _ } = self;
+        let Motion { rotation, paths, field, .. } = self;
         write!(formatter, "Motion({}, {}, {})", rotation.is_some(), paths.len(), field.is_some())
     }
 }
@@ -130,6 +144,7 @@ pub(super) struct Moment<'a> {
     field: Option<&'a Field>,
 }
 
+#[derive(Clone, Copy)]
 struct Turned {
     point: [f64; 3],
     axis: [f64; 3],
@@ -153,7 +168,21 @@ impl Moment<'_> {
     }
 }
 
+impl Moment<'_> {
+    /// The start from which the vertex that is at `rest` in the rest shape is at `place` now: `x(0) = c + R^T (x - sum u - c)`.
+    pub(super) fn start(&self, place: [f64; 3], rest: [f64; 3]) -> [f64; 3] {
+        let field = self.field.map_or([0.0; 3], |field| field(rest, self.time).0);
+        let turned = [0, 1, 2].map(|c| place[c] - self.displacement.0[c] - field[c]);
+        self.rotation.as_ref().map_or(turned, |rotation| rotation.back().place(turned).0)
+    }
+}
+
 impl Turned {
+    /// The rotation back.
+    fn back(&self) -> Turned {
+        Turned { sin: -self.sin, rate: -self.rate, ..*self }
+    }
+
     /// Rodrigues: `x = c + r cos + (a x r) sin + a (a . r) (1 - cos)`, `v = rate a x (x - c)`.
     fn place(&self, start: [f64; 3]) -> ([f64; 3], [f64; 3]) {
         let Turned { point, axis, sin, cos, rate } = *self;
@@ -200,6 +229,18 @@ mod tests {
             let (coarse, fine) = (error(2e-3, c), error(1e-3, c));
             assert!((coarse / fine - 4.0).abs() < 0.05, "{c}: {coarse} {fine}");
         }
+    }
+
+    #[test]
+    fn the_start_is_where_the_motion_comes_from() {
+        let rotation = Rotation::new([0.1, -0.2, 0.3], [1.0, 2.0, -0.5], |t| (3.0 * t, 3.0));
+        let motion = Motion::new()
+            .turning(rotation)
+            .along(|t| ([t, 0.0, -t], [1.0, 0.0, -1.0]))
+            .by(|x, t| ([x[1] * t, 0.0, 0.0], [x[1], 0.0, 0.0]));
+        let (start, rest) = ([0.7, 0.4, -0.6], [0.5, 1.5, 0.0]);
+        let back = motion.at(0.8).start(motion.at(0.8).place(start, rest).0, rest);
+        (0..3).for_each(|c| assert!((back[c] - start[c]).abs() < 1e-15 * 10.0, "{back:?}"));
     }
 
     #[test]

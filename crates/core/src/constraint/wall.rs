@@ -31,13 +31,25 @@ impl Wall {
         self.offset
     }
 
+    /// The point of the plane that is nearest to the origin [m]; third component 0 in 2D.
+    pub fn foot(&self) -> [f64; 3] {
+        let mut foot = [0.0; 3];
+        foot.iter_mut().zip(&self.normal).for_each(|(foot, n)| *foot = self.offset * n);
+        foot
+    }
+
+    /// How far behind the plane the point `x` is [m].
+    pub fn depth(&self, x: &[f64]) -> f64 {
+        self.offset - dot(&self.normal, x)
+    }
+
     /// Whether [`apply`](Self::apply) would put any vertex back.
     pub fn is_crossed(&self, inverse_mass: &[f64], x: &[f64]) -> bool {
         let d = self.normal.len();
         self.is_reached(x)
             && x.chunks_exact(d).zip(inverse_mass.chunks_exact(d)).any(|(x, w)| {
                 let yields = |c: usize| w[c] != 0.0 && self.normal[c] != 0.0;
-                self.offset - dot(&self.normal, x) > 0.0 && (0..d).any(yields)
+                self.depth(x) > 0.0 && (0..d).any(yields)
             })
     }
 
@@ -61,7 +73,7 @@ impl Wall {
         let mut moved = false;
         let rows = x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d));
         for ((x, v), w) in rows.zip(inverse_mass.chunks_exact(d)) {
-            let depth = self.offset - dot(&self.normal, x);
+            let depth = self.depth(x);
             if depth <= 0.0 {
                 continue;
             }

@@ -1,9 +1,11 @@
 //! Where energy comes from and where it goes.
 
-/// Energy brought into a system and taken out of it since the start [J]: what there is now, kinetic and potential, less
-/// [`net`](Self::net), stays what it was at the start, to the order of the scheme, and at most to fourth order; to second with
-/// ether drag, which schemes treat to that order. What still changes is the error of the scheme: an implicit one that damps
-/// numerically loses energy that nothing here accounts for. `None` where a scene has no such thing, and where nobody asked.
+/// Energy brought into a system and taken out of it since the start, or since its state or its equations
+/// were last changed by hand [J]: what there is now, kinetic and potential, less [`net`](Self::net), stays
+/// what it was then, to the order of the scheme, and at most to fourth order; to second with ether drag,
+/// which schemes treat to that order, and where walls act, which they do at the ends of steps. What still
+/// changes is the error of the scheme: an implicit one that damps numerically loses energy that nothing here
+/// accounts for. `None` where a scene has no such thing, and where nobody asked.
 ///
 /// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step (a formula or
 /// keyframes with a kink) costs one order for each.
@@ -27,8 +29,8 @@ pub struct Balance {
     /// Taken out by damping: the integral of `v . dR/dv`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
-    /// Taken out by walls: kinetic and potential energy before a wall put vertices back, less after. Where there was no finite
-    /// energy before, the kinetic part alone.
+    /// Taken out by walls: the energy with which vertices arrive at a wall, in the motion that it ends.
+    /// Never negative; nothing for what rests or slides.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub walls: Option<f64>,
 }

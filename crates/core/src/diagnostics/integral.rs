@@ -68,6 +68,16 @@ impl Integral {
         *self = Integral { before: self.value(), ..Integral::new(rate) };
     }
 
+    /// Goes on with the rate there is: no polynomial goes through samples before and after.
+    pub(super) fn restart(&mut self) {
+        self.jump(self.samples[0]);
+    }
+
+    /// Adds what is already integrated, at no time.
+    pub(super) fn add(&mut self, amount: f64) {
+        self.before += amount;
+    }
+
     /// The integral so far.
     pub(super) fn value(&self) -> f64 {
         self.before + self.since

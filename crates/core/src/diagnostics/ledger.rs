@@ -1,9 +1,13 @@
 //! Keeps the balance of energy beside the steps.
 
+mod equilibrium;
+
 use super::Balance;
 use super::integral::Integral;
+use super::wall_loss::WallLoss;
 use crate::energy::{EnergyKind, EnergyTerm};
 use crate::system::{ForceId, System};
+use equilibrium::Equilibrium;
 
 /// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
 /// with time, and what is lost; zero where a scene has no such thing.
@@ -17,29 +21,14 @@ pub(crate) struct Flows {
 
 /// Which flows are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-struct Looked {
+pub(super) struct Looked {
     loads: bool,
     gravity: bool,
     losses: bool,
 }
 
-/// A state that walls are about to change.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BeforeWalls {
-    kinetic: f64,
-    potential: f64,
-    flows: Flows,
-    /// Potential energy of loads, and of gravity, that change with time [J].
-    changing: [f64; 2],
-}
-
-impl BeforeWalls {
-    /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
-    pub(crate) fn of(system: &mut System, x: &[f64], v: &[f64]) -> Self {
-        let potential = system.potential_total(x, ForceId::NONE);
-        let flows = Flows::of(system, Looked { loads: true, gravity: true, losses: true }, x, v);
-        BeforeWalls { kinetic: system.kinetic(v), potential, flows, changing: changing(system, x) }
-    }
+impl Looked {
+    pub(super) const ALL: Looked = Looked { loads: true, gravity: true, losses: true };
 }
 
 /// Keeps a [`Balance`].
@@ -48,12 +37,14 @@ pub(crate) struct Ledger {
     motion: Option<Motion>,
     loads: Option<Integral>,
     gravity: Option<Integral>,
-    /// Potential energy of both at the start, and by how much walls have changed it since [J].
+    /// Potential energy of both at the start [J].
     changing: [f64; 2],
     ether_drag: Option<Integral>,
     damping: Option<Integral>,
-    walls: Option<f64>,
+    walls: Option<Walls>,
     looked: Looked,
+    /// The last state of a quasi-static run.
+    equilibrium: Option<Equilibrium>,
 }
 
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -62,6 +53,14 @@ struct Motion {
     /// Kinetic energy of what moves, now, and what it had when it began or began to move [J].
     kinetic: f64,
     less: f64,
+}
+
+/// Energy that walls have taken [J]: the sum over all steps, which errors of the scheme may lower, and the
+/// largest so far.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Walls {
+    sum: f64,
+    lost: f64,
 }
 
 impl Ledger {
@@ -92,9 +91,15 @@ impl Ledger {
             changing: changing(system, x),
             ether_drag: drags.then(|| Integral::new(flows.ether_drag)),
             damping: damped.then(|| Integral::new(flows.damping)),
-            walls: walls.then_some(0.0),
+            walls: walls.then(Walls::default),
             looked,
+            equilibrium: None,
         })
+    }
+
+    /// Whether it was opened to hold what is lost.
+    pub(crate) fn holds_losses(&self) -> bool {
+        self.looked.losses
     }
 
     /// Whether it holds what walls take.
@@ -102,30 +107,48 @@ impl Ledger {
         self.walls.is_some()
     }
 
-    /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force `force`.
-    pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64], force: ForceId) {
+    /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force.
+    pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64]) {
         if let Some(own) = &mut self.motion {
             let (power, kinetic) = motion(system, x, v);
             own.power.advance(h, power);
             own.kinetic = kinetic;
         }
         let flows = Flows::of(system, self.looked, x, v);
-        let Some(before) = system.take_before_walls() else {
+        let Some(WallLoss { energy, flows: before, not_done }) = system.take_wall_loss() else {
             self.each(flows, |integral, rate| integral.advance(h, rate));
             return;
         };
         // Walls act at the end of a step, at once: the step led to the state before.
-        self.each(before.flows, |integral, rate| integral.advance(h, rate));
+        self.each(before, |integral, rate| integral.advance(h, rate));
+        self.each(not_done, Integral::add);
         self.each(flows, Integral::jump);
-        let after = changing(system, x);
-        (0..2).for_each(|i| self.changing[i] += after[i] - before.changing[i]);
         if let Some(walls) = &mut self.walls {
-            let potential = before.potential - system.potential_total(x, force);
-            *walls += before.kinetic - system.kinetic(v);
-            if potential.is_finite() {
-                *walls += potential;
-            }
+            walls.sum += energy;
+            walls.lost = walls.lost.max(walls.sum);
         }
+    }
+
+    /// Notes that these moving coordinates have jumped, each by so much [m], at the end of the step that led to the state `x`, at
+    /// whose positions `system` holds the force `force`: the energy of all potentials there, less that without the jump, is work.
+    pub(crate) fn jump(
+        &mut self,
+        system: &mut System,
+        coordinates: &[(usize, f64)],
+        x: &[f64],
+        force: ForceId,
+    ) {
+        let Some(own) = &mut self.motion else { return };
+        let mut before = x.to_vec();
+        coordinates.iter().for_each(|(i, distance)| before[*i] -= distance);
+        let work = system.potential_total(x, force) - system.potential_total(&before, ForceId::NONE);
+        if work.is_finite() {
+            own.power.add(work);
+        }
+        // No polynomial goes through both sides.
+        own.power.restart();
+        let (now, then) = (changing(system, x), changing(system, &before));
+        (0..2).for_each(|i| self.changing[i] += now[i] - then[i]);
     }
 
     /// Goes on from the same state after some of what was held has been let go.
@@ -137,11 +160,12 @@ impl Ledger {
             own.kinetic = kinetic;
             own.power.jump(power);
         }
+        self.rebase(system, x);
         let flows = Flows::of(system, self.looked, x, v);
         self.each(flows, Integral::jump);
     }
 
-    /// Each integral there is, with its rate.
+    /// Each integral there is, with its part of `flows`.
     fn each(&mut self, flows: Flows, mut go: impl FnMut(&mut Integral, f64)) {
         let Ledger { loads, gravity, ether_drag, damping, .. } = self;
         let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping];
@@ -166,7 +190,7 @@ impl Ledger {
             gravity: fed(&self.gravity, 1),
             ether_drag: value(&self.ether_drag),
             damping: value(&self.damping),
-            walls: self.walls,
+            walls: self.walls.as_ref().map(|walls| walls.lost),
         }
     }
 }
@@ -188,7 +212,7 @@ fn feeds(term: &dyn EnergyTerm) -> bool {
 
 impl Flows {
     /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
-    fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
+    pub(super) fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
         let mut flows = Flows::default();
         if looked.loads {
             flows.loads = system.power(feeds, x, v);
@@ -203,6 +227,17 @@ impl Flows {
             flows.damping = system.dissipated_power(x, v);
         }
         flows
+    }
+
+    /// What forces at `x` do along the `way` [J], not at a rate: those of loads and gravity, and what was
+    /// dragged and damped.
+    pub(super) fn along(system: &mut System, x: &[f64], way: &[f64], ether_drag: f64, damping: f64) -> Self {
+        Flows {
+            loads: system.power(feeds, x, way),
+            gravity: system.power(is_changing_gravity, x, way),
+            ether_drag,
+            damping,
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What can be recorded of every element, by name: the deformation, and the strains and stresses that follow from it.
 
-use super::ElementState;
 use crate::algebra::Mat;
+use crate::element::ElementState;
 use crate::scene::Channel;
 
 /// One measure of deformation, strain or stress.
@@ -25,7 +25,7 @@ const TENSOR: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
 const SYMMETRIC: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 
 /// All measures there are.
-pub const MEASURES: [Measure; 7] = [
+pub const MEASURES: [Measure; 9] = [
     Measure {
         channel: Channel::DeformationGradient,
         name: "deformation-gradient",
@@ -55,6 +55,13 @@ pub const MEASURES: [Measure; 7] = [
         write: |state, out| symmetric(&state.green_strain(), out),
     },
     Measure {
+        channel: Channel::CorotatedStrain,
+        name: "corotated-strain",
+        unit: "1",
+        fields: SYMMETRIC,
+        write: |state, out| symmetric(&state.corotated_strain(), out),
+    },
+    Measure {
         channel: Channel::FirstPiola,
         name: "first-piola",
         unit: "Pa",
@@ -74,6 +81,13 @@ pub const MEASURES: [Measure; 7] = [
         unit: "Pa",
         fields: SCALAR,
         write: |state, out| out.push(state.von_mises_stress()),
+    },
+    Measure {
+        channel: Channel::EnergyDensity,
+        name: "energy-density",
+        unit: "J/m^3",
+        fields: SCALAR,
+        write: |state, out| out.push(state.energy_density),
     },
 ];
 
@@ -101,7 +115,7 @@ mod tests {
     fn every_measure_writes_as_many_numbers_as_it_has_fields() {
         let deformation_gradient = Mat([[1.1, 0.2, 0.0], [0.0, 0.9, 0.3], [0.1, 0.0, 1.2]]);
         let first_piola = Mat([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]);
-        let state = ElementState { deformation_gradient, first_piola };
+        let state = ElementState { deformation_gradient, first_piola, energy_density: 7.0, plane: false };
         for measure in &MEASURES {
             let mut out = vec![];
             measure.write(&state, &mut out);

@@ -32,22 +32,26 @@ pub struct Diagnostics {
 }
 
 mod balance;
-mod elements;
 mod integral;
 mod ledger;
 mod measures;
 mod reaction;
 mod stability;
+mod statics;
+mod wall_loss;
+mod wall_reaction;
 
+pub use crate::element::ElementState;
 pub use balance::Balance;
-pub use elements::ElementState;
-pub(crate) use ledger::{BeforeWalls, Ledger};
+pub(crate) use ledger::Ledger;
 pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;
 pub(crate) use reaction::reactions;
 pub use stability::{
-    Spectrum, StabilityLimit, StrongestDamping, largest_frequency, stability_limit, strongest_damping,
+    Mode, ModeRange, Spectrum, StabilityLimit, largest_frequency, mode_range, stability_limit,
 };
+pub use statics::{Extreme, StaticState};
+pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 use crate::energy::EnergyKind;
 use crate::state::State;
@@ -96,7 +100,35 @@ impl Diagnostics {
 impl Diagnostics {
     /// Total energy less what came in from outside and went out [J]: what stays.
     pub fn conserved(&self) -> f64 {
+        self.energy().conserved()
+    }
+
+    /// The energy alone.
+    pub(crate) fn energy(&self) -> Energy {
+        Energy { total: self.total, balance: self.balance }
+    }
+}
+
+/// Energy of one state, and where it came from and went.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Energy {
+    /// Kinetic and potential [J].
+    pub(crate) total: f64,
+    pub(crate) balance: Option<Balance>,
+}
+
+impl Energy {
+    /// What stays [J]: the total less what came in and went out.
+    pub(crate) fn conserved(&self) -> f64 {
         self.total - self.balance.map_or(0.0, |balance| balance.net())
+    }
+
+    /// By how much energy has grown since `start` without coming in from outside [J]: no loss makes up for a gain, and none that is
+    /// negative, which is a gain itself, hides one.
+    pub(crate) fn gain(&self, start: &Energy) -> f64 {
+        let without_losses =
+            |energy: &Energy| energy.conserved() - energy.balance.map_or(0.0, |balance| balance.lost());
+        (self.conserved() - start.conserved()).max(without_losses(self) - without_losses(start))
     }
 }
 
@@ -115,4 +147,31 @@ fn momenta<const D: usize>(mass: &[f64], x: &[f64], v: &[f64]) -> ([f64; 3], [f6
         }
     }
     (p, l)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn energy(total: f64, loads: f64, damping: f64, walls: f64) -> Energy {
+        let parts =
+            Balance { loads: Some(loads), damping: Some(damping), walls: Some(walls), ..Balance::default() };
+        Energy { total, balance: Some(parts) }
+    }
+
+    /// From 10 J of which 3 were brought in and 1 was lost before.
+    #[test]
+    fn no_loss_excuses_a_gain() {
+        let start = energy(10.0, 3.0, 1.0, 0.0);
+        let gain = |total, loads, damping, walls| energy(total, loads, damping, walls).gain(&start);
+        // All of it is accounted for.
+        assert_eq!(gain(14.0, 9.0, 3.0, 0.0), 0.0);
+        // Known losses do not hide that 5 J came from nowhere.
+        assert_eq!(gain(13.0, 3.0, 3.0, 0.0), 5.0);
+        // A negative loss is a gain by another name: the energy has grown by 20 J that nothing brought in.
+        assert_eq!(gain(30.0, 3.0, 1.0, -20.0), 20.0);
+        // What is lost and not counted is no gain.
+        assert!(Energy { total: 4.0, balance: None }.gain(&Energy { total: 10.0, balance: None }) < 0.0);
+        assert_eq!(Energy { total: 12.0, balance: None }.gain(&Energy { total: 10.0, balance: None }), 2.0);
+    }
 }

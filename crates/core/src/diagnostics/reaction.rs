@@ -1,32 +1,49 @@
-//! What pins have to do.
+//! What pins and walls have to do.
 
+use super::wall_reaction::WallForces;
 use crate::constraint::Hold;
 use crate::system::System;
 
-/// The force with which a pin holds its vertices, now: `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is
-/// left for it to carry of the equations of motion (`c` the ether drag).
+/// The force with which a pin holds its vertices or a wall pushes, now.
+///
+/// Of a pin it is `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is left for it to
+/// carry of the equations of motion (`c` the ether drag), less what walls push at them. A wall carries `n .
+/// (dE/dx + dR/dv + c m v)` of each vertex that touches it and is pressed against it, along its normal `n`
+/// alone: walls have no friction. The blow of an impact, which has no duration, is not among the forces;
+/// what follows it is.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Reaction {
-    /// `body/pin`.
+    /// `body/pin`, or `wall0`, `wall1`, ... in the order of the scene.
     pub name: String,
     /// Force [N]; third component 0 in 2D.
     pub force: [f64; 3],
     /// Moment [N m] about `about`; in 2D only the third component.
     pub moment: [f64; 3],
-    /// The point that the pin turns about, or else the mean position of its vertices now [m].
+    /// The point that the pin turns about, or else the mean position of its vertices now; of a wall the
+    /// point nearest to the origin [m].
     pub about: [f64; 3],
 }
 
-/// The reactions of all that is held by `system`, which holds the force at `x`, at `time` [s]; accelerations of prescribed motion
-/// are central differences of its exact velocities over `span` [s]. A coordinate in several pins counts for the first.
-pub(crate) fn reactions(system: &mut System, time: f64, span: f64, x: &[f64], v: &[f64]) -> Vec<Reaction> {
+/// A part of a step that is short beside all that a step resolves, and long beside the rounding of
+/// velocities.
+const SPAN: f64 = 1e-3;
+
+/// The reactions of the pins and then of the walls of `system`, which holds the force at `x`, at `time` [s],
+/// after a step of `h` [s]; accelerations of prescribed motion are central differences of its exact
+/// velocities. A coordinate in several pins counts for the first.
+pub(crate) fn reactions(system: &mut System, time: f64, h: f64, x: &[f64], v: &[f64]) -> Vec<Reaction> {
     if system.is_damped() {
         system.evaluate_dissipation(x, v);
     }
+    let span = SPAN * h;
+    let walls = (!system.walls().is_empty()).then(|| WallForces::new(system, h, x, v));
     let acceleration = accelerations(system, time, span, x, v);
     let mut counted = vec![false; x.len()];
+    let pushed = walls.as_ref().map(|walls| &walls.at_vertices[..]);
     let held = system.constraints().iter();
-    held.map(|hold| reaction(system, hold, x, v, acceleration.as_deref(), &mut counted)).collect()
+    let pins = held.map(|hold| reaction(system, hold, x, v, acceleration.as_deref(), pushed, &mut counted));
+    let pins: Vec<Reaction> = pins.collect();
+    pins.into_iter().chain(walls.into_iter().flat_map(|walls| walls.reactions)).collect()
 }
 
 /// Of the moving coordinates [m/s^2]; `None` where nothing moves.
@@ -47,6 +64,7 @@ fn reaction(
     x: &[f64],
     v: &[f64],
     acceleration: Option<&[f64]>,
+    pushed: Option<&[f64]>,
     counted: &mut [bool],
 ) -> Reaction {
     let (d, drag, axes) = (system.dimension(), system.ether_drag(), hold.axes());
@@ -73,7 +91,8 @@ fn reaction(
         for c in (0..d).filter(|c| axes[*c]) {
             let i = vertex * d + c;
             if !std::mem::replace(&mut counted[i], true) {
-                f[c] = gradient[c] + m * (drag * v[i] + acceleration.map_or(0.0, |a| a[i]));
+                f[c] = gradient[c] + m * (drag * v[i] + acceleration.map_or(0.0, |a| a[i]))
+                    - pushed.map_or(0.0, |f| f[i]);
             }
         }
         let at = point(vertex);

@@ -3,6 +3,7 @@
 //! The equations of motion become `M x'' = -dE/dx - dR/dv` (Rayleigh 1873; Goldstein, Poole, Safko 2002, *Classical Mechanics*,
 //! section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
 
+mod at_rest;
 mod mass_proportional;
 mod measured;
 mod quadratic_strain_rate;
@@ -10,6 +11,7 @@ mod strain_rate;
 #[cfg(test)]
 mod tests;
 
+pub use at_rest::AtRest;
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub use quadratic_strain_rate::QuadraticStrainRate;

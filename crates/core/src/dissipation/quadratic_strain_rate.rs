@@ -12,7 +12,7 @@ use crate::energy::Stencils;
 use crate::energy::elastic::{centroids, gather, points_of, rest_packs, scatter};
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::lanes::{Kernel, Lanes, dispatch_compact};
-use crate::mesh::order::along_curve;
+use crate::numbering::along_curve;
 
 /// The dashpot of [`StrainRate`](super::StrainRate) at every quadrature point of elements of second order:
 /// `R = sum_e sum_q w_q (eta Edot : Edot + 1/2 zeta tr(Edot)^2)`.

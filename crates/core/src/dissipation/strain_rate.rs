@@ -9,7 +9,7 @@ use crate::energy::Stencils;
 use crate::energy::elastic::centroids;
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::lanes::{Kernel, Lanes, dispatch};
-use crate::mesh::order::along_curve;
+use crate::numbering::along_curve;
 
 /// Viscosities of a solid [Pa s]; of a sheet, times its thickness [Pa s m].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,6 +21,12 @@ pub struct Viscosity {
 }
 
 impl Viscosity {
+    /// The sum of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Viscosity { shear: self.shear + other.shear, second: self.second + other.second }
+    }
+
     /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient` are the gradients of the shape
     /// functions at rest, `f` the deformation gradient.
     ///

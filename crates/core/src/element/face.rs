@@ -4,7 +4,7 @@
 //! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, 3 and 6 in 3D. A face of second order
 //! has its corners first, then the nodes in the middle of its edges in the order `01, 12, 20`, and may be curved.
 
-use crate::mesh::TRIANGLE_EDGES;
+use super::shape::TRIANGLE_EDGES;
 
 /// A point of a reference face.
 #[derive(Clone, Copy, Debug, PartialEq)]

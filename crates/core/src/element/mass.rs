@@ -3,6 +3,7 @@
 use super::quadrature::factorial;
 use super::shape::{Barycentric, jacobian, middle_edges, order, shape_functions};
 use super::validity::volume;
+use crate::algebra::Mat;
 
 /// Abscissas in (0, 1) and weights of the Gauss-Legendre rule of five points, exact to degree 9: Abramowitz, Stegun 1964,
 /// *Handbook of Mathematical Functions*, 25.4.30, in closed form.
@@ -60,6 +61,11 @@ impl<const D: usize, const N: usize> MassMatrix<D, N> {
         MassMatrix { rule, straight }
     }
 
+    /// The consistent mass matrix of a straight element of unit area or volume, for unit density.
+    pub fn of_straight(&self) -> [[f64; N]; N] {
+        self.straight
+    }
+
     /// The consistent mass matrix for unit density, `M_ab = integral of N_a N_b` over the element at rest [m^2 or m^3], exact
     /// for straight and curved elements but for rounding. The same for every coordinate: the mass matrix of the element is
     /// `density M_ab I`. The sum of all entries is the volume.
@@ -68,7 +74,12 @@ impl<const D: usize, const N: usize> MassMatrix<D, N> {
             let volume = volume(rest);
             return self.straight.map(|row| row.map(|m| volume * m));
         }
-        integrate::<D, N>(&self.rule, |lambda| jacobian(rest, lambda).determinant() / factorial::<D>())
+        self.by_jacobian(|lambda| jacobian(rest, lambda))
+    }
+
+    /// As [`consistent`](Self::consistent), of an element with this derivative `J` of the position at rest.
+    pub(crate) fn by_jacobian(&self, jacobian: impl Fn(&Barycentric) -> Mat<f64, D>) -> [[f64; N]; N] {
+        integrate::<D, N>(&self.rule, |lambda| jacobian(lambda).determinant() / factorial::<D>())
     }
 
     /// Lumped masses for unit density [m^2 or m^3], one per node: the diagonal of [`consistent`](Self::consistent) scaled to

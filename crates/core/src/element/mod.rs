@@ -10,6 +10,7 @@ mod quadratic;
 mod quadrature;
 mod shape;
 mod simplex;
+mod state;
 mod tangents;
 mod validity;
 
@@ -20,11 +21,13 @@ pub use quadrature::{
     QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
 };
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
+pub(crate) use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use validity::{least_jacobian, volume};
 
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};
 pub use simplex::{SimplexPack, simplex_rest};
 pub(crate) use simplex::{edge_matrix, vertex_gradients};
+pub use state::ElementState;
 pub(crate) use tangents::{Tangents, scatter_stress, tangents, times, transpose_times};
 
 /// What an element says of itself, for `pliant list elements`.

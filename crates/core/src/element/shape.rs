@@ -8,7 +8,12 @@
 //! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, section 6.3.2 and 6.3.4.
 
 use crate::algebra::Mat;
-use crate::mesh::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
+
+/// Corners of the edges of a tetrahedron, in the order of their middle nodes.
+pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+
+/// Corners of the edges of a triangle, in the order of their middle nodes.
+pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
 /// `lambda_0 .. lambda_D`, their sum 1; in 2D the last number is 0.
 pub type Barycentric = [f64; 4];

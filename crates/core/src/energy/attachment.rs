@@ -185,7 +185,7 @@ impl EnergyTerm for Attachment {
             self.ties.share_out(i, self.force(self.ties.difference(i, x)), &mut gradient);
         }
         self.gradient = gradient;
-        crate::integrator::all_finite(&self.gradient)
+        crate::algebra::all_finite(&self.gradient)
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
@@ -275,7 +275,7 @@ impl DissipativeTerm for AttachmentDashpots {
             self.ties.share_out(i, self.force(i, x, v), &mut gradient);
         }
         self.gradient = gradient;
-        crate::integrator::all_finite(&self.gradient)
+        crate::algebra::all_finite(&self.gradient)
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {

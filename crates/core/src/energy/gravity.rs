@@ -9,6 +9,8 @@ pub struct UniformGravity {
     acceleration: Vec<f64>,
     /// `-m_i` of every vertex [kg]; gravity pulls at pinned vertices too, the pin carries it.
     negative_mass: Vec<f64>,
+    /// Whether those are the masses that it accelerates, so that every vertex falls alike.
+    accelerates: bool,
 }
 
 impl UniformGravity {
@@ -21,13 +23,23 @@ impl UniformGravity {
         UniformGravity {
             acceleration: acceleration.to_vec(),
             negative_mass: mass.iter().map(|m| -m).collect(),
+            accelerates: true,
         }
+    }
+
+    /// The same on weights [kg] that are other than the masses: a load, for statics. A weight may be zero or negative, as consistent ones
+    /// of elements of second order are at corners.
+    ///
+    /// # Panics
+    /// As [`new`](Self::new).
+    pub fn without_inertia(acceleration: &[f64], weight: &[f64]) -> Self {
+        UniformGravity { accelerates: false, ..Self::new(acceleration, weight) }
     }
 }
 
 impl UniformGravity {
     /// Acceleration [m/s^2], one component per dimension.
-    pub(super) fn acceleration(&self) -> &[f64] {
+    pub(super) fn components(&self) -> &[f64] {
         &self.acceleration
     }
 
@@ -58,10 +70,10 @@ impl EnergyTerm for UniformGravity {
             .sum()
     }
 
-    /// `M |g| L`, `L` the diagonal of the bounding box: the origin of the potential is arbitrary.
+    /// `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
-        self.total_mass() * g * crate::state::diagonal(x, self.acceleration.len())
+        self.total_mass() * g * crate::algebra::scene_size(x, self.acceleration.len())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {
@@ -78,7 +90,7 @@ impl EnergyTerm for UniformGravity {
     }
 
     fn acceleration(&self) -> Option<&[f64]> {
-        Some(&self.acceleration)
+        self.accelerates.then_some(&self.acceleration[..])
     }
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}

@@ -18,24 +18,19 @@ pub struct GravityOverTime {
 }
 
 impl GravityOverTime {
-    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on vertices of these masses [kg]; `largest` [m/s^2] is the
-    /// largest that is to be expected.
-    ///
-    /// # Panics
-    /// If `dimension` is neither 2 nor 3.
+    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on the vertices of `field`, whose own acceleration does not matter;
+    /// `largest` [m/s^2] is the largest that is to be expected.
     pub fn new(
         acceleration: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
-        dimension: usize,
         largest: f64,
-        mass: &[f64],
+        field: UniformGravity,
     ) -> Self {
         let now = acceleration(0.0);
-        let field = UniformGravity::new(&now[..dimension], mass);
         GravityOverTime { acceleration: Box::new(acceleration), largest, time: 0.0, now, field }
     }
 
     fn dimension(&self) -> usize {
-        self.field.acceleration().len()
+        self.field.components().len()
     }
 }
 
@@ -60,7 +55,7 @@ impl EnergyTerm for GravityOverTime {
     fn energy(&mut self, x: &[f64]) -> f64 {
         let d = self.dimension();
         let mut held = [0.0; 3];
-        held[..d].copy_from_slice(self.field.acceleration());
+        held[..d].copy_from_slice(self.field.components());
         self.field.set_acceleration(&self.now[..d]);
         let energy = self.field.energy(x);
         self.field.set_acceleration(&held[..d]);
@@ -75,7 +70,7 @@ impl EnergyTerm for GravityOverTime {
 
     /// By the largest gravity: it may begin at zero.
     fn scale(&mut self, x: &[f64]) -> f64 {
-        self.field.total_mass() * self.largest * crate::state::diagonal(x, self.dimension())
+        self.field.total_mass() * self.largest * crate::algebra::scene_size(x, self.dimension())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {
@@ -89,7 +84,7 @@ impl EnergyTerm for GravityOverTime {
     }
 
     fn acceleration(&self) -> Option<&[f64]> {
-        Some(self.field.acceleration())
+        self.field.acceleration()
     }
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}

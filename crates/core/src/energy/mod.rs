@@ -14,8 +14,8 @@ pub mod spring;
 
 use std::ops::Range;
 
-use crate::diagnostics::ElementState;
 use crate::element::Barycentric;
+use crate::element::ElementState;
 use crate::material::Psd;
 
 /// Which sum of the diagnostics an energy belongs to.
@@ -143,6 +143,44 @@ pub struct Stencils {
     pub size: usize,
     /// Their vertices, flat `(stencils, size)`.
     pub vertices: Vec<u32>,
+}
+
+/// `integral of N_a N_b` [m^2, m^3] over each element at rest, of the shape functions of its vertices: consistent masses for unit density.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShapeProducts {
+    /// Vertices of an element.
+    pub nodes: usize,
+    /// Vertices of the elements, flat `(elements, nodes)`.
+    pub vertices: Vec<u32>,
+    /// Flat `(elements, nodes, nodes)`.
+    pub products: Vec<f64>,
+}
+
+impl ShapeProducts {
+    /// The elements: their vertices, their products by rows.
+    fn elements(&self) -> impl Iterator<Item = (&[u32], &[f64])> {
+        let nodes = self.nodes.max(1);
+        self.vertices.chunks_exact(nodes).zip(self.products.chunks_exact(nodes * nodes))
+    }
+
+    /// Calls `visit(a, b, product)` for every pair of vertices of every element.
+    pub fn each(&self, mut visit: impl FnMut(u32, u32, f64)) {
+        for (vertices, products) in self.elements() {
+            for (a, row) in vertices.iter().zip(products.chunks_exact(vertices.len())) {
+                vertices.iter().zip(row).for_each(|(b, product)| visit(*a, *b, *product));
+            }
+        }
+    }
+
+    /// Calls `visit(a, share)` for every vertex of every element with its lumped share of the element, as
+    /// [`MassMatrix::lumped`](crate::element::MassMatrix::lumped) has it.
+    pub fn each_lumped(&self, mut visit: impl FnMut(u32, f64)) {
+        for (vertices, products) in self.elements() {
+            let diagonal = || products.iter().step_by(vertices.len() + 1);
+            let (volume, trace) = (products.iter().sum::<f64>(), diagonal().sum::<f64>());
+            vertices.iter().zip(diagonal()).for_each(|(a, m)| visit(*a, volume * m / trace));
+        }
+    }
 }
 
 /// One additive potential `E(x)`, or `E(x, t)`.
@@ -284,6 +322,12 @@ pub trait EnergyTerm: Send + Sync {
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
         let _ = x;
         vec![]
+    }
+
+    /// Products of the shape functions of solid elements of second order, whose consistent masses are more accurate than lumped ones;
+    /// `None` for all other terms.
+    fn shape_products(&self) -> Option<ShapeProducts> {
+        None
     }
 
     /// How many elements there are.

@@ -130,6 +130,12 @@ pub(super) fn function(name: &str) -> Option<&'static Function> {
 }
 
 impl Function {
+    /// Whether its value jumps where its arguments do not.
+    pub(super) fn jumps(&self) -> bool {
+        const JUMPING: &[&str] = &["<", "<=", ">", ">=", "sign", "floor", "step", "pulse", "if"];
+        JUMPING.contains(&self.name)
+    }
+
     /// Checks the number of arguments.
     pub(super) fn takes(&self, count: usize, place: std::ops::Range<usize>) -> Result<(), ExpressionError> {
         if count == self.arity {

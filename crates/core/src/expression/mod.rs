@@ -1,6 +1,6 @@
 //! Formulas of place and time that a user writes, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
 //!
-//! The parser is made with `winnow`, which `toml` brings anyway. Of the crates that parse and evaluate formulas by themselves,
+//! Of the crates that parse and evaluate formulas by themselves,
 //! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which also differentiates,
 //! comes with a regular expression engine and does not say where in the text a mistake is. None of them lets a formula have
 //! the same bits everywhere: they call the `sin` and `exp` of the platform, whose last bit depends on the C library and on the
@@ -142,6 +142,13 @@ impl Expression {
     pub fn depends_on_place(&self) -> bool {
         let elsewhere = |operation: &Operation| matches!(operation, Operation::Variable(variable) if *variable != Variable::T);
         self.program.iter().any(elsewhere)
+    }
+
+    /// Whether nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of these.
+    pub fn is_continuous(&self) -> bool {
+        let jumps =
+            |operation: &Operation| matches!(operation, Operation::Call(function) if function.jumps());
+        !self.program.iter().any(jumps)
     }
 
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {

@@ -141,6 +141,23 @@ fn mistakes_have_their_place() {
     );
 }
 
+/// Sums of x^k have closed forms: what is long is not deep.
+#[test]
+fn length_is_not_depth() {
+    let sum = |n: usize, term: &dyn Fn(usize) -> String| (1..=n).map(term).collect::<Vec<_>>().join(" + ");
+    // n terms, products, powers and functions; a polynomial of 10,000 of them is 80 kB.
+    for n in [120, 400, 10_000] {
+        let exact = n as f64;
+        assert_eq!(parsed(&sum(n, &|_| "1".into())).value(X, T), exact);
+        assert_eq!(parsed(&sum(n, &|_| "2*t^1*1".into())).value(X, T), exact);
+        assert_eq!(parsed(&sum(n, &|_| "cos(0*t)".into())).value(X, T), exact);
+        assert_eq!(parsed(&sum(n, &|_| "(2^-1 + t)".into())).value(X, T), exact);
+        assert_eq!(parsed(&sum(n, &|k| format!("{k}*t"))).rate(X, T), exact * (exact + 1.0) / 2.0);
+        assert_eq!(parsed(&vec!["1"; n].join("*")).value(X, T), 1.0);
+    }
+    assert_eq!(parsed(&format!("1{}", " ".repeat(100_000))).value(X, T), 1.0);
+}
+
 /// Nothing overflows the stack of the parser or of the evaluation.
 #[test]
 fn depth_is_bounded() {
@@ -149,6 +166,10 @@ fn depth_is_bounded() {
         format!("{}1{}", "sin(".repeat(17), ")".repeat(17)),
         format!("{}t", "1+(".repeat(300)),
         "1".repeat(1001),
+        "2^-".repeat(100_000),
+        "(".repeat(100_000),
+        "-(".repeat(100_000),
+        "if(0,0,1+2*3^(".repeat(15),
         "1-".repeat(499) + "1",
         "2^-".repeat(333) + "1",
         format!("{}1", "1<".repeat(400)),
@@ -161,4 +182,16 @@ fn depth_is_bounded() {
     assert!(Expression::parse(&format!("1+({deepest})"), Variable::ALL).is_err());
     let balanced = format!("{}1{}", "2^-".repeat(300), "");
     assert!(Expression::parse(&balanced, Variable::ALL).is_err());
+}
+
+#[test]
+fn what_jumps_is_known_by_its_functions() {
+    for text in
+        ["step(1, t)", "t < 0.5", "t * (t >= 2)", "if(t, 1, 2)", "floor(t)", "sign(t)", "sin(pulse(0, 1, t))"]
+    {
+        assert!(!Expression::parse(text, Variable::TIME).unwrap().is_continuous(), "{text}");
+    }
+    for text in ["smoothstep(0, 1, t)", "abs(t) - min(t, 1)", "clamp(t, 0, 1)^2", "sin(2*pi*t)", "-t"] {
+        assert!(Expression::parse(text, Variable::TIME).unwrap().is_continuous(), "{text}");
+    }
 }

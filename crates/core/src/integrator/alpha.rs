@@ -1,7 +1,8 @@
 //! The generalised-alpha family, Newmark's methods included.
 
+use super::Integrator;
 use super::implicit::{Next, Solve, StageSolver};
-use super::{Integrator, StepFault};
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -33,7 +34,7 @@ pub struct Alpha {
     before: Vec<f64>,
     /// The step that led to both [s].
     size: f64,
-    /// The set of held coordinates that it belongs to; `None` where there is no history.
+    /// The version of the structure that it belongs to; `None` where there is no history.
     known: Option<u64>,
     /// How far the vertices would go without the velocity of the stage.
     drift: Vec<f64>,
@@ -72,7 +73,7 @@ impl Alpha {
 impl Integrator for Alpha {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let known = self.known.take().filter(|set| {
-            *set == system.constraint_set() && *self.after.x == *state.x() && *self.after.v == *state.v()
+            *set == system.structure() && *self.after.x == *state.x() && *self.after.v == *state.v()
         });
         if known.is_none() {
             self.start(system, state)?;
@@ -84,7 +85,7 @@ impl Integrator for Alpha {
         }
         let end = self.advance(system, state, h);
         if end.is_ok() {
-            self.known = Some(system.constraint_set());
+            self.known = Some(system.structure());
             self.size = h;
         } else {
             // A step that fails leaves the memory as it was.
@@ -104,7 +105,7 @@ impl Integrator for Alpha {
     }
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
-        let known = self.known == Some(system.constraint_set())
+        let known = self.known == Some(system.structure())
             && *self.after.x == *state.x()
             && *self.after.v == *state.v();
         if known { [&self.acceleration[..], &self.before].concat() } else { vec![] }
@@ -118,7 +119,7 @@ impl Integrator for Alpha {
             self.size = h;
             self.after.x.copy_from_slice(state.x());
             self.after.v.copy_from_slice(state.v());
-            system.constraint_set()
+            system.structure()
         });
     }
 
@@ -128,6 +129,10 @@ impl Integrator for Alpha {
 
     fn bytes(&self) -> usize {
         24 * self.acceleration.len() + self.next.bytes() + self.after.bytes() + self.solver.bytes()
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x)
     }
 }
 

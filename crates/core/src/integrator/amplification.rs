@@ -1,9 +1,11 @@
 //! What a scheme does to the oscillator, measured by running it.
 
-use super::Method;
 use std::ops::Range;
 
-use crate::dissipation::MassProportional;
+use faer::c64;
+
+use super::Method;
+use crate::dissipation::{DissipativeTerm, MassProportional};
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::material::Psd;
 use crate::simulation::Simulation;
@@ -26,10 +28,9 @@ impl Amplification {
     }
 }
 
-/// Runs one step of `method` with `z = h omega` from both unit vectors. A force `-c x'` with `damping = h c` acts, and
-/// velocities decay by `exp(-decay / 2)` before and after, which is what ether drag `decay / h` does.
+/// Runs one step of `method` with `z = h omega` from both unit vectors, under a force `-c x'` with `damping = h c` and ether drag
+/// `decay / h`.
 pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Amplification {
-    let half_decay = (-0.5 * decay).exp();
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
         let mut system = System::new(1, vec![1.0]);
@@ -38,10 +39,11 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
             let damper = MassProportional::new("oscillator", damping / z, &[1.0], 0..1, 1);
             system.add_dissipation(Box::new(damper));
         }
-        let mut state = State::new(vec![start[0]], vec![start[1] * half_decay]);
+        system.set_ether_drag(decay / z);
+        let mut state = State::new(vec![start[0]], vec![start[1]]);
         // In units where omega = 1, h = z. A step that overflows leaves the start, and the radius is large anyway.
         *column = match method.build(1, SolverOptions::default()).step(&mut system, &mut state, z) {
-            Ok(()) => [state.x()[0], state.v()[0] * half_decay],
+            Ok(()) => [state.x()[0], state.v()[0]],
             Err(_) => [f64::INFINITY; 2],
         };
     }
@@ -55,10 +57,107 @@ pub(crate) fn oscillator(method: Method, z: f64) -> Simulation {
     Simulation::new(system, State::new(vec![1.0], vec![0.0]), method, z)
 }
 
-/// `E = 1/2 |x|^2`.
-#[derive(Default)]
+/// `lim |A^n|^(1/n)`, by repeated squaring; Gelfand 1941.
+pub(crate) fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
+    const SQUARINGS: i32 = 40;
+    let n = a.len();
+    let (mut logarithm, mut weight) = (0.0, 1.0);
+    for _ in 0..SQUARINGS {
+        let norm = a.iter().flatten().fold(0.0, |m: f64, e| m.max(modulus(*e)));
+        if norm == 0.0 || !norm.is_finite() {
+            return norm;
+        }
+        logarithm += weight * norm.ln();
+        weight *= 0.5;
+        a.iter_mut().flatten().for_each(|e| *e /= norm);
+        let product = |i: usize, j: usize| (0..n).fold(c64::new(0.0, 0.0), |sum, k| sum + a[i][k] * a[k][j]);
+        a = (0..n).map(|i| (0..n).map(|j| product(i, j)).collect()).collect();
+    }
+    logarithm.exp()
+}
+
+pub(crate) fn modulus(z: c64) -> f64 {
+    z.re.hypot(z.im)
+}
+
+/// The largest modulus of an eigenvalue of one step of `method` on a mode with `z = h omega` and one without stiffness that a dashpot couples,
+/// `x'' = -omega^2 x - c n (n . x')` with `n = (sin angle, cos angle)` and `damping = h c`: stiffness and damping have no eigenvector in common.
+pub(crate) fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 {
+    let mut matrix = vec![vec![c64::new(0.0, 0.0); 4]; 4];
+    for column in 0..4 {
+        let mut system = System::new(2, vec![1.0]);
+        system.add_term(Box::new(Oscillator { free_from: 1, ..Oscillator::default() }));
+        let (sin, cos) = angle.sin_cos();
+        system.add_dissipation(Box::new(Dashpot {
+            constant: damping / z,
+            along: [sin, cos],
+            gradient: [0.0; 2],
+        }));
+        let mut start = [0.0; 4];
+        start[column] = 1.0;
+        let mut state = State::new(start[..2].to_vec(), start[2..].to_vec());
+        if method.build(2, SolverOptions::default()).step(&mut system, &mut state, z).is_err() {
+            return f64::INFINITY;
+        }
+        for (row, end) in state.x().iter().chain(state.v()).enumerate() {
+            matrix[row][column] = c64::new(*end, 0.0);
+        }
+    }
+    spectral_radius(matrix)
+}
+
+/// `R = 1/2 c (n . v)^2` of a single vertex in two dimensions.
+struct Dashpot {
+    constant: f64,
+    along: [f64; 2],
+    gradient: [f64; 2],
+}
+
+impl Dashpot {
+    fn force(&self, v: &[f64]) -> [f64; 2] {
+        let rate = self.along[0] * v[0] + self.along[1] * v[1];
+        self.along.map(|n| self.constant * rate * n)
+    }
+}
+
+impl DissipativeTerm for Dashpot {
+    fn name(&self) -> String {
+        "dashpot".into()
+    }
+    fn evaluate(&mut self, _x: &[f64], v: &[f64]) -> bool {
+        self.gradient = self.force(v);
+        v.iter().all(|v| v.is_finite())
+    }
+    fn add_rows(&self, _: usize, g: &mut [f64]) {
+        g.iter_mut().zip(self.gradient).for_each(|(g, own)| *g += own);
+    }
+    fn add_damping_product(&mut self, _x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(self.force(p)).for_each(|(y, force)| *y += force);
+    }
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        self.force(v).iter().zip(v).map(|(force, v)| force * v).sum()
+    }
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// `E = 1/2 |x|^2` of the coordinates before `free_from`.
 struct Oscillator {
     gradient: Vec<f64>,
+    free_from: usize,
+}
+
+impl Default for Oscillator {
+    fn default() -> Self {
+        Oscillator { gradient: vec![], free_from: usize::MAX }
+    }
+}
+
+impl Oscillator {
+    fn stiff<'a>(&self, x: &'a [f64]) -> &'a [f64] {
+        &x[..x.len().min(self.free_from)]
+    }
 }
 
 impl EnergyTerm for Oscillator {
@@ -69,11 +168,12 @@ impl EnergyTerm for Oscillator {
         EnergyKind::Elastic
     }
     fn energy(&mut self, x: &[f64]) -> f64 {
-        0.5 * x.iter().map(|x| x * x).sum::<f64>()
+        0.5 * self.stiff(x).iter().map(|x| x * x).sum::<f64>()
     }
     fn evaluate(&mut self, x: &[f64]) -> bool {
         self.gradient.clear();
-        self.gradient.extend_from_slice(x);
+        self.gradient.extend_from_slice(self.stiff(x));
+        self.gradient.resize(x.len(), 0.0);
         x.iter().all(|x| x.is_finite())
     }
     fn add_rows(&self, first: usize, g: &mut [f64]) {
@@ -82,7 +182,7 @@ impl EnergyTerm for Oscillator {
         }
     }
     fn add_hessian_product(&mut self, _x: &[f64], p: &[f64], y: &mut [f64]) {
-        for (y, p) in y.iter_mut().zip(p) {
+        for (y, p) in y.iter_mut().zip(self.stiff(p)) {
             *y += p;
         }
     }

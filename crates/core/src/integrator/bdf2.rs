@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::dirk::Dirk;
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
-use super::{BadParameter, Documentation, Integrator, Method, Scheme, StepFault, implicit_euler, tr_bdf2};
+use super::{BadParameter, Documentation, Integrator, Method, Scheme, implicit_euler, tr_bdf2};
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -72,7 +73,7 @@ pub struct Bdf2 {
     /// The state before the last step, and the one it led to: history is good where that is the state, and the step the same.
     before: Next,
     after: Next,
-    /// The step, and the set of held coordinates.
+    /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
     z: Vec<f64>,
     w: Vec<f64>,
@@ -109,13 +110,13 @@ impl Bdf2 {
     fn remember(&mut self, system: &System, state: &State, h: f64) {
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
-        self.step = Some((h, system.constraint_set()));
+        self.step = Some((h, system.structure()));
     }
 }
 
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let known = self.step == Some((h, system.constraint_set()))
+        let known = self.step == Some((h, system.structure()))
             && *self.after.x == *state.x()
             && *self.after.v == *state.v();
         std::mem::swap(&mut self.before, &mut self.older);
@@ -146,7 +147,7 @@ impl Integrator for Bdf2 {
     }
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
-        let known = self.step.is_some_and(|(_, set)| set == system.constraint_set())
+        let known = self.step.is_some_and(|(_, set)| set == system.structure())
             && *self.after.x == *state.x()
             && *self.after.v == *state.v();
         if known { [&self.before.x[..], &self.before.v].concat() } else { vec![] }
@@ -174,6 +175,11 @@ impl Integrator for Bdf2 {
             + next.iter().map(|n| n.bytes()).sum::<usize>()
             + self.solver.bytes()
             + self.start.bytes()
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x) + self.start.predicted_bytes(system, x)
+            - self.start.bytes()
     }
 }
 

@@ -9,8 +9,9 @@
 //!
 //! They are solved by Newton's method with a sparse LU factorisation, for the matrix is not symmetric. Hairer, Wanner 1996, *Solving
 //! Ordinary Differential Equations II*, section IV.8.
+use super::Integrator;
 use super::implicit::Next;
-use super::{Integrator, StepFault};
+use crate::solver::StepFault;
 use crate::solver::coupled::{CoupledNewton, Stages, coupled_newton};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
@@ -154,5 +155,11 @@ impl Integrator for Collocation {
         16 * self.z.len() * self.next.x.len()
             + self.next.bytes()
             + self.newton.as_ref().map_or(0, |newton| newton.bytes())
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let newton = coupled_newton(system.dimension(), self.options);
+        let predicted = newton.predicted_bytes(system, self.z.len(), x);
+        self.bytes() - self.newton.as_ref().map_or(0, |newton| newton.bytes()) + predicted
     }
 }

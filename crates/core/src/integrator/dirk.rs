@@ -3,8 +3,9 @@
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
 use super::tableau::{Stages, Tableau};
-use super::{Integrator, StepFault, node};
+use super::{Integrator, node};
 use crate::lanes::Numbers;
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -164,5 +165,9 @@ impl Integrator for Dirk {
 
     fn bytes(&self) -> usize {
         16 * self.z.len() + self.stages.bytes() + self.next.bytes() + self.solver.bytes()
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x)
     }
 }

@@ -1,9 +1,10 @@
 //! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by iteration.
 
+use super::Integrator;
 use super::estimate::{Judgement, Tolerances};
 use super::ias15::Ias15Parameters;
 use super::implicit::Next;
-use super::{Integrator, StepFault};
+use crate::solver::StepFault;
 use crate::solver::{SolveError, Verdict};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -35,6 +36,10 @@ const HOPELESS: f64 = 1e6;
 const MAX_ITERATIONS: u32 = 40;
 /// A step so many times as large as the last one is not predicted from it.
 const LARGEST_RATIO: f64 = 20.0;
+
+/// Numbers of one coordinate in what is remembered: coefficients, what they were predicted to be, what
+/// rounding took from the position and from the velocity, and the last acceleration.
+const ROW: usize = 2 * TERMS + 3;
 
 /// The coefficients of one coordinate.
 type Terms = [f64; TERMS];
@@ -73,8 +78,8 @@ struct Memory {
     /// The state it led to, and what rounding took from it.
     after: Next,
     lost: Next,
-    /// Held coordinates.
-    constraint_set: u64,
+    /// Version of the structure.
+    structure: u64,
 }
 
 impl Memory {
@@ -85,14 +90,44 @@ impl Memory {
             predicted: vec![[0.0; TERMS]; unknowns],
             after: Next::new(unknowns),
             lost: Next::new(unknowns),
-            constraint_set: 0,
+            structure: 0,
         }
+    }
+
+    /// Numbers for [`read`](Self::read), and `at` beside them: the step, then one row for each coordinate.
+    fn write(&self, at: &[f64]) -> Vec<f64> {
+        let row = |i: usize| {
+            let terms = self.b[i].into_iter().chain(self.predicted[i]);
+            // A step that failed may have left anything.
+            let at = if at[i].is_finite() { at[i] } else { 0.0 };
+            terms.chain([self.lost.x[i], self.lost.v[i], at])
+        };
+        std::iter::once(self.h).chain((0..at.len()).flat_map(row)).collect()
+    }
+
+    /// Takes in what [`write`](Self::write) gave of a step that led to `state`; whether it is as long as
+    /// that.
+    fn read(&mut self, numbers: &[f64], at: &mut [f64], system: &System, state: &State) -> bool {
+        let Some((h, rows)) = numbers.split_first() else { return false };
+        if rows.len() != ROW * at.len() {
+            return false;
+        }
+        for (i, row) in rows.chunks_exact(ROW).enumerate() {
+            self.b[i].copy_from_slice(&row[..TERMS]);
+            self.predicted[i].copy_from_slice(&row[TERMS..2 * TERMS]);
+            (self.lost.x[i], self.lost.v[i], at[i]) =
+                (row[2 * TERMS], row[2 * TERMS + 1], row[2 * TERMS + 2]);
+        }
+        self.after.x.copy_from_slice(state.x());
+        self.after.v.copy_from_slice(state.v());
+        (self.h, self.structure) = (*h, system.structure());
+        true
     }
 
     /// Whether `state` is what the step led to.
     fn leads_to(&self, system: &System, state: &State) -> bool {
         self.h > 0.0
-            && self.constraint_set == system.constraint_set()
+            && self.structure == system.structure()
             && *self.after.x == *state.x()
             && *self.after.v == *state.v()
     }
@@ -250,6 +285,9 @@ impl GaussRadau {
             system.is_damped() || system.ether_drag() != 0.0 || system.has_prescribed_motion();
         let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
         for iteration in 1..=MAX_ITERATIONS {
+            if system.is_stopped() {
+                return Err(StepFault::stopped());
+            }
             let (mut change, mut largest) = (0.0, 0.0);
             for n in 1..=TERMS {
                 self.go(state, h, NODES[n], wants_velocity);
@@ -378,7 +416,7 @@ impl Integrator for GaussRadau {
         self.now.after.x.copy_from_slice(x);
         self.now.after.v.copy_from_slice(v);
         self.next.commit(system, state, h, ForceId::NONE)?;
-        (self.now.h, self.now.constraint_set) = (h, system.constraint_set());
+        (self.now.h, self.now.structure) = (h, system.structure());
         Ok(())
     }
 
@@ -390,6 +428,19 @@ impl Integrator for GaussRadau {
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
         self.now.h = 0.0;
+    }
+
+    fn memory(&self, system: &System, state: &State) -> Vec<f64> {
+        let last = [&self.now, &self.before].into_iter().find(|step| step.leads_to(system, state));
+        last.map_or(vec![], |last| last.write(&self.at))
+    }
+
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State, _: f64) {
+        (self.now.h, self.before.h) = (0.0, 0.0);
+        if !self.now.read(memory, &mut self.at, system, state) {
+            // The origin of the next step is chosen by these.
+            self.at.fill(0.0);
+        }
     }
 
     fn bytes(&self) -> usize {

@@ -1,7 +1,8 @@
 //! What implicit schemes have in common: stages that are solved, and the memory of a step.
 
-use super::{StepFault, all_finite};
+use crate::algebra::all_finite;
 use crate::lanes::Numbers;
+use crate::solver::StepFault;
 use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -166,6 +167,13 @@ impl StageSolver {
             + self.guess.bytes()
             + self.minimizer.as_ref().map_or(0, |m| m.bytes())
     }
+
+    /// Bytes beyond [`bytes`](Self::bytes) once a stage near `x` has been solved.
+    pub(super) fn further_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let predicted = minimizer(system.dimension(), self.options).predicted_bytes(system, x);
+        // The target, and two configurations.
+        (predicted + 8 * 5 * x.len()).saturating_sub(self.bytes())
+    }
 }
 
 /// Writes the acceleration at the beginning of a step to `a`, where to start the first solve from: like the step itself it depends on
@@ -202,7 +210,7 @@ impl Next {
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        let put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+        let put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
         state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
         Ok(())
     }

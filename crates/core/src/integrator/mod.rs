@@ -19,13 +19,12 @@ mod tests;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::energy::Fault;
-use crate::solver::{SolveError, SolverOptions, SolverWork};
+use crate::solver::{SolverOptions, SolverWork, StepFault};
 use crate::state::State;
 use crate::system::System;
 
-pub(crate) use amplification::oscillator;
 pub use amplification::{Amplification, amplification};
+pub(crate) use amplification::{coupled_radius, modulus, oscillator, spectral_radius};
 use estimate::{Judgement, Tolerances};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,
@@ -186,6 +185,11 @@ impl Method {
         matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
+    /// Whether it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name for the load.
+    pub fn is_static(&self) -> bool {
+        self.scheme == Scheme::QuasiStatic
+    }
+
     /// Whether steps can follow the error.
     pub fn is_adaptive(&self) -> bool {
         self.error_exponent().is_some()
@@ -194,6 +198,7 @@ impl Method {
     /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as `options` say. An explicit
     /// one allocates all it will ever need.
     pub fn build(&self, unknowns: usize, options: SolverOptions) -> Box<dyn Integrator> {
+        let options = SolverOptions { order: Some(self.documentation.order), ..options };
         match self.scheme {
             Scheme::Splitting(stages) => {
                 Box::new(splitting::Splitting::new(stages, self.documentation.order, unknowns))
@@ -255,25 +260,11 @@ pub trait Integrator: Send + Sync {
 
     /// Bytes of scratch memory held.
     fn bytes(&self) -> usize;
-}
 
-/// A step could not be taken.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StepFault {
-    /// Where and why, if a term knows.
-    pub fault: Option<Fault>,
-    /// First vertex whose new position or velocity is not finite.
-    pub vertex: Option<usize>,
-    /// How the solver of an implicit step ended, where that is the reason.
-    pub solve: Option<SolveError>,
-}
-
-impl StepFault {
-    /// Finds out what went wrong with these stage values.
-    pub(crate) fn at(system: &System, x: &[f64], v: &[f64]) -> Self {
-        let vertex = x.iter().zip(v).position(|(x, v)| !(x.is_finite() && v.is_finite()));
-        let fault = system.fault(x).or_else(|| system.dissipative_fault(x, v));
-        StepFault { fault, vertex: vertex.map(|i| i / system.dimension()), solve: None }
+    /// Bytes of scratch memory held once steps have been taken from `x`, flat [m]; explicit schemes hold it from the beginning.
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let _ = (system, x);
+        self.bytes()
     }
 }
 
@@ -281,24 +272,4 @@ impl StepFault {
 fn node(row: &[f64]) -> f64 {
     let sum = row.iter().sum::<f64>();
     if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
-}
-
-/// What is left of a velocity after the ether drag of half a step. Strang splitting: half of the drag before the step and half
-/// after keeps second order.
-pub(crate) fn half_drag(system: &System, h: f64) -> f64 {
-    (-0.5 * system.ether_drag() * h).exp()
-}
-
-/// Whether all are finite; a sum instead of a test for each, so that it vectorises.
-pub(crate) fn all_finite(values: &[f64]) -> bool {
-    let mut sums = [0.0; 8];
-    let chunks = values.chunks_exact(8);
-    let rest: f64 = chunks.remainder().iter().map(|x| x * 0.0).sum();
-    for chunk in chunks {
-        for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x * 0.0;
-        }
-    }
-    // Zero times a finite number is zero, times anything else NaN.
-    sums.iter().sum::<f64>() + rest == 0.0
 }

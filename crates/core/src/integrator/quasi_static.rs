@@ -3,7 +3,8 @@
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
 //! minimum that Newton's method reaches from the last one.
 use super::implicit::{Next, Solve, StageSolver};
-use super::{Documentation, Integrator, Method, Scheme, StepFault};
+use super::{Documentation, Integrator, Method, Scheme};
+use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -80,5 +81,9 @@ impl Integrator for QuasiStatic {
 
     fn bytes(&self) -> usize {
         16 * self.origin.len() + self.next.bytes() + self.solver.bytes()
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        self.bytes() + self.solver.further_bytes(system, x)
     }
 }

@@ -1,11 +1,13 @@
-//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t))`.
+//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t) - c v)`, `c` the ether drag.
 
 use rayon::prelude::*;
 
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::tableau::{Stages, Tableau};
-use super::{Integrator, StepFault, all_finite, half_drag, node};
+use super::{Integrator, node};
+use crate::algebra::all_finite;
 use crate::lanes::Numbers;
+use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -35,16 +37,14 @@ impl RungeKutta {
         }
     }
 
-    /// `x = x_n + h sum_j w_j v_j`, `v = drag v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block by block: a
+    /// `x = x_n + h sum_j w_j v_j`, `v = v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block by block: a
     /// block stays in the cache while the stages are added.
-    fn combine(&mut self, state: &State, drag: f64, h: f64, weights: &[f64]) {
+    fn combine(&mut self, state: &State, h: f64, weights: &[f64]) {
         let RungeKutta { stages: Stages { velocity, acceleration }, x, v, .. } = self;
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
             let range = i * BLOCK..i * BLOCK + x.len();
             x.copy_from_slice(&state.x()[range.clone()]);
-            for (v, before) in v.iter_mut().zip(&state.v()[range.clone()]) {
-                *v = drag * before;
-            }
+            v.copy_from_slice(&state.v()[range.clone()]);
             for (j, w) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
                 add_scaled(x, h * w, &velocity[j][range.clone()]);
                 add_scaled(v, h * w, &acceleration[j][range.clone()]);
@@ -67,15 +67,11 @@ fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 
 impl Integrator for RungeKutta {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let Tableau { a, b, companion } = self.tableau;
-        // What is estimated is the error of the stages, so that a pair has the drag there.
-        let (half_drag, drag) = match companion {
-            Some(_) => (1.0, system.ether_drag()),
-            None => (half_drag(system, h), 0.0),
-        };
+        let Tableau { a, b, .. } = self.tableau;
+        let drag = system.ether_drag();
         let mut force = ForceId::NONE;
         for stage in 0..b.len() {
-            self.combine(state, half_drag, h, a[stage]);
+            self.combine(state, h, a[stage]);
             let known = stage == 0 && system.holds(state.force);
             let time = state.time + node(a[stage]) * h;
             system.set_time(time);
@@ -89,14 +85,13 @@ impl Integrator for RungeKutta {
         if self.tableau.is_first_same_as_last() {
             force = system.force();
         } else {
-            self.combine(state, half_drag, h, b);
-            self.v.iter_mut().for_each(|v| *v *= half_drag);
+            self.combine(state, h, b);
             system.prescribe(state.time + h, &mut self.x, &mut self.v);
         }
         if !(all_finite(&self.x) && all_finite(&self.v)) {
             return Err(StepFault::at(system, &self.x, &self.v));
         }
-        let put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+        let put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
         state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
         Ok(())
     }

@@ -5,10 +5,14 @@
 //! `v`, the Taylor polynomial of degree `p` of the exact flow, so that the scheme keeps its order. For order 1 that is the
 //! force at the velocity before the kick. The force of the potentials is computed once; a stage more is one evaluation of the
 //! dissipative terms. A scene without such forces has none of this.
+//!
+//! Ether drag `c` belongs to the kick too, so that a scheme of any order keeps it: where no other force depends on velocities
+//! `v' = a(x) - c v` is solved exactly, `v(t) = exp(-c t) v + (1 - exp(-c t))/c a`; elsewhere the stages have it.
 
-use super::{Integrator, StepFault, half_drag};
+use super::Integrator;
 use crate::lanes::Numbers;
 use crate::pass::{Pass, Passed};
+use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -42,27 +46,46 @@ impl Splitting {
 
     /// The pass `kick` on the copies, its force a function of the velocities.
     fn damped_kick(&mut self, system: &mut System, kick: &Pass) -> Passed {
+        let drag = system.ether_drag();
         let Splitting { order, x, v, before, .. } = self;
         // Once: a step allocates nothing after the first.
         before.resize(v.len(), 0.0);
         before.copy_from_slice(v);
         for stage in 1..*order {
             system.evaluate_dissipation(x, v);
-            v.copy_from_slice(before);
             let time = kick.kick / f64::from(*order + 1 - stage);
+            slowed(before, drag * time, v);
             system.pass(&Pass { kick: time, ..Pass::NOTHING }, None, x, v);
         }
         system.evaluate_dissipation(x, v);
-        v.copy_from_slice(before);
+        slowed(before, drag * kick.kick, v);
         system.pass(kick, None, x, v)
     }
 }
 
+/// Replaces the velocities `v` of a stage by `before - decay v`.
+fn slowed(before: &[f64], decay: f64, v: &mut [f64]) {
+    if decay == 0.0 {
+        return v.copy_from_slice(before);
+    }
+    v.iter_mut().zip(before).for_each(|(v, before)| *v = before - decay * *v);
+}
+
+/// The kick of `time` [s] under ether drag `drag` [1/s]: the exact flow of `v' = a - drag v` at fixed `a`.
+fn kick_under_drag(drag: f64, time: f64) -> Pass {
+    if drag == 0.0 {
+        return Pass { kick: time, ..Pass::NOTHING };
+    }
+    let decay = -drag * time;
+    Pass { drag: decay.exp(), kick: -decay.exp_m1() / drag, ..Pass::NOTHING }
+}
+
 impl Integrator for Splitting {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let half_drag = half_drag(system, h);
         let stages = self.stages;
         let damped = system.is_damped();
+        // The stages of a damped kick have the drag.
+        let drag = if damped { 0.0 } else { system.ether_drag() };
         let mut force = state.force;
         // Time belongs to the positions: it goes on while they do.
         let mut drifted = 0.0;
@@ -73,7 +96,7 @@ impl Integrator for Splitting {
             let first = next == 0;
             let mut pass = Pass::NOTHING;
             if let Some(Stage::Kick(c)) = stages.get(next) {
-                pass.kick = c * h;
+                pass = kick_under_drag(drag, c * h);
                 if !system.holds(force) {
                     system.set_time(state.time + drifted * h);
                     let at = if first { state.x() } else { &self.x[..] };
@@ -88,19 +111,10 @@ impl Integrator for Splitting {
             }
             let last = next == stages.len();
             pass.walls = last && system.walls_in_passes();
-            if first {
-                pass.drag_before = half_drag;
-            }
-            if last {
-                pass.drag_after = half_drag;
-            }
             let passed = if damped && pass.kick != 0.0 {
                 if first {
                     self.x.copy_from_slice(state.x());
-                    for (v, before) in self.v.iter_mut().zip(state.v()) {
-                        *v = half_drag * before;
-                    }
-                    pass.drag_before = 1.0;
+                    self.v.copy_from_slice(state.v());
                 }
                 self.damped_kick(system, &pass)
             } else {
@@ -113,7 +127,7 @@ impl Integrator for Splitting {
             }
             let mut put_back = passed.put_back;
             if last && !pass.walls {
-                put_back = system.apply_walls(state.time + h, &mut self.x, &mut self.v);
+                put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
             }
             if pass.drift != 0.0 || put_back {
                 force = ForceId::NONE;

@@ -146,6 +146,58 @@ fn companions_have_exactly_their_order() {
     assert!(count >= 5);
 }
 
+type Matrix2 = nalgebra::Matrix2<f64>;
+type Vector2 = nalgebra::Vector2<f64>;
+
+/// The estimate of an implicit pair for a step of `h` of `y' = J y` from `y`: `r = h sum_i d_i J Y_i` with the stages `Y_i`, filtered by the
+/// matrix of the last stage, `(I - h a J)^-1 r`; Hosea, Shampine 1996, section 5.
+fn filtered_estimate(
+    tableau: &super::tableau::Tableau,
+    difference: &[f64],
+    j: Matrix2,
+    y: Vector2,
+    h: f64,
+) -> Vector2 {
+    let (mut slopes, mut r): (Vec<Vector2>, _) = (vec![], Vector2::zeros());
+    let resolvent = |a: f64| (Matrix2::identity() - h * a * j).try_inverse().unwrap();
+    for (i, row) in tableau.a.iter().enumerate() {
+        let known = slopes.iter().zip(*row).fold(y, |sum, (slope, a)| sum + h * a * slope);
+        slopes.push(j * resolvent(row[i]) * known);
+        r += h * difference[i] * slopes[i];
+    }
+    let last = tableau.a.last().unwrap();
+    resolvent(last[last.len() - 1]) * r
+}
+
+// Unfiltered, the estimate of a fast oscillator that the method damps out grows with the step.
+#[test]
+fn estimates_of_implicit_pairs_are_filtered_by_the_matrix_of_the_last_stage() {
+    let mut count = 0;
+    for method in methods() {
+        let Scheme::Dirk(tableau) = method.scheme else { continue };
+        let Some(companion) = tableau.companion else { continue };
+        count += 1;
+        for h in [0.1, 1.0, 10.0, 1000.0] {
+            let mut simulation = super::oscillator(method, h);
+            simulation.set_solver(SolverOptions { tolerance: Some(1e-300), ..SolverOptions::default() });
+            let tolerances = super::Tolerances { position: 1.0, velocity: 1.0, relative: 0.0 };
+            let control =
+                crate::control::StepControl { tolerances, first: Some(h), smallest: 0.0, largest: h };
+            simulation.set_step_control(control);
+            let found = simulation.estimate_of_a_step(h).unwrap();
+            let j = Matrix2::new(0.0, 1.0, -1.0, 0.0);
+            let e = filtered_estimate(&tableau, companion.difference, j, Vector2::new(1.0, 0.0), h);
+            let expected = (0.5 * e.norm_squared()).sqrt();
+            let name = method.documentation.name;
+            assert!(
+                (found / expected - 1.0).abs() < 1e-9,
+                "{name} at h omega = {h}: {found:e}, {expected:e}"
+            );
+        }
+    }
+    assert!(count >= 4);
+}
+
 /// A symplectic scheme preserves area, at any step; the others do not. On the hardening oscillator `E = x^2/2 + x^4/4`: on a
 /// linear one every scheme without damping preserves it.
 #[test]

@@ -6,7 +6,7 @@ use super::spectrum::{Derivatives, Spectrum};
 use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::scene::{As, Pressure};
+use crate::value::{As, Pressure};
 
 /// As rigid as possible: the squared distance from the nearest rotation.
 ///

@@ -1,6 +1,6 @@
-//! Stress by automatic differentiation of the energy density.
+//! Stress and Hessian by automatic differentiation of the energy density.
 
-use super::Material;
+use super::{Material, Psd, Tangent};
 use crate::algebra::{Dual, Mat};
 use crate::scalar::Scalar;
 
@@ -21,4 +21,42 @@ pub fn autodiff_stress<S: Scalar, const D: usize, M: Material<D> + ?Sized>(
         }
     }
     p
+}
+
+/// `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of `F`; the stress of a model that gives
+/// its energy density alone runs on duals of duals. Negative eigenvalues are set to zero [numerically](Tangent::projected).
+///
+/// Outside the domain of a barrier model the result is not finite.
+pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(
+    material: &M,
+    f: &Mat<f64, D>,
+    psd: Psd,
+) -> Tangent<D> {
+    let mut tangent = Tangent::zero();
+    for k in 0..D {
+        for l in 0..D {
+            let mut direction = Mat::zero();
+            direction[k][l] = 1.0;
+            let dp = stress_along(material, f, &direction);
+            for i in 0..D {
+                for j in 0..D {
+                    tangent.0[i][j][k][l] = dp[i][j];
+                }
+            }
+        }
+    }
+    match psd {
+        Psd::Exact => tangent,
+        Psd::Projected => tangent.projected(),
+    }
+}
+
+/// `dP = dP/dF : dF` [Pa]; one function for all that work on one `F` at a time.
+#[inline(never)]
+pub(crate) fn stress_along<const D: usize, M: Material<D> + ?Sized>(
+    material: &M,
+    f: &Mat<f64, D>,
+    df: &Mat<f64, D>,
+) -> Mat<f64, D> {
+    Dual::parts(&material.pk1(&Dual::along(f, df))).1
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
-use crate::scene::{As, Pressure};
+use crate::value::{As, Pressure};
 
 /// Small-strain linear elasticity.
 ///

@@ -6,10 +6,12 @@ mod parameters;
 mod preset;
 mod registry;
 mod spectrum;
+mod stress;
 mod stretches;
 
 pub use arap::WithoutPoisson;
-pub use autodiff::autodiff_stress;
+pub(crate) use autodiff::stress_along;
+pub use autodiff::{autodiff_hessian, autodiff_stress};
 pub use linear::PlaneIsotropic;
 pub use mooney_rivlin::TwoConstants;
 pub use ogden::OgdenTerms;
@@ -17,11 +19,12 @@ pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Plane, Stiffne
 pub use preset::{AboutPreset, PRESETS, Preset};
 pub use registry::{About, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, InvariantDerivatives, Spectrum};
+pub use stress::Stress;
 pub use stretches::Stretches;
 
 use registry::register_materials;
 
-use crate::algebra::{Mat, Vect, signed_svd};
+use crate::algebra::{Mat, Vect, project_positive, signed_svd};
 use crate::scalar::Scalar;
 
 /// Which states of deformation a model is defined for.
@@ -39,7 +42,7 @@ pub enum Domain {
 pub enum Psd {
     /// The exact second derivative.
     Exact,
-    /// The nearest positive semi-definite matrix, by the analytic eigensystem.
+    /// The nearest positive semi-definite matrix: by the analytic eigensystem of isotropic models, else numerically.
     Projected,
 }
 
@@ -84,12 +87,63 @@ impl<const D: usize> Tangent<D> {
         }
         r
     }
+
+    /// The nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that acts on the `D^2` numbers of `dF`:
+    /// Jacobi rotations give its eigenvalues, negative ones become zero. One that is not finite stays as it is.
+    pub fn projected(&self) -> Self {
+        let n = D * D;
+        let mut matrix = vec![0.0; n * n];
+        for (entry, matrix) in matrix.iter_mut().enumerate() {
+            let (row, column) = (entry / n, entry % n);
+            *matrix = 0.5 * (self.entry(row, column) + self.entry(column, row));
+        }
+        project_positive(&mut matrix, n);
+        let mut t = Self::zero();
+        for (entry, matrix) in matrix.into_iter().enumerate() {
+            let (row, column) = (entry / n, entry % n);
+            t.0[row / D][row % D][column / D][column % D] = matrix;
+        }
+        t
+    }
+
+    /// `C_ijkl` with `row = i D + j`, `column = k D + l`.
+    fn entry(&self, row: usize, column: usize) -> f64 {
+        self.0[row / D][row % D][column / D][column % D]
+    }
 }
 
 /// A hyperelastic energy density `psi(F)`.
 ///
 /// Written once, generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two dimensions the
 /// model is in plane strain (`F_33 = 1`), per unit thickness.
+///
+/// The energy density is enough, for explicit and implicit schemes: stress and Hessian follow by automatic differentiation,
+/// exact to rounding. Closed forms of them are faster. What runs on lanes is to be inlined.
+///
+/// ```
+/// use pliant::algebra::Mat;
+/// use pliant::material::{Material, Psd};
+/// use pliant::scalar::Scalar;
+///
+/// /// `psi = mu/2 (F : F - 3 - 2 ln J) + k/4 (|F a|^2 - 1)^2`: neo-Hookean with fibres along `a = e_1`.
+/// struct Fibres {
+///     mu: f64,
+///     k: f64,
+/// }
+///
+/// impl Material<3> for Fibres {
+///     #[inline(always)]
+///     fn psi<S: Scalar>(&self, f: &Mat<S, 3>) -> S {
+///         let matrix = f.norm_squared() - S::splat(3.0) - S::splat(2.0) * f.determinant().ln();
+///         let fibre = f[0][0] * f[0][0] + f[1][0] * f[1][0] + f[2][0] * f[2][0] - S::one();
+///         S::splat(0.5 * self.mu) * matrix + S::splat(0.25 * self.k) * fibre * fibre
+///     }
+/// }
+///
+/// let material = Fibres { mu: 1.0, k: 10.0 };
+/// let along = material.hessian(&Mat::identity(), Psd::Exact).0[0][0][0][0];
+/// assert!((along - (2.0 * 1.0 + 2.0 * 10.0)).abs() < 1e-12);
+/// ```
 pub trait Material<const D: usize>: Send + Sync + 'static {
     /// Energy density `psi(F)` [J/m^3]; in 2D [J/m^2] per metre of thickness.
     fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S;
@@ -101,21 +155,20 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
         autodiff_stress(self, f)
     }
 
-    /// The eigenvalues of `dP/dF` where `F` has these signed singular values; `None` for a model that is no function of them,
-    /// which then gives its [`hessian`](Self::hessian) itself.
+    /// The eigenvalues of `dP/dF` where `F` has these signed singular values; `None` for a model that does not know them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let _ = sigma;
         None
     }
 
-    /// Second derivative `dP/dF` [Pa].
-    ///
-    /// # Panics
-    /// If the model gives neither a spectrum nor this.
+    /// Second derivative `dP/dF` [Pa]: from the [`spectrum`](Self::spectrum); of a model without one, by
+    /// [automatic differentiation](autodiff_hessian).
     fn hessian(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D> {
         let svd = signed_svd(f);
-        let spectrum = self.spectrum(&svd.sigma).expect("a model gives its spectrum or its Hessian");
-        spectrum.tangent(&svd, psd)
+        match self.spectrum(&svd.sigma) {
+            Some(spectrum) => spectrum.tangent(&svd, psd),
+            None => autodiff_hessian(self, f, psd),
+        }
     }
 
     /// Where the model is defined.
@@ -150,4 +203,4 @@ register_materials! {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -7,7 +7,7 @@ use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::scene::{As, Pressure};
+use crate::value::{As, Pressure};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
 ///

@@ -6,7 +6,7 @@ use super::parameters::{check_poisson, check_positive};
 use super::{About, Domain, Lame, Model, ParameterError, Parameters, Stretches};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
-use crate::scene::{As, Pressure};
+use crate::value::{As, Pressure};
 
 /// Ogden's elasticity of rubber, with any number of terms.
 ///

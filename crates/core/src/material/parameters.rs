@@ -4,7 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::preset::{AboutPreset, Preset};
-use crate::scene::{As, Pressure};
+use crate::value::{As, Pressure};
 
 /// A parameter has a value that no material has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

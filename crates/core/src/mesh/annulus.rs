@@ -4,7 +4,7 @@ use super::build::{at_least_one, positive, vector};
 use super::cooks_membrane::plane;
 use super::mapped::add_lines;
 use super::{Mesh, MeshError, MeshSize, turn};
-use crate::scene::AnnulusSpec;
+use crate::mesh::spec::AnnulusSpec;
 
 /// Fewer cells around would not go around.
 const LEAST_AROUND: usize = 3;

@@ -7,7 +7,7 @@ use super::mapped::add_triangles;
 use super::sphere::placed;
 use super::tube::solid;
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::BallSpec;
+use crate::mesh::spec::BallSpec;
 
 /// The six orders in which a path goes along the three axes of a cell (Kuhn's split).
 const PATHS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];

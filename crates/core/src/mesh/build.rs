@@ -6,7 +6,7 @@ use super::{
     Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, cylinder, disk, elliptic_membrane,
     file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, tapered_beam, transform, tube,
 };
-use crate::scene::{Body, MeshSpec};
+use crate::mesh::spec::{BodyMesh, MeshSpec};
 
 /// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
 ///
@@ -51,21 +51,20 @@ fn build_shape(
     Ok(mesh)
 }
 
-/// Builds the mesh of a body: its shape, of second order if its `order` is 2, then `transform`, then `repeat`.
+/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, then `transform`, then `repeat`.
 ///
 /// # Errors
 /// As [`build`]; what makes the transformation or the copies impossible.
-pub fn build_body(body: &Body, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
-    let quadratic = body.is_quadratic();
-    let mut mesh = build_shape(&body.mesh, dimension, base, quadratic)?;
-    if quadratic {
+pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
+    let mut mesh = build_shape(body.shape, dimension, base, body.quadratic)?;
+    if body.quadratic {
         let count = 7 * mesh.element_count() as u64;
         mesh = mesh.promoted_to_quadratic().ok_or(MeshError::TooMany { what: "vertices", count })?;
     }
-    if let Some(spec) = &body.transform {
+    if let Some(spec) = body.transform {
         transform::apply(spec, &mut mesh)?;
     }
-    if let Some(spec) = &body.repeat {
+    if let Some(spec) = body.repeat {
         repeat::apply(spec, &mut mesh)?;
     }
     if body.transform.is_some() || body.repeat.is_some() {

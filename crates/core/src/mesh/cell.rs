@@ -17,16 +17,22 @@ pub enum Cell {
 
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Cell::Edge(i) => write!(f, "edge {i}"),
-            Cell::Line(i) => write!(f, "line {i}"),
-            Cell::Triangle(i) => write!(f, "triangle {i}"),
-            Cell::Tetrahedron(i) => write!(f, "tetrahedron {i}"),
-        }
+        let (Cell::Edge(i) | Cell::Line(i) | Cell::Triangle(i) | Cell::Tetrahedron(i)) = self;
+        write!(f, "{} {i}", self.noun())
     }
 }
 
 impl Cell {
+    /// The word for a cell of its kind.
+    pub(super) fn noun(&self) -> &'static str {
+        match self {
+            Cell::Edge(_) => "edge",
+            Cell::Line(_) => "line",
+            Cell::Triangle(_) => "triangle",
+            Cell::Tetrahedron(_) => "tetrahedron",
+        }
+    }
+
     /// What its measure is called, and the unit.
     pub(super) fn measure(&self) -> (&'static str, &'static str) {
         match self {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::file::{FileMesh, Place};
 use super::quadratic::MidNodes;
 use super::tokens::Fault;
+use super::topology::firsts;
 use super::{FormatError, Group, Mesh};
 
 /// Names of groups by their dimension and number.
@@ -30,8 +31,8 @@ type Middles = [u32; 6];
 pub(super) struct CellsOf<const N: usize> {
     pub vertices: Vec<[u32; N]>,
     pub places: Vec<Place>,
-    /// Empty for cells of first order.
-    pub middles: Vec<Middles>,
+    /// Of each cell, `None` for one of first order; empty where all are.
+    middles: Vec<Option<Middles>>,
     /// Cells of each group, ascending.
     pub groups: BTreeMap<u64, Vec<u32>>,
 }
@@ -45,13 +46,17 @@ impl<const N: usize> Default for CellsOf<N> {
 impl<const N: usize> CellsOf<N> {
     fn push(&mut self, vertices: [u32; N], middles: &[u32], place: Place, groups: &[u64]) {
         let cell = self.vertices.len() as u32;
-        self.vertices.push(vertices);
-        self.places.push(place);
         if !middles.is_empty() {
             let mut padded = Middles::default();
             padded[..middles.len()].copy_from_slice(middles);
-            self.middles.push(padded);
+            // Those of first order before it have none.
+            self.middles.resize(self.vertices.len(), None);
+            self.middles.push(Some(padded));
+        } else if !self.middles.is_empty() {
+            self.middles.push(None);
         }
+        self.vertices.push(vertices);
+        self.places.push(place);
         for &group in groups {
             self.groups.entry(group).or_default().push(cell);
         }
@@ -59,22 +64,18 @@ impl<const N: usize> CellsOf<N> {
 
     /// The nodes in the middle of the edges of a cell; none for a cell of first order.
     fn middles_of(&self, cell: usize) -> &[u32] {
-        self.middles.get(cell).map_or(&[], |middles| &middles[..N * (N - 1) / 2])
+        let middles = self.middles.get(cell).and_then(Option::as_ref);
+        middles.map_or(&[], |middles| &middles[..N * (N - 1) / 2])
+    }
+
+    /// The nodes in the middle of edges of all cells.
+    fn all_middles(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..self.middles.len()).flat_map(|cell| self.middles_of(cell).iter().copied())
     }
 
     fn merge_repeated(&mut self) {
-        let key = |cell: u32| {
-            let mut vertices = self.vertices[cell as usize];
-            vertices.sort_unstable();
-            (vertices, cell)
-        };
-        let mut sorted: Vec<([u32; N], u32)> = (0..self.vertices.len() as u32).map(key).collect();
-        sorted.sort_unstable();
         // Every cell points to the first one with the same vertices.
-        let mut first: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        for run in sorted.chunk_by(|a, b| a.0 == b.0) {
-            run.iter().for_each(|(_, cell)| first[*cell as usize] = run[0].1);
-        }
+        let first = firsts(&self.vertices, &[]);
         let mut kept = 0;
         let mut index = vec![0_u32; first.len()];
         for cell in 0..first.len() {
@@ -82,12 +83,17 @@ impl<const N: usize> CellsOf<N> {
                 index[cell] = kept as u32;
                 self.vertices[kept] = self.vertices[cell];
                 self.places[kept] = self.places[cell];
-                if !self.middles.is_empty() {
-                    self.middles[kept] = self.middles[cell];
+                if let Some(&middles) = self.middles.get(cell) {
+                    self.middles[kept] = middles;
                 }
                 kept += 1;
             } else {
-                index[cell] = index[first[cell] as usize];
+                let at = index[first[cell] as usize];
+                index[cell] = at;
+                // One of first order gains the nodes of the same cell of second order.
+                if let Some(&middles) = self.middles.get(cell) {
+                    self.middles[at as usize] = self.middles[at as usize].or(middles);
+                }
             }
         }
         self.vertices.truncate(kept);
@@ -172,17 +178,13 @@ impl Cells {
         names: &Names,
         mid_nodes: MidNodes,
     ) -> Result<FileMesh, Fault> {
-        let fault = |place: Place, error: FormatError| {
-            let byte = (place.line == 0).then_some(place.tag);
-            Fault { byte, ..Fault::in_line(place.line, error) }
-        };
         match (self.first_order, self.second_order, mid_nodes) {
             (_, None, _) => {}
             (_, Some((place, name)), MidNodes::Refuse) => {
-                return Err(fault(place, FormatError::SecondOrder { name }));
+                return Err(Fault::at(place, FormatError::SecondOrder { name }));
             }
             (_, Some(_), MidNodes::Drop) => self.drop_middles(&mut xyz, &mut vertices),
-            (Some(place), Some(_), MidNodes::Keep) => return Err(fault(place, FormatError::MixedOrder)),
+            (Some(place), Some(_), MidNodes::Keep) => return Err(Fault::at(place, FormatError::MixedOrder)),
             (None, Some(_), MidNodes::Keep) => {}
         }
         Ok(self.assemble(xyz, vertices, names))
@@ -192,10 +194,9 @@ impl Cells {
     fn drop_middles(&mut self, xyz: &mut Vec<f64>, places: &mut Vec<Place>) {
         let count = places.len();
         let mut dropped = vec![false; count];
-        let middles = self.lines.middles.iter().map(|m| &m[..1]);
-        let middles = middles.chain(self.triangles.middles.iter().map(|m| &m[..3]));
-        let middles = middles.chain(self.tetrahedra.middles.iter().map(|m| &m[..]));
-        middles.flatten().for_each(|&vertex| dropped[vertex as usize] = true);
+        let middles = self.lines.all_middles().chain(self.triangles.all_middles());
+        let middles = middles.chain(self.tetrahedra.all_middles());
+        middles.for_each(|vertex| dropped[vertex as usize] = true);
         let corners = self.points.vertices.as_flattened().iter();
         let corners = corners.chain(self.lines.vertices.as_flattened());
         let corners = corners.chain(self.triangles.vertices.as_flattened());
@@ -238,8 +239,8 @@ impl Cells {
         let Cells { lines, triangles, tetrahedra, lines_are_springs, .. } = self;
         let mut file = FileMesh { xyz, vertices, ..FileMesh::default() };
         file.mesh = Mesh {
-            triangle_middles: triangles.middles.iter().map(|&[a, b, c, ..]| [a, b, c]).collect(),
-            tetrahedron_middles: tetrahedra.middles,
+            triangle_middles: triangles.middles.iter().flatten().map(|&[a, b, c, ..]| [a, b, c]).collect(),
+            tetrahedron_middles: tetrahedra.middles.into_iter().flatten().collect(),
             triangles: triangles.vertices,
             tetrahedra: tetrahedra.vertices,
             groups,

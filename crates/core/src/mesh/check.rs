@@ -1,6 +1,7 @@
 //! What every mesh must satisfy before anything is computed on it.
 
 use super::geometry::measure;
+use super::topology::firsts;
 use super::{Cell, Mesh, MeshError};
 use crate::element::least_jacobian;
 
@@ -8,23 +9,11 @@ use crate::element::least_jacobian;
 /// a height of 1e-9 h pass: they cost accuracy, not meaning.
 pub(super) const DEGENERATE: f64 = 1e-12;
 
-/// Checks coordinates, then indices, then shapes, then that every vertex is used; the first fault is returned.
+/// Checks coordinates, then indices, then shapes, then that every vertex is used and no element twice; the
+/// first fault is returned.
 pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
-    if mesh.points.is_empty() {
-        return Err(MeshError::Empty);
-    }
-    unusable_cells(mesh)?;
-    if let Some(i) = mesh.points.iter().position(|x| !x.is_finite()) {
-        let (vertex, axis) = (i / mesh.dimension, i % mesh.dimension);
-        return Err(MeshError::NonFiniteCoordinate { vertex, axis, value: mesh.points[i] });
-    }
-    let count = mesh.vertex_count();
-    indices(&mesh.edges, count, Cell::Edge)?;
-    indices(&mesh.lines, count, Cell::Line)?;
-    indices(&mesh.triangles, count, Cell::Triangle)?;
-    indices(&mesh.tetrahedra, count, Cell::Tetrahedron)?;
-    middles(&mesh.triangles, &mesh.triangle_middles, count, Cell::Triangle)?;
-    middles(&mesh.tetrahedra, &mesh.tetrahedron_middles, count, Cell::Tetrahedron)?;
+    check_numbers(mesh)?;
+    different_vertices(mesh)?;
     edges(mesh)?;
     if !mesh.tetrahedra.is_empty() {
         shapes(mesh, &mesh.tetrahedra, Cell::Tetrahedron)?;
@@ -36,7 +25,41 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
         (2, 2, 2) => curved::<2, 6>(mesh, Cell::Triangle)?,
         _ => {}
     }
-    unreferenced(mesh)
+    unreferenced(mesh)?;
+    match mesh.element_dimension() {
+        3 => repeated(&mesh.tetrahedra, Cell::Tetrahedron),
+        2 => repeated(&mesh.triangles, Cell::Triangle),
+        // Two springs between the same ends may be meant.
+        _ => Ok(()),
+    }
+}
+
+/// Checks that there are vertices, that coordinates are finite and indices in range: what everything else
+/// takes for granted.
+pub(super) fn check_numbers(mesh: &Mesh) -> Result<(), MeshError> {
+    if mesh.points.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    unusable_cells(mesh)?;
+    if let Some(i) = mesh.points.iter().position(|x| !x.is_finite()) {
+        let (vertex, axis) = (i / mesh.dimension, i % mesh.dimension);
+        return Err(MeshError::NonFiniteCoordinate { vertex, axis, value: mesh.points[i] });
+    }
+    let count = mesh.vertex_count();
+    in_range(&mesh.edges, count, Cell::Edge)?;
+    in_range(&mesh.lines, count, Cell::Line)?;
+    in_range(&mesh.triangles, count, Cell::Triangle)?;
+    in_range(&mesh.tetrahedra, count, Cell::Tetrahedron)?;
+    in_range(&mesh.triangle_middles, count, Cell::Triangle)?;
+    in_range(&mesh.tetrahedron_middles, count, Cell::Tetrahedron)
+}
+
+/// No vertex twice in a cell.
+fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
+    different::<2, 0>(&mesh.edges, &[], Cell::Edge)?;
+    different::<2, 0>(&mesh.lines, &[], Cell::Line)?;
+    different(&mesh.triangles, &mesh.triangle_middles, Cell::Triangle)?;
+    different(&mesh.tetrahedra, &mesh.tetrahedron_middles, Cell::Tetrahedron)
 }
 
 /// Curved sides fold no element.
@@ -58,47 +81,66 @@ pub(super) fn unusable_cells(mesh: &Mesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Every index in range, no vertex twice in a cell.
-fn indices<const N: usize>(
+fn in_range<const N: usize>(
     cells: &[[u32; N]],
     count: usize,
     name: fn(usize) -> Cell,
 ) -> Result<(), MeshError> {
     for (i, cell) in cells.iter().enumerate() {
-        for (a, &vertex) in cell.iter().enumerate() {
-            if vertex as usize >= count {
-                return Err(MeshError::IndexOutOfRange { cell: name(i), vertex, count });
-            }
-            if cell[..a].contains(&vertex) {
-                return Err(MeshError::RepeatedVertex { cell: name(i), vertex });
-            }
+        if let Some(&vertex) = cell.iter().find(|&&vertex| vertex as usize >= count) {
+            return Err(MeshError::IndexOutOfRange { cell: name(i), vertex, count });
         }
     }
     Ok(())
 }
 
-/// The same of the vertices in the middle of edges.
-fn middles<const N: usize, const M: usize>(
+/// No vertex twice in a cell, those in the middle of its edges included.
+fn different<const N: usize, const M: usize>(
     cells: &[[u32; N]],
     middles: &[[u32; M]],
-    count: usize,
     name: fn(usize) -> Cell,
 ) -> Result<(), MeshError> {
-    indices(middles, count, name)?;
-    for (i, (cell, middles)) in cells.iter().zip(middles).enumerate() {
-        if let Some(&vertex) = middles.iter().find(|vertex| cell.contains(vertex)) {
+    for (i, cell) in cells.iter().enumerate() {
+        let middles = middles.get(i).map_or(&[][..], |middles| middles);
+        let repeated = |nodes: &[u32], earlier: &[u32]| {
+            let found =
+                nodes.iter().enumerate().find(|(a, v)| earlier.contains(v) || nodes[..*a].contains(v));
+            found.map(|(_, &vertex)| vertex)
+        };
+        if let Some(vertex) = repeated(cell, &[]).or_else(|| repeated(middles, cell)) {
             return Err(MeshError::RepeatedVertex { cell: name(i), vertex });
         }
     }
     Ok(())
 }
 
+/// No element twice: its stiffness and its mass would count twice.
+fn repeated<const N: usize>(cells: &[[u32; N]], name: fn(usize) -> Cell) -> Result<(), MeshError> {
+    let firsts = firsts(cells, &[]);
+    let is_repeated = |i: &usize| firsts[*i] as usize != *i;
+    match (0..cells.len()).find(is_repeated) {
+        None => Ok(()),
+        Some(i) => {
+            let count = (0..cells.len()).filter(is_repeated).count();
+            Err(MeshError::RepeatedCell { cell: name(i), first: firsts[i] as usize, count })
+        }
+    }
+}
+
+/// Whether a cell is degenerate: an edge short against the mesh, of this `diagonal` [m], or a cell with
+/// `|det Dm|` of nearly 0.
+pub(super) fn is_flat<const N: usize>(mesh: &Mesh, diagonal: f64, cell: [u32; N]) -> bool {
+    let m = measure(&mesh.points, mesh.dimension, cell);
+    let (measure, least) =
+        if N == 2 { (m.size, DEGENERATE * diagonal) } else { (m.relative.abs(), DEGENERATE) };
+    measure.is_nan() || measure <= least
+}
+
 /// Springs have a length: more than rounding leaves of the coordinates.
 fn edges(mesh: &Mesh) -> Result<(), MeshError> {
-    let least = DEGENERATE * mesh.diagonal();
+    let diagonal = mesh.diagonal();
     for (edge, &vertices) in mesh.edges.iter().enumerate() {
-        let length = measure(&mesh.points, mesh.dimension, vertices).size;
-        if length.is_nan() || length <= least {
+        if is_flat(mesh, diagonal, vertices) {
             return Err(MeshError::ZeroLengthEdge { edge, vertices });
         }
     }
@@ -121,30 +163,37 @@ fn shapes<const N: usize>(mesh: &Mesh, cells: &[[u32; N]], name: fn(usize) -> Ce
 
 /// Every vertex belongs to an element or an edge, unless there are neither: a cloud of points.
 fn unreferenced(mesh: &Mesh) -> Result<(), MeshError> {
-    if mesh.element_dimension() == 0 {
-        return Ok(());
-    }
-    let mut used = vec![false; mesh.vertex_count()];
-    let mut mark = |vertices: &[u32]| vertices.iter().for_each(|&v| used[v as usize] = true);
-    mesh.edges.iter().for_each(|cell| mark(cell));
-    if !mesh.tetrahedra.is_empty() {
-        mesh.tetrahedra.iter().for_each(|cell| mark(cell));
-        mesh.tetrahedron_middles.iter().for_each(|cell| mark(cell));
-    } else {
-        mesh.triangles.iter().for_each(|cell| mark(cell));
-        mesh.triangle_middles.iter().for_each(|cell| mark(cell));
-    }
+    let Some(used) = used_vertices(mesh) else { return Ok(()) };
     match used.iter().position(|&u| !u) {
         None => Ok(()),
         Some(vertex) => Err(MeshError::Unreferenced { vertex, count: used.iter().filter(|&&u| !u).count() }),
     }
 }
 
+/// Which vertices belong to an element or an edge; `None` of a cloud of points, where all stand for
+/// themselves.
+pub(super) fn used_vertices(mesh: &Mesh) -> Option<Vec<bool>> {
+    if mesh.element_dimension() == 0 {
+        return None;
+    }
+    let mut used = vec![false; mesh.vertex_count()];
+    let mut mark = |vertices: &[u32]| vertices.iter().for_each(|&v| used[v as usize] = true);
+    mark(mesh.edges.as_flattened());
+    if !mesh.tetrahedra.is_empty() {
+        mark(mesh.tetrahedra.as_flattened());
+        mark(mesh.tetrahedron_middles.as_flattened());
+    } else {
+        mark(mesh.triangles.as_flattened());
+        mark(mesh.triangle_middles.as_flattened());
+    }
+    Some(used)
+}
+
 #[cfg(test)]
 mod tests {
+    use crate::mesh::spec::InlineSpec;
     use crate::mesh::test_support::{build_inline, points};
     use crate::mesh::{Cell, MeshError};
-    use crate::scene::InlineSpec;
 
     fn plane(coordinates: &[[f64; 2]], triangles: &[[u32; 3]]) -> Result<crate::mesh::Mesh, MeshError> {
         let spec = InlineSpec {

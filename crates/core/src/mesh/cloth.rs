@@ -2,7 +2,7 @@
 
 use super::build::{at_least_one, vector};
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::ClothSpec;
+use crate::mesh::spec::ClothSpec;
 
 /// Counts of the sheet.
 pub(super) fn size(spec: &ClothSpec, dimension: usize) -> Result<MeshSize, MeshError> {
@@ -74,7 +74,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::MeshSpec;
+    use crate::mesh::spec::MeshSpec;
 
     fn sheet(u: &[f64], v: &[f64]) -> ClothSpec {
         ClothSpec { cells: [2, 1], origin: vec![1.0; u.len()], u: u.to_vec(), v: v.to_vec() }

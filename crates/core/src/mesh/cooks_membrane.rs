@@ -2,7 +2,7 @@
 
 use super::build::at_least_one;
 use super::{Mesh, MeshError, MeshSize, mapped};
-use crate::scene::CooksMembraneSpec;
+use crate::mesh::spec::CooksMembraneSpec;
 
 /// Counts of the membrane.
 pub(super) fn size(spec: &CooksMembraneSpec, dimension: usize) -> Result<MeshSize, MeshError> {

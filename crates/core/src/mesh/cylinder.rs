@@ -4,7 +4,7 @@ use super::build::{at_least_one, positive, vector};
 use super::mapped::add_lines;
 use super::tube::solid;
 use super::{Mesh, MeshError, MeshSize, extrude, turn};
-use crate::scene::CylinderSpec;
+use crate::mesh::spec::CylinderSpec;
 
 /// Counts of the base: one vertex, then rings of 6, 12, 18, ...
 fn base_size(radial: usize) -> MeshSize {

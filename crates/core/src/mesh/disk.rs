@@ -5,7 +5,7 @@ use rand_pcg::rand_core::Rng;
 
 use super::build::{at_least_one, finite, positive, vector};
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::DiskSpec;
+use crate::mesh::spec::DiskSpec;
 
 /// The default stream of the generator in the PCG library.
 const STREAM: u128 = 0x0a02_bdbf_7bb3_c0a7_ac28_fa16_a64a_bf96;
@@ -77,7 +77,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::MeshSpec;
+    use crate::mesh::spec::MeshSpec;
 
     fn annulus() -> DiskSpec {
         DiskSpec { count: 20_000, radius: 2.0, inner_radius: 1.0, centre: None, thickness: 0.5, seed: 7 }

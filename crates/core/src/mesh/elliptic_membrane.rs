@@ -3,7 +3,7 @@
 use super::build::{at_least_one, positive};
 use super::cooks_membrane::plane;
 use super::{Mesh, MeshError, MeshSize, mapped, turn};
-use crate::scene::EllipticMembraneSpec;
+use crate::mesh::spec::EllipticMembraneSpec;
 
 /// Counts of the membrane.
 pub(super) fn size(spec: &EllipticMembraneSpec, dimension: usize) -> Result<MeshSize, MeshError> {

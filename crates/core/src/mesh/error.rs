@@ -191,6 +191,20 @@ pub enum MeshError {
         /// The vertex.
         vertex: u32,
     },
+    /// An element that is there twice: its stiffness and its mass would count twice.
+    #[error(
+        "{cell} has the same vertices as {} {first}{}; every element counts once: remove the repeated",
+        cell.noun(),
+        if *count > 1 { format!(", and {} more elements repeat others", count - 1) } else { String::new() }
+    )]
+    RepeatedCell {
+        /// The second of them.
+        cell: Cell,
+        /// Index of the first.
+        first: usize,
+        /// How many elements repeat another.
+        count: usize,
+    },
     /// An element without area or volume: `|det Dm| <= 1e-12 h^d`.
     #[error("{cell} is degenerate: its {} is {volume:e} {} at a longest edge of {size:e} m; move its vertices apart \
              or remove it", cell.measure().0, cell.measure().1)]
@@ -224,6 +238,25 @@ pub enum MeshError {
         cell: Cell,
         /// Lower bound of the least `det J` in it, as a fraction of its mean.
         least: f64,
+    },
+    /// A surface with one side.
+    #[error(
+        "the surface has one side only (a Moebius band), which shows at the edge from vertex {} to {}: no \
+         order of vertices puts the same side of all triangles up; cut it there, or do without `orient`",
+        edge[0], edge[1]
+    )]
+    NotOrientable {
+        /// An edge that two triangles cannot both run through in opposite ways.
+        edge: [u32; 2],
+    },
+    /// A mesh of which cleaning leaves no element.
+    #[error(
+        "all {count} elements are degenerate: `drop_degenerate` would leave none; is the tolerance of `merge` \
+         too large?"
+    )]
+    NothingLeft {
+        /// How many there were.
+        count: usize,
     },
     /// An edge between two vertices at the same place.
     #[error("edge {edge} joins vertices {} and {}, which are at the same place; a spring needs a length",
@@ -316,8 +349,9 @@ pub enum MeshError {
     #[error(transparent)]
     Format(#[from] FormatError),
     /// A fault in a file, and where.
-    #[error("{}{}: {}{source}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(),
-            tag.map(|t| format!("{t} of the file: ")).unwrap_or_default())]
+    #[error("{}{}: {}{source}{}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(),
+            tag.map(|t| format!("{t} of the file: ")).unwrap_or_default(),
+            cures.iter().map(|cure| format!("; or {cure}")).collect::<String>())]
     InFile {
         /// The file.
         path: PathBuf,
@@ -325,6 +359,8 @@ pub enum MeshError {
         line: Option<u32>,
         /// What the file calls the vertex or element at fault.
         tag: Option<FileTag>,
+        /// Keys beside `path` that would mend it, and what they do.
+        cures: Vec<&'static str>,
         /// The fault.
         source: Box<MeshError>,
     },
@@ -356,11 +392,6 @@ pub enum MeshError {
         /// The version that the file states.
         version: String,
     },
-    /// A binary Gmsh file.
-    #[error(
-        "a binary Gmsh file; only ASCII files are read (in Gmsh: `Mesh.Binary = 0;`, in meshio: `binary=False`)"
-    )]
-    Binary,
     /// Elements that are not linear simplices.
     #[error(
         "element {element} is a {name} (type {kind}); supported are points, lines, triangles and tetrahedra of \

@@ -3,7 +3,7 @@
 use super::quadratic::sorted as ascending;
 use super::{Mesh, MeshError, select};
 use crate::element::face_edges;
-use crate::scene::Selection;
+use crate::mesh::spec::Selection;
 
 impl Mesh {
     /// The faces with `N` vertices of the surface of a body in `N` dimensions: triangles, counter-clockwise seen from outside, or

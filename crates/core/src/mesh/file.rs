@@ -3,11 +3,13 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::check::{check, unusable_cells};
+use super::check::{check, check_numbers, unusable_cells};
+use super::clean::{clean, cures};
 use super::quadratic::MidNodes;
+use super::signature::recognised;
 use super::tokens::Fault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
-use crate::scene::FileSpec;
+use crate::mesh::spec::FileSpec;
 
 /// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n` cells and
 /// ask for `n^2` memory.
@@ -48,7 +50,7 @@ macro_rules! formats {
 }
 
 formats! {
-    Gmsh: ["msh"], "Gmsh `.msh` (2.2 and 4.1, ASCII)", gmsh::read;
+    Gmsh: ["msh"], "Gmsh `.msh` (2.2 and 4.1)", gmsh::read;
     Medit: ["mesh"], "Medit `.mesh`", medit::read;
     Obj: ["obj"], "Wavefront `.obj`", obj::read;
     Ply: ["ply"], "`.ply`", ply::read;
@@ -65,6 +67,8 @@ pub(super) struct Input<'a> {
     /// The `.node` of TetGen's pair.
     pub nodes: &'a [u8],
     pub mid_nodes: MidNodes,
+    /// How the file is cleaned.
+    pub spec: &'a FileSpec,
 }
 
 /// Where a vertex or a cell stands in its file.
@@ -142,7 +146,7 @@ pub(super) fn build(
         (false, true) => MidNodes::Keep,
         (false, false) => MidNodes::Refuse,
     };
-    read(&base.join(&spec.path), dimension, mid_nodes)
+    read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)
 }
 
 /// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file may be named.
@@ -151,6 +155,16 @@ pub(super) fn build(
 /// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte of whatever
 /// is wrong.
 pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
+    read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)
+}
+
+/// The same with the cleaning that `spec` asks for.
+fn read_cleaned(
+    path: &Path,
+    spec: &FileSpec,
+    dimension: usize,
+    mid_nodes: MidNodes,
+) -> Result<Mesh, MeshError> {
     let contents = |path: &Path| {
         length(path)?;
         std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
@@ -162,13 +176,14 @@ pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, 
     };
     let bytes = contents(&paths[0])?;
     let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
-    let input = Input { bytes: &bytes, nodes: &nodes, mid_nodes };
+    let input = Input { bytes: &bytes, nodes: &nodes, mid_nodes, spec };
     parse(format, &input, dimension).map_err(|(site, error)| {
         let [path, beside] = paths;
         MeshError::InFile {
             path: if site.in_nodes { beside } else { path },
             line: (site.line > 0).then_some(site.line),
             tag: site.tag,
+            cures: cures(spec, &error),
             source: Box::new(error),
         }
     })
@@ -183,25 +198,50 @@ pub(super) struct Site {
     pub tag: Option<FileTag>,
     /// Whether it is in [`Input::nodes`].
     pub in_nodes: bool,
+    /// Whether the reader found it, before there was a mesh.
+    pub is_of_reader: bool,
 }
 
 /// The mesh that these bytes spell; total: every input gives a mesh or an error.
 pub(super) fn parse(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+    let text =
+        |bytes| if format == Format::Stl && stl::is_binary(bytes) { bytes } else { without_mark(bytes) };
+    let input = Input { bytes: text(input.bytes), nodes: text(input.nodes), ..*input };
+    read_and_check(format, &input, dimension).map_err(|(site, error)| {
+        // A file of another kind has no vertices for a reader that passes over what it does not know.
+        let unread = matches!(error, MeshError::Empty) || site.is_of_reader;
+        match recognised(format, input.bytes).filter(|_| unread) {
+            Some(other) => (Site::default(), other.into()),
+            None => (site, error),
+        }
+    })
+}
+
+/// A text without the mark that some editors put before it to say that it is UTF-8.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+fn read_and_check(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
     let mut file = format.read(input).map_err(|Fault { line, byte, in_nodes, error }| {
-        (Site { line, tag: byte.map(FileTag::Byte), in_nodes }, error)
+        (Site { line, tag: byte.map(FileTag::Byte), in_nodes, is_of_reader: true }, error)
     })?;
-    file.mesh.dimension = dimension;
-    file.mesh.points = match file.flatten(dimension) {
-        Ok(points) => points,
-        Err(error) => return Err((file.site(&error), error)),
-    };
-    match check(&file.mesh) {
+    match file.finish(input.spec, dimension) {
         Ok(()) => Ok(file.mesh),
         Err(error) => Err((file.site(&error), error)),
     }
 }
 
 impl FileMesh {
+    /// Gives the mesh its points, cleans and checks it.
+    fn finish(&mut self, spec: &FileSpec, dimension: usize) -> Result<(), MeshError> {
+        self.mesh.dimension = dimension;
+        self.mesh.points = self.flatten(dimension)?;
+        check_numbers(&self.mesh)?;
+        clean(spec, self)?;
+        check(&self.mesh)
+    }
+
     /// The points in as many coordinates as the scene has.
     fn flatten(&mut self, dimension: usize) -> Result<Vec<f64>, MeshError> {
         unusable_cells(&self.mesh)?;
@@ -223,7 +263,7 @@ impl FileMesh {
         let locate = |places: &[Place], i: usize, tag: fn(u64) -> FileTag| {
             let Place { tag: number, line } = places.get(i).copied().unwrap_or_default();
             let tag = if line == 0 { FileTag::Byte } else { tag };
-            Site { line, tag: (number > 0).then(|| tag(number)), in_nodes: false }
+            Site { line, tag: (number > 0).then(|| tag(number)), ..Site::default() }
         };
         let vertex = |i: usize| {
             let site = locate(&self.vertices, i, FileTag::Node);
@@ -241,6 +281,7 @@ impl FileMesh {
             | MeshError::Unreferenced { vertex: i, .. } => vertex(*i),
             MeshError::IndexOutOfRange { cell: c, .. }
             | MeshError::RepeatedVertex { cell: c, .. }
+            | MeshError::RepeatedCell { cell: c, .. }
             | MeshError::Degenerate { cell: c, .. }
             | MeshError::Folded { cell: c, .. }
             | MeshError::Inverted { cell: c, .. } => cell(c),

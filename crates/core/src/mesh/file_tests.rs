@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::file::{Format, Input, Site};
 use super::{FileTag, Mesh, MeshError, MidNodes, build};
-use crate::scene::{FileSpec, MeshSpec};
+use crate::mesh::spec::{FileSpec, MeshSpec};
 
 /// The line of a fault, and what the file calls the thing at fault.
 type Location = (u32, Option<FileTag>);
@@ -15,7 +15,7 @@ pub(super) fn parse(
     bytes: &[u8],
     dimension: usize,
 ) -> Result<Mesh, (Option<Location>, MeshError)> {
-    let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse };
+    let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse, spec: &FileSpec::default() };
     super::file::parse(format, &input, dimension).map_err(|(Site { line, tag, .. }, error)| {
         ((line > 0 || tag.is_some()).then_some((line, tag)), error)
     })
@@ -157,7 +157,13 @@ fn faults_of_gmsh_files_name_their_line() {
         assert!(GMSH_41.contains(from));
         at(GMSH_41.replacen(from, to, 1))
     };
-    assert!(matches!(in22("2.2 0 8", "2.2 1 8"), (2, None, E::Binary)));
+    let (line, tag, error) = in22("2.2 0 8", "2.2 1 8");
+    assert!(line == 0 && tag == Some(FileTag::Byte(20)), "{line} {tag:?} {error}");
+    assert!(error.to_string().contains("the integer 1, which shows the order of the bytes"), "{error}");
+    assert!(matches!(in22("2.2 0 8", "2.2 2 8"), (2, None, E::Expected { .. })));
+    assert!(
+        matches!(in22("$MeshFormat\n2.2", "$NOD\n5"), (1, None, E::GmshVersion { version }) if version == "1")
+    );
     assert!(matches!(in22("2.2 0 8", "4 0 8"), (2, None, E::GmshVersion { version }) if version == "4"));
     assert!(matches!(in22("$MeshFormat", "# vtk"), (1, None, E::Expected { expected: "$MeshFormat", .. })));
     assert!(matches!(in22("$PhysicalNames\n3", "$PhysicalNames\nx"), (5, _, E::Expected { .. })));
@@ -279,7 +285,7 @@ fn faults_of_obj_files_name_their_line() {
 }
 
 fn file(name: &str, base: &Path) -> Result<Mesh, MeshError> {
-    build(&MeshSpec::File(FileSpec { path: PathBuf::from(name), drop_mid_nodes: false }), 3, base)
+    build(&MeshSpec::File(FileSpec { path: PathBuf::from(name), ..FileSpec::default() }), 3, base)
 }
 
 #[test]
@@ -297,12 +303,14 @@ fn files_are_found_beside_the_scene_and_faults_read_like_a_compilers() {
         "{}:21: element 2 of the file: tetrahedron 1 is inverted: its volume is -",
         base.join("b.MSH").display()
     );
-    assert!(message.starts_with(&start) && message.ends_with("swap two of its vertices"), "{message}");
+    let end =
+        "swap two of its vertices; or `orient = true` beside `path` does so for every element that needs it";
+    assert!(message.starts_with(&start) && message.ends_with(end), "{message}");
     assert!(matches!(file("d.dxf", base), Err(MeshError::UnknownFormat { .. })));
     assert!(matches!(file("none.msh", base), Err(MeshError::Unreadable { .. })));
     std::fs::create_dir(base.join("e.obj")).unwrap();
     assert!(matches!(file("e.obj", base), Err(MeshError::Unreadable { .. })));
-    let spec = MeshSpec::File(FileSpec { path: "a.msh".into(), drop_mid_nodes: false });
+    let spec = MeshSpec::File(FileSpec { path: "a.msh".into(), ..FileSpec::default() });
     let size = super::predicted_size(&spec, 3, base).unwrap();
     assert!(size.vertices >= 5 && size.tetrahedra >= 2 && size.bytes == 16 * MESHIO_22.len() as u64);
 }

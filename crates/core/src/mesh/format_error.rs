@@ -12,6 +12,14 @@ pub enum FormatError {
         /// What would be read.
         supported: &'static str,
     },
+    /// A file of another kind than its extension says.
+    #[error("this is {found}; {advice}")]
+    Other {
+        /// What it is.
+        found: &'static str,
+        /// What to do.
+        advice: &'static str,
+    },
     /// A cell that names a vertex that is not there.
     #[error("there is no vertex {number}: the file has {count}, numbered from {first}")]
     VertexNumber {

@@ -20,7 +20,7 @@ fn faults_of_vtk_files_name_line_or_byte() {
     assert!(message.contains("vertices of a cell of its type: 4, but it must be 3"), "{message}");
     let (line, _, message) = fault(Format::Vtk, &changed(ascii, "UNSTRUCTURED_GRID", "STRUCTURED_POINTS"));
     assert!(line == 4 && message.contains("the dataset STRUCTURED_POINTS is not read"), "{message}");
-    let (line, _, message) = fault(Format::Vtk, b"ply\n");
+    let (line, _, message) = fault(Format::Vtk, b"vtk\n");
     assert!(line == 1 && message.contains("# vtk DataFile Version"), "{message}");
     for (name, bytes) in VTK {
         for length in 0..bytes.len() - 2 {

@@ -4,9 +4,10 @@ use proptest::prelude::*;
 
 use super::file::{Format, Input};
 use super::file_tests::{GMSH_41, MESHIO_22, SHEET, parse};
-use super::format_tests::{MEDIT, SURFACES, VTK, VTU};
+use super::format_tests::{GMSH_BINARY, MEDIT, METADATA, SURFACES, VTK, VTU};
 use super::geometry::measure;
 use super::{Mesh, MidNodes};
+use crate::scene::FileSpec;
 
 /// What a mesh that passes must keep, whatever it was read from.
 fn is_sound(mesh: &Mesh) {
@@ -26,12 +27,24 @@ fn is_sound(mesh: &Mesh) {
     assert!(mesh.unique_edges().iter().flatten().all(|&v| v < count));
     mesh.boundary_edges();
     mesh.quality();
+    mesh.contents();
+    super::check::check(mesh).unwrap();
+}
+
+/// Every step of cleaning.
+fn cleaned() -> FileSpec {
+    let merge = Some(1e-3);
+    FileSpec { merge, drop_degenerate: true, drop_unused: true, orient: true, ..FileSpec::default() }
 }
 
 fn read_all(bytes: &[u8]) {
     for &format in Format::ALL {
         for dimension in [2, 3] {
             if let Ok(mesh) = parse(format, bytes, dimension) {
+                is_sound(&mesh);
+            }
+            let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse, spec: &cleaned() };
+            if let Ok(mesh) = super::file::parse(format, &input, dimension) {
                 is_sound(&mesh);
             }
         }
@@ -83,6 +96,7 @@ fn mutated() -> impl Strategy<Value = Vec<u8>> {
 /// A valid file of any format with a few of its bytes exchanged, cut off somewhere.
 fn damaged() -> impl Strategy<Value = Vec<u8>> {
     let mut files: Vec<&[u8]> = vec![MEDIT];
+    files.extend(GMSH_BINARY.iter().chain(&METADATA).map(|(_, bytes)| bytes));
     files.extend(VTK.iter().chain(&VTU).map(|(_, bytes)| bytes));
     files.extend(SURFACES.iter().map(|(_, _, bytes)| bytes));
     let exchange = (any::<prop::sample::Index>(), any::<u8>());
@@ -120,9 +134,11 @@ proptest! {
         read_all(&bytes);
         for mid_nodes in [MidNodes::Drop, MidNodes::Keep] {
             for &format in Format::ALL {
-                let input = Input { bytes: &bytes, nodes: &bytes, mid_nodes };
-                if let Ok(mesh) = super::file::parse(format, &input, 3) {
-                    is_sound(&mesh);
+                for spec in [FileSpec::default(), cleaned()] {
+                    let input = Input { bytes: &bytes, nodes: &bytes, mid_nodes, spec: &spec };
+                    if let Ok(mesh) = super::file::parse(format, &input, 3) {
+                        is_sound(&mesh);
+                    }
                 }
             }
         }
@@ -196,5 +212,26 @@ fn announced_counts_are_not_believed() {
         let (place, error) = parse(Format::Gmsh, text.as_bytes(), 3).unwrap_err();
         assert!(matches!(error, super::MeshError::EndOfFile { .. }), "{error}");
         assert!(place.is_some());
+    }
+}
+
+/// The same in binary files: eight bytes of ones wherever a count may stand.
+#[test]
+fn announced_binary_counts_are_not_believed() {
+    for (name, bytes) in GMSH_BINARY {
+        let start = bytes.windows(10).position(|window| window == b"$EndMeshFo").unwrap();
+        for at in start..bytes.len() {
+            for width in [4, 8] {
+                let mut bytes = bytes.to_vec();
+                // Positive as an `int` too, in either order.
+                bytes[at..].iter_mut().take(width).for_each(|byte| *byte = 0x7f);
+                if let Ok(mesh) = parse(Format::Gmsh, &bytes, 3) {
+                    is_sound(&mesh);
+                }
+            }
+        }
+        for length in 0..bytes.len() - 1 {
+            assert!(parse(Format::Gmsh, &bytes[..length], 3).is_err(), "{name} cut at {length}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::geometry::measure;
 use super::{Mesh, MeshError, build, predicted_size};
-use crate::scene::*;
+use crate::mesh::spec::*;
 
 fn built(spec: &MeshSpec, dimension: usize) -> Mesh {
     let mesh = build(spec, dimension, Path::new(".")).unwrap_or_else(|error| panic!("{spec:?}: {error}"));

@@ -2,7 +2,7 @@
 
 use super::build::{at_least_one, positive, vector};
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::GridSpec;
+use crate::mesh::spec::GridSpec;
 
 /// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner. All contain the
 /// diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without alternating; all are positive.

@@ -1,7 +1,7 @@
 //! Vertices and cells written in the scene.
 
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::InlineSpec;
+use crate::mesh::spec::InlineSpec;
 
 /// Counts of what is written.
 pub(super) fn size(spec: &InlineSpec, dimension: usize) -> Result<MeshSize, MeshError> {

@@ -13,6 +13,7 @@ mod build;
 mod cell;
 mod cells;
 mod check;
+mod clean;
 mod cloth;
 mod cooks_membrane;
 mod cylinder;
@@ -44,13 +45,15 @@ mod medit;
 mod notched_beam;
 mod number_type;
 mod obj;
-pub mod order;
+mod pieces;
 mod ply;
 mod quadratic;
 mod quality;
 mod repeat;
 mod select;
+mod signature;
 mod size;
+pub mod spec;
 mod sphere;
 mod stl;
 mod strand;
@@ -58,6 +61,7 @@ mod tapered_beam;
 #[cfg(test)]
 pub(crate) mod test_support;
 mod tetgen;
+mod thickness;
 mod tokens;
 mod topology;
 mod transform;
@@ -69,14 +73,16 @@ mod vtu;
 
 pub use build::{build, build_body};
 pub use cell::{Cell, FileTag};
+pub use clean::Cleaned;
 pub use error::MeshError;
 pub use file::read;
 pub use format_error::FormatError;
+pub use pieces::Contents;
 pub use quadratic::MidNodes;
-pub(crate) use quadratic::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_body_size, predicted_size};
+pub use thickness::Chord;
 
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -118,6 +124,8 @@ pub struct Mesh {
     pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
+    /// Result of each step of cleaning that the scene asked for, in order.
+    pub cleaned: Vec<Cleaned>,
 }
 
 impl Mesh {

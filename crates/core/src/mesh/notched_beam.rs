@@ -3,7 +3,7 @@
 use super::build::{at_least_one, positive};
 use super::cooks_membrane::plane;
 use super::{Mesh, MeshError, MeshSize, mapped};
-use crate::scene::NotchedBeamSpec;
+use crate::mesh::spec::NotchedBeamSpec;
 
 fn rectangle([beside, notch, up]: [usize; 3]) -> [usize; 2] {
     [beside.saturating_add(notch).saturating_mul(2), up]

@@ -12,12 +12,7 @@
 use std::collections::BTreeMap;
 
 use super::Mesh;
-
-/// Corners of the edges of a tetrahedron, in the order of their middle nodes.
-pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
-
-/// Corners of the edges of a triangle, in the order of their middle nodes.
-pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+use crate::element::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 
 /// An edge by its ends, whichever way it runs.
 pub(super) fn sorted(a: u32, b: u32) -> [u32; 2] {

@@ -147,8 +147,8 @@ fn elements<const N: usize>(mesh: &Mesh, cells: &[[u32; N]]) -> Option<ElementQu
 
 #[cfg(test)]
 mod tests {
+    use crate::mesh::spec::InlineSpec;
     use crate::mesh::test_support::{build_grid, build_inline, grid, points};
-    use crate::scene::InlineSpec;
 
     #[test]
     fn regular_simplices_have_mean_ratio_one() {

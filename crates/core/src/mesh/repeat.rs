@@ -2,7 +2,7 @@
 
 use super::build::{at_least_one, vector};
 use super::{Mesh, MeshError};
-use crate::scene::RepeatSpec;
+use crate::mesh::spec::RepeatSpec;
 
 /// Makes `count[0] x count[1] [x count[2]]` copies, copy `(i, j, k)` moved by `(i, j, k) spacing`, the last index
 /// fastest. Copies share no vertices. Vertex `v` of copy `c` has index `c n + v`; a group holds its cells in all copies.
@@ -72,8 +72,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::mesh::spec::{AnnulusSpec, BallSpec, MeshSpec};
     use crate::mesh::test_support::{build_grid, grid};
-    use crate::scene::{AnnulusSpec, BallSpec, MeshSpec};
 
     fn repeated(mesh: &Mesh, count: &[usize], spacing: &[f64]) -> Result<Mesh, MeshError> {
         let mut mesh = mesh.clone();

@@ -2,7 +2,7 @@
 
 use super::build::{finite, vector};
 use super::{Mesh, MeshError};
-use crate::scene::{BoxSelection, Selection, Wall};
+use crate::mesh::spec::{BoxSelection, Selection, Wall};
 
 /// A vertex this fraction of the body's diagonal outside a box or half-space is inside.
 const TOLERANCE: f64 = 1e-9;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::MeshError;
-use crate::scene::{Body, MeshSpec};
+use crate::mesh::spec::{BodyMesh, MeshSpec};
 
 /// Counts and memory of a mesh. Exact for generators, upper bounds for files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,18 +112,22 @@ pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<
 ///
 /// # Errors
 /// As [`predicted_size`].
-pub fn predicted_body_size(body: &Body, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
-    let mut size = predicted_size(&body.mesh, dimension, base)?;
-    if body.is_quadratic() {
+pub fn predicted_body_size(
+    body: &BodyMesh<'_>,
+    dimension: usize,
+    base: &Path,
+) -> Result<MeshSize, MeshError> {
+    let mut size = predicted_size(body.shape, dimension, base)?;
+    if body.quadratic {
         // The bounds of a file are far above what it takes.
-        let is_file = matches!(body.mesh, MeshSpec::File(_));
+        let is_file = matches!(body.shape, MeshSpec::File(_));
         size = if is_file {
             MeshSize { quadratic: true, ..size }
         } else {
             size.quadratic().checked(dimension)?
         };
     }
-    let Some(repeat) = &body.repeat else { return Ok(size) };
+    let Some(repeat) = body.repeat else { return Ok(size) };
     let times = |count: u64| count.saturating_mul(repeat.copies());
     MeshSize {
         vertices: times(size.vertices),
@@ -139,8 +143,8 @@ pub fn predicted_body_size(body: &Body, dimension: usize, base: &Path) -> Result
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::spec::ClothSpec;
     use crate::mesh::test_support::grid;
-    use crate::scene::ClothSpec;
 
     fn predicted(spec: MeshSpec, dimension: usize) -> Result<MeshSize, MeshError> {
         predicted_size(&spec, dimension, Path::new("."))

@@ -4,7 +4,7 @@ use super::build::{at_least_one, positive, vector};
 use super::icosahedron::{FACES, Shells};
 use super::tube::solid;
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::SphereSpec;
+use crate::mesh::spec::SphereSpec;
 
 /// Counts of the surface.
 pub(super) fn size(spec: &SphereSpec, dimension: usize) -> Result<MeshSize, MeshError> {

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use super::FormatError;
 use super::cells::{Cells, Names};
-use super::file::{FileMesh, Input};
+use super::file::{FileMesh, Input, without_mark};
 use super::number_type::{Endian, NumberType};
 use super::tokens::{Fault, Tokens, excerpt};
 
@@ -18,18 +18,25 @@ const FACET: u64 = 50;
 /// Reads the facets. Corners with the same coordinates, bit by bit, become one vertex; nothing else is merged. Normals
 /// are passed over. The solids of an ASCII file that have a name become groups.
 pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
-    let length = input.bytes.len() as u64;
-    let announced = input.bytes.get(80..84).map(|bytes| NumberType::U32.decode(bytes, Endian::Little) as u64);
-    // Binary files may begin with "solid" too; an ASCII file of just this length does not exist.
-    let is_binary = announced.is_some_and(|facets| HEADER + FACET * facets == length);
     let mut surface = Surface::default();
-    if is_binary || !input.bytes.trim_ascii_start().starts_with(b"solid") {
+    if is_binary(input.bytes) {
         binary(Tokens::of_bytes(input.bytes), &mut surface)?;
     } else {
         ascii(Tokens::of_bytes(input.bytes), &mut surface)?;
     }
     let Surface { xyz, places, cells, names, .. } = surface;
     cells.into_file(xyz, places, &names, input.mid_nodes)
+}
+
+/// Binary files may begin with "solid" too; an ASCII file of just the length that they announce does not
+/// exist. Where the length is wrong, an ASCII file has nothing but text.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    let announced = bytes.get(80..84).map(|bytes| NumberType::U32.decode(bytes, Endian::Little) as u64);
+    let fits = announced.is_some_and(|facets| HEADER + FACET * facets == bytes.len() as u64);
+    let start = without_mark(bytes).trim_ascii_start();
+    let is_text =
+        start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !start.contains(&0);
+    fits || !is_text
 }
 
 #[derive(Default)]
@@ -81,53 +88,89 @@ fn binary(mut tokens: Tokens, surface: &mut Surface) -> Result<(), Fault> {
     Ok(())
 }
 
+/// Solids one after the other. Writers differ in the case of words, write `end solid` for `endsolid`, leave
+/// the normal out or spell one that is no number.
 fn ascii(mut tokens: Tokens, surface: &mut Surface) -> Result<(), Fault> {
     while let Some(word) = tokens.next() {
         if !word.eq_ignore_ascii_case("solid") {
             return Err(tokens.expected("solid", word));
         }
-        let name = tokens.rest_of_line();
-        let solid = surface.names.len() as u64 + 1;
-        let groups = [solid];
-        let groups = if name.is_empty() { &[][..] } else { &groups };
-        if !name.is_empty() {
-            surface.names.insert((2, solid), name.to_string());
-        }
-        loop {
-            let word = tokens.word("facet or endsolid")?;
-            if word.eq_ignore_ascii_case("endsolid") {
-                tokens.rest_of_line();
-                break;
-            }
-            if !word.eq_ignore_ascii_case("facet") {
-                return Err(tokens.expected("facet or endsolid", word));
-            }
-            let place = tokens.place(0);
-            keyword(&mut tokens, "normal")?;
-            for _ in 0..3 {
-                tokens.number::<f64>("a component of the normal")?;
-            }
-            keyword(&mut tokens, "outer")?;
-            keyword(&mut tokens, "loop")?;
-            let mut corners = [0; 3];
-            for corner in &mut corners {
-                keyword(&mut tokens, "vertex")?;
-                let mut x = [0.0; 3];
-                for (x, expected) in x.iter_mut().zip(["x of a vertex", "y of a vertex", "z of a vertex"]) {
-                    *x = tokens.number(expected)?;
-                }
-                *corner = surface.vertex(&tokens, x)?;
-            }
-            keyword(&mut tokens, "endloop")?;
-            keyword(&mut tokens, "endfacet")?;
-            surface.cells.push(&corners, place, groups);
-        }
+        solid(&mut tokens, surface)?;
     }
     Ok(())
+}
+
+/// The rest of a solid: its name, its facets.
+fn solid(tokens: &mut Tokens, surface: &mut Surface) -> Result<(), Fault> {
+    let name = tokens.rest_of_line();
+    let number = surface.names.len() as u64 + 1;
+    let groups = [number];
+    let groups = if name.is_empty() { &[][..] } else { &groups };
+    if !name.is_empty() {
+        surface.names.insert((2, number), name.to_string());
+    }
+    let expected = "facet or endsolid";
+    loop {
+        let word = tokens.word(expected)?;
+        if word.eq_ignore_ascii_case("facet") {
+            let place = tokens.place(0);
+            let corners = facet(tokens, surface)?;
+            surface.cells.push(&corners, place, groups);
+        } else if is_end(tokens, word, "solid") {
+            tokens.rest_of_line();
+            return Ok(());
+        } else {
+            return Err(tokens.expected(expected, word));
+        }
+    }
+}
+
+/// The rest of a facet: its normal, which is passed over, and its corners.
+fn facet(tokens: &mut Tokens, surface: &mut Surface) -> Result<[u32; 3], Fault> {
+    let mut word = tokens.word("normal")?;
+    if word.eq_ignore_ascii_case("normal") {
+        for _ in 0..3 {
+            tokens.word("a component of the normal")?;
+        }
+        word = tokens.word("outer")?;
+    }
+    if word.eq_ignore_ascii_case("outer") {
+        keyword(tokens, "loop")?;
+    } else if !word.eq_ignore_ascii_case("outerloop") {
+        return Err(tokens.expected("outer loop", word));
+    }
+    let mut corners = [0; 3];
+    for corner in &mut corners {
+        keyword(tokens, "vertex")?;
+        let mut x = [0.0; 3];
+        for (x, expected) in x.iter_mut().zip(["x of a vertex", "y of a vertex", "z of a vertex"]) {
+            *x = tokens.number(expected)?;
+        }
+        *corner = surface.vertex(tokens, x)?;
+    }
+    end(tokens, "loop", "endloop")?;
+    end(tokens, "facet", "endfacet")?;
+    Ok(corners)
 }
 
 /// The next word, which must be this one in any case.
 fn keyword(tokens: &mut Tokens, expected: &'static str) -> Result<(), Fault> {
     let word = tokens.word(expected)?;
     if word.eq_ignore_ascii_case(expected) { Ok(()) } else { Err(tokens.expected(expected, &excerpt(word))) }
+}
+
+/// The end of `what`, in one word or two.
+fn end(tokens: &mut Tokens, what: &str, expected: &'static str) -> Result<(), Fault> {
+    let word = tokens.word(expected)?;
+    if is_end(tokens, word, what) { Ok(()) } else { Err(tokens.expected(expected, word)) }
+}
+
+/// Whether `word`, or it and the next, which is then read, end `what`.
+fn is_end(tokens: &mut Tokens, word: &str, what: &str) -> bool {
+    let Some((start, rest)) = word.split_at_checked(3) else { return false };
+    if !start.eq_ignore_ascii_case("end") {
+        return false;
+    }
+    rest.eq_ignore_ascii_case(what)
+        || rest.is_empty() && tokens.next().is_some_and(|next| next.eq_ignore_ascii_case(what))
 }

@@ -2,7 +2,7 @@
 
 use super::build::{at_least_one, vector};
 use super::{Mesh, MeshError, MeshSize};
-use crate::scene::StrandSpec;
+use crate::mesh::spec::StrandSpec;
 
 /// Counts of the chain.
 pub(super) fn size(spec: &StrandSpec, dimension: usize) -> Result<MeshSize, MeshError> {
@@ -35,7 +35,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scene::MeshSpec;
+    use crate::mesh::spec::MeshSpec;
 
     fn built(segments: usize, start: &[f64], end: &[f64]) -> Result<Mesh, MeshError> {
         let spec = StrandSpec { segments, start: start.to_vec(), end: end.to_vec() };

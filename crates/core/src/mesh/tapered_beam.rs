@@ -4,7 +4,7 @@
 use super::build::{at_least_one, positive};
 use super::cooks_membrane::plane;
 use super::{Mesh, MeshError, MeshSize, mapped};
-use crate::scene::TaperedBeamSpec;
+use crate::mesh::spec::TaperedBeamSpec;
 
 /// Counts of the beam.
 pub(super) fn size(spec: &TaperedBeamSpec, dimension: usize) -> Result<MeshSize, MeshError> {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{Mesh, MeshError, build};
-use crate::scene::{GridSpec, InlineSpec, MeshSpec};
+use crate::mesh::spec::{GridSpec, InlineSpec, MeshSpec};
 
 /// A grid at the origin.
 pub(crate) fn grid(cells: &[usize], spacing: f64) -> GridSpec {

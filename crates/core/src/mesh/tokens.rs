@@ -22,6 +22,12 @@ impl Fault {
     pub(super) fn in_line(line: u32, error: impl Into<MeshError>) -> Fault {
         Fault { line, byte: None, in_nodes: false, error: error.into() }
     }
+
+    /// At a place: a line of a text, an offset of a binary file.
+    pub(super) fn at(place: Place, error: impl Into<MeshError>) -> Fault {
+        let byte = (place.line == 0).then_some(place.tag);
+        Fault { byte, ..Fault::in_line(place.line, error) }
+    }
 }
 
 /// Reads a file word by word. Nothing is believed that is not there: counts that a file announces are met by reading
@@ -55,11 +61,7 @@ fn text(bytes: &[u8]) -> &str {
 }
 
 impl<'a> Tokens<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
-        Self::of_bytes(text.as_bytes())
-    }
-
-    /// Of a file that may have binary parts.
+    /// Of a file, which may have binary parts.
     pub(super) fn of_bytes(bytes: &'a [u8]) -> Self {
         Tokens { bytes, at: 0, start: 0, line: 1, binary: false, comments: false }
     }
@@ -142,10 +144,23 @@ impl<'a> Tokens<'a> {
 
     /// What is left of the current line.
     pub(super) fn rest_of_line(&mut self) -> &'a str {
+        text(self.rest_of_line_bytes()).trim()
+    }
+
+    /// The same as it stands, in whatever encoding.
+    pub(super) fn rest_of_line_bytes(&mut self) -> &'a [u8] {
         let rest = self.rest();
         let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
         self.at += end;
-        text(&rest[..end]).trim()
+        &rest[..end]
+    }
+
+    /// Passes over everything up to the end of `word`; false if it does not come.
+    pub(super) fn skip_past(&mut self, word: &[u8]) -> bool {
+        let found = self.rest().windows(word.len()).position(|window| window == word);
+        let end = found.map_or(self.rest().len(), |at| at + word.len());
+        self.advance(end);
+        found.is_some()
     }
 
     /// What is left of the current line, and on to the beginning of the next: binary data may start with anything.

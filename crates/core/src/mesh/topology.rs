@@ -1,5 +1,7 @@
 //! Edges and boundaries. Found by sorting: the result does not depend on hashes.
 
+use rayon::prelude::*;
+
 use super::Mesh;
 
 /// Corners of the faces of a positive tetrahedron, each counter-clockwise seen from outside.
@@ -32,6 +34,24 @@ fn unpaired<const N: usize>(facets: Vec<[u32; N]>) -> Vec<[u32; N]> {
         keys.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() == 1).map(|run| run[0].1).collect();
     once.sort_unstable();
     once.into_iter().map(|i| facets[i]).collect()
+}
+
+/// For each cell the first with the same vertices, in whatever order; cells that `of` leaves out stand for
+/// themselves, and for no other. An empty `of` leaves none out.
+pub(super) fn firsts<const N: usize>(cells: &[[u32; N]], of: &[bool]) -> Vec<u32> {
+    let key = |(i, cell): (u32, &[u32; N])| {
+        let mut key = *cell;
+        key.sort_unstable();
+        (key, i)
+    };
+    let counts = |i: &u32| of.get(*i as usize).is_none_or(|&of| of);
+    let mut keys: Vec<([u32; N], u32)> = (0..).zip(cells).map(key).filter(|(_, i)| counts(i)).collect();
+    keys.par_sort_unstable();
+    let mut firsts: Vec<u32> = (0..cells.len() as u32).collect();
+    for run in keys.chunk_by(|a, b| a.0 == b.0) {
+        run.iter().for_each(|(_, i)| firsts[*i as usize] = run[0].1);
+    }
+    firsts
 }
 
 /// Edges that only one of these triangles has, directed as that triangle runs through them: none for a closed surface.
@@ -76,7 +96,8 @@ impl Mesh {
                 [(.., false, backward), (.., true, forward)] => hinges.push([low, high, *forward, *backward]),
                 [_, _] => {
                     return Err(format!(
-                        "the two triangles at the edge from vertex {low} to {high} have opposite sides up"
+                        "the two triangles at the edge from vertex {low} to {high} have opposite sides up; in a file, \
+                         `orient = true` beside `path` turns one of them"
                     ));
                 }
                 more => {
@@ -111,8 +132,8 @@ impl Mesh {
 mod tests {
     use std::path::Path;
 
+    use crate::mesh::spec::{GridSpec, MeshSpec, StrandSpec};
     use crate::mesh::test_support::{build_grid, grid};
-    use crate::scene::{GridSpec, MeshSpec, StrandSpec};
 
     #[test]
     fn edges_are_unique_sorted_and_as_many_as_euler_says() {

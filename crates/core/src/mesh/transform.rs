@@ -2,7 +2,8 @@
 
 use super::build::{finite, vector};
 use super::{Mesh, MeshError, turn};
-use crate::scene::{OneOrMany, RotateSpec, TransformSpec};
+use crate::mesh::spec::{RotateSpec, TransformSpec};
+use crate::value::OneOrMany;
 
 /// Moves every vertex to `centre + R S (X - centre) + translate`: scaled along the axes first, then rotated, then moved.
 ///
@@ -98,8 +99,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::mesh::spec::{BallSpec, GridSpec, MeshSpec};
     use crate::mesh::test_support::{build_grid, grid};
-    use crate::scene::{BallSpec, GridSpec, MeshSpec};
 
     fn volume(mesh: &Mesh) -> f64 {
         super::super::check::check(mesh).unwrap();
@@ -175,7 +176,7 @@ mod tests {
                 else {
                     return true;
                 };
-                super::super::quadratic::TETRAHEDRON_EDGES.iter().zip(middles).all(|(&[a, b], &m)| {
+                crate::element::TETRAHEDRON_EDGES.iter().zip(middles).all(|(&[a, b], &m)| {
                     let (a, b, m) =
                         (mesh.point(cell[a] as usize), mesh.point(cell[b] as usize), mesh.point(m as usize));
                     (0..3).all(|i| (0.5 * (a[i] + b[i]) - m[i]).abs() < 1e-15)

@@ -2,7 +2,7 @@
 
 use super::build::{at_least_one, positive, vector};
 use super::{Mesh, MeshError, MeshSize, annulus, extrude};
-use crate::scene::TubeSpec;
+use crate::mesh::spec::TubeSpec;
 
 /// Counts of the tube.
 pub(super) fn size(spec: &TubeSpec, dimension: usize) -> Result<MeshSize, MeshError> {

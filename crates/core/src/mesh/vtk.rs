@@ -25,7 +25,6 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
             "VERTICES" => grid.typed(Kind::Vertices)?,
             "LINES" => grid.typed(Kind::Lines)?,
             "POLYGONS" => grid.typed(Kind::Polygons)?,
-            "METADATA" => while !grid.tokens.end_line().is_empty() {},
             "FIELD" => grid.field()?,
             // They come last.
             "POINT_DATA" | "CELL_DATA" => break,
@@ -94,7 +93,9 @@ fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, Fault> {
         "unsigned_short" => NumberType::U16,
         "int" => NumberType::I32,
         "unsigned_int" => NumberType::U32,
-        "long" | "vtktypeint64" | "vtkIdType" => NumberType::I64,
+        // VTK writes its numbers of things with 32 bits where the type is named so.
+        "vtkIdType" => NumberType::I32,
+        "long" | "vtktypeint64" => NumberType::I64,
         "unsigned_long" | "vtktypeuint64" => NumberType::U64,
         "float" => NumberType::F32,
         "double" => NumberType::F64,
@@ -180,7 +181,30 @@ impl<'a> Grid<'a> {
         let name = self.tokens.word("the type of the coordinates")?;
         let kind = number_type(&self.tokens, name)?;
         self.points = Some(self.numbers(kind, count.saturating_mul(3), 3)?);
+        self.pass_metadata(3);
         Ok(())
+    }
+
+    /// Passes over what may follow an array: `METADATA`, a name for each of its components (which may be an
+    /// empty line), then lines of other things up to an empty one.
+    fn pass_metadata(&mut self, components: u64) {
+        let before = self.tokens.clone();
+        if self.tokens.next() != Some("METADATA") {
+            self.tokens = before;
+            return;
+        }
+        self.tokens.end_line();
+        loop {
+            match self.tokens.end_line() {
+                "" => return,
+                "COMPONENT_NAMES" => {
+                    for _ in 0..components.min(self.tokens.remaining() as u64) {
+                        self.tokens.end_line();
+                    }
+                }
+                _ => {}
+            }
+        }
     }
 
     /// `CELLS n size` and for each cell the number of its vertices and those; from version 5 on `CELLS n size` with
@@ -217,10 +241,12 @@ impl<'a> Grid<'a> {
         let name = self.tokens.word("the type of the offsets")?;
         let kind = number_type(&self.tokens, name)?;
         let offsets = self.numbers(kind, count, 1)?;
+        self.pass_metadata(1);
         self.tokens.keyword("CONNECTIVITY")?;
         let name = self.tokens.word("the type of the connectivity")?;
         let kind = number_type(&self.tokens, name)?;
         let Numbers { values: vertices, places } = self.numbers(kind, size, 1)?;
+        self.pass_metadata(1);
         let mut lists = Lists { vertices, places, offsets: Vec::new() };
         for (&offset, &place) in offsets.values.iter().zip(&offsets.places) {
             let least = lists.offsets.last().copied().unwrap_or(0);
@@ -245,6 +271,7 @@ impl<'a> Grid<'a> {
     fn types(&mut self) -> Result<(), Fault> {
         let count: u64 = self.tokens.number("the number of cell types")?;
         self.types = Some(self.numbers(NumberType::I32, count, 1)?);
+        self.pass_metadata(1);
         Ok(())
     }
 
@@ -265,6 +292,7 @@ impl<'a> Grid<'a> {
             let name = self.tokens.word("the type of an array")?;
             let kind = number_type(&self.tokens, name)?;
             self.numbers(kind, components.saturating_mul(tuples), 1)?;
+            self.pass_metadata(components);
         }
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use faer::{Mat, Side};
 
+use super::eigen::square;
 use super::lanczos::Pair;
 use crate::solver::block_matrix::BlockMatrix;
 
@@ -9,8 +10,8 @@ use crate::solver::block_matrix::BlockMatrix;
 pub(super) const MOST: usize = 4000;
 
 /// All pairs of `K phi = omega^2 M phi`, `M` diagonal with zeros where nothing moves, lowest first: the dense eigenproblem of
-/// `M^-1/2 K M^-1/2`, whose eigenvalues are right to a few roundings of the largest. Of what is rounding beside that, the square is
-/// zero. `None` where the iteration fails.
+/// `M^-1/2 K M^-1/2`, whose eigenvectors are right to a few roundings of the largest eigenvalue. The squares are their Rayleigh quotients.
+/// `None` where the iteration fails.
 pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Option<Vec<(f64, Pair)>> {
     let free: Vec<usize> = (0..mass.len()).filter(|n| mass[*n] > 0.0).collect();
     let mut place = vec![usize::MAX; mass.len()];
@@ -32,12 +33,13 @@ pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Opti
     let largest = (0..free.len()).fold(0.0, |m: f64, j| m.max(eigen.S()[j].abs()));
     let rounding = 64.0 * free.len() as f64 * f64::EPSILON * largest;
     let pair = |j: usize| {
-        let square = eigen.S()[j];
-        let square = if square.abs() <= rounding { 0.0 } else { square };
         let mut vector = vec![0.0; mass.len()];
         free.iter().enumerate().for_each(|(i, n)| vector[*n] = eigen.U()[(i, j)] / mass[*n].sqrt());
+        let square = square(matrix, &vector);
         let residual = if square == 0.0 { 0.0 } else { rounding / square.abs() };
-        (square, Pair { value: square, residual, vector })
+        (square, Pair { residual, vector })
     };
-    Some((0..free.len()).map(pair).collect())
+    let mut pairs: Vec<(f64, Pair)> = (0..free.len()).map(pair).collect();
+    pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    Some(pairs)
 }

@@ -1,19 +1,29 @@
 //! The eigenproblem `K phi = omega^2 M phi` of a simulation where it is.
 
+use super::inertia::Inertia;
 use super::{ModesError, dense, lanczos};
 use crate::material::Psd;
 use crate::simulation::Simulation;
+use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::cholesky::Cholesky;
 use crate::solver::hessian::{Assembler, At, Weights};
 use crate::system::System;
 
-/// The first shift, as a part of the mean of `K_ii / M_ii`; the second is the first `omega^2` that it finds above zero. With a shift
-/// far below, rounding in the large eigenvalues of rigid motion drowns the others; far above, it drowns the low frequencies.
-const FIRST_SHIFT: f64 = 1e-3;
-/// Bounds of the relative residual, with the first and the second shift.
-const TOLERANCES: [f64; 2] = [1e-8, 1e-10];
-/// Rigid motion has an `omega^2` below this part of the shift.
-const RIGID: f64 = 1e-6;
+/// The first shift, as a part of the mean of `K_ii / M_ii`: below any frequency that rounding leaves, for a
+/// shift far above the lowest ones sees them all as one. The second shift is the first `omega^2` that it
+/// finds above zero: far below that, rounding in the large eigenvalues of rigid motion drowns the others.
+const FIRST_SHIFT: f64 = 1e-11;
+/// The first shift grows by this factor where rounding makes the factorisation fail, up to the last one.
+const RAISE: f64 = 100.0;
+const LAST_SHIFT: f64 = 1e-3;
+/// Bounds of the relative residual, with the first shift, which finds out where the frequencies are, and
+/// with the second.
+const TOLERANCES: [f64; 2] = [1e-3, 1e-10];
+/// The residual of an eigenvalue `theta` of `(K + s M)^-1 M` may be so many roundings of `theta max K_ii /
+/// M_ii`.
+const RESIDUAL_ULPS: f64 = 16.0;
+/// Rigid motion has an `omega^2` of less than so many roundings of the terms of its sum.
+const RIGID_ULPS: f64 = 64.0;
 /// The stiffness alone.
 const STIFFNESS: Weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
 
@@ -22,8 +32,10 @@ pub(super) struct Eigen<const D: usize> {
     pub(super) assembler: Assembler<D>,
     /// Where, flat [m].
     pub(super) x: Vec<f64>,
-    /// Of every coordinate [kg]; zero where it is held.
+    /// Lumped, of every coordinate [kg]; zero where it is held.
     pub(super) mass: Vec<f64>,
+    /// The mass matrix of the problem.
+    pub(super) inertia: Inertia<D>,
     /// `omega^2` and its shape, ascending; exactly zero for rigid motion.
     pub(super) pairs: Vec<(f64, lanczos::Pair)>,
     pub(super) free_coordinates: usize,
@@ -31,8 +43,23 @@ pub(super) struct Eigen<const D: usize> {
 }
 
 impl<const D: usize> Eigen<D> {
-    /// The `count` lowest modes, or all.
+    /// The `count` lowest modes, or all, with lumped masses.
     pub(super) fn about(simulation: &mut Simulation, count: Option<usize>) -> Result<Self, ModesError> {
+        let inertia = Inertia::lumped(simulation.system());
+        Self::with(inertia, simulation, count)
+    }
+
+    /// The `count` lowest modes, with masses that are consistent where they can be.
+    pub(super) fn lowest_about(simulation: &mut Simulation, count: usize) -> Result<Self, ModesError> {
+        let inertia = Inertia::consistent(simulation.system());
+        Self::with(inertia, simulation, Some(count))
+    }
+
+    fn with(
+        inertia: Inertia<D>,
+        simulation: &mut Simulation,
+        count: Option<usize>,
+    ) -> Result<Self, ModesError> {
         let x = simulation.state().x().to_vec();
         let system = simulation.system_mut();
         if system.terms().iter().any(|term| term.couples_all()) {
@@ -44,14 +71,14 @@ impl<const D: usize> Eigen<D> {
         if asked > free_coordinates || free_coordinates == 0 {
             return Err(ModesError::TooMany { asked, free: free_coordinates });
         }
-        let mass: Vec<f64> = (0..x.len()).map(|n| if free[n] { system.mass()[n / D] } else { 0.0 }).collect();
+        let mass = inertia.diagonal().to_vec();
         let assembler = Assembler::<D>::new(system);
-        let mut eigen = Eigen { assembler, x, mass, pairs: vec![], free_coordinates, solves: 0 };
+        let mut eigen = Eigen { assembler, x, mass, inertia, pairs: vec![], free_coordinates, solves: 0 };
         eigen.assemble(system, STIFFNESS);
         let matrix = eigen.assembler.matrix();
         let diagonal = |n: usize| matrix.value[matrix.diagonal[n / D] as usize][n % D][n % D];
-        let sum: f64 = (0..free.len()).filter(|n| free[*n]).map(|n| diagonal(n) / eigen.mass[n]).sum();
-        let mean = sum / free_coordinates as f64;
+        let ratios = || (0..free.len()).filter(|n| free[*n]).map(|n| diagonal(n) / eigen.mass[n]);
+        let (mean, largest) = (ratios().sum::<f64>() / free_coordinates as f64, ratios().fold(0.0, f64::max));
         if !mean.is_finite() {
             return Err(ModesError::NotFinite);
         }
@@ -59,7 +86,7 @@ impl<const D: usize> Eigen<D> {
             return Err(ModesError::NoStiffness);
         }
         if count.is_some() {
-            eigen.lowest(system, asked, FIRST_SHIFT * mean)?;
+            eigen.lowest(system, asked, mean, RESIDUAL_ULPS * f64::EPSILON * largest)?;
         } else if free_coordinates > dense::MOST {
             return Err(ModesError::TooManyForAll { free: free_coordinates, most: dense::MOST });
         } else {
@@ -72,24 +99,31 @@ impl<const D: usize> Eigen<D> {
         Ok(eigen)
     }
 
-    /// Shift and invert, twice.
-    fn lowest(&mut self, system: &System, count: usize, mut shift: f64) -> Result<(), ModesError> {
+    /// Shift and invert, twice; `mean` is that of `K_ii / M_ii`, `rounding` of the same unit.
+    fn lowest(&mut self, system: &System, count: usize, mean: f64, rounding: f64) -> Result<(), ModesError> {
+        let mut shift = FIRST_SHIFT * mean;
+        let mut cholesky = loop {
+            match self.shifted(system, shift) {
+                Err(ModesError::NotStable) if shift < LAST_SHIFT * mean => shift *= RAISE,
+                factor => break factor?,
+            }
+        };
         for tolerance in TOLERANCES {
-            let mut cholesky = self.shifted(system, shift)?;
-            let found = lanczos::largest(&self.mass, count, tolerance, |b| cholesky.solve(b));
+            let allowed = |theta: f64| tolerance.max(rounding * theta);
+            let found = lanczos::largest(&self.inertia, count, allowed, |b| cholesky.solve(b));
             self.solves += found.solves;
             if found.pairs.len() < count {
                 let (found, solves) = (found.pairs.len(), self.solves);
                 return Err(ModesError::NotConverged { found, asked: count, solves });
             }
-            // theta = 1 / (omega^2 + shift)
-            let square = |pair: &lanczos::Pair| {
-                let square = 1.0 / pair.value - shift;
-                if square.abs() <= RIGID * shift { 0.0 } else { square }
-            };
-            self.pairs = found.pairs.into_iter().map(|pair| (square(&pair), pair)).collect();
+            self.assemble(system, STIFFNESS);
+            let matrix = self.assembler.matrix();
+            self.pairs = found.pairs.into_iter().map(|pair| (square(matrix, &pair.vector), pair)).collect();
+            self.pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
             match self.pairs.iter().find(|(square, _)| *square > 0.0) {
-                Some((square, _)) if tolerance == TOLERANCES[0] => shift = *square,
+                Some((square, _)) if tolerance == TOLERANCES[0] => {
+                    cholesky = self.shifted(system, *square)?
+                }
                 // Rigid motion alone was asked for.
                 _ => break,
             }
@@ -99,9 +133,11 @@ impl<const D: usize> Eigen<D> {
 
     /// A factor of `K + shift M`.
     pub(super) fn shifted(&mut self, system: &System, shift: f64) -> Result<Cholesky, ModesError> {
-        self.assemble(system, Weights { inertia: shift, ..STIFFNESS });
-        let mut cholesky = Cholesky::new(self.assembler.matrix(), &self.x).ok_or(ModesError::NotFinite)?;
-        cholesky.factorize(self.assembler.matrix()).map_err(|_| ModesError::NotStable)?;
+        self.assemble(system, STIFFNESS);
+        let mut matrix = self.assembler.matrix().clone();
+        self.inertia.add_to(shift, &mut matrix);
+        let mut cholesky = Cholesky::new(&matrix, &self.x).ok_or(ModesError::NotFinite)?;
+        cholesky.factorize(&matrix).map_err(|_| ModesError::NotStable)?;
         Ok(cholesky)
     }
 
@@ -142,6 +178,27 @@ impl<const D: usize> Eigen<D> {
         }
         ((0..modes).map(|j| alone(j).max(0.0) + drag).collect(), coupling)
     }
+}
+
+/// Rayleigh's quotient `phi^T K phi` of a shape with `phi^T M phi = 1`; exactly zero where it is what
+/// rounding leaves of rigid motion.
+pub(super) fn square<const D: usize>(matrix: &BlockMatrix<D>, shape: &[f64]) -> f64 {
+    let (mut square, mut scale) = (0.0, 0.0);
+    for row in 0..matrix.rows() {
+        for k in 0..D {
+            let parts = matrix
+                .row(row)
+                .flat_map(|(column, block)| (0..D).map(move |l| (block[k][l], column * D + l)));
+            let (mut sum, mut sizes) = (0.0, 0.0);
+            for (entry, at) in parts {
+                sum += entry * shape[at];
+                sizes += (entry * shape[at]).abs();
+            }
+            square += shape[row * D + k] * sum;
+            scale += shape[row * D + k].abs() * sizes;
+        }
+    }
+    if square.abs() <= RIGID_ULPS * f64::EPSILON * scale { 0.0 } else { square }
 }
 
 pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {

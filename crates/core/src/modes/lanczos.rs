@@ -2,6 +2,7 @@
 
 use faer::{Mat, Side};
 
+use super::inertia::Inertia;
 use crate::solver::conjugate_gradients::dot;
 
 /// Vectors in a block: modes of equal frequency that are found at once.
@@ -11,8 +12,6 @@ const DEPENDENT: f64 = 1e-12;
 
 /// An eigenpair of `T = A^-1 M`.
 pub(super) struct Pair {
-    /// The eigenvalue.
-    pub(super) value: f64,
     /// `|T u - value u|_M / value`.
     pub(super) residual: f64,
     /// `u^T M u = 1`.
@@ -27,24 +26,26 @@ pub(super) struct Found {
     pub(super) solves: usize,
 }
 
-/// The `count` largest eigenpairs of `A^-1 M`, `M` diagonal with zeros where nothing moves: those whose residual
-/// is at most `tolerance` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
-pub(super) fn largest(
-    mass: &[f64],
+/// The `count` largest eigenpairs of `A^-1 M`, `M` zero where nothing moves: those whose residual
+/// is at most `allowed(value)` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
+pub(super) fn largest<const D: usize>(
+    mass: &Inertia<D>,
     count: usize,
-    tolerance: f64,
+    allowed: impl Fn(f64) -> f64,
     mut solve: impl FnMut(&mut [f64]),
 ) -> Found {
-    let free = mass.iter().filter(|m| **m > 0.0).count();
+    let free = mass.diagonal().iter().filter(|m| **m > 0.0).count();
     let most = free.min(20 * count + 200);
     // The basis q_k, and T q_k.
-    let (mut basis, mut images): (Vec<Vec<f64>>, Vec<Vec<f64>>) = (vec![], vec![]);
-    let mut seed = 0;
+    let (mut basis, mut images): (Vec<Direction>, Vec<Vec<f64>>) = (vec![], vec![]);
+    // The rows `q_i^T M T q_j`, j <= i.
+    let mut projected: Vec<Vec<f64>> = vec![];
+    let (mut seed, seeds) = (0, 4 * BLOCK + most);
     let mut candidates: Vec<Vec<f64>> = vec![];
     loop {
         // Fill up with directions of no symmetry, where the block has run out of new ones.
-        while candidates.len() < BLOCK && seed < 4 * BLOCK + most {
-            candidates.push(start(mass, seed));
+        while candidates.len() < BLOCK && seed < seeds {
+            candidates.push(start(mass.diagonal(), seed));
             seed += 1;
         }
         let first = basis.len();
@@ -56,13 +57,21 @@ pub(super) fn largest(
             }
         }
         for q in &basis[first..] {
-            let mut image: Vec<f64> = q.iter().zip(mass).map(|(q, m)| q * m).collect();
+            let mut image = q.weighted.clone();
             solve(&mut image);
-            image.iter_mut().zip(mass).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
+            image.iter_mut().zip(mass.diagonal()).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
             images.push(image);
         }
-        let pairs = ritz(&basis, &images, mass, count, tolerance);
-        let exhausted = basis.len() == most || basis.len() == first;
+        for i in first..basis.len() {
+            // Symmetric but for rounding.
+            let entry =
+                |j: usize| 0.5 * (dot(&basis[i].weighted, &images[j]) + dot(&basis[j].weighted, &images[i]));
+            projected.push((0..=i).map(entry).collect());
+        }
+        let pairs = ritz(&basis, &images, &projected, mass, count, &allowed);
+        // Where all of a block were in the basis already, as after more motions without stiffness than it
+        // has vectors, new ones are tried.
+        let exhausted = basis.len() == most || basis.len() == first && seed == seeds;
         if pairs.len() == count || exhausted {
             return Found { pairs, solves: images.len() };
         }
@@ -79,59 +88,61 @@ fn start(mass: &[f64], seed: usize) -> Vec<f64> {
     mass.iter().enumerate().map(|(i, m)| if *m > 0.0 { component(i) } else { 0.0 }).collect()
 }
 
-fn inner(a: &[f64], b: &[f64], mass: &[f64]) -> f64 {
-    let weighted: Vec<f64> = a.iter().zip(mass).map(|(a, m)| a * m).collect();
-    dot(&weighted, b)
+/// A vector `q` of the basis, with `M q`.
+struct Direction {
+    vector: Vec<f64>,
+    weighted: Vec<f64>,
 }
 
 /// `v` made orthogonal to the basis and of length one; `None` if it is in its span.
-fn orthonormal(mut v: Vec<f64>, basis: &[Vec<f64>], mass: &[f64]) -> Option<Vec<f64>> {
-    let before = inner(&v, &v, mass).sqrt();
+fn orthonormal<const D: usize>(mut v: Vec<f64>, basis: &[Direction], mass: &Inertia<D>) -> Option<Direction> {
+    let length = |v: &[f64]| dot(&mass.times(v), v).sqrt();
+    let before = length(&v);
     // Twice is enough: Parlett 1998, The symmetric eigenvalue problem, section 6.9.
     for _ in 0..2 {
         for q in basis {
-            let part = inner(q, &v, mass);
-            v.iter_mut().zip(q).for_each(|(v, q)| *v -= part * q);
+            let part = dot(&q.weighted, &v);
+            v.iter_mut().zip(&q.vector).for_each(|(v, q)| *v -= part * q);
         }
     }
-    let length = inner(&v, &v, mass).sqrt();
+    let length = length(&v);
     if length.is_nan() || length <= DEPENDENT * before {
         return None;
     }
     v.iter_mut().for_each(|v| *v /= length);
-    Some(v)
+    Some(Direction { weighted: mass.times(&v), vector: v })
 }
 
 /// The largest Ritz pairs, as long as they have converged, at most `count`.
-fn ritz(basis: &[Vec<f64>], images: &[Vec<f64>], mass: &[f64], count: usize, tolerance: f64) -> Vec<Pair> {
+fn ritz<const D: usize>(
+    basis: &[Direction],
+    images: &[Vec<f64>],
+    projected: &[Vec<f64>],
+    mass: &Inertia<D>,
+    count: usize,
+    allowed: &impl Fn(f64) -> f64,
+) -> Vec<Pair> {
     let k = basis.len();
     if k < count {
         return vec![];
     }
-    let projected = Mat::<f64>::from_fn(k, k, |i, j| {
-        // Symmetric but for rounding.
-        0.5 * (inner(&basis[i], &images[j], mass) + inner(&basis[j], &images[i], mass))
-    });
+    let projected = Mat::<f64>::from_fn(k, k, |i, j| projected[i.max(j)][i.min(j)]);
     let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return vec![] };
     let mut pairs = vec![];
     for column in (k - count..k).rev() {
         let value = eigen.S()[column];
-        let combine = |rows: &[Vec<f64>]| {
-            let mut sum = vec![0.0; mass.len()];
-            for (i, row) in rows.iter().enumerate() {
-                let weight = eigen.U()[(i, column)];
-                sum.iter_mut().zip(row).for_each(|(s, r)| *s += weight * r);
-            }
-            sum
-        };
-        let vector = combine(basis);
-        let mut rest = combine(images);
+        let (mut vector, mut rest) = (vec![0.0; mass.diagonal().len()], vec![0.0; mass.diagonal().len()]);
+        for (i, (q, image)) in basis.iter().zip(images).enumerate() {
+            let weight = eigen.U()[(i, column)];
+            vector.iter_mut().zip(&q.vector).for_each(|(s, q)| *s += weight * q);
+            rest.iter_mut().zip(image).for_each(|(s, image)| *s += weight * image);
+        }
         rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
-        let residual = inner(&rest, &rest, mass).sqrt() / value.abs();
-        if residual.is_nan() || residual > tolerance {
+        let residual = dot(&mass.times(&rest), &rest).sqrt() / value.abs();
+        if residual.is_nan() || residual > allowed(value) {
             break;
         }
-        pairs.push(Pair { value, residual, vector });
+        pairs.push(Pair { residual, vector });
     }
     pairs
 }

@@ -1,13 +1,18 @@
 //! Vibration: natural frequencies and mode shapes of a scene about where it is (lecture 2).
 //!
-//! `K phi = omega^2 M phi` with `K` the Hessian of the energy and lumped masses `M`, in the coordinates that are free. The lowest
-//! modes come first: a block Lanczos method on `(K + s M)^-1 M`, whose largest eigenvalues they are, each product one solve
+//! `K phi = omega^2 M phi` with `K` the Hessian of the energy and the masses `M`, in the coordinates that are free. `M` is consistent,
+//! `rho integral of N_a N_b`, where elements are of second order and of one density: frequencies then have errors of fourth order in
+//! the size of the elements; with lumped masses, which steps have, of second. It is lumped elsewhere: linear elements are of second
+//! order either way, and a lumped mass takes back a part of what they are too stiff by.
+//!
+//! The lowest modes come first: a block Lanczos method on `(K + s M)^-1 M`, whose largest eigenvalues they are, each product one solve
 //! with a sparse Cholesky factor. Ericsson, Ruhe 1980, "The spectral transformation Lanczos method for the numerical solution of large
 //! sparse generalized symmetric eigenvalue problems"; the whole basis is kept orthogonal, and blocks find modes of equal frequency,
 //! such as those of rigid motion.
 
 mod dense;
 mod eigen;
+mod inertia;
 mod lanczos;
 mod oscillator;
 mod sound;
@@ -38,6 +43,16 @@ pub struct Mode {
     pub shape: Vec<f64>,
 }
 
+/// Which mass matrix modes have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MassMatrix {
+    /// Lumped at all vertices, as steps have it.
+    Lumped,
+    /// Consistent with the shape functions where elements are of second order and of one density, lumped elsewhere.
+    Consistent,
+}
+
 /// The lowest modes.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Modes {
@@ -47,6 +62,8 @@ pub struct Modes {
     pub free_mass: Vec<f64>,
     /// Coordinates that are free to move.
     pub free_coordinates: usize,
+    /// The mass matrix.
+    pub mass_matrix: MassMatrix,
     /// Linear solves that it took.
     pub solves: usize,
 }
@@ -118,7 +135,7 @@ pub enum ModesError {
 }
 
 impl Simulation {
-    /// The `count` lowest modes about the present state.
+    /// The `count` lowest modes about the present state, with the mass matrix that [`Modes::mass_matrix`] names.
     ///
     /// # Errors
     /// [`ModesError`].
@@ -131,13 +148,19 @@ impl Simulation {
 }
 
 fn modes<const D: usize>(simulation: &mut Simulation, count: usize) -> Result<Modes, ModesError> {
-    let Eigen { mass, pairs, free_coordinates, solves, .. } = Eigen::<D>::about(simulation, Some(count))?;
-    let axis_mass: Vec<f64> = (0..D).map(|c| mass.iter().skip(c).step_by(D).sum()).collect();
+    let Eigen { inertia, pairs, free_coordinates, solves, .. } = Eigen::<D>::lowest_about(simulation, count)?;
+    let rigid = |c: usize| -> Vec<f64> {
+        let unit = |n: usize| f64::from(u8::from(n % D == c && inertia.is_free(n)));
+        inertia.times(&(0..inertia.diagonal().len()).map(unit).collect::<Vec<f64>>())
+    };
+    // M e along each axis.
+    let along: Vec<Vec<f64>> = (0..D).map(rigid).collect();
+    let axis_mass: Vec<f64> = along.iter().map(|weights| weights.iter().sum()).collect();
     let numbering = simulation.numbering();
     let mode = |(square, pair): (f64, lanczos::Pair)| {
         let omega = square.sqrt();
         let effective = |c: usize| {
-            let part: f64 = (c..mass.len()).step_by(D).map(|n| mass[n] * pair.vector[n]).sum();
+            let part: f64 = along[c].iter().zip(&pair.vector).map(|(m, phi)| m * phi).sum();
             if axis_mass[c] > 0.0 { part * part / axis_mass[c] } else { 0.0 }
         };
         Mode {
@@ -152,6 +175,7 @@ fn modes<const D: usize>(simulation: &mut Simulation, count: usize) -> Result<Mo
         modes: pairs.into_iter().map(mode).collect(),
         free_mass: axis_mass.clone(),
         free_coordinates,
+        mass_matrix: if inertia.is_consistent() { MassMatrix::Consistent } else { MassMatrix::Lumped },
         solves,
     })
 }

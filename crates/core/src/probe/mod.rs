@@ -39,9 +39,15 @@ pub struct Reading {
     /// Green strain: xx, yy, zz, xy, yz, xz; `None` outside of finite elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub green_strain: Option<[f64; 6]>,
+    /// Corotated strain `S - I`, `F = R S`: xx, yy, zz, xy, yz, xz; `None` outside of finite elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corotated_strain: Option<[f64; 6]>,
     /// Cauchy stress [Pa]: xx, yy, zz, xy, yz, xz; `None` outside of finite elements.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cauchy_stress: Option<[f64; 6]>,
+    /// Strain energy density [J/m^3]; `None` outside of finite elements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_density: Option<f64>,
 }
 
 impl Probe {
@@ -57,7 +63,9 @@ impl Probe {
             velocity: self.mix(frame.v, frame.dimension),
             displacement,
             green_strain: state.and_then(|state| measured(Channel::GreenStrain, state)),
+            corotated_strain: state.and_then(|state| measured(Channel::CorotatedStrain, state)),
             cauchy_stress: state.and_then(|state| measured(Channel::CauchyStress, state)),
+            energy_density: state.map(|state| state.energy_density),
         }
     }
 

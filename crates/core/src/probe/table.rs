@@ -10,7 +10,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const SYMMETRIC: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
 
 /// Writes one row for each frame, columns `time [s]`, then of each probe `NAME.x [m]`, `NAME.vx [m/s]`, `NAME.ux [m]` for each
-/// axis of the scene, and where it is in a finite element `NAME.Exx [1]` (Green strain) and `NAME.sxx [Pa]` (Cauchy stress).
+/// axis of the scene, and where it is in a finite element `NAME.Exx [1]` (Green strain), `NAME.Cxx [1]` (corotated strain),
+/// `NAME.sxx [Pa]` (Cauchy stress) and `NAME.psi [J/m^3]` (energy density).
 /// Numbers have as many digits as it takes to read back the same double. Every row is handed on at once.
 pub struct Table<W> {
     out: W,
@@ -38,7 +39,9 @@ impl<W: Write> Table<W> {
             add("u", axes, "m");
             if probe.point.is_some() {
                 add("E", &SYMMETRIC, "1");
+                add("C", &SYMMETRIC, "1");
                 add("s", &SYMMETRIC, "Pa");
+                add("", &["psi"], "J/m^3");
             }
         }
         columns.join(",")
@@ -52,13 +55,14 @@ impl<W: Write> Table<W> {
         self.line.clear();
         self.line += &format!("{:?}", frame.time);
         for probe in &self.probes {
-            let Reading { position, velocity, displacement, green_strain, cauchy_stress, .. } =
-                probe.read(frame);
+            let reading = probe.read(frame);
+            let Reading { position, velocity, displacement, .. } = reading;
             let vectors = [position, velocity, displacement]
                 .into_iter()
                 .flat_map(|v| v.into_iter().take(frame.dimension));
-            let tensors = [green_strain, cauchy_stress].into_iter().flatten().flatten();
-            for number in vectors.chain(tensors) {
+            let tensors = [reading.green_strain, reading.corotated_strain, reading.cauchy_stress];
+            let tensors = tensors.into_iter().flatten().flatten();
+            for number in vectors.chain(tensors).chain(reading.energy_density) {
                 self.line += &format!(",{number:?}");
             }
         }

@@ -226,7 +226,9 @@ impl Reader<'_> {
             })?
         };
         let power = self.power()?;
-        let dimension = Some(power).filter(|p| p.abs() <= Dimension::LARGEST).and_then(|p| base.1.power(p));
+        let dimension = Some(power)
+            .filter(|p| p.unsigned_abs() <= Dimension::LARGEST.unsigned_abs())
+            .and_then(|p| base.1.power(p));
         match dimension {
             Some(dimension) => Ok((base.0.power(power), dimension)),
             None => Err(QuantityError::LargePower { place: start..self.at }),

@@ -173,3 +173,18 @@ fn quantities_and_formulas_are_told_apart() {
         assert!(!is_quantity(text), "{text}");
     }
 }
+
+/// Powers are looked at before anything is multiplied so many times, and powers of powers end at the range of numbers.
+#[test]
+fn powers_beyond_the_range_are_refused_at_once() {
+    for power in ["-2147483648", "2147483647", "10", "-10", "(-10)"] {
+        let error = refused(&format!("1 (Mm/m)^{power}"));
+        assert!(matches!(error, QuantityError::LargePower { .. }), "{power}");
+    }
+    assert_eq!(refused("1 (Mm/m)^-2147483648").to_string(), "powers of units are from -9 to 9");
+    assert_eq!(value("1 (Mm/m)^-9"), 1e-54);
+    // 9^12 is more than 2^31: 10^(6 9^12).
+    let nested = |power: i32| format!("1 {}Mm/m{}", "(".repeat(12), format!(")^{power}").repeat(12));
+    assert!(matches!(refused(&nested(9)), QuantityError::TooLarge { .. }));
+    assert_eq!(value(&nested(-1)), 1e6);
+}

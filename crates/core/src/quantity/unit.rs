@@ -35,7 +35,7 @@ impl Scale {
         Scale {
             numerator: self.numerator * other.numerator,
             denominator: self.denominator * other.denominator,
-            exponent: self.exponent + other.exponent,
+            exponent: self.exponent.saturating_add(other.exponent),
         }
     }
 
@@ -43,7 +43,7 @@ impl Scale {
         let size = power.unsigned_abs();
         let raised = |base: f64| (0..size).fold(1.0, |product, _| product * base);
         let (numerator, denominator) = (raised(self.numerator), raised(self.denominator));
-        let exponent = self.exponent * power;
+        let exponent = self.exponent.saturating_mul(power);
         if power < 0 {
             Scale { numerator: denominator, denominator: numerator, exponent }
         } else {

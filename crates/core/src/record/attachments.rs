@@ -15,6 +15,8 @@ use crate::topology::{BodyKind, BodyTopology, Topology};
 pub(super) const METADATA: &str = "pliant";
 /// Name of the attachment with the scene's text.
 pub(super) const SCENE: &str = "scene.toml";
+/// Name of the attachment with the rest positions.
+pub(super) const REST: &str = "rest.f64";
 
 /// A body, as files and `info` describe it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,7 +62,7 @@ pub(super) fn write<W: Write + Seek>(
     if !options.scene_text.is_empty() {
         container.attach(SCENE, "application/toml", Cow::Borrowed(options.scene_text.as_bytes()))?;
     }
-    for (name, numbers) in [("rest.f64", &topology.rest_positions), ("mass.f64", &topology.masses)] {
+    for (name, numbers) in [(REST, &topology.rest_positions), ("mass.f64", &topology.masses)] {
         if !numbers.is_empty() {
             let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
             container.attach(name, binary, Cow::Owned(bytes))?;

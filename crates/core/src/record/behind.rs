@@ -120,7 +120,16 @@ impl Behind {
         }
     }
 
-    /// The same, for good.
+    /// Number of frames that recovery finds, after [`frame`](Self::frame) or [`desk`](Self::desk) has failed.
+    pub(super) fn salvage(&mut self) -> u64 {
+        self.join();
+        match &mut self.place {
+            Place::Here(desk) => desk.salvage(),
+            Place::There(_) | Place::Nowhere => unreachable!("it has been joined"),
+        }
+    }
+
+    /// The desk, after everything that was handed over, for good.
     ///
     /// # Errors
     /// As [`desk`](Self::desk).

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use foxglove::Encode;
 use mcap::{Channel, Schema};
 use serde_json::{Map, Value, json};
 
+use super::protobuf;
 use crate::diagnostics::MEASURES;
 
 /// Positions and velocities.
@@ -54,25 +54,20 @@ pub(super) fn last_of_frame(ids: impl Iterator<Item = u16>) -> Option<u16> {
 /// Coordinate frame of all positions.
 pub(super) const FRAME_ID: &str = "pliant";
 
-/// A channel of messages of a type of the foxglove crate. Its schema has the same number as the channel.
-pub(super) fn typed<T: Encode>(
+/// A channel of protobuf messages of one type. Its schema has the same number as the channel.
+pub(super) fn typed(
     (id, topic): (u16, &str),
+    message: protobuf::MessageType,
     metadata: BTreeMap<String, String>,
 ) -> Channel<'static> {
-    let schema = T::get_schema().map(|schema| {
-        let (name, encoding, data) = (schema.name, schema.encoding, Cow::Owned(schema.data.into_owned()));
-        Arc::new(Schema { id, name, encoding, data })
-    });
-    let message_encoding = T::get_message_encoding();
-    Channel { id, topic: topic.to_owned(), schema, message_encoding, metadata }
-}
-
-/// Encodes a message, replacing what is in the buffer.
-pub(super) fn encode<T: Encode>(message: &T, buffer: &mut Vec<u8>) {
-    buffer.clear();
-    // Encoding fails only for lack of room, and a vector grows.
-    let encoded = message.encode(buffer);
-    debug_assert!(encoded.is_ok(), "a vector grows as messages are encoded into it");
+    let schema = Schema {
+        id,
+        name: message.name.to_owned(),
+        encoding: "protobuf".to_owned(),
+        data: Cow::Borrowed(message.descriptors),
+    };
+    let message_encoding = "protobuf".to_owned();
+    Channel { id, topic: topic.to_owned(), schema: Some(Arc::new(schema)), message_encoding, metadata }
 }
 
 /// A channel of JSON objects, with the schema of `row`, an object that has every field there can be.

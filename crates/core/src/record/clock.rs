@@ -1,6 +1,6 @@
 //! Simulated time on the clock of MCAP: unsigned nanoseconds from 0.
 
-use foxglove::messages::Timestamp;
+use super::protobuf::MessageWriter;
 
 /// Rounded to the nearest nanosecond; negative times and NaN become 0. The exact time is in `/energy`.
 pub(super) fn nanoseconds(time: f64) -> u64 {
@@ -13,8 +13,10 @@ pub(super) fn seconds(nanoseconds: u64) -> f64 {
     nanoseconds as f64 * 1e-9
 }
 
-/// The same instant as messages carry it. Saturates after 136 years.
-pub(super) fn timestamp(nanoseconds: u64) -> Timestamp {
-    let second = u32::try_from(nanoseconds / 1_000_000_000).unwrap_or(u32::MAX);
-    Timestamp::new(second, (nanoseconds % 1_000_000_000) as u32)
+/// The same instant as a field of a message, a `google.protobuf.Timestamp`. Saturates after 136 years.
+pub(super) fn timestamp(message: &mut MessageWriter<'_>, field: u8, nanoseconds: u64) {
+    let second = (nanoseconds / 1_000_000_000).min(u32::MAX.into());
+    message.message(field, |time| {
+        time.integer(1, second).integer(2, nanoseconds % 1_000_000_000);
+    });
 }

@@ -5,11 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use foxglove::messages::packed_element_field::NumericType;
-use foxglove::messages::{PackedElementField, PointCloud, Pose, Quaternion, Vector3};
-
-use super::channel::{FRAME_ID, encode};
+use super::channel::FRAME_ID;
 use super::clock::timestamp;
+use super::protobuf::MessageWriter;
 
 /// Writes the messages of a channel.
 #[derive(Debug)]
@@ -24,32 +22,26 @@ impl Cloud {
     /// Of rows with these columns, each a little-endian double.
     pub(super) fn new(columns: &[&str]) -> Self {
         let stride = 8 * columns.len();
-        let fields = columns.iter().zip(0_u32..).map(|(name, i)| PackedElementField {
-            name: (*name).to_owned(),
-            offset: 8 * i,
-            r#type: NumericType::Float64 as i32,
-        });
-        let cloud = PointCloud {
-            frame_id: FRAME_ID.to_owned(),
-            pose: Some(identity()),
-            point_stride: stride as u32,
-            fields: fields.collect(),
-            ..PointCloud::default()
-        };
         let mut common = Vec::new();
-        encode(&cloud, &mut common);
+        let mut cloud = MessageWriter::append_to(&mut common);
+        cloud.string(2, FRAME_ID).message(3, identity).fixed32(4, stride as u32);
+        for (name, offset) in columns.iter().zip((0..).step_by(8)) {
+            cloud.message(5, |field| {
+                field.string(1, name).fixed32(2, offset).integer(3, FLOAT_64);
+            });
+        }
         Cloud { common, stride }
     }
 
     /// Begins a message of `rows` rows in place of what is in the buffer; the rows are to be appended. Only what changes is
     /// encoded anew: messages of protobuf are joined by writing one behind the other.
     pub(super) fn begin(&self, log_time: u64, rows: usize, buffer: &mut Vec<u8>) {
-        encode(&PointCloud { timestamp: Some(timestamp(log_time)), ..PointCloud::default() }, buffer);
+        buffer.clear();
+        timestamp(&mut MessageWriter::append_to(buffer), 1, log_time);
         buffer.extend_from_slice(&self.common);
         // As a field without content would be.
         if rows > 0 {
-            buffer.push(DATA_TAG);
-            push_varint(rows * self.stride, buffer);
+            MessageWriter::append_to(buffer).length_delimited(DATA, rows * self.stride);
         }
     }
 }
@@ -64,22 +56,15 @@ pub(super) fn describe(columns: &[&str], rows: usize) -> BTreeMap<String, String
     ])
 }
 
-/// The field `data`, number 6, of which the length follows.
-const DATA_TAG: u8 = 6 << 3 | 2;
+/// The field `data` of `foxglove.PointCloud`.
+const DATA: u8 = 6;
 
-/// Seven bits a byte, the lowest first.
-fn push_varint(mut number: usize, buffer: &mut Vec<u8>) {
-    while number >= 0x80 {
-        buffer.push(number as u8 | 0x80);
-        number >>= 7;
-    }
-    buffer.push(number as u8);
-}
+/// Doubles, in the enumeration `foxglove.PackedElementField.NumericType`.
+const FLOAT_64: u64 = 8;
 
-/// No displacement, no rotation. A pose left out reads as a rotation by the quaternion 0, which viewers reject.
-pub(super) fn identity() -> Pose {
-    Pose {
-        position: Some(Vector3::default()),
-        orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
-    }
+/// A `foxglove.Pose` without displacement and rotation. One left out reads as a rotation by the quaternion 0, which viewers reject.
+pub(super) fn identity(pose: &mut MessageWriter<'_>) {
+    pose.message(1, |_| ()).message(2, |rotation| {
+        rotation.double(4, 1.0);
+    });
 }

@@ -39,6 +39,10 @@ pub(super) struct Container<W: Write + Seek> {
     channels: Vec<Channel<'static>>,
     /// Message bytes in the open chunk.
     open_bytes: u64,
+    /// Frames in the open chunk.
+    open_frames: u64,
+    /// Frames in chunks that are closed.
+    closed_frames: u64,
     /// Whether something could not be written, and nothing more will be.
     has_failed: bool,
     /// Why, until somebody asks.
@@ -62,6 +66,8 @@ impl<W: Write + Seek> Container<W> {
             journal,
             channels: Vec::new(),
             open_bytes: 0,
+            open_frames: 0,
+            closed_frames: 0,
             has_failed: false,
             failure: None,
         })
@@ -106,21 +112,31 @@ impl<W: Write + Seek> Container<W> {
         if ends_chunk { self.flush() } else { Ok(()) }
     }
 
+    /// Writes the messages of a frame, as [`keep`](Self::keep) does.
+    pub(super) fn keep_frame(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
+        self.keep_group(group, true, safe);
+    }
+
     /// Writes messages that belong together, and calls `safe`, where that is given, once a kill cannot lose them any more. Where they
     /// cannot be written, they and all that come after go to the journal only, and [`failure`](Self::failure) says why.
     pub(super) fn keep(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
+        self.keep_group(group, false, safe);
+    }
+
+    fn keep_group(&mut self, group: &[Message<'_>], is_frame: bool, safe: Option<&dyn Fn()>) {
         let ends_chunk = !self.has_failed && self.is_ended_by(group);
         if !ends_chunk {
-            self.note(group, safe);
+            self.note(group, is_frame, safe);
         }
         if self.has_failed {
             return;
         }
+        self.open_frames += u64::from(is_frame);
         match self.write(group) {
             Err(error) => {
                 self.fail(error);
                 if ends_chunk {
-                    self.note(group, safe);
+                    self.note(group, is_frame, safe);
                 }
             }
             Ok(()) if ends_chunk => safe.into_iter().for_each(|safe| safe()),
@@ -144,9 +160,9 @@ impl<W: Write + Seek> Container<W> {
     }
 
     /// Appends to the journal, and writes it where somebody wants to know when it is safe.
-    fn note(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
+    fn note(&mut self, group: &[Message<'_>], is_frame: bool, safe: Option<&dyn Fn()>) {
         let Some(journal) = &mut self.journal else { return };
-        journal.append(group);
+        journal.append(group, is_frame);
         if let Some(safe) = safe {
             match journal.write() {
                 Ok(()) => safe(),
@@ -164,6 +180,7 @@ impl<W: Write + Seek> Container<W> {
     pub(super) fn flush(&mut self) -> McapResult<()> {
         self.writer.flush()?;
         self.open_bytes = 0;
+        self.closed_frames += std::mem::take(&mut self.open_frames);
         // Only now: between the two lines the messages are in both files, which recovery sorts out.
         if let Some(journal) = &mut self.journal {
             journal.clear()?;
@@ -171,11 +188,50 @@ impl<W: Write + Seek> Container<W> {
         Ok(())
     }
 
-    /// Writes indexes and the end; the caller gets the stream back to sync it, and the journal to remove it.
-    pub(super) fn finish(mut self) -> McapResult<(W, Option<Journal>)> {
-        self.writer.finish()?;
-        Ok((self.writer.into_inner(), self.journal))
+    /// Number of frames that recovery finds, after writing to the journal what only memory holds: where something could not be written,
+    /// the first frame that is lost.
+    pub(super) fn salvage(&mut self) -> u64 {
+        salvage(self.closed_frames, self.journal.as_mut())
     }
+
+    /// Writes indexes and the end.
+    ///
+    /// # Errors
+    /// They cannot be written; with the number of frames that recovery finds.
+    pub(super) fn finish(mut self) -> Result<Finished<W>, (McapError, u64)> {
+        match self.writer.finish() {
+            Ok(_) => {}
+            Err(error) => return Err((error, self.salvage())),
+        }
+        let (journal, closed_frames) = (self.journal, self.closed_frames);
+        Ok(Finished { stream: self.writer.into_inner(), journal, closed_frames })
+    }
+}
+
+/// A file with its end, which the operating system may not have on the disk yet.
+pub(super) struct Finished<W> {
+    /// To be synced.
+    pub(super) stream: W,
+    /// To be removed.
+    pub(super) journal: Option<Journal>,
+    closed_frames: u64,
+}
+
+impl<W> Finished<W> {
+    /// As [`Container::salvage`].
+    pub(super) fn salvage(&mut self) -> u64 {
+        salvage(self.closed_frames, self.journal.as_mut())
+    }
+}
+
+/// Frames in closed chunks and, after writing what has been appended to it, those in the journal.
+fn salvage(closed_frames: u64, journal: Option<&mut Journal>) -> u64 {
+    closed_frames
+        + journal.map_or(0, |journal| {
+            // What does not fit is not counted.
+            let _ = journal.write();
+            journal.frames()
+        })
 }
 
 fn bytes_of(group: &[Message<'_>]) -> u64 {

@@ -5,7 +5,7 @@ use mcap::{McapError, McapResult};
 use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
 use super::clock::nanoseconds;
 use super::cloud::Cloud;
-use super::container::{Container, Message};
+use super::container::{Container, Finished, Message};
 use super::elements::Elements;
 use super::journal::Journal;
 use super::kept::{Batch, Needs};
@@ -55,7 +55,7 @@ impl Desk {
         channels.extend(probes.channels());
         channels.extend(elements.iter().flat_map(Elements::channels));
         if asked(Channel::Reactions) {
-            channels.push(reactions::channel(&options.pins));
+            channels.push(reactions::channel(&options.reactions));
         }
         if asked(Channel::Energy) {
             channels.push(energy::channel());
@@ -121,8 +121,8 @@ impl Desk {
             elements.encode_frame(frame, states, log_time);
             group.extend(elements.messages(sequence, log_time));
         }
-        if let (true, Some(of_pins)) = (self.needs.reactions, frame.reactions) {
-            reactions::encode_frame(frame.time, of_pins, forces);
+        if let (true, Some(now)) = (self.needs.reactions, frame.reactions) {
+            reactions::encode_frame(frame.time, now, forces);
             group.push(Message::new(REACTIONS.0, sequence, log_time, forces));
         }
         if let (true, Some(diagnostics)) = (self.needs.diagnostics, frame.diagnostics) {
@@ -134,7 +134,7 @@ impl Desk {
             state::encode_frame(cloud, frame, log_time, states);
             group.push(Message::new(STATE.0, sequence, log_time, states));
         }
-        self.container.keep(&group, safe);
+        self.container.keep_frame(&group, safe);
         self.frames += 1;
     }
 
@@ -169,9 +169,19 @@ impl Desk {
         self.container.has_failed()
     }
 
-    /// Ends the file; the caller gets the stream back to sync it, and the journal to remove it.
-    pub(super) fn finish(mut self, outcome: &Outcome) -> McapResult<(Box<dyn Sink>, Option<Journal>)> {
-        self.container.metadata(OUTCOME, outcome.to_metadata().metadata)?;
-        self.container.finish()
+    /// Number of frames that recovery finds, see [`Container::salvage`].
+    pub(super) fn salvage(&mut self) -> u64 {
+        self.container.salvage()
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// As [`Container::finish`].
+    pub(super) fn finish(mut self, outcome: &Outcome) -> Result<Finished<Box<dyn Sink>>, (McapError, u64)> {
+        match self.container.metadata(OUTCOME, outcome.to_metadata().metadata) {
+            Ok(()) => self.container.finish(),
+            Err(error) => Err((error, self.container.salvage())),
+        }
     }
 }

@@ -6,17 +6,17 @@
 
 use std::collections::BTreeMap;
 
-use foxglove::messages::PointCloud;
 use mcap::Channel;
 use serde::{Deserialize, Serialize};
 
 use super::channel::{ELEMENTS, typed};
 use super::cloud::{self, Cloud};
 use super::container::Message;
+use super::protobuf::POINT_CLOUD;
 use crate::diagnostics::{ElementState, MEASURES, Measure};
 use crate::observer::Frame;
 use crate::scene;
-use crate::topology::{BodyKind, Topology};
+use crate::topology::Topology;
 
 /// Columns before those of the measure.
 pub(super) const PLACE: [&str; 3] = ["x", "y", "z"];
@@ -69,11 +69,7 @@ impl Elements {
         }
         let (mut cells, mut bodies, mut first) = (Vec::new(), Vec::new(), 0);
         for body in &topology.bodies {
-            let (of_body, corners) = match (body.kind, topology.dimension) {
-                (BodyKind::Solid, 3) => (body.tetrahedra.as_flattened(), 4),
-                (BodyKind::Solid | BodyKind::Membrane, _) => (body.triangles.as_flattened(), 3),
-                _ => continue,
-            };
+            let Some((of_body, corners)) = body.elements(topology.dimension) else { continue };
             let count = of_body.len() / corners;
             bodies.push(BodyRows { name: body.name.clone(), first, count });
             cells.push((of_body.to_vec(), corners));
@@ -98,7 +94,7 @@ impl Elements {
                 // Strings and integers always have a JSON form.
                 ("bodies".to_owned(), serde_json::to_string(&self.bodies).unwrap_or_default()),
             ]));
-            let mut channel = typed::<PointCloud>((*id, ""), metadata);
+            let mut channel = typed((*id, ""), POINT_CLOUD, metadata);
             channel.topic = topic(measure);
             channel
         })

@@ -36,7 +36,7 @@ pub enum RecordError {
     Write {
         /// The file.
         path: PathBuf,
-        /// The frame that was being written; `None` outside of frames.
+        /// The first frame that is lost; `None` where none is.
         frame: Option<u64>,
         /// What the operating system says.
         source: io::Error,
@@ -154,9 +154,11 @@ fn at_frame(frame: Option<u64>) -> String {
 }
 
 fn advice(path: &Path, frame: Option<u64>) -> String {
-    frame.map_or_else(String::new, |_| {
-        format!("; `pliant recover {}` keeps the frames before", path.display())
-    })
+    match frame {
+        None => String::new(),
+        Some(0) => "; no frame was kept".to_owned(),
+        Some(_) => format!("; `pliant recover {}` keeps the frames before", path.display()),
+    }
 }
 
 impl From<RecordError> for ObserverError {

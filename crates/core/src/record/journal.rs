@@ -10,32 +10,38 @@
 //!
 //! The tail is an MCAP file without chunks and without end, so that any MCAP reader can make sense of it.
 
-use std::fs::File;
-use std::io::{Cursor, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Cursor, ErrorKind};
+use std::path::PathBuf;
 
 use mcap::records::op;
 
 use super::container::{Message, create_writer};
+use super::sink::Tail;
 
 /// The tail.
 #[derive(Debug)]
 pub(super) struct Journal {
     path: PathBuf,
-    file: File,
+    file: Box<dyn Tail>,
     /// Magic, header, schemas and channels.
     preamble: Vec<u8>,
     /// Whether the file holds anything.
     used: bool,
     /// What has not been written.
     pending: Vec<u8>,
+    /// Where in `pending` frames end.
+    frame_ends: Vec<usize>,
+    /// Frames that the file holds, from their first byte to their last.
+    frames: u64,
+    /// Whether the file ends within a message, after which nothing can be read.
+    is_cut: bool,
 }
 
 impl Journal {
-    /// Empties or creates the file.
-    pub(super) fn create(path: &Path) -> std::io::Result<Self> {
-        let file = File::create(path)?;
-        Ok(Journal { path: path.to_owned(), file, preamble: Vec::new(), used: false, pending: Vec::new() })
+    /// A journal in `file`, which is at `path`, and empty.
+    pub(super) fn new(path: PathBuf, file: Box<dyn Tail>) -> Self {
+        let (preamble, pending, frame_ends) = (Vec::new(), Vec::new(), Vec::new());
+        Journal { path, file, preamble, used: false, pending, frame_ends, frames: 0, is_cut: false }
     }
 
     /// Says which channels later messages may use. The journal must be empty.
@@ -48,8 +54,11 @@ impl Journal {
         Ok(())
     }
 
-    /// Appends the messages of a group, to be written.
-    pub(super) fn append(&mut self, group: &[Message<'_>]) {
+    /// Appends the messages of a group, all of a frame where `ends_frame`, to be written.
+    pub(super) fn append(&mut self, group: &[Message<'_>], ends_frame: bool) {
+        if self.is_cut {
+            return;
+        }
         if !self.used {
             self.pending.extend_from_slice(&self.preamble);
         }
@@ -64,28 +73,54 @@ impl Journal {
             self.pending.extend_from_slice(data);
         }
         self.used = true;
+        if ends_frame {
+            self.frame_ends.push(self.pending.len());
+        }
+    }
+
+    /// Frames that the file holds.
+    pub(super) fn frames(&self) -> u64 {
+        self.frames
     }
 
     /// Writes what has been appended, whole groups in one write, so that a kill leaves all of one or, rarely, a beginning.
-    pub(super) fn write(&mut self) -> std::io::Result<()> {
-        let written = self.file.write_all(&self.pending);
+    pub(super) fn write(&mut self) -> io::Result<()> {
+        let (written, result) = self.write_pending();
+        self.frames += self.frame_ends.iter().filter(|end| **end <= written).count() as u64;
+        self.is_cut |= result.is_err();
         self.pending.clear();
-        written
+        self.frame_ends.clear();
+        result
+    }
+
+    /// Writes what has been appended; returns how many bytes of it the file took.
+    fn write_pending(&mut self) -> (usize, io::Result<()>) {
+        let mut written = 0;
+        while written < self.pending.len() {
+            match self.file.write(&self.pending[written..]) {
+                Ok(0) => return (written, Err(ErrorKind::WriteZero.into())),
+                Ok(bytes) => written += bytes,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return (written, Err(error)),
+            }
+        }
+        (written, Ok(()))
     }
 
     /// Forgets all messages: they are now in a closed chunk.
-    pub(super) fn clear(&mut self) -> std::io::Result<()> {
+    pub(super) fn clear(&mut self) -> io::Result<()> {
         self.pending.clear();
+        self.frame_ends.clear();
+        self.frames = 0;
         if self.used {
-            self.file.set_len(0)?;
-            self.file.rewind()?;
+            self.file.empty()?;
             self.used = false;
         }
         Ok(())
     }
 
     /// Removes the file: everything is in a complete recording.
-    pub(super) fn remove(mut self) -> std::io::Result<()> {
+    pub(super) fn remove(mut self) -> io::Result<()> {
         // Or it would be written to a file without a name.
         self.pending.clear();
         std::fs::remove_file(&self.path)

@@ -6,7 +6,7 @@
 //! | `/mesh` | `foxglove.SceneUpdate` | surfaces and springs to look at, at most 30 per simulated second |
 //! | `/elements/<measure>` | `foxglove.PointCloud` | one row for each finite element: where it is, and a [measure](crate::diagnostics::MEASURES) of its deformation or stress, doubles, every frame |
 //! | `/energy` | JSON | [`Diagnostics`](crate::diagnostics::Diagnostics) and work counters, every frame |
-//! | `/reactions` | JSON | force and moment of every [pin](crate::diagnostics::Reaction) that has not let go, by name, every frame |
+//! | `/reactions` | JSON | force and moment of every [pin](crate::diagnostics::Reaction) that has not let go and every wall, by name, every frame |
 //! | `/probe/<name>` | JSON | a [reading](crate::probe::Reading) of each probe, every frame |
 //! | `/tf` | `foxglove.FrameTransform` | once, with `/state` or `/mesh` |
 //! | `/log` | `foxglove.Log` | warnings, if there are any |
@@ -37,6 +37,7 @@ mod kept;
 mod outcome;
 mod paths;
 mod probe;
+mod protobuf;
 mod reactions;
 pub mod read;
 mod recorder;
@@ -54,6 +55,7 @@ pub use attachments::BodySummary;
 pub use elements::BodyRows;
 pub use error::RecordError;
 pub use outcome::{Outcome, Status};
+pub use paths::files;
 pub use recorder::{McapRecorder, Options, Recorded};
 pub use warning::Level;
 

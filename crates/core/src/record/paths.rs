@@ -17,6 +17,13 @@ pub(super) fn tail_of(part: &Path) -> PathBuf {
     with_suffix(part, ".tail")
 }
 
+/// The files of a recording to `path`: the complete one, and those it consists of until then.
+pub fn files(path: &Path) -> [PathBuf; 3] {
+    let part = part_of(path);
+    let tail = tail_of(&part);
+    [path.to_owned(), part, tail]
+}
+
 /// The path with something appended to its last component.
 pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path);

@@ -27,7 +27,13 @@ impl Probes {
     pub(super) fn channels(&self) -> impl Iterator<Item = Channel<'static>> {
         self.probes.iter().map(|(id, probe, _)| {
             let in_element = probe.point.map(|_| [0.5; 6]);
-            let row = Reading { green_strain: in_element, cauchy_stress: in_element, ..Reading::default() };
+            let row = Reading {
+                green_strain: in_element,
+                corotated_strain: in_element,
+                cauchy_stress: in_element,
+                energy_density: probe.point.map(|_| 0.5),
+                ..Reading::default()
+            };
             let row = serde_json::to_value(row).unwrap_or_default();
             json_channel(*id, &format!("/probe/{}", probe.name), "pliant.Probe", &row)
         })

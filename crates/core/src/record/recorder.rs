@@ -1,17 +1,19 @@
 //! The observer that writes.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::behind::Behind;
+use super::container::Finished;
 use super::desk::Desk;
 use super::error::write_error;
 use super::journal::Journal;
 use super::kept::Needs;
 use super::outcome::{Outcome, Status};
-use super::sink::Sink;
+use super::sink::{Sink, Tail};
 use super::{Level, RecordError, paths};
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::probe::Probe;
@@ -32,8 +34,8 @@ pub struct Options {
     pub title: Option<String>,
     /// Points that are followed, each on a channel of its own.
     pub probes: Vec<Probe>,
-    /// Names of the pins, `body/pin`, whose forces `/reactions` holds.
-    pub pins: Vec<String>,
+    /// Names of the pins, `body/pin`, and walls, `wall0`, whose forces `/reactions` holds.
+    pub reactions: Vec<String>,
     /// Text of the scene, attached as `scene.toml` unless empty.
     pub scene_text: String,
     /// More key-value pairs for the metadata record `pliant`; they take precedence over its own.
@@ -69,7 +71,7 @@ pub struct McapRecorder {
     step: u64,
     /// Of the last frame.
     time: f64,
-    /// The frame at which writing failed.
+    /// The first frame that is lost because writing failed.
     failed_at: Option<u64>,
 }
 
@@ -85,20 +87,23 @@ impl McapRecorder {
         }
         check(topology)?;
         let file = paths::create_exclusive(&paths::part_of(path), options.overwrite)?;
-        Self::with_sink(path, options, topology, Box::new(BufWriter::with_capacity(1 << 16, file)))
+        let tail = paths::tail_of(&paths::part_of(path));
+        let journal =
+            File::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let sink = BufWriter::with_capacity(1 << 16, file);
+        Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))
     }
 
-    /// The same, for a sink that is `<path>.part`.
-    pub(super) fn with_sink(
+    /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
+    pub(super) fn with_sinks(
         path: &Path,
         options: &Options,
         topology: &Topology,
         sink: Box<dyn Sink>,
+        tail: Box<dyn Tail>,
     ) -> Result<Self, RecordError> {
         let part = paths::part_of(path);
-        let tail = paths::tail_of(&part);
-        let journal =
-            Journal::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let journal = Journal::new(paths::tail_of(&part), tail);
         let desk =
             Desk::new(sink, journal, options, topology).map_err(|error| write_error(&part, None, error))?;
         Ok(McapRecorder {
@@ -168,15 +173,21 @@ impl McapRecorder {
     /// [`RecordError::Write`]; [`RecordError::Incomplete`] if a frame could not be written;
     /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with all
     /// frames that were written.
-    pub fn finish_with(self, outcome: &Outcome) -> Result<Recorded, RecordError> {
+    pub fn finish_with(mut self, outcome: &Outcome) -> Result<Recorded, RecordError> {
         self.ensure_sound()?;
-        let failed = |error| write_error(&self.part, None, error);
-        let frames = Some(self.frames);
-        let desk = self.behind.into_desk().map_err(|error| write_error(&self.part, frames, error))?;
-        let (mut sink, journal) = desk.finish(outcome).map_err(failed)?;
-        sink.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
+        let written = self.behind.desk().map(|_| ());
+        self.note_failure(written)?;
+        // Without a number where all frames are safe.
+        let failed =
+            |error, safe| write_error(&self.part, Some(safe).filter(|safe| *safe < self.frames), error);
+        let desk = self.behind.into_desk().map_err(|error| failed(error, 0))?;
+        let mut finished = desk.finish(outcome).map_err(|(error, safe)| failed(error, safe))?;
+        if let Err(error) = finished.stream.sync() {
+            return Err(failed(mcap::McapError::Io(error), finished.salvage()));
+        }
+        let Finished { stream, journal, .. } = finished;
         // Windows cannot rename an open file.
-        drop(sink);
+        drop(stream);
         if !self.overwrite && self.path.exists() {
             return Err(RecordError::Exists { path: self.path });
         }
@@ -217,8 +228,9 @@ impl McapRecorder {
 
     fn note_failure(&mut self, written: mcap::McapResult<()>) -> Result<(), RecordError> {
         written.map_err(|error| {
-            self.failed_at = Some(self.frames);
-            write_error(&self.part, Some(self.frames), error)
+            let safe = self.behind.salvage().min(self.frames);
+            self.failed_at = Some(safe);
+            write_error(&self.part, Some(safe), error)
         })
     }
 }

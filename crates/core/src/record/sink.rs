@@ -1,5 +1,6 @@
 //! Where the bytes go.
 
+use std::fmt::Debug;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, Write};
 
@@ -7,6 +8,19 @@ use std::io::{self, BufWriter, Seek, Write};
 pub(super) trait Sink: Write + Seek + Send {
     /// Returns when everything written is on the disk.
     fn sync(&mut self) -> io::Result<()>;
+}
+
+/// A file that is emptied and filled again.
+pub(super) trait Tail: Write + Send + Debug {
+    /// Forgets everything written; the next byte is the first.
+    fn empty(&mut self) -> io::Result<()>;
+}
+
+impl Tail for File {
+    fn empty(&mut self) -> io::Result<()> {
+        self.set_len(0)?;
+        self.rewind()
+    }
 }
 
 impl Sink for BufWriter<File> {

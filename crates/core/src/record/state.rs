@@ -3,11 +3,11 @@
 //! Every number is a double as the solver had it. 2D bodies lie in the plane z = 0. The points are the last bytes of a
 //! message: `numpy.frombuffer(memoryview(message.data)[-48 * n:], "<f8").reshape(n, 6)`.
 
-use foxglove::messages::PointCloud;
 use mcap::Channel;
 
 use super::channel::{STATE, typed};
 use super::cloud::{self, Cloud};
+use super::protobuf::POINT_CLOUD;
 use crate::observer::Frame;
 
 /// Fields of a point, each a little-endian double.
@@ -17,7 +17,7 @@ pub(super) const STRIDE: usize = 8 * FIELDS.len();
 
 /// Declares the channel.
 pub(super) fn channel(vertex_count: usize) -> Channel<'static> {
-    typed::<PointCloud>(STATE, cloud::describe(&FIELDS, vertex_count))
+    typed(STATE, POINT_CLOUD, cloud::describe(&FIELDS, vertex_count))
 }
 
 /// What writes its messages.

@@ -6,14 +6,12 @@
 
 use std::collections::BTreeMap;
 
-use foxglove::messages::{
-    Color, LinePrimitive, Point3, SceneEntity, SceneUpdate, TriangleListPrimitive, line_primitive,
-};
 use mcap::Channel;
 
-use super::channel::{FRAME_ID, MESH, encode, typed};
+use super::channel::{FRAME_ID, MESH, typed};
 use super::clock::timestamp;
 use super::cloud::identity;
+use super::protobuf::{MessageWriter, SCENE_UPDATE};
 use crate::observer::Frame;
 use crate::topology::{BodyTopology, Topology};
 
@@ -44,7 +42,8 @@ pub(super) struct Drawing {
 #[derive(Debug)]
 struct Part {
     name: String,
-    colour: Color,
+    /// Red, green, blue.
+    colour: [f64; 3],
     triangles: Cells,
     lines: Cells,
 }
@@ -69,7 +68,7 @@ impl Drawing {
 
     /// Declares the channel.
     pub(super) fn channel() -> Channel<'static> {
-        typed::<SceneUpdate>(MESH, BTreeMap::new())
+        typed(MESH, SCENE_UPDATE, BTreeMap::new())
     }
 
     /// Whether a frame at this time is drawn: the first of each slot of 1/30 s (longer for large meshes) is.
@@ -87,54 +86,57 @@ impl Drawing {
 
     /// Encodes a frame, replacing what is in the buffer.
     pub(super) fn encode_frame(&self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
-        let entities = self.parts.iter().map(|part| part.entity(frame, log_time)).collect();
-        encode(&SceneUpdate { deletions: Vec::new(), entities }, buffer);
+        buffer.clear();
+        let mut update = MessageWriter::append_to(buffer);
+        for part in &self.parts {
+            update.message(2, |entity| part.encode(frame, log_time, entity));
+        }
     }
 }
 
 impl Part {
-    fn new(body: &BodyTopology, &[r, g, b]: &[f64; 3]) -> Self {
+    fn new(body: &BodyTopology, colour: &[f64; 3]) -> Self {
         Part {
             name: body.name.clone(),
-            colour: Color { r, g, b, a: 1.0 },
+            colour: *colour,
             triangles: Cells::new(body.surface.as_flattened()),
             lines: Cells::new(body.edges.as_flattened()),
         }
     }
 
-    fn entity(&self, frame: &Frame<'_>, log_time: u64) -> SceneEntity {
-        let mut entity = SceneEntity {
-            timestamp: Some(timestamp(log_time)),
-            frame_id: FRAME_ID.to_owned(),
-            // A viewer replaces the entity of the same name: the previous frame.
-            id: self.name.clone(),
-            ..SceneEntity::default()
-        };
-        if !self.triangles.indices.is_empty() {
-            entity.triangles.push(TriangleListPrimitive {
-                pose: Some(identity()),
-                points: self.triangles.points(frame),
-                color: Some(self.colour),
-                colors: Vec::new(),
-                indices: self.triangles.indices.clone(),
-            });
-        }
+    /// Writes a `foxglove.SceneEntity`. A viewer replaces the entity of the same name: the previous frame.
+    fn encode(&self, frame: &Frame<'_>, log_time: u64, entity: &mut MessageWriter<'_>) {
+        timestamp(entity, 1, log_time);
+        entity.string(2, FRAME_ID).string(3, &self.name);
         if !self.lines.indices.is_empty() {
-            entity.lines.push(LinePrimitive {
-                r#type: line_primitive::Type::LineList as i32,
-                pose: Some(identity()),
-                // Pixels, being scale invariant.
-                thickness: 1.0,
-                scale_invariant: true,
-                points: self.lines.points(frame),
-                color: Some(self.colour),
-                colors: Vec::new(),
-                indices: self.lines.indices.clone(),
-            });
+            entity.message(11, |lines| self.encode_lines(frame, lines));
         }
-        entity
+        if !self.triangles.indices.is_empty() {
+            entity.message(12, |triangles| self.encode_triangles(frame, triangles));
+        }
+    }
+
+    /// Writes a `foxglove.LinePrimitive`, lines of one pixel.
+    fn encode_lines(&self, frame: &Frame<'_>, lines: &mut MessageWriter<'_>) {
+        lines.integer(1, LINE_LIST).message(2, identity).double(3, 1.0).integer(4, true.into());
+        self.lines.encode_points(5, frame, lines);
+        lines.message(6, |colour| self.encode_colour(colour)).fixed32_list(8, &self.lines.indices);
+    }
+
+    /// Writes a `foxglove.TriangleListPrimitive`.
+    fn encode_triangles(&self, frame: &Frame<'_>, triangles: &mut MessageWriter<'_>) {
+        triangles.message(1, identity);
+        self.triangles.encode_points(2, frame, triangles);
+        triangles.message(3, |colour| self.encode_colour(colour)).fixed32_list(5, &self.triangles.indices);
+    }
+
+    fn encode_colour(&self, colour: &mut MessageWriter<'_>) {
+        colour.doubles(1, &self.colour).double(4, 1.0);
     }
 }
+
+/// Pairs of points, in the enumeration `foxglove.LinePrimitive.Type`.
+const LINE_LIST: u64 = 2;
 
 impl Cells {
     fn new(cells: &[u32]) -> Self {
@@ -147,13 +149,16 @@ impl Cells {
         Cells { vertices, indices }
     }
 
-    fn points(&self, frame: &Frame<'_>) -> Vec<Point3> {
+    /// Writes the vertices as entries of a list of `foxglove.Point3`.
+    fn encode_points(&self, field: u8, frame: &Frame<'_>, message: &mut MessageWriter<'_>) {
         let dimension = frame.dimension;
-        let coordinate = |x: &[f64], axis: usize| f64::from(x.get(axis).copied().unwrap_or(0.0) as f32);
-        let point = |&vertex: &u32| {
+        for &vertex in &self.vertices {
             let x = &frame.x[vertex as usize * dimension..][..dimension];
-            Point3 { x: coordinate(x, 0), y: coordinate(x, 1), z: coordinate(x, 2) }
-        };
-        self.vertices.iter().map(point).collect()
+            message.message(field, |point| {
+                for (axis, x) in (1..).zip(x) {
+                    point.double(axis, f64::from(*x as f32));
+                }
+            });
+        }
     }
 }

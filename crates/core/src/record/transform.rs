@@ -2,27 +2,26 @@
 
 use std::collections::BTreeMap;
 
-use foxglove::messages::{FrameTransform, Quaternion, Vector3};
 use mcap::Channel;
 
-use super::channel::{FRAME_ID, TRANSFORM, encode, typed};
+use super::channel::{FRAME_ID, TRANSFORM, typed};
 use super::clock::timestamp;
+use super::protobuf::{FRAME_TRANSFORM, MessageWriter};
 
 /// Declares the channel.
 pub(super) fn channel() -> Channel<'static> {
-    typed::<FrameTransform>(TRANSFORM, BTreeMap::new())
+    typed(TRANSFORM, FRAME_TRANSFORM, BTreeMap::new())
 }
 
 /// The only message: `world` and `pliant` are the same frame.
 pub(super) fn message() -> Vec<u8> {
     let mut buffer = Vec::new();
-    let transform = FrameTransform {
-        timestamp: Some(timestamp(0)),
-        parent_frame_id: "world".to_owned(),
-        child_frame_id: FRAME_ID.to_owned(),
-        translation: Some(Vector3::default()),
-        rotation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
-    };
-    encode(&transform, &mut buffer);
+    let mut transform = MessageWriter::append_to(&mut buffer);
+    timestamp(&mut transform, 1, 0);
+    transform.string(2, "world").string(3, FRAME_ID);
+    // No translation, no rotation.
+    transform.message(4, |_| ()).message(5, |rotation| {
+        rotation.double(4, 1.0);
+    });
     buffer
 }

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use foxglove::messages::{Log, log};
 use mcap::Channel;
 
-use super::channel::{FRAME_ID, LOG, encode, typed};
+use super::channel::{self, FRAME_ID, typed};
 use super::clock::timestamp;
+use super::protobuf::{self, MessageWriter};
 
 /// How serious a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,25 +21,20 @@ pub enum Level {
 
 /// Declares the channel.
 pub(super) fn channel() -> Channel<'static> {
-    typed::<Log>(LOG, BTreeMap::new())
+    typed(channel::LOG, protobuf::LOG, BTreeMap::new())
 }
 
 /// One message.
 pub(super) fn message(level: Level, text: &str, log_time: u64) -> Vec<u8> {
+    // Values of the enumeration `foxglove.Log.Level`.
     let level = match level {
-        Level::Info => log::Level::Info,
-        Level::Warning => log::Level::Warning,
-        Level::Error => log::Level::Error,
+        Level::Info => 2,
+        Level::Warning => 3,
+        Level::Error => 4,
     };
     let mut buffer = Vec::new();
-    let entry = Log {
-        timestamp: Some(timestamp(log_time)),
-        level: level as i32,
-        message: text.to_owned(),
-        name: FRAME_ID.to_owned(),
-        file: String::new(),
-        line: 0,
-    };
-    encode(&entry, &mut buffer);
+    let mut entry = MessageWriter::append_to(&mut buffer);
+    timestamp(&mut entry, 1, log_time);
+    entry.integer(2, level).string(3, text).string(4, FRAME_ID);
     buffer
 }

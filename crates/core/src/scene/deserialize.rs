@@ -17,7 +17,8 @@ use self::failure::{Failure, found};
 use self::variant::Choice;
 use super::error::Problem;
 use super::key_path::{KeyPath, KeySegment};
-use super::text::TextForm;
+use super::text;
+use crate::value::TextForm;
 
 /// Reads `T` from a document.
 ///
@@ -157,7 +158,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         let Some(form) = TextForm::named(name) else { return visitor.visit_newtype_struct(self) };
         match self.value {
             DeValue::Integer(_) | DeValue::Float(_) => self.deserialize_f64(visitor),
-            DeValue::String(text) => match form.problem(&self.trail.path(), text) {
+            DeValue::String(text) => match text::problem(form, &self.trail.path(), text) {
                 Some(problem) => Err(Failure::located(problem)),
                 None => visitor.visit_str(text).map_err(|failure: Failure| failure.at(self.trail)),
             },

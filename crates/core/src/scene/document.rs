@@ -89,11 +89,33 @@ pub(super) fn inside(text: &str, span: Range<usize>, inside: Option<Range<usize>
     start + inside.start..start + inside.end.max(inside.start + 1)
 }
 
-/// Line and column, both from 1, of byte `offset`; columns are counted in characters.
-pub(super) fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
-    let before = &text[..offset];
-    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+/// A place in a text. The next is found from it: many in one text are looked for in one pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cursor {
+    /// In bytes.
+    offset: usize,
+    /// From 1.
+    pub(super) line: usize,
+    /// In characters, from 1.
+    pub(super) column: usize,
+}
+
+impl Cursor {
+    /// The beginning of a text.
+    pub(super) const START: Cursor = Cursor { offset: 0, line: 1, column: 1 };
+
+    /// The place of byte `offset` of `text`, which is not before this one.
+    pub(super) fn at(self, text: &str, offset: usize) -> Cursor {
+        let between = &text[self.offset..offset];
+        let characters = |text: &str| text.chars().count();
+        match between.rfind('\n') {
+            None => Cursor { offset, line: self.line, column: self.column + characters(between) },
+            Some(newline) => {
+                let line = self.line + between.matches('\n').count();
+                Cursor { offset, line, column: 1 + characters(&between[newline + 1..]) }
+            }
+        }
+    }
 }
 
 /// The span with both ends inside `text` and between characters, whatever a parser reported.
@@ -117,6 +139,19 @@ pub(super) fn parse(text: &str) -> Result<Spanned<DeTable<'_>>, toml::de::Error>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_and_columns_are_those_of_an_editor() {
+        let text = "a\nbé=1\r\n\n  x";
+        let places =
+            [(0, 1, 1), (1, 1, 2), (2, 2, 1), (5, 2, 3), (8, 2, 6), (9, 3, 1), (12, 4, 3), (13, 4, 4)];
+        let mut passing = Cursor::START;
+        for (offset, line, column) in places {
+            passing = passing.at(text, offset);
+            assert_eq!(passing, Cursor { offset, line, column });
+            assert_eq!(passing, Cursor::START.at(text, offset), "without those before");
+        }
+    }
 
     #[test]
     fn spans_are_put_between_characters_and_inside_the_text() {

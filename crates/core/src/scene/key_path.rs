@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use super::error::shortened;
+
 /// One step down into a scene.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum KeySegment {
@@ -108,12 +110,30 @@ impl serde::Serialize for KeyPath {
     }
 }
 
+/// Steps of the longest path that a text may say. No key of a scene is half as deep; what follows a path down recurses.
+const DEEPEST: usize = 32;
+
 /// A text is not a path of keys.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{path}` is not a path of keys and indices joined by dots, like `body.0.mass.density`")]
-pub struct KeyPathError {
-    /// The text.
-    pub path: String,
+#[non_exhaustive]
+pub enum KeyPathError {
+    /// The text is not made of keys and indices.
+    #[error(
+        "{} is not a path of keys and indices joined by dots, like `body.0.mass.density`",
+        shortened(path)
+    )]
+    Malformed {
+        /// The text.
+        path: String,
+    },
+    /// More steps than any key of a scene is deep.
+    #[error("{} leads {steps} steps down; no key of a scene is deeper than {DEEPEST}", shortened(path))]
+    TooDeep {
+        /// The text.
+        path: String,
+        /// Number of its steps.
+        steps: usize,
+    },
 }
 
 impl FromStr for KeyPath {
@@ -121,27 +141,41 @@ impl FromStr for KeyPath {
 
     /// Reads keys and indices joined by dots. No quoted keys: no scene has a key that needs quotes.
     fn from_str(text: &str) -> Result<KeyPath, KeyPathError> {
-        text.split('.')
-            .map(str::trim)
-            .map(|part| {
-                if part.is_empty() || !part.chars().all(is_bare) {
-                    return Err(KeyPathError { path: text.to_owned() });
-                }
-                if part.chars().all(|c| c.is_ascii_digit()) {
-                    return part
-                        .parse()
-                        .map(KeySegment::Index)
-                        .map_err(|_| KeyPathError { path: text.to_owned() });
-                }
-                Ok(KeySegment::Key(part.to_owned()))
-            })
-            .collect()
+        let steps = text.split('.').count();
+        if steps > DEEPEST {
+            return Err(KeyPathError::TooDeep { path: text.to_owned(), steps });
+        }
+        let segments = text.split('.').map(|part| segment(part.trim()));
+        segments.collect::<Option<_>>().ok_or_else(|| KeyPathError::Malformed { path: text.to_owned() })
     }
+}
+
+/// A key, or an index where the text is a whole number; `None` if it is neither.
+fn segment(text: &str) -> Option<KeySegment> {
+    if text.is_empty() || !text.chars().all(is_bare) {
+        return None;
+    }
+    if text.chars().all(|c| c.is_ascii_digit()) {
+        return text.parse().map(KeySegment::Index).ok();
+    }
+    Some(KeySegment::Key(text.to_owned()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_deeper_than_any_scene_is_refused_in_few_words() {
+        let path = |steps: usize| vec!["a"; steps].join(".");
+        assert_eq!(path(32).parse::<KeyPath>().unwrap().segments().len(), 32);
+        for steps in [33, 10_000, 1_000_000] {
+            let error = path(steps).parse::<KeyPath>().unwrap_err();
+            assert!(matches!(&error, KeyPathError::TooDeep { steps: found, .. } if *found == steps));
+            let message = error.to_string();
+            assert!(message.len() < 150 && message.contains(&steps.to_string()), "{message}");
+        }
+    }
 
     #[test]
     fn reads_what_it_shows() {

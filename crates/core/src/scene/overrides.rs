@@ -8,6 +8,9 @@ use super::key_path::{KeyPath, KeySegment};
 use super::source::Source;
 use super::{document, suggest};
 
+/// Characters of a path and of a value that notes show.
+const SHOWN: usize = 80;
+
 /// Boxed: a problem is much larger than what the functions below return when there is none.
 type Fault = Box<Problem>;
 
@@ -34,7 +37,7 @@ impl Source {
         document::parse(&self.text).map_err(|error| self.error(vec![super::source::syntax(&error)]))?;
         let mut source = self.clone();
         for (path, value) in overrides {
-            let written = format!("`{option}{path}={value}`");
+            let written = format!("`{option}{}={}`", abridged(path), abridged(value));
             source = source.with_override(path, value, &written).map_err(|problem| {
                 SceneError::new(vec![Problem { note: Some(format!("from {written}")), ..*problem }])
             })?;
@@ -54,6 +57,14 @@ impl Source {
         self.text = document.to_string();
         self.overrides.push((at, written.to_owned()));
         Ok(self)
+    }
+}
+
+/// A text that may be long, as notes have it.
+fn abridged(text: &str) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

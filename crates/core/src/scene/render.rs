@@ -40,7 +40,7 @@ fn one(renderer: &Renderer, problem: &Problem, source: Option<&Source>) -> Strin
         group = group.element(
             Snippet::source(lines)
                 .line_start(line)
-                .path(source.name())
+                .path(normalize_untrusted_str(source.name()))
                 .annotation(AnnotationKind::Primary.span(from.min(lines.len())..to.min(lines.len()))),
         );
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::error::{Problem, ProblemKind, SceneError};
 use super::key_path::KeyPath;
 use super::{Scene, deserialize, document};
+use crate::regular_file;
 
 /// The text of a scene and where it comes from: what errors point into, and what a recording keeps.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,11 +38,11 @@ impl Source {
     /// Reads a file. Files that the scene names are relative to its directory.
     ///
     /// # Errors
-    /// The file cannot be read, or is not UTF-8.
+    /// The file cannot be read, is a device or a pipe, or is not UTF-8.
     pub fn from_path(path: impl AsRef<Path>) -> Result<Source, SceneError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|error| {
+        let bytes = regular_file::read(path).map_err(|error| {
             let message = format!("cannot read {name}: {error}");
             SceneError::new(vec![Problem::new(ProblemKind::Unreadable, KeyPath::root(), message)])
         })?;
@@ -108,11 +109,7 @@ impl Source {
                 }
                 (None, None) => None,
             };
-            if let Some(span) = span {
-                let span = document::clamped(&self.text, span);
-                let (line, column) = document::line_and_column(&self.text, span.start);
-                (problem.line, problem.column, problem.span) = (Some(line), Some(column), Some(span));
-            }
+            problem.span = span.map(|span| document::clamped(&self.text, span));
             if problem.note.is_none() {
                 problem.note = self.override_of(&problem.path).map(|text| format!("from {text}"));
             }
@@ -120,6 +117,13 @@ impl Source {
         });
         let mut located: Vec<Problem> = located.collect();
         located.sort_by_key(|problem| problem.span.as_ref().map(|span| span.start));
+        let mut place = document::Cursor::START;
+        for problem in &mut located {
+            if let Some(span) = &problem.span {
+                place = place.at(&self.text, span.start);
+                (problem.line, problem.column) = (Some(place.line), Some(place.column));
+            }
+        }
         SceneError::located(located, self.clone())
     }
 

@@ -2,8 +2,8 @@
 
 use super::{Simulation, StepError};
 use crate::control::{Controller, StepControl};
-use crate::integrator::StepFault;
 use crate::integrator::estimate::{ErrorNorm, Judgement};
+use crate::solver::StepFault;
 use crate::solver::scene_size;
 use crate::system::System;
 
@@ -13,8 +13,9 @@ const SAME_TIME_ULPS: f64 = 8.0;
 const FIRST_AT_REST: f64 = 1e-3;
 
 impl Simulation {
-    /// The length that errors of positions are compared with [m]: the diagonal of the bounding box, now; of a single point its distance
-    /// from the origin, along the axis where it is farthest, or 1.
+    /// The length that errors of positions and energies go by [m]: the diagonal of the bounding box of all
+    /// vertices, now; of a single point, or several at one place, its distance from the origin along the
+    /// axis where it is farthest; at the origin, 1.
     pub fn length_scale(&self) -> f64 {
         scene_size(self.state.x(), self.system.dimension())
     }
@@ -86,9 +87,14 @@ impl Simulation {
         let goal = next_break.unwrap_or(target);
         let mut last = (controller.next(), None, None);
         loop {
+            if self.system.is_stopped() {
+                return Err(self.not_finite(StepFault::stopped(), None));
+            }
             let h = controller.plan(goal - time);
             let smallest = controller.floor(time);
-            if h < smallest && h < goal - time {
+            // Not a number is too small.
+            let is_large_enough = h >= smallest || h >= goal - time;
+            if !is_large_enough {
                 return Err(self.too_small(smallest, last));
             }
             let end = if h == goal - time { goal } else { time + h };
@@ -105,7 +111,7 @@ impl Simulation {
                             self.state.step += 1;
                             self.state.time = end;
                             controller.accept(h, judged.unwrap_or(Judgement::Step(h)));
-                            self.note_in_ledger(h);
+                            self.note_in_ledger(time, h);
                             return Ok(());
                         }
                         _ => {

@@ -38,7 +38,8 @@ impl Simulation {
     }
 
     /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of the same bodies with other
-    /// parameters. Loads and motions that depend on time are at the present time; the balance of energy ends, as after
+    /// parameters. Loads and motions that depend on time are at the present time; a pin whose motion is another one goes on from where it is,
+    /// with the displacement and the rotation that the new motion makes from now on. The balance of energy begins anew, as after
     /// [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added to the simulation itself, forces from
     /// outside and pins, is gone: it is not in `other`.
     ///
@@ -61,15 +62,14 @@ impl Simulation {
         v.copy_from_slice(state.v());
         if step > 0 {
             self.hold_as_after(step, time);
-            // The balance is one from the start on.
-            self.ledger = None;
-            self.system.count_walls(false);
         }
+        self.system.go_on_from(time, self.state.x());
+        self.close_ledger();
         self.rest_where_held();
     }
 
-    /// Puts these forces on the vertices, in place of those set before; `None` for none. Unless no step has been taken, the balance of
-    /// energy ends.
+    /// Puts these forces on the vertices, in place of those set before; `None` for none. The balance of
+    /// energy begins anew.
     pub fn set_external_forces(&mut self, force: Option<ExternalForce>) {
         let term = force.map(|force| -> Box<dyn EnergyTerm> {
             let (d, n) = (self.system.dimension(), self.system.mass().len());

@@ -181,11 +181,16 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
             format!("; a step of {step:.4e} s is above the stability limit: use at most {stable:.4e} s")
         }
         Some(stable) if stable.is_finite() => format!(
-            "; the step was stable at the start (limit {stable:.4e} s), but a body stiffens as it deforms: try a smaller step, \
-             {half:.4e} s"
+            "; the step is below the limit of small motion about the start, {stable:.4e} s: large deformation, contact, loads or masses \
+             that come near can allow less on the way: try a smaller step, {half:.4e} s"
         ),
         _ => format!("; try a smaller step, {half:.4e} s{parts}"),
     };
+    if matches!(fault, Some(Fault::Pair { .. })) {
+        return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` with `adaptive` resolve close \
+                encounters of masses that start apart"
+            .into();
+    }
     if matches!(fault, Some(Fault::Element { j, .. } | Fault::Node { j, .. }) if *j <= 0.0) {
         advice += ", or a material that can be inverted, such as stable-neo-hookean";
     }

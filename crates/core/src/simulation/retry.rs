@@ -1,7 +1,7 @@
 //! Steps that are not solved are taken in halves.
 
 use super::{Retried, Simulation};
-use crate::integrator::StepFault;
+use crate::solver::StepFault;
 
 /// Steps that were not solved at once, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -65,7 +65,7 @@ impl Simulation {
                     parts.parts += 1;
                     parts.halvings = parts.halvings.max(halvings);
                 }
-                Err(_) if halvings < most => left.extend([halvings + 1; 2]),
+                Err(_) if halvings < most && !self.system.is_stopped() => left.extend([halvings + 1; 2]),
                 Err(fault) => {
                     let retried = Retried { halvings, step_size: part * h, time };
                     let (here_x, here_v) = self.state.rows_mut();
@@ -90,8 +90,8 @@ impl Simulation {
             self.integrator.undo(&mut self.state);
             return Err(fault);
         }
-        self.state.time = end;
-        self.note_in_ledger(h);
+        let from = std::mem::replace(&mut self.state.time, end);
+        self.note_in_ledger(from, h);
         Ok(())
     }
 }

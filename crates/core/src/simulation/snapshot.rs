@@ -10,8 +10,10 @@ const ROUNDING: f64 = 1e-14;
 
 /// A moment of a simulation: enough to go on from there as if nothing had happened in between.
 ///
-/// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of their solver, which begins
-/// without what it has learnt from earlier steps. Parameters (materials, forces, pins that were added) are no part of it.
+/// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of
+/// their solver, which is that of the simulation's start wherever it goes on from, and begins without what
+/// it has learnt from earlier steps. Parameters (materials, forces, pins that were added) are no part of
+/// it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Snapshot {
     /// Steps taken.
@@ -74,7 +76,7 @@ impl Simulation {
     }
 
     /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let go at their time are back
-    /// where that time has not come yet.
+    /// where that time has not come yet; those that move go on from where they are in it.
     ///
     /// # Errors
     /// [`SnapshotError`]; nothing has changed then.
@@ -94,6 +96,7 @@ impl Simulation {
         self.state.x_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.x, d));
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
+        self.system.go_on_from(snapshot.time, self.state.x());
         self.integrator = self.method.build(expected, self.solver);
         self.integrator.recall(&snapshot.memory, &self.system, &self.state, self.step_size);
         self.set_ledger(snapshot.ledger.clone());
@@ -114,6 +117,8 @@ impl Simulation {
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
         self.set_positions(x);
         self.set_velocities(v);
+        // Nobody reads its balance.
+        self.opens_ledger = false;
         let end = self.step();
         if end.is_ok() {
             x.copy_from_slice(&self.positions());
@@ -150,8 +155,11 @@ impl Simulation {
         }
     }
 
+    /// Goes on with this ledger; without one, or where it does not hold what is asked for, the next step
+    /// opens another.
     pub(super) fn set_ledger(&mut self, ledger: Option<Ledger>) {
-        self.system.count_walls(ledger.as_ref().is_some_and(Ledger::counts_walls));
-        self.ledger = ledger;
+        self.ledger = ledger.filter(|ledger| ledger.holds_losses() == self.counts_losses);
+        self.opens_ledger = self.ledger.is_none();
+        self.system.count_walls(self.ledger.as_ref().is_some_and(Ledger::counts_walls));
     }
 }

@@ -2,6 +2,7 @@ use super::{Simulation, Snapshot, SnapshotError};
 use crate::assembly::UnstableStep;
 use crate::energy::load::ExternalForce;
 use crate::scene::Scene;
+use crate::solver::SolverOptions;
 
 /// A beam of 3 x 1 cells under gravity, pinned at its left, its top let go after 20 steps, with drag and a wall: all that a ledger
 /// and holds can remember.
@@ -28,7 +29,7 @@ fn go(simulation: &mut Simulation, steps: usize) {
 // lecture 21: reset, and what design.md says of state and time. Before, at, and after the step at which a pin lets go.
 #[test]
 fn going_back_goes_on_with_the_same_bits() {
-    for integrator in ["symplectic-euler", "rk4", "yoshida4"] {
+    for integrator in ["symplectic-euler", "rk4", "yoshida4", "ias15"] {
         for kept in [0, 5, 19, 20, 21, 30] {
             let mut simulation = beam(integrator);
             go(&mut simulation, kept);
@@ -99,6 +100,70 @@ fn implicit_schemes_go_back_to_the_tolerance_of_their_solver() {
             assert!(distance(&forgetful) > 1e-8, "{:e}", distance(&forgetful));
         }
     }
+}
+
+/// Three bodies that attract each other, by steps that IAS15 chooses: coefficients, compensated sums and
+/// the origin are remembered.
+#[test]
+fn three_bodies_go_on_with_the_same_bits() {
+    let bodies = || {
+        let text = "dimension = 2
+time = { integrator = 'ias15', adaptive = {}, duration = 10.0 }
+world = { nbody = { constant = 1.0 } }
+[[body]]
+name = 'bodies'
+mesh = { inline = { points = [[1.0, 3.0], [-2.0, -1.0], [1.0, -1.0]] } }
+mass = { per_vertex = [3.0, 4.0, 5.0] }
+";
+        Scene::from_toml(text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation
+    };
+    let mut simulation = bodies();
+    go(&mut simulation, 60);
+    let text = serde_json::to_string(&simulation.snapshot()).unwrap();
+    let snapshot = serde_json::from_str(&text).unwrap();
+    go(&mut simulation, 60);
+    let end = simulation.snapshot();
+    for mut again in [bodies(), simulation] {
+        again.restore(&snapshot).unwrap();
+        assert_eq!(again.snapshot(), snapshot);
+        go(&mut again, 60);
+        assert_eq!(again.snapshot(), end);
+    }
+}
+
+/// Tolerances are those of the start: here of 1 m, while one vertex is taken nine kilometres away before
+/// the restore.
+#[test]
+fn going_back_keeps_the_size_that_tolerances_go_by() {
+    let scene = "dimension = 2
+time = { integrator = 'quasi-static', step = 0.1, duration = 1.0 }
+[[body]]
+name = 'rope'
+mesh = { strand = { segments = 4, start = [0.0, 0.0], end = [1.0, 0.0] } }
+springs = { stiffness = 1e3 }
+mass = { per_vertex = 1.0 }
+pin = [{ vertices = [0] }]
+load = [{ vertices = [4], force = ['20*t', '-10*t'] }]
+[[body]]
+name = 'far'
+mesh = { inline = { points = [[0.0, 0.0]] } }
+mass = { per_vertex = 1.0 }
+pin = [{ vertices = [0], motion = { velocity = [1e4, 0.0] } }]
+";
+    let rope = || Scene::from_toml(scene).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation;
+    let mut simulation = rope();
+    go(&mut simulation, 9);
+    let snapshot = simulation.snapshot();
+    let solved = |tolerance: Option<f64>| {
+        let mut again = rope();
+        again.set_solver(SolverOptions { tolerance, ..SolverOptions::default() });
+        again.restore(&snapshot).unwrap();
+        again.step().unwrap();
+        (again.positions().into_owned(), again.work().solver)
+    };
+    assert!(simulation.length_scale() > 500.0 * rope().length_scale());
+    assert_eq!(solved(None), solved(Some(1e-9 * rope().length_scale())));
+    assert_ne!(solved(None), solved(Some(1e-9 * simulation.length_scale())), "the scene shows no difference");
 }
 
 #[test]
@@ -261,4 +326,90 @@ fn the_stiffness_matrix_is_the_derivative_of_the_force_at_all_coordinates() {
             assert!(range.clone().is_sorted_by_key(|i| k.column[i]));
         }
     }
+}
+
+/// The beam with all of its left end on a motion.
+fn moved(motion: &str) -> Simulation {
+    let pin = format!(
+        "pin = [{{ name = 'left', half_space = {{ normal = [1, 0], offset = 0 }}, motion = {{ {motion} }} }}]"
+    );
+    let (before, _) = BEAM.split_once("pin = ").unwrap();
+    let text = format!("{}{pin}", before.replace("INTEGRATOR", "velocity-verlet"));
+    let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"));
+    scene.assemble(UnstableStep::Accept).unwrap_or_else(|problems| panic!("{problems:?}")).simulation
+}
+
+/// Places of the two vertices that are held.
+fn held(simulation: &Simulation) -> [[f64; 2]; 2] {
+    let x = simulation.positions();
+    let rows: Vec<u32> = simulation.system().constraints()[0].vertices().to_vec();
+    [0, 1].map(|i| [0, 1].map(|c| x[2 * rows[i] as usize + c]))
+}
+
+/// A motion that takes the place of another, or of none, moves on from where the pin is: by `u(t) - u(t_0)`, and by the angle
+/// `a(t) - a(t_0)` about its point.
+#[test]
+fn a_changed_motion_goes_on_from_where_the_pin_is() {
+    let first = "displacement = ['0.1 * sin(t)', 0], rotation = { angle = '3 * t' }";
+    let others = [
+        ("displacement = ['0.2 * (1 - cos(4 * t))', '0.3 * t']", 0.0),
+        ("rotation = { point = [0.5, 0.1], angle = '2 * sin(t)' }", 1.0),
+    ];
+    for (second, turns) in others {
+        let mut simulation = moved(first);
+        go(&mut simulation, 100);
+        let (t0, before) = (simulation.state().time, held(&simulation));
+        simulation.adopt(moved(second));
+        for (now, before) in held(&simulation).iter().zip(&before) {
+            (0..2).for_each(|c| assert!((now[c] - before[c]).abs() < 1e-15, "{second}: {now:?} {before:?}"));
+        }
+        go(&mut simulation, 1);
+        let speed = 0.8 + 0.3 + 2.0;
+        for (now, before) in held(&simulation).iter().zip(&before) {
+            (0..2).for_each(|c| {
+                assert!((now[c] - before[c]).abs() < 1e-3 * speed, "{second}: {now:?} {before:?}")
+            });
+        }
+        go(&mut simulation, 49);
+        let t = simulation.state().time;
+        let angle = turns * 2.0 * (t.sin() - t0.sin());
+        let way = |u: fn(f64) -> [f64; 2]| [0, 1].map(|c| (1.0 - turns) * (u(t)[c] - u(t0)[c]));
+        let way = way(|t| [0.2 * (1.0 - (4.0 * t).cos()), 0.3 * t]);
+        for (now, before) in held(&simulation).iter().zip(&before) {
+            let r = [before[0] - 0.5, before[1] - 0.1];
+            let turned = [r[0] * angle.cos() - r[1] * angle.sin(), r[0] * angle.sin() + r[1] * angle.cos()];
+            let expected = [0.5 + turned[0] + way[0], 0.1 + turned[1] + way[1]];
+            (0..2).for_each(|c| {
+                assert!((now[c] - expected[c]).abs() < 1e-12, "{second}: {now:?} {expected:?}")
+            });
+        }
+        // Back at the start, it goes on from there.
+        let start = moved(first);
+        simulation.restore(&start.snapshot()).unwrap();
+        go(&mut simulation, 1);
+        for (now, before) in held(&simulation).iter().zip(&held(&start)) {
+            (0..2).for_each(|c| {
+                assert!((now[c] - before[c]).abs() < 1e-3 * speed, "{second}: {now:?} {before:?}")
+            });
+        }
+    }
+}
+
+/// What has not changed moves on with the same bits, whatever else has.
+#[test]
+fn a_motion_that_is_not_changed_goes_on_with_the_same_bits() {
+    let motion = "displacement = ['0.1 * sin(t)', 0], rotation = { angle = '3 * t' }";
+    let (mut plain, mut adopting) = (moved(motion), moved(motion));
+    go(&mut plain, 100);
+    go(&mut adopting, 100);
+    adopting.adopt(moved(motion));
+    for simulation in [&mut plain, &mut adopting] {
+        go(simulation, 20);
+    }
+    assert_eq!(held(&plain), held(&adopting));
+    let kept = plain.snapshot();
+    go(&mut plain, 20);
+    adopting.restore(&kept).unwrap();
+    go(&mut adopting, 20);
+    assert_eq!((plain.positions(), plain.velocities()), (adopting.positions(), adopting.velocities()));
 }

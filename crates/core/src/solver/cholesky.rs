@@ -1,10 +1,11 @@
 //! Sparse Cholesky factorisation by faer, on a nested-dissection order; the symbolic part is kept.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
@@ -16,21 +17,28 @@ use super::ordering::nested_dissection;
 ///
 /// Sequential: faer's parallel factorisation does not give the same bits for any number of threads.
 pub struct Cholesky {
+    analysis: Analysis,
+    entries: Vec<f64>,
+    factor: Vec<f64>,
+    memory: MemBuffer,
+}
+
+/// Structure of a matrix and of its factor, before there is memory for their entries.
+pub struct Analysis {
     /// The lower triangle by columns; by symmetry the upper one by rows.
     column_start: Vec<usize>,
     row: Vec<usize>,
-    entries: Vec<f64>,
     symbolic: SymbolicCholesky<usize>,
-    factor: Vec<f64>,
-    memory: MemBuffer,
+    /// Memory of the factorisation beside the factor.
+    scratch: StackReq,
 }
 
 /// The matrix is not positive definite: a pivot is not positive, or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotPositiveDefinite;
 
-impl Cholesky {
-    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where the factor would not fit memory.
+impl Analysis {
+    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where not even that fits memory.
     pub fn new<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
         let n = matrix.rows() * D;
         let (mut column_start, mut row) = (Vec::with_capacity(n + 1), vec![]);
@@ -56,16 +64,42 @@ impl Cholesky {
         )
         .ok()?;
         let numeric = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        let memory =
-            MemBuffer::try_new(numeric.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq))).ok()?;
-        Some(Cholesky {
-            entries: vec![0.0; row.len()],
-            factor: vec![0.0; symbolic.len_val()],
-            column_start,
-            row,
-            symbolic,
-            memory,
-        })
+        let scratch = numeric.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        Some(Analysis { column_start, row, symbolic, scratch })
+    }
+
+    /// Bytes that a [`Cholesky`] of this structure holds.
+    pub fn bytes(&self) -> usize {
+        let numbers = self.column_start.len() + 2 * self.row.len() + self.symbolic.len_val();
+        8 * (numbers + self.indices()) + self.scratch.unaligned_bytes_required()
+    }
+
+    /// Entries of the factor.
+    pub fn factor_entries(&self) -> usize {
+        self.symbolic.len_val()
+    }
+
+    /// Indices that the structure of the factor takes, and the permutation in both directions.
+    fn indices(&self) -> usize {
+        let n = self.column_start.len() - 1;
+        2 * n
+            + match self.symbolic.raw() {
+                SymbolicCholeskyRaw::Simplicial(factor) => factor.row_idx().len() + 2 * n,
+                // The rows of supernodes, by columns and by rows.
+                SymbolicCholeskyRaw::Supernodal(factor) => {
+                    2 * factor.row_idx().len() + 4 * factor.n_supernodes()
+                }
+            }
+    }
+}
+
+impl Cholesky {
+    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where the factor would not fit memory.
+    pub fn new<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
+        let analysis = Analysis::new(matrix, x)?;
+        let memory = MemBuffer::try_new(analysis.scratch).ok()?;
+        let (entries, factor) = (zeros(analysis.row.len())?, zeros(analysis.symbolic.len_val())?);
+        Some(Cholesky { analysis, entries, factor, memory })
     }
 
     /// Factorises `matrix`, which has the structure that was analysed.
@@ -90,13 +124,14 @@ impl Cholesky {
                 }
             }
         }
-        let n = self.column_start.len() - 1;
-        let structure = SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row);
+        let Analysis { column_start, row, symbolic, .. } = &self.analysis;
+        let n = column_start.len() - 1;
+        let structure = SymbolicSparseColMatRef::new_checked(n, n, column_start, None, row);
         let a = SparseColMatRef::new(structure, &self.entries);
         let stack = MemStack::new(&mut self.memory);
         let no_help =
             LltRegularization { dynamic_regularization_delta: 0.0, dynamic_regularization_epsilon: 0.0 };
-        self.symbolic
+        symbolic
             .factorize_numeric_llt(
                 &mut self.factor,
                 a,
@@ -112,7 +147,7 @@ impl Cholesky {
 
     /// Solves `A x = b` with the factor last computed; `b` is overwritten by `x`.
     pub fn solve(&mut self, b: &mut [f64]) {
-        let llt = LltRef::new(&self.symbolic, &self.factor);
+        let llt = LltRef::new(&self.analysis.symbolic, &self.factor);
         let n = b.len();
         let stack = MemStack::new(&mut self.memory);
         llt.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, n, 1), Par::Seq, stack);
@@ -125,6 +160,14 @@ impl Cholesky {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        8 * (self.column_start.len() + self.row.len() + self.entries.len() + self.factor.len())
+        self.analysis.bytes()
     }
+}
+
+/// So many zeros; `None` where they do not fit memory.
+fn zeros(count: usize) -> Option<Vec<f64>> {
+    let mut zeros = Vec::new();
+    zeros.try_reserve_exact(count).ok()?;
+    zeros.resize(count, 0.0);
+    Some(zeros)
 }

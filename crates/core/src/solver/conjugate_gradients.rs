@@ -188,6 +188,11 @@ impl ConjugateGradients {
     }
 }
 
+/// Bytes that a solver of so many unknowns holds.
+pub(super) fn bytes(unknowns: usize) -> usize {
+    8 * 4 * unknowns
+}
+
 /// The sum of products, in an order that does not depend on the number of threads.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];

@@ -5,10 +5,11 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
+use super::StepFault;
+use super::cholesky::Analysis;
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
 use super::{SolveError, SolverOptions, SolverWork, Verdict, scene_size};
-use crate::integrator::StepFault;
 use crate::material::Psd;
 use crate::system::System;
 
@@ -70,6 +71,9 @@ pub(crate) trait CoupledNewton: Send + Sync {
 
     /// Bytes held, the factors of faer excepted.
     fn bytes(&self) -> usize;
+
+    /// Bytes that it holds once it has solved `stages` stages of `system` near `x`, flat [m], the factors included.
+    fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize;
 }
 
 /// One for systems of `dimension` coordinates per vertex.
@@ -194,7 +198,7 @@ impl<const D: usize> Coupled<D> {
             trial: vec![],
             trial_v: vec![],
             right: vec![],
-            work: SolverWork::default(),
+            work: SolverWork::none(&options),
         }
     }
 
@@ -327,7 +331,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     ) -> Result<(), StepFault> {
         let (s, unknowns) = (stages.count(), stages.x.len());
         if self.size == 0.0 {
-            self.size = scene_size(stages.x, D);
+            self.size = self.options.size.unwrap_or_else(|| scene_size(stages.x, D));
         }
         self.force.resize(unknowns, 0.0);
         self.right.resize(s * unknowns, 0.0);
@@ -420,6 +424,9 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             let small = correction <= if old_factor { ROUNDING } else { STAGNATION } * self.size;
             let floor = small && correction >= 0.5 * last;
             if halvings == 0 && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
+                let free = |n: &usize| system.inverse_mass()[n % stages.x.len()] > 0.0;
+                let increments = z.iter().flatten().enumerate().filter(|(n, _)| free(n)).map(|(_, z)| *z);
+                self.work.note_loose(correction, increments, self.size);
                 return Ok(());
             }
         }
@@ -437,5 +444,16 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             s.assembler.bytes() + 8 * (s.place.len() + s.column_start.len() + s.row.len() + s.value.len())
         });
         8 * (rows.iter().sum::<usize>() + self.force.len() + self.right.len()) + structure
+    }
+
+    fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize {
+        let Some(structure) = Structure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
+        // Without pivoting both factors have the blocks of a Cholesky factor of one stage, each for every pair of stages.
+        let factors = Analysis::new(structure.assembler.matrix(), x)
+            .map_or(usize::MAX / 4, |analysis| 2 * stages * stages * 8 * analysis.factor_entries());
+        let (assembler, entries) = (structure.assembler.bytes(), structure.row.len() + structure.value.len());
+        // Residual, trial and its velocities of every stage, their right-hand side, the force and positions of one.
+        let vectors = 8 * x.len() * (6 * stages + 2);
+        assembler + 8 * (entries + 2 * structure.column_start.len()) + vectors + factors
     }
 }

@@ -59,6 +59,8 @@ pub struct Assembler<const D: usize> {
     source: Vec<u32>,
     /// Whether each coordinate is held, as it was when the structure was made.
     held: Vec<bool>,
+    /// Version of the structure of the system.
+    structure: u64,
 }
 
 /// The stencils of one term.
@@ -149,12 +151,13 @@ impl<const D: usize> Assembler<D> {
             source_start,
             source,
             held,
+            structure: system.structure(),
         }
     }
 
-    /// Whether the structure is that of `system` still: the same coordinates are held.
+    /// Whether the structure is that of `system` still.
     pub fn fits(&self, system: &System) -> bool {
-        self.held.iter().zip(system.inverse_mass()).all(|(held, w)| *held == (*w == 0.0))
+        self.structure == system.structure()
     }
 
     /// Whether each coordinate is held: its row and column are zero but for the diagonal.

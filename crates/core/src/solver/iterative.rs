@@ -1,7 +1,7 @@
 //! Preconditioned conjugate gradients for the matrices of Newton's method, and when their preconditioner is computed anew.
 
 use super::block_matrix::BlockMatrix;
-use super::conjugate_gradients::{BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
+use super::conjugate_gradients::{self, BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
 use super::hessian::Weights;
 use super::multigrid::Multigrid;
 use crate::material::Psd;
@@ -84,6 +84,11 @@ impl<const D: usize> Iterative<D> {
             }
         }
         report
+    }
+
+    /// Bytes that one with the diagonal blocks of `matrix` as its preconditioner holds.
+    pub(super) fn jacobi_bytes(matrix: &BlockMatrix<D>) -> usize {
+        8 * matrix.rows() * D * D + conjugate_gradients::bytes(matrix.rows() * D)
     }
 
     /// Bytes held.

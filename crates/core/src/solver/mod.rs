@@ -4,6 +4,7 @@ pub mod block_matrix;
 pub mod cholesky;
 pub mod conjugate_gradients;
 pub(crate) mod coupled;
+mod fault;
 pub mod hessian;
 mod iterative;
 pub mod multigrid;
@@ -13,9 +14,9 @@ pub mod ordering;
 #[cfg(test)]
 mod tests;
 
+pub use fault::StepFault;
 pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
 
-use crate::integrator::StepFault;
 use crate::system::System;
 use newton::Newton;
 
@@ -95,6 +96,10 @@ pub(crate) trait Minimizer: Send + Sync {
 
     /// Bytes held.
     fn bytes(&self) -> usize;
+
+    /// Bytes that it holds once it has minimised an objective of `system` near `x`, flat [m]: the structures are made and left, entries of
+    /// a factor are only counted.
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize;
 }
 
 /// A minimiser for systems of `dimension` coordinates per vertex.
@@ -106,12 +111,7 @@ pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Min
     }
 }
 
-/// The length that tolerances go by [m]: the diagonal of the bounding box; of a single point its distance from the origin, along the
-/// axis where it is farthest, or 1.
-pub(crate) fn scene_size(x: &[f64], dimension: usize) -> f64 {
-    let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    [crate::state::diagonal(x, dimension), reach].into_iter().find(|l| *l > 0.0).unwrap_or(1.0)
-}
+pub(crate) use crate::algebra::scene_size;
 
 /// Work done in solvers, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -130,9 +130,33 @@ pub struct SolverWork {
     pub cg_iterations: u64,
     /// Solves by conjugate gradients that stalled and were left to a factorisation.
     pub fallbacks: u64,
+    /// Solves that the scene's own tolerance ended while a correction was more than a tenth of the motion of the step, and more than a
+    /// millionth of the size of the scene; `None` where the scene names no tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loose: Option<u64>,
 }
 
+/// Corrections below this part of the size of the scene are small, whatever the motion.
+const SETTLED: f64 = 1e-6;
+/// And so are those below this part of the motion of the step.
+const SMALL_PART: f64 = 0.1;
+
 impl SolverWork {
+    /// No work yet, of solves as `options` say.
+    pub(crate) fn none(options: &SolverOptions) -> Self {
+        SolverWork { loose: options.tolerance.map(|_| 0), ..SolverWork::default() }
+    }
+
+    /// Counts a solve that ended with a `correction` [m] which says that it has not settled: one that is no small part of the motion, whose
+    /// free components are these `increments` [m], in a scene of this `size` [m].
+    pub(crate) fn note_loose(&mut self, correction: f64, increments: impl Iterator<Item = f64>, size: f64) {
+        let Some(loose) = &mut self.loose else { return };
+        if correction > SETTLED * size {
+            let motion = increments.fold(0.0, |m: f64, u| m.max(u.abs()));
+            *loose += u64::from(correction > SMALL_PART * motion);
+        }
+    }
+
     /// The work of both.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
@@ -144,6 +168,7 @@ impl SolverWork {
             factorizations: self.factorizations + other.factorizations,
             cg_iterations: self.cg_iterations + other.cg_iterations,
             fallbacks: self.fallbacks + other.fallbacks,
+            loose: self.loose.or(other.loose).map(|_| self.loose.unwrap_or(0) + other.loose.unwrap_or(0)),
         }
     }
 }

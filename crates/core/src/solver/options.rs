@@ -8,11 +8,16 @@ use crate::system::System;
 /// How nonlinear and linear systems are solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
-    /// Newton's method stops where its next correction would move no vertex by more than this [m]; `None`: 1e-9 of the
-    /// size of the scene, or, where steps follow the error, [`PART_OF_STEP_ERROR`] of what a step may err by.
+    /// Newton's method stops where its next correction would move no vertex by more than this [m]; `None`:
+    /// a thousandth of an estimate of the error of the scheme in the step, at least 1e-9 of the size of the
+    /// scene; where steps follow the error, [`PART_OF_STEP_ERROR`] of what a step may err by.
     pub tolerance: Option<f64>,
     /// Where steps follow the error, what a step may err by in positions [m] and in velocities [m/s].
     pub step_error: Option<[f64; 2]>,
+    /// Order of the scheme whose steps are solved, where the tolerance may follow its error.
+    pub order: Option<u32>,
+    /// The length that tolerances go by [m]; `None`: the size of the scene where the first step is solved.
+    pub size: Option<f64>,
     /// Newton iterations that a solve may take.
     pub max_iterations: u32,
     /// The linear solver.
@@ -30,6 +35,11 @@ impl SolverOptions {
         let by_error = |[position, velocity]: [f64; 2]| PART_OF_STEP_ERROR * position.min(velocity / rate);
         self.tolerance.or(self.step_error.map(by_error)).unwrap_or(1e-9 * size)
     }
+
+    /// Whether the tolerance may grow with the error of a step: nothing else says what it is.
+    pub(super) fn follows_error(&self) -> bool {
+        self.tolerance.is_none() && self.step_error.is_none()
+    }
 }
 
 impl Default for SolverOptions {
@@ -37,6 +47,8 @@ impl Default for SolverOptions {
         SolverOptions {
             tolerance: None,
             step_error: None,
+            order: None,
+            size: None,
             max_iterations: 500,
             linear: LinearSolver::Auto,
             retries: 0,

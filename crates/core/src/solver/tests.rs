@@ -238,7 +238,7 @@ fn balloons_are_blown_up_with_one_matrix_a_step() {
     let mut simulation = scene.assemble(UnstableStep::Refuse).unwrap().simulation;
     let steps = 10;
     (0..steps).for_each(|_| simulation.step().unwrap());
-    let grown = simulation.size();
+    let grown = simulation.length_scale();
     let solver = simulation.work().solver.unwrap();
     assert!(grown > 1.1 * 0.2 * 3.0_f64.sqrt(), "{grown}");
     assert!(solver.newton_iterations <= 8 * steps && solver.factorizations <= steps, "{solver:?}");
@@ -254,7 +254,7 @@ fn the_matrix_of_every_other_term_is_its_hessian_and_its_damping() {
         let scene = Scene::from_path(format!("{path}{name}.toml")).unwrap();
         let mut simulation =
             scene.assemble(UnstableStep::Accept).map_err(|p| format!("{p:?}")).unwrap().simulation;
-        let size = simulation.size();
+        let size = simulation.length_scale();
         for (i, x) in simulation.state_mut().x_mut().iter_mut().enumerate() {
             *x += 1e-3 * size * (i as f64 * 1.3).sin();
         }

@@ -3,7 +3,8 @@
 use faer::c64;
 
 use crate::integrator::{
-    self, IntegratorSpec, Method, Scheme, alpha::AlphaCoefficients, amplification, splitting,
+    self, IntegratorSpec, Method, Scheme, alpha::AlphaCoefficients, amplification, modulus, spectral_radius,
+    splitting,
 };
 use crate::simulation::Simulation;
 use crate::solver::SolverOptions;
@@ -133,29 +134,6 @@ fn generalised_alpha(c: AlphaCoefficients, z: f64) -> f64 {
     let x1 = [1.0 + beta * a1[0], 1.0 + beta * a1[1], 0.5 - beta + beta * a1[2]];
     let v1 = [gamma * a1[0], 1.0 + gamma * a1[1], 1.0 - gamma + gamma * a1[2]];
     spectral_radius([x1, v1, a1].iter().map(|row| row.iter().map(|e| c64::new(*e, 0.0)).collect()).collect())
-}
-
-/// `lim |A^n|^(1/n)`, by repeated squaring; Gelfand 1941.
-fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
-    const SQUARINGS: i32 = 40;
-    let n = a.len();
-    let (mut logarithm, mut weight) = (0.0, 1.0);
-    for _ in 0..SQUARINGS {
-        let norm = a.iter().flatten().fold(0.0, |m: f64, e| m.max(modulus(*e)));
-        if norm == 0.0 || !norm.is_finite() {
-            return norm;
-        }
-        logarithm += weight * norm.ln();
-        weight *= 0.5;
-        a.iter_mut().flatten().for_each(|e| *e /= norm);
-        let product = |i: usize, j: usize| (0..n).fold(c64::new(0.0, 0.0), |sum, k| sum + a[i][k] * a[k][j]);
-        a = (0..n).map(|i| (0..n).map(|j| product(i, j)).collect()).collect();
-    }
-    logarithm.exp()
-}
-
-fn modulus(z: c64) -> f64 {
-    z.re.hypot(z.im)
 }
 
 /// Numbers of a linear system.

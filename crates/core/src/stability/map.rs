@@ -1,24 +1,26 @@
-//! Which steps a scene can take, against its stiffness, its Poisson's ratio or its density.
+//! Which steps a scene can take, against its stiffness, its Poisson's ratio, its density or its mutual gravity.
 
 use super::{Status, attempt, with_step};
 use crate::integrator::IntegratorSpec;
-use crate::scene::{KeyPath, Problem, Scene, SceneError, Source};
+use crate::scene::{Body, KeyPath, MassSpec, NBody, OneOrMany, Problem, Scene, SceneError, Source};
 
 /// What is varied beside the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Against {
-    /// Young's modulus, or the constant of springs, of every body: times 1e-4 to 1e4.
+    /// Young's modulus, and the constants of springs, of every body: times 1e-4 to 1e4.
     Young,
     /// Poisson's ratio of every body.
     Poisson,
     /// The density, or other mass, of the first body: times 1e-4 to 1e4. The others keep theirs.
     Density,
+    /// The constant of mutual gravity: times 1e-4 to 1e4.
+    Gravity,
 }
 
 impl Against {
     /// All of them.
-    pub const ALL: [Against; 3] = [Against::Young, Against::Poisson, Against::Density];
+    pub const ALL: [Against; 4] = [Against::Young, Against::Poisson, Against::Density, Against::Gravity];
 
     /// Its name.
     pub fn name(self) -> &'static str {
@@ -26,7 +28,20 @@ impl Against {
             Against::Young => "young",
             Against::Poisson => "poisson",
             Against::Density => "density",
+            Against::Gravity => "gravity",
         }
+    }
+
+    /// What `scene` has that can be varied; every scene has masses.
+    pub fn of(scene: &Scene) -> Vec<Against> {
+        Against::ALL.into_iter().filter(|against| !changes(scene, *against, 0.25).is_empty()).collect()
+    }
+
+    /// What says most of the steps of `scene`: its stiffness, or else its mutual gravity, or else its masses.
+    pub fn chosen(scene: &Scene) -> Against {
+        let has = Against::of(scene);
+        let first = [Against::Young, Against::Gravity].into_iter().find(|against| has.contains(against));
+        first.unwrap_or(Against::Density)
     }
 }
 
@@ -83,11 +98,15 @@ pub fn map(
         let changes = changes(&scene, against, *value);
         if changes.is_empty() {
             let message = match against {
-                Against::Young => "no body has a Young's modulus or springs of one stiffness",
+                Against::Young => "no body has a Young's modulus or springs",
                 Against::Poisson => "no body has a Poisson's ratio",
-                Against::Density => "the first body has neither a density nor one mass for all",
+                Against::Density => "there is no body that has a mass",
+                Against::Gravity => "there is no mutual gravity, `nbody` in [world]",
             };
-            return Err(source.error(vec![Problem::semantic(KeyPath::root().key("body"), message)]));
+            let problem = Problem::semantic(KeyPath::root().key("body"), message);
+            let has: Vec<&str> = Against::of(&scene).into_iter().map(Against::name).collect();
+            let problem = problem.with_help(format!("this scene can be mapped against {}", has.join(", ")));
+            return Err(source.error(vec![problem]));
         }
         let varied = source.varied(&changes)?.scene()?;
         let limit = with_step(&varied, integrator, around)?.stability_limit(scene.time.duration).step;
@@ -108,43 +127,60 @@ pub(crate) fn stiffness_changes(scene: &Scene, factor: f64) -> Vec<(String, Stri
 
 /// Paths and values of what a row changes.
 fn changes(scene: &Scene, against: Against, value: f64) -> Vec<(String, String)> {
-    let mut changes = vec![];
-    for (i, body) in scene.body.iter().enumerate() {
-        match against {
-            Against::Density => {
-                use crate::scene::{MassSpec, OneOrMany};
-                let (key, mass) = match &body.mass {
-                    MassSpec::Density(density) => ("density", density.value),
-                    MassSpec::Total(total) => ("total", *total),
-                    MassSpec::PerVertex(OneOrMany::One(mass)) => ("per_vertex", *mass),
-                    _ => continue,
-                };
-                if i == 0 {
-                    changes.push((format!("body.{i}.mass.{key}"), format!("{:?}", mass * value)));
-                }
-            }
-            Against::Young | Against::Poisson => {
-                if let Some(elastic) = &body.elastic {
-                    let name = elastic.name();
-                    let key = if against == Against::Young { "young" } else { "poisson" };
-                    // As it would be written: a model without this constant has no such key.
-                    let written = toml::Value::try_from(elastic).ok();
-                    let constant = written.as_ref().and_then(|w| w.get(name)?.get(key)?.as_float());
-                    if let Some(constant) = constant {
-                        let number = if against == Against::Young { value * constant } else { value };
-                        changes.push((format!("body.{i}.elastic.{name}.{key}"), format!("{number:?}")));
-                    }
-                }
-                if let Some(springs) = body.springs.as_ref().filter(|_| against == Against::Young) {
-                    use crate::scene::OneOrMany;
-                    if let Some(OneOrMany::One(k)) = &springs.stiffness {
-                        changes.push((format!("body.{i}.springs.stiffness"), format!("{:?}", k * value)));
-                    } else if let Some(young) = springs.young {
-                        changes.push((format!("body.{i}.springs.young"), format!("{:?}", young * value)));
-                    }
-                }
-            }
+    let bodies = scene.body.iter().enumerate();
+    match against {
+        Against::Young => bodies.flat_map(|(i, body)| stiffness(i, body, value)).collect(),
+        Against::Poisson => bodies.filter_map(|(i, body)| constant(i, body, "poisson", |_| value)).collect(),
+        Against::Density => scene.body.first().map(|body| mass(body, value)).into_iter().collect(),
+        Against::Gravity => {
+            let of = |nbody: &NBody| ("world.nbody.constant".into(), format!("{:?}", nbody.constant * value));
+            scene.world.nbody.iter().map(of).collect()
         }
     }
+}
+
+/// Young's modulus of body `i`, and the constants of its springs.
+fn stiffness(i: usize, body: &Body, factor: f64) -> Vec<(String, String)> {
+    let mut changes: Vec<(String, String)> =
+        constant(i, body, "young", |young| factor * young).into_iter().collect();
+    if let Some(springs) = &body.springs {
+        let of = [("stiffness", springs.stiffness.as_ref().map(|k| scaled(k, factor)))];
+        let young = springs.young.map(|young| format!("{:?}", young * factor));
+        let of = of.into_iter().chain([("young", young)]);
+        changes.extend(of.filter_map(|(key, value)| Some((format!("body.{i}.springs.{key}"), value?))));
+    }
     changes
+}
+
+/// A constant of the material of body `i`; a model without it has no such key.
+fn constant(i: usize, body: &Body, key: &str, new: impl Fn(f64) -> f64) -> Option<(String, String)> {
+    let elastic = body.elastic.as_ref()?;
+    let name = elastic.name();
+    // As it would be written.
+    let written = toml::Value::try_from(elastic).ok()?;
+    let old = written.get(name)?.get(key)?.as_float()?;
+    Some((format!("body.{i}.elastic.{name}.{key}"), format!("{:?}", new(old))))
+}
+
+/// The masses of the first body.
+fn mass(body: &Body, factor: f64) -> (String, String) {
+    let path = |key: &str| format!("body.0.mass{key}");
+    match &body.mass {
+        MassSpec::Density(density) => (path(".density"), format!("{:?}", density.value * factor)),
+        MassSpec::Total(total) => (path(".total"), format!("{:?}", total * factor)),
+        MassSpec::PerVertex(masses) => (path(".per_vertex"), scaled(masses, factor)),
+        MassSpec::Preset(preset) => {
+            (path(""), format!("{{ density = {:?} }}", preset.about().density * factor))
+        }
+    }
+}
+
+/// One number for all or a list, times `factor`, as TOML.
+fn scaled(values: &OneOrMany, factor: f64) -> String {
+    match values {
+        OneOrMany::One(value) => format!("{:?}", value * factor),
+        OneOrMany::Many(values) => {
+            format!("{:?}", values.iter().map(|value| value * factor).collect::<Vec<f64>>())
+        }
+    }
 }

@@ -15,7 +15,7 @@ pub use survey::{Choice, Survey, SurveyError};
 
 use crate::assembly::UnstableStep;
 use crate::integrator::IntegratorSpec;
-use crate::run::energy_scale;
+use crate::run::{energy_growth, energy_scale};
 use crate::scene::{Scene, SceneError};
 use crate::simulation::{Simulation, StepError};
 
@@ -82,9 +82,8 @@ fn attempt(simulation: &mut Simulation, steps: u64) -> Status {
         }
         if step % LOOK == 0 || step == steps {
             let now = simulation.diagnostics();
-            let supplied = now.balance.map_or(0.0, |balance| balance.turnover());
-            let change = now.conserved() - start.conserved();
-            if change.is_nan() || change > GROWTH * (scale + supplied) {
+            let growth = energy_growth(simulation, &start, &now, scale);
+            if growth.is_nan() || growth > GROWTH {
                 return Status::Diverged;
             }
         }

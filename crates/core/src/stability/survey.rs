@@ -17,8 +17,8 @@ const DRIFT_STEPS: f64 = 2000.0;
 pub struct Choice {
     /// Names of the schemes; without any all that move things, the scene's own first. The map is of the first.
     pub integrators: Vec<String>,
-    /// What the map has beside the step.
-    pub against: Against,
+    /// What the map has beside the step; without it, what [`Against::chosen`] says.
+    pub against: Option<Against>,
     /// A coarse map.
     pub quick: bool,
 }
@@ -35,6 +35,8 @@ pub struct Survey {
     pub map: Option<Map>,
     /// What a step does to an oscillator.
     pub amplification: Vec<AmplificationCurve>,
+    /// Walls of the scene, which no prediction accounts for.
+    pub walls: usize,
     /// Whether it came to its end.
     #[serde(skip)]
     pub complete: bool,
@@ -73,7 +75,7 @@ impl Survey {
         let integrators = chosen(&choice.integrators, scene.time.integrator)?;
         let own = nominal_step(&scene);
         let largest = scene.time.duration.max(100.0 * own);
-        let mut found = Survey::default();
+        let mut found = Survey { walls: scene.world.walls.len(), ..Survey::default() };
         for integrator in &integrators {
             if stopped() {
                 return Ok(found);
@@ -92,7 +94,8 @@ impl Survey {
         if let Some(limit) = found.limits.first().filter(|_| !stopped()) {
             let around =
                 if limit.measured > 0.0 && limit.above.is_some() { 0.9 * limit.measured } else { own };
-            found.map = Some(map(source, integrators[0], choice.against, around, choice.quick)?);
+            let against = choice.against.unwrap_or_else(|| Against::chosen(&scene));
+            found.map = Some(map(source, integrators[0], against, around, choice.quick)?);
         }
         found.complete = !stopped();
         Ok(found)

@@ -117,7 +117,29 @@ fn a_map_has_the_slope_of_the_limit() {
          mesh = { inline = { points = [[0, 0]] } }\nmass = { total = 1.0 }\n",
     );
     let error = map(&particles, spec("rk4"), Against::Young, 1e-3, true).unwrap_err().to_string();
-    assert!(error.contains("Young's modulus"), "{error}");
+    assert!(error.contains("Young's modulus") && error.contains("mapped against density"), "{error}");
+}
+
+// Two masses at a distance r: frequencies are those of G (m_1 + m_2) / r^3, the squares of them in proportion to G and to the masses.
+#[test]
+fn orbits_are_mapped_against_what_they_have() {
+    let source = Source::new(
+        "test",
+        "dimension = 2\ntime = { integrator = 'velocity-verlet', step = 1e-3, duration = 1.0 }\n\
+         world = { nbody = { constant = 1.0 } }\n[[body]]\n\
+         mesh = { inline = { points = [[0, 0], [1, 0]] } }\nmass = { per_vertex = [1.0, 1e-3] }\n",
+    );
+    let scene = source.scene().unwrap();
+    assert_eq!(Against::of(&scene), [Against::Density, Against::Gravity]);
+    assert_eq!(Against::chosen(&scene), Against::Gravity);
+    for against in [Against::Density, Against::Gravity] {
+        let found = map(&source, spec("velocity-verlet"), against, 1e-3, true).unwrap();
+        let one = found.values.iter().position(|value| *value == 1.0).unwrap();
+        for (value, limit) in found.values.iter().zip(&found.predicted) {
+            let ratio = limit.unwrap() / found.predicted[one].unwrap() * value.sqrt();
+            assert!((ratio - 1.0).abs() < 3e-3, "{against:?} times {value}: {limit:?}");
+        }
+    }
 }
 
 #[test]

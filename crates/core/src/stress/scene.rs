@@ -10,7 +10,7 @@ use crate::assembly::UnstableStep;
 use crate::deadline::until;
 use crate::integrator::IntegratorSpec;
 use crate::material::{Isotropic, MaterialSpec};
-use crate::run::energy_scale;
+use crate::run::{energy_growth, energy_scale};
 use crate::scene::{KeyPath, Problem, Scene, SceneError, Solver, Source};
 use crate::simulation::StepError;
 use crate::solver::LinearSolver;
@@ -241,8 +241,7 @@ impl Trial {
             most = most.max(scenes::iterations(simulation) - before);
             before = scenes::iterations(simulation);
             let now = simulation.diagnostics();
-            let supplied = now.balance.map_or(0.0, |balance| balance.turnover());
-            let grown = (now.conserved() - start.conserved()) / (scale + supplied);
+            let grown = energy_growth(simulation, &start, &now, scale);
             if grown.is_nan() || grown > GROWTH {
                 findings.note(
                     Verdict::Fail,

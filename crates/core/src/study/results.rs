@@ -2,11 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::advice::{number, problem, seconds, toml};
 use super::errors::TimeError;
 use super::machine::Provenance;
 use super::plan::Grid;
 use super::reference::Reference;
 use super::row::Row;
+use super::timing::NOISE;
+
+/// The part of its rows with noisy times from which on a study says so.
+const NOISY_PART: f64 = 0.1;
 
 /// A row with what was seen on the way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,4 +125,50 @@ impl Results {
     pub fn rows(&self) -> impl Iterator<Item = &Row> + Clone {
         self.variants.iter().flat_map(VariantResult::rows)
     }
+
+    /// What to write into the scene, as [`toml`] says it: one advice for each problem, which a variant makes that changes more than how the
+    /// same is solved. A soft material is no cheaper way to simulate a stiff one.
+    pub fn recommendations(&self) -> Vec<Recommendation> {
+        let mut problems: Vec<String> = vec![];
+        for variant in &self.variants {
+            let problem = problem(&variant.variant);
+            if !problems.contains(&problem) {
+                problems.push(problem);
+            }
+        }
+        let of = |name: String| {
+            let variants = self.variants.iter().filter(|variant| problem(&variant.variant) == name);
+            let rows: Vec<&Row> = variants.flat_map(VariantResult::rows).collect();
+            Recommendation { settings: toml(rows.iter().copied(), self.error), problem: name }
+        };
+        problems.into_iter().map(of).collect()
+    }
+
+    /// What is to be said of the machine where runs that were repeated differ much in time; `None` on a quiet one.
+    pub fn noise(&self) -> Option<String> {
+        let repeated = self.rows().filter(|row| row.repeats > 1);
+        let spread = |row: &Row| row.wall_iqr_s / row.wall_median_s;
+        let noisy: Vec<&Row> = repeated.clone().filter(|row| spread(row) > NOISE).collect();
+        let (worst, count) = (noisy.iter().max_by(|a, b| spread(a).total_cmp(&spread(b)))?, repeated.count());
+        (noisy.len() as f64 > NOISY_PART * count as f64).then(|| {
+            format!(
+                "the machine is noisy: of {count} rows whose runs were repeated, the middle half of the times of {} differs by more than \
+                 {} %, most by {} % ({}, step {}); times are the shortest of each, and smaller differences say nothing",
+                noisy.len(),
+                number(100.0 * NOISE),
+                number(100.0 * spread(worst)),
+                worst.integrator,
+                seconds(worst.dt)
+            )
+        })
+    }
+}
+
+/// What to write into a scene.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Recommendation {
+    /// What was varied of the scene itself: `path=value`, joined by `; `; empty for the scene as it is.
+    pub problem: String,
+    /// The settings, as TOML with comments.
+    pub settings: String,
 }

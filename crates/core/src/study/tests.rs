@@ -316,12 +316,46 @@ fn what_is_varied_has_rows_and_a_reference_of_its_own() {
     assert_eq!(results.variants.len(), 2);
     assert_eq!(results.variants[1].variant, "body.0.springs.stiffness=40");
     assert_ne!(results.variants[0].reference.id, results.variants[1].reference.id);
+    // Each is another problem with advice of its own: the softer is no cheaper way to simulate the stiffer.
+    let advice = results.recommendations();
+    assert_eq!(advice.len(), 2);
+    for (advice, stiffness) in advice.iter().zip(["20", "40"]) {
+        let change = format!("body.0.springs.stiffness={stiffness}");
+        assert_eq!(advice.problem, change);
+        assert!(advice.settings.contains(&format!("# with --set {change}\n")), "{}", advice.settings);
+    }
+    let report = report::Report::new("two", &[results], &[report::Kind::Time]).unwrap();
+    let problems: Vec<&str> = report.recommendations.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(problems, ["scene, body.0.springs.stiffness=20", "scene, body.0.springs.stiffness=40"]);
     // The same problem solved in another way has the same.
     let axis = "time.solver.linear=cholesky,cg".parse().unwrap();
     let plan = Plan { axes: vec![axis], ..self::plan(PENDULUM, &[IntegratorSpec::Gauss2], &[0.01]) };
     let text = PENDULUM.replace("velocity-verlet", "implicit-euler");
     let results = made(&text, &plan);
     assert_eq!(results.variants[0].reference, results.variants[1].reference);
+    assert_eq!(results.recommendations().len(), 1, "the cheaper solver");
+}
+
+#[test]
+fn a_noisy_machine_is_said() {
+    let mut results = made(PENDULUM, &plan(PENDULUM, &[IntegratorSpec::VelocityVerlet], &[0.02, 0.01]));
+    let mut timed = |spread: [f64; 2], repeats| {
+        for (record, spread) in results.variants[0].records.iter_mut().zip(spread) {
+            let row = &mut record.row;
+            (row.wall_median_s, row.wall_iqr_s, row.repeats) = (1e-3, 1e-3 * spread, repeats);
+        }
+        results.noise()
+    };
+    assert_eq!(timed([0.04, 0.01], 7), None);
+    assert_eq!(timed([0.5, 0.5], 1), None, "of a single run there is no spread");
+    let noise = timed([0.01, 0.25], 7).unwrap();
+    assert!(noise.contains("of 2 rows") && noise.contains("of 1 differs by more than 5 %"), "{noise}");
+    assert!(noise.contains("most by 25 % (velocity-verlet, step 10 ms)"), "{noise}");
+    let report = report::Report::new("noisy", &[results], &[report::Kind::Time]).unwrap();
+    assert!(
+        report.html().contains("the machine is noisy")
+            && report.markdown("").contains("the machine is noisy")
+    );
 }
 
 #[test]

@@ -1,5 +1,8 @@
 //! How long the same run takes, again and again.
 
+/// How much of their median runs of the same may differ by on a quiet machine.
+pub(super) const NOISE: f64 = 0.05;
+
 /// Seconds of some runs, in short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Timing {
@@ -23,9 +26,9 @@ impl Timing {
         }
     }
 
-    /// Whether the middle half of the runs differs by more than 5 %.
+    /// Whether the middle half of the runs differs by more than [`NOISE`].
     pub(super) fn is_noisy(&self) -> bool {
-        self.iqr > 0.05 * self.median
+        self.iqr > NOISE * self.median
     }
 }
 

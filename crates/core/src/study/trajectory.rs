@@ -152,6 +152,7 @@ impl Runner<'_> {
         let setup = self.clock.now() - before;
         let before = self.clock.now();
         let plan = Plan { duration: self.grid.duration, rate: self.timed_rate(pace) };
+        assembly.simulation.count_losses(false);
         let summary = run(&mut assembly.simulation, &plan, &mut [], self.interrupt);
         self.clock.worked(&summary.work);
         Ok((setup, self.clock.now() - before))

@@ -7,6 +7,7 @@ import time
 import warnings as _warnings
 from dataclasses import dataclass
 from os import PathLike
+from typing import Any
 
 from ._pliant import Frame
 
@@ -23,10 +24,16 @@ class Summary:
         Steps taken.
     start, end : dict of str to float
         Energies [J], as `Simulation.energy` has them.
-    energy_drift : float
-        Change of energy over the energy in play; what is known to have come in from outside and gone out is no drift.
-    energy_error : float
+    energy_drift : float or None
+        Change of energy over the energy in play; what is known to have come in from outside and gone out is no drift. None where the
+        scheme is quasi-static: there is no energy of motion to be kept.
+    energy_error : float or None
         The largest such change on the way.
+    statics : dict or None
+        Of a quasi-static run, the equilibrium at its end: ``displacement``, the largest distance from rest [m], and ``von_mises``, the
+        largest stress [Pa] (where there are elements), each a dict of its ``value``, the ``body``, the ``index`` of the vertex or element
+        in it, and its place ``at`` [m]; ``reactions``, the sum of the forces of all pins [N]; ``residual``, the largest component of the
+        force that is left at a free coordinate [N]. None for other schemes.
     path : path or None
         The file that was recorded.
     warnings : list of str
@@ -37,8 +44,9 @@ class Summary:
     steps: int
     start: dict[str, float]
     end: dict[str, float]
-    energy_drift: float
-    energy_error: float
+    energy_drift: float | None
+    energy_error: float | None
+    statics: dict[str, Any] | None
     path: PathLike[str] | None
     warnings: list[str]
 

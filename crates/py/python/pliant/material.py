@@ -29,12 +29,17 @@ class Material:
         ``stress(F)`` returns the first Piola-Kirchhoff stress ``P = dpsi/dF``, of shape (m, dim, dim) [Pa].
     tangent : callable, optional
         ``tangent(F)`` returns ``dP_ij/dF_kl``, of shape (m, dim, dim, dim, dim) [Pa]. Implicit schemes and stability limits need it;
-        without it, it is found by central differences of `stress`, to about 1e-10, in ``2 dim**2`` evaluations.
+        without it, it is found by central differences of `stress`, to about 1e-10 and not to rounding, in ``2 dim**2`` evaluations. What
+        is not positive definite is projected numerically where a solver needs it so.
 
     Notes
     -----
     Slow beside the materials of this library, which are compiled and work on several elements in one instruction: each evaluation of the force
-    goes through NumPy, and holds the lock of the interpreter. Functions get a fresh array, which they may overwrite.
+    goes through NumPy, and holds the lock of the interpreter. Once steps have shown how slow, a `RuntimeWarning` says so. Functions get a
+    fresh array, which they may overwrite.
+
+    A stress that is not given cannot be derived from the density here, as it is for materials in Rust: those run on dual numbers, exact to
+    rounding, and differences of a density would leave six digits.
 
     In 2D the stress out of the plane is not known, and neither are the von Mises stress and what else depends on it: they are NaN.
 

@@ -54,8 +54,11 @@ class Study(Table):
         The runs that no other beats in error and time together: ``variant``, ``integrator``, ``dt``, ``error``, ``wall_min_s``.
     references : list of dict
         What each variant is compared with: ``variant``, ``id``, ``how``, ``error``.
+    recommendations : dict of str to str
+        What to write into the scene for the error that is allowed, as TOML, by what was varied of the scene itself: ``path=value``, empty
+        for the scene as it is. What only solves the same in another way is compared.
     recommendation : str
-        What to write into the scene for the error that is allowed, as TOML.
+        All of them, one below the other.
     provenance : dict of str to str
         What it ran on.
 
@@ -74,7 +77,8 @@ class Study(Table):
         )
         self.name: str = found["name"]
         self.title: str = found["title"]
-        self.recommendation: str = found["recommendation"]
+        self.recommendations: dict[str, str] = {item["problem"]: item["settings"] for item in found["recommendations"]}
+        self.recommendation: str = "\n".join(self.recommendations.values())
         self.provenance: dict[str, str] = found["provenance"]
         self.references: list[dict[str, Any]] = [
             {"variant": variant["variant"], **variant["reference"]} for variant in variants
@@ -419,11 +423,11 @@ class StabilityMap:
     integrator : str
         The scheme.
     against : str
-        What rows differ in: ``"young"``, ``"poisson"``, ``"density"``.
+        What rows differ in: ``"young"``, ``"poisson"``, ``"density"``, ``"gravity"``.
     steps : ndarray of float64, shape (s,)
         The steps [s].
     values : ndarray of float64, shape (v,)
-        Of the rows: the factor of the stiffness or of the density, or Poisson's ratio.
+        Of the rows: the factor of the stiffness, the density or gravity, or Poisson's ratio.
     predicted : ndarray of float64, shape (v,)
         The limit of each row, linearised at its start [s]; infinite where any step is stable.
     status : ndarray of str, shape (v, s)
@@ -516,7 +520,7 @@ def stability(
     scene: Scene,
     *,
     integrators: Sequence[str] = (),
-    against: Literal["young", "poisson", "density"] = "young",
+    against: Literal["young", "poisson", "density", "gravity"] | None = None,
     quick: bool = False,
     progress: bool = False,
     callback: Watcher | None = None,
@@ -529,8 +533,8 @@ def stability(
         What is simulated.
     integrators : sequence of str, optional
         The schemes; all that move things, the scene's own first, without it. The map is of the first.
-    against : {"young", "poisson", "density"}
-        What the map has beside the step.
+    against : {"young", "poisson", "density", "gravity"}, optional
+        What the map has beside the step; without it the stiffness, of scenes without one their mutual gravity, or their masses.
     quick : bool, default False
         A coarse map.
     progress : bool, default False

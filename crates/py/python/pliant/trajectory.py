@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -28,6 +29,36 @@ _CELLS = {
     "tri6": (6, "triangle6", 22),
     "tet10": (10, "tetra10", 24),
 }
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Cells of one body."""
+
+    number: int
+    body: str
+    kind: str
+    cells: npt.NDArray[np.uint32]
+
+    def data(self, values: Array, rows: tuple[int, int] | None) -> Array:
+        """The rows of the body, given its first and their number; NaN where its cells are no elements."""
+        width = values.shape[1]
+        if rows is not None and rows[1] == len(self.cells):
+            own = values[rows[0] : rows[0] + rows[1]]
+        else:
+            own = np.full((len(self.cells), width), np.nan)
+        return own[:, 0] if width == 1 else own
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    """A frame as `export` writes it, in 3D; data of cells block by block."""
+
+    time: float
+    points: Array
+    point_data: dict[str, Array]
+    blocks: list[_Block]
+    cell_data: dict[str, list[npt.NDArray[Any]]]
 
 
 class Frames:
@@ -231,21 +262,43 @@ class Trajectory:
             topology[body["name"]] = cells
         return topology
 
-    def _blocks(self) -> list[tuple[str, npt.NDArray[np.uint32]]]:
-        """Cells of all bodies: finite elements where there are any, else springs, else the vertices themselves."""
-        blocks: list[tuple[str, npt.NDArray[np.uint32]]] = []
-        for body in self.topology.values():
-            kinds = [kind for kind in ("tet10", "tet", "tri6", "tri", "edge") if kind in body]
-            blocks.extend((kind, body[kind]) for kind in kinds[:1])
+    def _blocks(self) -> list[_Block]:
+        """Cells of all bodies as `export` writes them: finite elements and triangles, else springs, else the vertices themselves."""
+        blocks = []
+        for number, (body, cells) in enumerate(zip(self.metadata["bodies"], self.topology.values(), strict=True)):
+            kind = next((kind for kind in ("tet10", "tet", "tri6", "tri", "edge") if kind in cells), "vertex")
+            first = body["first_vertex"]
+            vertices = np.arange(first, first + body["vertices"], dtype=np.uint32)[:, None]
+            blocks.append(_Block(number, body["name"], kind, cells.get(kind, vertices)))
         return blocks
 
-    def _mesh(self, frame: int) -> tuple[Array, list[tuple[str, npt.NDArray[np.uint32]]], Array]:
-        """Points, blocks of cells and velocities of a frame, in 3D; cells are the vertices themselves where there are none."""
-        points, velocities = np.zeros((2, self.vertex_count, 3))
-        points[:, : self.dimension] = self.positions[frame]
-        velocities[:, : self.dimension] = self.velocities[frame]
-        vertices = np.arange(self.vertex_count, dtype=np.uint32)[:, None]
-        return points, self._blocks() or [("vertex", vertices)], velocities
+    def _measures(self) -> list[str]:
+        """Measures of elements that the recording has."""
+        topics = (topic["topic"] for topic in self.metadata["topics"])
+        return [topic.removeprefix("/elements/") for topic in topics if topic.startswith("/elements/")]
+
+    def _mesh(self, frame: int) -> _Mesh:
+        """All that `export` writes of a frame, in 3D."""
+
+        def in_space(rows: Array) -> Array:
+            padded = np.zeros((len(rows), 3))
+            padded[:, : self.dimension] = rows
+            return padded
+
+        frame = range(len(self))[frame]
+        points = in_space(self.positions[frame])
+        point_data = {"velocity": in_space(self.velocities[frame])}
+        if self._recording.attachment("rest.f64") is not None:
+            point_data["displacement"] = points - in_space(self.rest_positions)
+        blocks = self._blocks()
+        cell_data: dict[str, list[npt.NDArray[Any]]] = {
+            "body": [np.full(len(block.cells), block.number, np.int32) for block in blocks]
+        }
+        for name in self._measures():
+            values = self._recording.elements(name, frame)
+            rows = {body: (first, count) for body, first, count in self._recording.element_bodies(name)}
+            cell_data[name] = [block.data(values, rows.get(block.body)) for block in blocks]
+        return _Mesh(float(self.times[frame]), points, point_data, blocks, cell_data)
 
     def to_meshio(self, frame: int = -1) -> _meshio.Mesh:
         """A frame as a mesh of meshio, which must be installed.
@@ -258,13 +311,14 @@ class Trajectory:
         Returns
         -------
         meshio.Mesh
-            With velocities [m/s] as data of points; in 2D, z is 0.
+            What `export` writes: as data of points ``velocity`` [m/s] and ``displacement`` [m], as data of cells the number of the
+            ``body`` and every measure of the elements that was recorded, NaN for cells that are none. In 2D, z is 0.
         """
         import meshio
 
-        points, blocks, velocities = self._mesh(frame)
-        cells = [(_CELLS[kind][1], cells.astype(np.int64)) for kind, cells in blocks]
-        return meshio.Mesh(points, cells, point_data={"velocity": velocities})
+        mesh = self._mesh(frame)
+        cells = [(_CELLS[block.kind][1], block.cells.astype(np.int64)) for block in mesh.blocks]
+        return meshio.Mesh(mesh.points, cells, point_data=mesh.point_data, cell_data=mesh.cell_data)
 
     def to_pyvista(self, frame: int = -1) -> _pyvista.UnstructuredGrid:
         """A frame as a grid of PyVista, which must be installed.
@@ -277,15 +331,20 @@ class Trajectory:
         Returns
         -------
         pyvista.UnstructuredGrid
-            With velocities [m/s] as data of points; in 2D, z is 0.
+            With the data of `to_meshio`, and the time [s] as ``field_data["TimeValue"]``.
         """
         import pyvista
 
-        points, blocks, velocities = self._mesh(frame)
-        cells = [np.insert(cells, 0, cells.shape[1], axis=1).ravel().astype(np.int64) for _, cells in blocks]
-        types = [np.full(len(cells), _CELLS[kind][2], np.uint8) for kind, cells in blocks]
-        grid = pyvista.UnstructuredGrid(np.concatenate(cells), np.concatenate(types), points)
-        grid.point_data["velocity"] = velocities
+        mesh = self._mesh(frame)
+        cells = [block.cells for block in mesh.blocks]
+        counted = [np.insert(cells, 0, cells.shape[1], axis=1).ravel().astype(np.int64) for cells in cells]
+        types = [np.full(len(block.cells), _CELLS[block.kind][2], np.uint8) for block in mesh.blocks]
+        grid = pyvista.UnstructuredGrid(np.concatenate(counted), np.concatenate(types), mesh.points)
+        for name, values in mesh.point_data.items():
+            grid.point_data[name] = values
+        for name, parts in mesh.cell_data.items():
+            grid.cell_data[name] = np.concatenate(parts)
+        grid.field_data["TimeValue"] = [mesh.time]
         return grid
 
     def export(

@@ -29,6 +29,8 @@ class Modes(Table):
         Positions that the modes are about [m].
     free_coordinates : int
         Coordinates that are free to move.
+    mass_matrix : str
+        ``"consistent"`` with the shape functions of quadratic elements of one density, ``"lumped"`` as in steps without any.
     """
 
     def __init__(self, found: dict[str, Any], shapes: Array, rest: Array) -> None:
@@ -42,6 +44,7 @@ class Modes(Table):
         super().__init__(columns, {"frequency": "Hz", "omega": "rad/s"})
         self.rest = rest
         self.free_coordinates: int = found["free_coordinates"]
+        self.mass_matrix: str = found["mass_matrix"]
 
     def plot(self, mode: int = 0, *, axes: _Axes | None = None, size: float = 0.1) -> _Axes:
         """Draw a mode shape beside where it is about, projected to x and y, by matplotlib, which must be installed.

@@ -1,6 +1,7 @@
 //! What changes while a simulation runs: parameters, forces, pins.
 
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use pliant::assembly::Assembly;
 use pliant::energy::load::ExternalForce;
@@ -11,7 +12,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::{Inner, Simulation};
 use crate::arrays;
-use crate::material::PythonMaterial;
+use crate::material::{PythonMaterial, Spent};
 
 /// What was added to a simulation after it was assembled, to be added again when parameters change.
 #[derive(Default)]
@@ -23,7 +24,26 @@ pub(crate) struct Additions {
     /// By the names of their bodies.
     materials: Vec<(String, Py<PyAny>)>,
     raised: Raised,
+    /// In functions of materials.
+    spent: Spent,
+    pace: Pace,
 }
+
+/// How long steps with materials in Python have taken.
+#[derive(Clone, Copy, Default)]
+struct Pace {
+    /// In all.
+    steps: Duration,
+    /// In functions of materials.
+    materials: Duration,
+    /// Whether it has been said.
+    said: bool,
+}
+
+/// Steps that took less are too few to be measured.
+const MEASURABLE: Duration = Duration::from_millis(50);
+/// Materials that take a smaller part of the time of steps are not slow.
+const SLOW: f64 = 0.5;
 
 /// What functions of the user raised: it is kept until the step that called them is over.
 pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
@@ -48,8 +68,32 @@ impl Additions {
             let_go: self.let_go.clone(),
             force: self.force.as_ref().map(|force| force.clone_ref(py)),
             materials: self.copied_materials(py),
-            raised: Raised::default(),
+            pace: self.pace,
+            ..Additions::default()
         }
+    }
+
+    /// That materials in Python are slow, once, when steps that took `wall` more have shown it.
+    pub(crate) fn slowness(&mut self, wall: Duration) -> Option<String> {
+        if self.materials.is_empty() || self.pace.said {
+            return None;
+        }
+        let Pace { steps, materials, said } = &mut self.pace;
+        (*steps, *materials) = (*steps + wall, *materials + self.spent.take());
+        let part = (materials.as_secs_f64() / steps.as_secs_f64()).min(1.0);
+        *said = *steps >= MEASURABLE && part >= SLOW;
+        let bodies: Vec<&str> = self.materials.iter().map(|(body, _)| body.as_str()).collect();
+        said.then(|| {
+            format!(
+                "the material in Python of {} is slow: its functions took {:.0} % of the time of the steps so far ({:.2} of {:.2} s), \
+                 what is compiled the rest; a material of this library would make steps up to {:.0} times as fast",
+                bodies.join(", "),
+                100.0 * part,
+                materials.as_secs_f64(),
+                steps.as_secs_f64(),
+                steps.as_secs_f64() / (steps.as_secs_f64() - materials.as_secs_f64()).max(1e-3 * steps.as_secs_f64()),
+            )
+        })
     }
 
     fn copied_materials(&self, py: Python<'_>) -> Vec<(String, Py<PyAny>)> {
@@ -77,7 +121,7 @@ impl Additions {
         type Parts = (Pins, Vec<String>, Option<Py<PyAny>>, Vec<(String, Py<PyAny>)>);
         let (pins, let_go, force, materials): Parts = tuple.extract()?;
         let pins = pins.into_iter().map(|(name, vertices, axes)| AddedPin { name, vertices, axes });
-        Ok(Additions { pins: pins.collect(), let_go, force, materials, raised: Raised::default() })
+        Ok(Additions { pins: pins.collect(), let_go, force, materials, ..Additions::default() })
     }
 }
 
@@ -85,8 +129,8 @@ impl Inner {
     /// Adds again what was added, to a simulation that has none of it.
     pub(crate) fn apply_additions(&mut self, py: Python<'_>) -> PyResult<()> {
         for (body, material) in &self.additions.materials {
-            let raised = self.additions.raised.clone();
-            let material = PythonMaterial::new(material.bind(py), self.topology.dimension, raised)?;
+            let (raised, spent) = (self.additions.raised.clone(), self.additions.spent.clone());
+            let material = PythonMaterial::new(material.bind(py), self.topology.dimension, raised, spent)?;
             let set = self.simulation.set_material(&self.topology, body, Box::new(material));
             set.map_err(|error| match error {
                 MaterialError::NoBody { .. } => PyKeyError::new_err(error.to_string()),
@@ -191,7 +235,7 @@ impl Simulation {
     /// Notes
     /// -----
     /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set without. The balance of energy
-    /// (``balance.*`` in `energy`) ends here.
+    /// (``balance.*`` in `energy`) begins anew. A pin whose motion is changed goes on from where it is, by what the new motion does from now on.
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut inner = self.lock()?;
         inner.change(changes)?;

@@ -64,7 +64,7 @@ fn play(
     let per_mode = SECONDS * RATE;
     let mut index = 0;
     for (i, mode) in found.modes.iter().enumerate() {
-        let scale = share * assembly.simulation.size() / largest(mode, dimension);
+        let scale = share * assembly.simulation.length_scale() / largest(mode, dimension);
         recorder.log(Level::Info, &name(i, mode), index as f64 / RATE as f64)?;
         // Each begins and ends in the middle of its swing; the last frame of all closes the circle.
         let last = u64::from(i + 1 == found.modes.len());

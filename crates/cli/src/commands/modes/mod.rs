@@ -2,12 +2,13 @@
 
 mod animation;
 mod sound;
+mod wav;
 
 use std::path::Path;
 
 use pliant::assembly::{Assembly, UnstableStep};
 use pliant::integrator::IntegratorSpec;
-use pliant::modes::Modes;
+use pliant::modes::{MassMatrix, Modes};
 use serde_json::json;
 
 use crate::arguments::ModesArguments;
@@ -75,7 +76,7 @@ fn settle(assembly: &mut Assembly) -> Result<f64, Failure> {
     let simulation = &mut assembly.simulation;
     let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     let start = simulation.state().x().to_vec();
-    let still = 1e-9 * simulation.size();
+    let still = 1e-9 * simulation.length_scale();
     for _ in 0..STATIC_STEPS {
         let before = simulation.state().x().to_vec();
         simulation.step().map_err(|error| Failure::failed("equilibrium", error.to_string()))?;
@@ -105,10 +106,14 @@ fn describe(found: &Modes) -> String {
     }
     let mass: Vec<String> = found.free_mass.iter().map(|mass| number(*mass)).collect();
     format!(
-        "{}\n{} free to move, {} kg of them along each axis; {}\n",
+        "{}\n{} free to move, {} kg of them along each axis, {}; {}\n",
         table(&rows, 0),
         counted(found.free_coordinates as u64, "coordinate", "coordinates"),
         mass.join(", "),
+        match found.mass_matrix {
+            MassMatrix::Lumped => "lumped",
+            MassMatrix::Consistent => "consistent with the quadratic elements (lumped in steps)",
+        },
         counted(found.solves as u64, "linear solve", "linear solves"),
     )
 }

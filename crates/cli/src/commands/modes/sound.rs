@@ -1,9 +1,7 @@
 //! The sound of a blow as a WAV file.
 
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use hound::{SampleFormat, WavSpec, WavWriter};
 use pliant::assembly::Assembly;
 use pliant::modes::{Silent, Sound, SoundError, Strike};
 use serde_json::{Value, json};
@@ -11,6 +9,8 @@ use serde_json::{Value, json};
 use crate::arguments::{ModesArguments, Place};
 use crate::failure::Failure;
 use crate::text::{counted, number};
+
+use super::wav;
 
 /// [Hz].
 const SAMPLE_RATE: u32 = 48_000;
@@ -48,7 +48,8 @@ pub(super) fn write(
             error => Failure::usage(error.to_string()),
         })?;
     let samples = sound.samples(options.seconds, PEAK);
-    let bytes = encode(&samples, options.bits).map_err(|error| cannot_write(path, &error.to_string()))?;
+    let bytes = wav::encode(&samples, SAMPLE_RATE, options.bits)
+        .map_err(|error| cannot_write(path, &error.to_string()))?;
     replace(path, &bytes).map_err(|error| cannot_write(path, &error.to_string()))?;
     Ok(Heard {
         path: path.to_owned(),
@@ -77,7 +78,7 @@ fn vertex_at(place: &Place, option: &str, assembly: &Assembly) -> Result<usize, 
             let Some((vertex, away)) = rows.min_by(|a, b| a.1.total_cmp(&b.1)) else {
                 return Err(Failure::usage("the scene has no vertices"));
             };
-            let size = assembly.simulation.size();
+            let size = assembly.simulation.length_scale();
             if away > 0.1 * size {
                 return Err(Failure::usage(format!(
                     "the point of `{option}` is {} m from the nearest vertex, {vertex}, of a scene of {} m: strike the body",
@@ -88,24 +89,6 @@ fn vertex_at(place: &Place, option: &str, assembly: &Assembly) -> Result<usize, 
             Ok(vertex)
         }
     }
-}
-
-/// One channel of whole numbers.
-fn encode(samples: &[f64], bits: u16) -> Result<Vec<u8>, hound::Error> {
-    let spec = WavSpec {
-        channels: 1,
-        sample_rate: SAMPLE_RATE,
-        bits_per_sample: bits,
-        sample_format: SampleFormat::Int,
-    };
-    let largest = f64::from((1i32 << (bits - 1)) - 1);
-    let mut bytes = Cursor::new(vec![]);
-    let mut writer = WavWriter::new(&mut bytes, spec)?;
-    for sample in samples {
-        writer.write_sample((sample * largest).round() as i32)?;
-    }
-    writer.finalize()?;
-    Ok(bytes.into_inner())
 }
 
 /// Writes beside the place and moves: what is there is whole.

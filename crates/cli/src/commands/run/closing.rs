@@ -3,14 +3,16 @@
 use std::time::Duration;
 
 use pliant::assembly::Report;
+use pliant::diagnostics::StaticState;
 use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
-use pliant::scene::Scene;
-use pliant::simulation::RetriedSteps;
+use pliant::scene::{Channel, Scene};
+use pliant::simulation::{MotionJumps, RetriedSteps};
 use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
+use super::statics;
 use crate::failure::Status;
 use crate::statistics::Statistics;
 use crate::text::{self, counted, entry, number};
@@ -27,19 +29,21 @@ pub(crate) struct Closing<'a> {
     report: &'a Report,
     summary: &'a Summary,
     statistics: &'a Statistics,
+    statics: Option<&'a StaticState>,
     wall: Duration,
 }
 
 impl<'a> Closing<'a> {
-    /// `wall` is the time that the steps and the recording took.
+    /// `statics` is the equilibrium at the end of a static run, `wall` the time that the steps and the recording took.
     pub(crate) fn new(
         scene: &'a Scene,
         report: &'a Report,
         summary: &'a Summary,
         statistics: &'a Statistics,
+        statics: Option<&'a StaticState>,
         wall: Duration,
     ) -> Closing<'a> {
-        Closing { scene, report, summary, statistics, wall }
+        Closing { scene, report, summary, statistics, statics, wall }
     }
 
     /// How the run ended.
@@ -51,50 +55,111 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// What the user should know even if nobody reads the numbers.
+    /// What the user should know even if nobody reads the numbers. A run that failed says what is wrong already.
     pub(crate) fn warnings(&self) -> Vec<String> {
+        if self.status() == Status::Failed {
+            return vec![];
+        }
+        let found = [
+            self.inverted(),
+            self.loose(),
+            self.jumped(),
+            self.energy_off().or_else(|| self.energy_gained()),
+        ];
+        self.report.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()
+    }
+
+    /// Elements that are inverted at the end, or have collapsed.
+    fn inverted(&self) -> Option<String> {
+        let (j, inverted) = (self.summary.end.min_j?, self.summary.end.inverted.filter(|n| *n > 0)?);
+        let all: usize = self.report.bodies.iter().map(|body| body.elements).sum();
+        Some(format!(
+            "{inverted} of {} inverted at the end or without volume (least J {}): what is shown there is no deformation of a body; a \
+             finer mesh, smaller loads or increments, or a material whose energy grows without bound as J goes to 0 (neo-hookean) \
+             keep it from that",
+            counted(all as u64, "element is", "elements are"),
+            number(j),
+        ))
+    }
+
+    /// Implicit steps whose solves the scene's own tolerance ended before they settled.
+    fn loose(&self) -> Option<String> {
+        let loose = self.summary.work.solver?.loose.filter(|n| *n > 0)?;
+        let tolerance = self.scene.time.solver.as_ref()?.tolerance?;
+        let extent = self.report.size.iter().map(|length| length * length).sum::<f64>().sqrt();
+        Some(format!(
+            "{} ended while Newton's corrections were more than a tenth of the motion of the step: a `tolerance` of {} m is too large \
+             for it; {} m or less, or none, would do",
+            counted(loose, "solve", "solves"),
+            number(tolerance),
+            number(1e-6 * if extent > 0.0 { extent } else { tolerance }),
+        ))
+    }
+
+    /// Prescribed motion that jumped.
+    fn jumped(&self) -> Option<String> {
+        let MotionJumps { pin, time, size, count } = self.summary.motion_jumps.as_ref()?;
+        let more = match count - 1 {
+            0 => String::new(),
+            more => format!(", the first of {} jumps", more + 1),
+        };
+        Some(format!(
+            "the motion of pin `{pin}` jumps by {} m at t = {} s{more}: a single step takes it there, and what that costs, counted as \
+             work of prescribed motion, depends on the step; smoothstep(from, to, t) gets there in a time of its own",
+            number(*size),
+            number(*time),
+        ))
+    }
+
+    /// Energy that has grown although nothing brought it in: no loss is an excuse for that, known or not.
+    fn energy_gained(&self) -> Option<String> {
+        let gain = self.summary.relative_energy_gain().filter(|gain| *gain > ENERGY_ERROR_BOUND)?;
+        Some(format!(
+            "the total energy grew by up to {} of the {} J in play, although nothing in the scene brought it in; {} would be more \
+             accurate",
+            share(gain),
+            number(self.summary.energy_scale),
+            self.finer(),
+        ))
+    }
+
+    /// Energy that is not what it was, where all losses are known.
+    fn energy_off(&self) -> Option<String> {
         // What a scene brings in and takes away is known, but for losses that nobody asked for.
         let known = !self.takes_energy() || self.loses_known();
-        let error = self.summary.relative_energy_error();
+        let (error, drift) = (self.summary.relative_energy_error()?, self.summary.relative_energy_drift()?);
         // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.
-        let conserved =
-            self.summary.relative_energy_drift() <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND;
-        // A run that blew up says so already.
-        let failed = self.status() == Status::Failed;
-        if !known || conserved || failed {
-            return vec![];
+        if !known || drift <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND {
+            return None;
         }
         let scale = self.summary.energy_scale;
         let method = self.scene.time.integrator.method();
-        if method.documentation.order == 0 {
-            // Statics has no motion whose energy could be kept.
-            return vec![];
-        }
         // Many implicit schemes take energy out of motion by design, and more of it the larger the step.
         let damps = method.documentation.solves > 0
             && amplification(&method, 1.0, 0.0, 0.0).spectral_radius() < 1.0 - 1e-9;
-        if damps && self.summary.end.total < self.summary.start.total {
-            return vec![format!(
+        let gained = self.summary.relative_energy_gain() > Some(ENERGY_DRIFT_BOUND);
+        if damps && !gained && self.summary.end.total < self.summary.start.total {
+            return Some(format!(
                 "the scheme `{}` damps motion by itself: it took up to {} of the {} J in play, although nothing in the scene takes \
                  energy; {} takes less, `implicit-midpoint` next to nothing",
                 method.documentation.name,
                 share(error),
                 number(scale),
                 self.finer(),
-            )];
+            ));
         }
-        vec![format!(
+        Some(format!(
             "the total energy was off by up to {} of the {} J in play, and by {} at the end, although nothing in the scene \
              {}; {} would be more accurate",
             share(error),
             number(scale),
-            share(self.summary.relative_energy_drift()),
+            share(drift),
             match self.summary.end.balance {
                 Some(_) => "accounts for it",
                 None => "takes or gives energy",
             },
             self.finer(),
-        )]
+        ))
     }
 
     /// What would make the steps more accurate.
@@ -168,19 +233,14 @@ impl<'a> Closing<'a> {
             text::count(self.steps_per_second().round() as u64),
         );
         let mut line = |name: &str, fact: String| out += &entry(name, &fact, 2, 10, width);
-        line(
-            "energy",
-            format!(
-                "{} J at the end; drift {}, largest error {} of the {} J in play{}",
-                number(end.total),
-                share(self.summary.relative_energy_drift()),
-                share(self.summary.relative_energy_error()),
-                number(self.summary.energy_scale),
-                self.unaccounted(),
-            ),
-        );
-        let change = number(self.summary.momentum_change());
-        line("momentum", format!("changed by {change} kg m/s{}", self.forces_from_outside()));
+        line("energy", format!("{} J at the end{}", number(end.total), self.energy_errors()));
+        if !self.summary.is_static {
+            let change = number(self.summary.momentum_change());
+            line("momentum", format!("changed by {change} kg m/s{}", self.forces_from_outside()));
+        }
+        for (name, fact) in self.statics.into_iter().flat_map(statics::facts) {
+            line(name, fact);
+        }
         for reaction in &self.summary.reactions {
             let vector = |v: &[f64; 3]| v.map(number).join(", ");
             let (force, moment) = (vector(&reaction.force), vector(&reaction.moment));
@@ -234,7 +294,11 @@ impl<'a> Closing<'a> {
             let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
             let inverted = match inverted {
                 0 => "no element inverted".to_owned(),
-                n => format!("up to {} inverted at a time", counted(n, "element", "elements")),
+                n => format!(
+                    "up to {} inverted at a time, {} at the end",
+                    counted(n, "element", "elements"),
+                    end.inverted.unwrap_or(0)
+                ),
             };
             line("min J", format!("{}, {inverted}", number(smallest)));
         }
@@ -244,7 +308,7 @@ impl<'a> Closing<'a> {
     /// Everything, for programs.
     pub(crate) fn document(&self, scene: &str, recorded: Option<&Recorded>) -> Value {
         let path = recorded.map(|recorded| recorded.path.display().to_string());
-        let file = path.as_deref();
+        let (file, moves) = (path.as_deref(), !self.summary.is_static);
         let Summary {
             frames, work, start, end, largest_energy_change, energy_scale, last_frame_time, ..
         } = self.summary;
@@ -273,9 +337,12 @@ impl<'a> Closing<'a> {
                 "steps_per_second": self.steps_per_second(),
                 "relative_energy_drift": self.summary.relative_energy_drift(),
                 "relative_energy_error": self.summary.relative_energy_error(),
-                "largest_energy_change": largest_energy_change,
-                "energy_scale": energy_scale,
-                "momentum_change": self.summary.momentum_change(),
+                "relative_energy_gain": self.summary.relative_energy_gain(),
+                "largest_energy_change": moves.then_some(largest_energy_change),
+                "energy_scale": moves.then_some(energy_scale),
+                "momentum_change": moves.then(|| self.summary.momentum_change()),
+                "statics": self.statics,
+                "motion_jumps": self.summary.motion_jumps,
                 "reactions": self.summary.reactions,
                 "min_j": self.statistics.min_j.or(end.min_j),
                 "most_inverted": self.statistics.most_inverted.or(end.inverted),
@@ -285,6 +352,19 @@ impl<'a> Closing<'a> {
             "warnings": self.warnings(),
             "problems": problems,
         })
+    }
+
+    /// What is wrong with the energy at the end; nothing in statics, where none has to be kept.
+    fn energy_errors(&self) -> String {
+        let (drift, error) = (self.summary.relative_energy_drift(), self.summary.relative_energy_error());
+        let (Some(drift), Some(error)) = (drift, error) else { return String::new() };
+        let scale = number(self.summary.energy_scale);
+        let unaccounted = self.unaccounted();
+        format!(
+            "; drift {}, largest error {} of the {scale} J in play{unaccounted}",
+            share(drift),
+            share(error)
+        )
     }
 
     /// What the drift of the energy is without, or holds beside the errors of the scheme.
@@ -299,12 +379,17 @@ impl<'a> Closing<'a> {
     /// Whether anything in the scene takes energy away.
     fn takes_energy(&self) -> bool {
         let world = &self.scene.world;
-        let damped = self.scene.body.iter().any(|body| body.damping.is_some());
+        let dashpots = self.scene.attachment.iter().any(|attachment| attachment.dashpot.is_some());
+        let damped = dashpots || self.scene.body.iter().any(|body| body.damping.is_some());
         damped || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
     }
 
-    /// Whether it is known how much.
+    /// Whether it is known how much, in this run as in any other of the scene: those that show frames to
+    /// more than a file may know more.
     fn loses_known(&self) -> bool {
+        if !self.scene.output.channels.contains(&Channel::Energy) {
+            return false;
+        }
         let balance = self.summary.end.balance;
         balance.is_some_and(|b| b.ether_drag.or(b.damping).or(b.walls).is_some())
     }

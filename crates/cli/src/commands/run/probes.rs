@@ -5,14 +5,17 @@ use std::path::Path;
 
 use pliant::assembly::Assembly;
 use pliant::probe::Table;
+use pliant::record;
+use same_file::Handle;
 
 use crate::arguments::RunArguments;
 use crate::failure::Failure;
+use crate::recording;
 
 /// The table, begun; `None` if nobody wants one.
 ///
 /// # Errors
-/// The scene has no probes; the file exists, is a directory, or cannot be written.
+/// The scene has no probes; the file exists, is a directory, the scene or the recording, or cannot be written.
 pub(super) fn table(arguments: &RunArguments, assembly: &Assembly) -> Result<Option<Table<File>>, Failure> {
     let Some(path) = &arguments.probes else { return Ok(None) };
     if assembly.probes.is_empty() {
@@ -20,19 +23,47 @@ pub(super) fn table(arguments: &RunArguments, assembly: &Assembly) -> Result<Opt
         return Err(Failure::usage(message));
     }
     Failure::unless_file(path)?;
-    let is =
-        |other: &Path| path.canonicalize().is_ok_and(|path| other.canonicalize().is_ok_and(|o| o == path));
-    if is(&arguments.scene) || arguments.output.as_deref().is_some_and(|output| is(output) || output == path)
-    {
-        let message = format!("{} is the scene or the recording; choose another file", path.display());
-        return Err(Failure::usage(message));
-    }
-    if path.exists() && !arguments.force {
-        let message = format!("{} exists; choose another name, or replace it with `--force`", path.display());
-        return Err(Failure::usage(message));
-    }
-    let file = OpenOptions::new().write(true).create(true).truncate(true).open(path);
+    let existed = path.exists();
     let what = format!("writing {}", path.display());
-    let file = file.map_err(|error| Failure::failed("probes", format!("{what}: {error}")))?;
-    Ok(Some(Table::new(&assembly.probes, file, &what)))
+    let failed = |error| Failure::failed("probes", format!("{what}: {error}"));
+    // Not emptied before it is known to be none of the files that the run needs.
+    let file = OpenOptions::new().write(true).create(true).truncate(false).open(path).map_err(failed)?;
+    let checked = own(path, &file, arguments).and_then(|()| match existed && !arguments.force {
+        true => Err(exists(path)),
+        false => file.set_len(0).map_err(failed),
+    });
+    if checked.is_err() && !existed {
+        // Not the link, where the path is one to a file that was not there.
+        let _ = std::fs::remove_file(path.canonicalize().as_deref().unwrap_or(path));
+    }
+    checked.map(|()| Some(Table::new(&assembly.probes, file, &what)))
+}
+
+fn exists(path: &Path) -> Failure {
+    let message = format!("{} exists; choose another name, or replace it with `--force`", path.display());
+    Failure::usage(message)
+}
+
+/// Refuses a table that is, under whatever name, the scene, the recording, or what that is before it is complete.
+fn own(path: &Path, file: &File, arguments: &RunArguments) -> Result<(), Failure> {
+    let mut taken = vec![(arguments.scene.clone(), "the scene")];
+    if !arguments.no_record {
+        let output = recording::output(arguments);
+        taken.extend(record::files(&output).map(|file| (file, "the recording")));
+    }
+    let is_table = |other: &Path| -> std::io::Result<bool> {
+        Ok(Handle::from_file(file.try_clone()?)? == Handle::from_path(other)?)
+    };
+    // What is not there is another file.
+    match taken.iter().find(|(other, _)| is_table(other).unwrap_or(false)) {
+        None => Ok(()),
+        Some((other, what)) if other == path => {
+            Err(Failure::usage(format!("{} is {what}; choose another file", path.display())))
+        }
+        Some((other, what)) => Err(Failure::usage(format!(
+            "{} is {what}, {}; choose another file",
+            path.display(),
+            other.display()
+        ))),
+    }
 }

@@ -1,9 +1,9 @@
 //! What was found, for people and in files.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use pliant::stability::{Against, Map, Status, Survey};
+use pliant::study::page::{Cell, Look, Page};
 use pliant::study::plot::{AxisSpec, Chart, HeatMap, Line, Point, State};
 use serde_json::Value;
 
@@ -11,10 +11,18 @@ use crate::failure::Failure;
 use crate::output::{self, csv_line};
 use crate::text::{number, table, wrap};
 
-pub(super) fn describe(found: &Survey, width: usize) -> String {
-    let header =
-        ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
-    let mut rows = vec![header.map(str::to_owned).to_vec()];
+/// Columns of the table of limits.
+const HEADER: [&str; 8] =
+    ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
+
+/// What the columns are.
+const ABOUT: &str = "Predicted is the limit of the scene linearised at its start, by what a step does to an oscillator; measured the \
+                     largest step with which 1000 steps (100 of an implicit scheme) could be taken. Drift is the slope of the energy, \
+                     amplitude what oscillates about it, both over the energy that there is.";
+
+/// A row for each scheme.
+fn limits(found: &Survey) -> Vec<[String; 8]> {
+    let mut rows = vec![];
     for (limit, drift) in found.limits.iter().zip(&found.drifts) {
         let predicted = limit.predicted.map_or_else(|| "any".into(), number);
         let measured = match limit.above {
@@ -26,7 +34,7 @@ pub(super) fn describe(found: &Survey, width: usize) -> String {
             .filter(|_| limit.above.is_some())
             .map_or_else(String::new, |p| format!("{:.3}", limit.measured / p));
         let ok = drift.status == Status::Ok;
-        rows.push(vec![
+        rows.push([
             limit.integrator.clone(),
             predicted,
             measured,
@@ -37,25 +45,37 @@ pub(super) fn describe(found: &Survey, width: usize) -> String {
             if ok { number(drift.amplitude) } else { String::new() },
         ]);
     }
+    rows
+}
+
+pub(super) fn describe(found: &Survey, width: usize) -> String {
+    let mut rows = vec![HEADER.map(str::to_owned).to_vec()];
+    rows.extend(limits(found).into_iter().map(Vec::from));
     let mut out = table(&rows, 0);
     out.push('\n');
-    out += &wrap(
-        "Predicted is the limit of the scene linearised at its start, by what a step does to an oscillator; measured the largest step with which \
-         1000 steps (100 of an implicit scheme) could be taken. Drift is the slope of the energy, amplitude what oscillates about it, \
-         both over the energy that there is.",
-        0,
-        width,
-    );
+    out += &wrap(ABOUT, 0, width);
+    if found.walls > 0 {
+        out += &wrap(
+            "No prediction accounts for walls: vertices are put back after each step, and in an implicit one, which is solved without them, \
+             that can add energy at any size of the step.",
+            0,
+            width,
+        );
+    }
     if let Some(map) = &found.map {
         out.push('\n');
         out += &text_map(map);
     }
+    out.push('\n');
+    out + &format!("{}\n", agreement(found))
+}
+
+fn agreement(found: &Survey) -> String {
     let apart = found.amplification.iter().flat_map(|curve| {
         curve.measured.iter().zip(&curve.formula).map(|(measured, formula)| (measured / formula - 1.0).abs())
     });
     let apart = apart.fold(0.0, f64::max);
-    out.push('\n');
-    out + &format!("amplification of an oscillator: measured and formula agree to {}\n", number(apart))
+    format!("amplification of an oscillator: measured and formula agree to {}", number(apart))
 }
 
 fn row_name(map: &Map, row: usize) -> String {
@@ -64,6 +84,7 @@ fn row_name(map: &Map, row: usize) -> String {
         Against::Young => format!("stiffness x {}", number(value)),
         Against::Poisson => format!("nu = {value}"),
         Against::Density => format!("density x {}", number(value)),
+        Against::Gravity => format!("gravity x {}", number(value)),
     }
 }
 
@@ -118,25 +139,19 @@ pub(super) fn write(folder: &Path, scene: &str, found: &Survey, document: &Value
     output::file(&folder.join("stability.json"), &format!("{document:#}\n"))?;
     let amplification = amplification(found)?;
     output::file(&folder.join("amplification.svg"), &amplification)?;
-    let mut page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>pliant stability</title>\
-         <style>body{{font:14px/1.4 sans-serif;margin:2em}}svg{{max-width:100%;height:auto}}</style></head><body>\n\
-         <h1>pliant stability {}</h1>\n<pre>{}</pre>\n",
-        escape(scene),
-        escape(&describe(found, 110)),
-    );
+    let mut page = Page::new(&format!("How large a step: {scene}"));
+    let cells = |row: [String; 8]| row.iter().map(|cell| Cell::new(cell, Look::Number)).collect();
+    let header = HEADER.map(|name| (if name.is_empty() { "scheme" } else { name }, Look::Number));
+    page.table(&header, &limits(found).into_iter().map(cells).collect::<Vec<_>>());
+    page.note(ABOUT);
     if let Some(map) = &found.map {
         output::file(&folder.join("map.csv"), &map_csv(map))?;
         let svg = heat_map(map)?;
         output::file(&folder.join("map.svg"), &svg)?;
-        let _ = writeln!(page, "<figure>{svg}</figure>");
+        page.figure(&svg, "Which steps the first scheme takes, row by row, and up to which they are predicted to be stable.");
     }
-    let _ = write!(page, "<figure>{amplification}</figure>\n</body></html>\n");
-    output::file(&folder.join("stability.html"), &page)
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    page.figure(&amplification, &format!("Spectral radius of one step; {}.", agreement(found)));
+    output::file(&folder.join("stability.html"), &page.finish())
 }
 
 fn map_csv(map: &Map) -> String {
@@ -171,6 +186,7 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
         Against::Young => "times the stiffness",
         Against::Poisson => "Poisson's ratio",
         Against::Density => "times the density of the first body",
+        Against::Gravity => "times the mutual gravity",
     };
     let names = ["taken", "diverged", "Newton failed"];
     let colors = [(0x9b, 0xd4, 0xb5), (0xd5, 0x5e, 0x00), (0xe6, 0x9f, 0x00)];
@@ -193,7 +209,7 @@ fn amplification(found: &Survey) -> Result<String, Failure> {
         AxisSpec::log("h omega"),
         AxisSpec::log("spectral radius"),
     );
-    for curve in &found.amplification {
+    for (look, curve) in found.amplification.iter().enumerate() {
         let shown = |radius: f64| radius.is_finite() && radius > 0.0 && radius < 1e3;
         let points = |radii: &[f64]| -> Vec<Point> {
             let all = curve.z.iter().zip(radii);
@@ -203,6 +219,7 @@ fn amplification(found: &Survey) -> Result<String, Failure> {
             name: curve.integrator.clone(),
             points: points(&curve.measured),
             marked: false,
+            look,
         });
     }
     chart.floor = Some((1.0, "neither grows nor decays".into()));

@@ -4,57 +4,71 @@ use std::fmt::Write;
 use std::path::Path;
 
 use pliant::stress::{self, Case, Verdict};
+use pliant::study::page::{Cell, Look, Page};
 
-use super::picture::{escape, sheet, svg};
+use super::picture::{sheet, svg};
 use super::rows::{numbers, title};
 use super::{Outcome, counts};
 use crate::failure::Failure;
 use crate::output;
 
-const STYLE: &str = "body{font:14px/1.4 sans-serif;margin:2em;color:#222}table{border-collapse:collapse}\
-    td,th{border-bottom:1px solid #ddd;padding:3px 8px;text-align:right;vertical-align:top}\
-    td:first-child,th:first-child,td.l{text-align:left}.pass{color:#00734f}.flagged{color:#9a6700}.fail{color:#c1272d;font-weight:bold}\
-    .n{max-width:34em;color:#555}";
+/// What the colours of pictures mean.
+const LEGEND: &str = "Elements in 2D: red where J <= 0, blue where J < 0.95, yellow where J > 1.25.";
 
-/// What the colours mean.
-const LEGEND: &str = "Elements in 2D: red where J &lt;= 0, blue where J &lt; 0.95, yellow where J &gt; 1.25.";
+/// Columns of the table.
+const HEADER: [(&str, Look); 16] = [
+    ("case", Look::Text),
+    ("dim", Look::Number),
+    ("material", Look::Text),
+    ("nu", Look::Number),
+    ("integrator", Look::Text),
+    ("solver", Look::Text),
+    ("verdict", Look::Text),
+    ("iterations", Look::Number),
+    ("bar", Look::Number),
+    ("min J", Look::Number),
+    ("energy", Look::Number),
+    ("error", Look::Number),
+    ("may be", Look::Number),
+    ("time [s]", Look::Number),
+    ("end", Look::Number),
+    ("remarks", Look::Long),
+];
 
 /// A page that needs nothing else.
 pub(super) fn html(results: &[Outcome]) -> String {
-    let mut out = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>pliant stress</title><style>{STYLE}</style></head><body>\n\
-         <h1>pliant stress</h1>\n<p>pliant {}; {}</p>\n<p>{LEGEND}</p>\n<table>\n<tr><th>case</th><th>dim</th><th>material</th><th>nu</th>\
-         <th>integrator</th><th>solver</th><th></th><th>iterations</th><th>bar</th><th>min J</th><th>energy</th><th>error</th>\
-         <th>may be</th><th>time [s]</th><th>end</th><th></th></tr>\n",
-        env!("CARGO_PKG_VERSION"),
-        sums(results),
-    );
-    for result in results {
-        let (case, f) = result;
-        let class = f.verdict.to_string().to_lowercase();
-        let nu = case.poisson.map_or_else(String::new, |nu| nu.to_string());
-        let _ = write!(
-            out,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{nu}</td><td>{}</td><td>{}</td><td class=\"{class}\">{class}</td>",
-            escape(&title(result)),
-            case.dimension,
-            escape(&case.material),
-            case.integrator,
-            case.solver.name(),
-        );
-        for number in numbers(f) {
-            let _ = write!(out, "<td>{number}</td>");
-        }
-        let picture = f.picture.as_ref().map_or_else(String::new, |p| svg(p, 90.0));
-        let advice = f.advice.as_ref().map_or_else(String::new, |a| format!("<br>What works: {}", escape(a)));
-        let _ = writeln!(
-            out,
-            "<td>{:.2}</td><td>{picture}</td><td class=\"l n\">{}{advice}</td></tr>",
-            f.seconds,
-            escape(&f.notes.join("; ")),
-        );
-    }
-    out + "</table>\n</body></html>\n"
+    let mut page = Page::new("What breaks simulators");
+    page.paragraph(&format!("pliant {}; {}", env!("CARGO_PKG_VERSION"), sums(results)));
+    page.note(LEGEND);
+    page.table(&HEADER, &results.iter().map(row).collect::<Vec<_>>());
+    page.finish()
+}
+
+/// The row of a case.
+fn row(result: &Outcome) -> Vec<Cell> {
+    let (case, f) = result;
+    let cell = |text: &str| Cell::new(text, Look::Number);
+    let verdict = match f.verdict {
+        Verdict::Pass => Look::Good,
+        Verdict::Flagged => Look::Fair,
+        Verdict::Fail => Look::Bad,
+    };
+    let mut cells = vec![
+        cell(&title(result)),
+        cell(&case.dimension.to_string()),
+        cell(&case.material),
+        cell(&case.poisson.map_or_else(String::new, |nu| nu.to_string())),
+        cell(&case.integrator),
+        cell(case.solver.name()),
+        Cell::new(&f.verdict.to_string().to_lowercase(), verdict),
+    ];
+    cells.extend(numbers(f).iter().map(|number| cell(number)));
+    cells.push(cell(&format!("{:.2}", f.seconds)));
+    cells.push(f.picture.as_ref().map_or_else(Cell::default, |picture| Cell::picture(svg(picture, 90.0))));
+    let advice = f.advice.iter().map(|advice| format!("What works: {advice}"));
+    let remarks: Vec<String> = f.notes.iter().cloned().chain(advice).collect();
+    cells.push(cell(&remarks.join("; ")));
+    cells
 }
 
 fn sums(results: &[Outcome]) -> String {

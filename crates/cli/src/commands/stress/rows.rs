@@ -94,31 +94,51 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
 
 /// Which settings went through everything that was done to a scene, and what stopped the others.
 fn survivors(results: &[Outcome]) -> String {
-    let mut settings: Vec<(String, Vec<&str>, Vec<&str>)> = vec![];
+    let mut settings: Vec<Setting<'_>> = vec![];
     for (case, f) in results {
         let name = format!("{}, {}", case.integrator, case.solver.name());
-        let at = settings.iter().position(|(n, ..)| *n == name).unwrap_or_else(|| {
-            settings.push((name, vec![], vec![]));
+        let at = settings.iter().position(|setting| setting.name == name).unwrap_or_else(|| {
+            settings.push(Setting { name, ..Setting::default() });
             settings.len() - 1
         });
-        if f.verdict == Verdict::Fail {
-            settings[at].1.push(&case.name);
-        }
-        if f.cut_short {
-            settings[at].2.push(&case.name);
-        }
-    }
-    let mut out = String::new();
-    for (name, failed, cut) in settings {
-        out += &match (failed.len(), cut.len()) {
-            (0, 0) => format!("{name}: survives everything"),
-            (0, _) => format!("{name}: survives what it had time for"),
-            _ => format!("{name}: fails at {}", failed.join(", ")),
+        let of = match f.verdict {
+            _ if f.cut_short => &mut settings[at].cut,
+            Verdict::Fail => &mut settings[at].failed,
+            Verdict::Flagged => &mut settings[at].flagged,
+            _ => &mut settings[at].passed,
         };
-        out += &if cut.is_empty() { "\n".to_owned() } else { format!("; cut short at {}\n", cut.join(", ")) };
+        of.push(&case.name);
     }
-    out.push('\n');
-    out
+    let lines: String = settings.iter().map(Setting::line).collect();
+    lines + "\n"
+}
+
+/// What came of everything that was done to a scene with one scheme and solver, by the names of the cases.
+#[derive(Default)]
+struct Setting<'a> {
+    name: String,
+    passed: Vec<&'a str>,
+    flagged: Vec<&'a str>,
+    failed: Vec<&'a str>,
+    /// By the budget.
+    cut: Vec<&'a str>,
+}
+
+impl Setting<'_> {
+    fn line(&self) -> String {
+        let Setting { name, passed, flagged, failed, cut } = self;
+        if [flagged, failed, cut].iter().all(|cases| cases.is_empty()) {
+            return format!("{name}: survives everything\n");
+        }
+        let mut said = match passed.len() {
+            0 => vec!["passes nothing".to_owned()],
+            n => vec![format!("passes {n} of {}", n + flagged.len() + failed.len() + cut.len())],
+        };
+        for (what, cases) in [("fails at", failed), ("flagged at", flagged), ("cut short at", cut)] {
+            said.extend((!cases.is_empty()).then(|| format!("{what} {}", cases.join(", "))));
+        }
+        format!("{name}: {}\n", said.join("; "))
+    }
 }
 
 /// One line for each case.

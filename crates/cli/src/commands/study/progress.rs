@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use pliant::study::Event;
 
+use crate::printable;
 use crate::progress::spinner;
 use crate::terminal::Terminal;
 use crate::text::{duration, number};
@@ -56,7 +57,7 @@ impl StudyProgress {
             }
         };
         match (&self.bar, self.verbose) {
-            (Some(bar), _) => bar.set_message(message),
+            (Some(bar), _) => bar.set_message(printable::plain(&message).into_owned()),
             // Where there is no line that changes, a reference may take long enough to be spoken of.
             (None, Some(terminal)) if !matches!(event, Event::Begun { .. }) => terminal.note(&message),
             _ => {}

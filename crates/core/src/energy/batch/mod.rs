@@ -10,9 +10,9 @@ use std::ops::Range;
 use super::elastic::points_of;
 use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::algebra::Mat;
-use crate::diagnostics::ElementState;
+use crate::algebra::all_finite;
+use crate::element::ElementState;
 use crate::element::{Barycentric, QuadraturePoint, interpolation, quadrature_count, quadrature_points};
-use crate::integrator::all_finite;
 use crate::material::Psd;
 
 /// A hyperelastic material for `m` deformation gradients at once, each `d x d` by rows, one after the other. Functions say false where
@@ -98,11 +98,14 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         }
     }
 
-    /// Deformation and stress at a deformation gradient. The stress out of the plane in 2D is not known: NaN.
+    /// Deformation, stress and energy density at a deformation gradient. The stress out of the plane in 2D is not known: NaN.
     fn state(&self, f: &[f64]) -> ElementState {
-        let mut p = vec![f64::NAN; D * D];
+        let (mut p, mut psi) = (vec![f64::NAN; D * D], [f64::NAN]);
         if !self.material.stress(f, &mut p) {
             p.fill(f64::NAN);
+        }
+        if !self.material.density(f, &mut psi) {
+            psi = [f64::NAN];
         }
         let full = |part: &[f64], out: f64| {
             let mut matrix = Mat::diagonal(&[out; 3]);
@@ -111,7 +114,13 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
             }
             matrix
         };
-        ElementState { deformation_gradient: full(f, 1.0), first_piola: full(&p, f64::NAN) }
+        let [energy_density] = psi;
+        ElementState {
+            deformation_gradient: full(f, 1.0),
+            first_piola: full(&p, f64::NAN),
+            energy_density,
+            plane: D == 2,
+        }
     }
 
     /// `F` of an element at a point.

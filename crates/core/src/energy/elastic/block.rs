@@ -5,10 +5,9 @@
 //! not once for each material. The linear elements' forces alone are too short for that way: they have a kernel of their own.
 
 use crate::algebra::{Dual, Mat, Vect};
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch, dispatch_compact};
-use crate::material::{Domain, Material, Psd, Spectrum, Tangent, autodiff_stress};
-use crate::scene::Stress;
+use crate::material::{Domain, Material, Psd, Spectrum, Stress, Tangent, autodiff_stress, stress_along};
 
 /// Matrices of `WIDTH` elements side by side, `[row][column][lane]`.
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +85,7 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]);
     /// Writes the energy densities [J/m^3].
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
-    /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that is no function of them.
+    /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that does not know them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>>;
     /// As [`BlockMaterial::spectrum`], eight at a time, `sigma[i][lane]`.
     fn spectra(&self, sigma: &[[f64; WIDTH]; D], out: &mut SpectrumBlock<D>) {
@@ -107,7 +106,7 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     fn domain(&self) -> Domain;
     /// Whether energy or stress are not finite at `f`, or `f` is outside of the domain.
     fn is_at_fault(&self, f: &Mat<f64, D>) -> bool;
-    /// `F` and `P` in space.
+    /// `F` and `P` in space, and the energy density.
     fn state(&self, f: &Mat<f64, D>) -> ElementState;
 }
 
@@ -156,7 +155,8 @@ impl<M: Material<D> + Material<3>, const D: usize> BlockMaterial<D> for M {
             in_space[2][2] = self.out_of_plane_stretch(f);
         }
         let first_piola = Material::<3>::pk1(self, &in_space);
-        ElementState { deformation_gradient: in_space, first_piola }
+        let energy_density = Material::<D>::psi(self, f);
+        ElementState { deformation_gradient: in_space, first_piola, energy_density, plane: D == 2 }
     }
 }
 
@@ -207,13 +207,6 @@ struct DerivativeKernel<'a, M, const D: usize> {
     df: &'a mut [Block<D>],
 }
 
-impl<M: Material<D>, const D: usize> DerivativeKernel<'_, M, D> {
-    #[inline(never)]
-    fn of_lane(material: &M, f: &Mat<f64, D>, df: &Mat<f64, D>) -> Mat<f64, D> {
-        Dual::parts(&material.pk1(&Dual::along(f, df))).1
-    }
-}
-
 impl<M: Material<D>, const D: usize> Kernel for DerivativeKernel<'_, M, D> {
     type Output = ();
 
@@ -222,7 +215,7 @@ impl<M: Material<D>, const D: usize> Kernel for DerivativeKernel<'_, M, D> {
         for (f, df) in self.f.iter().zip(self.df) {
             if L::BY_LANE {
                 for l in 0..WIDTH {
-                    df.set_lane(l, &Self::of_lane(self.material, &f.lane(l), &df.lane(l)));
+                    df.set_lane(l, &stress_along(self.material, &f.lane(l), &df.lane(l)));
                 }
             } else {
                 let (f, along) = (f.load::<L>(), df.load::<L>());

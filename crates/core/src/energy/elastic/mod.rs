@@ -21,17 +21,17 @@ pub(crate) use kernels::{gather, scatter};
 use simplex::{Fused, SimplexForces};
 
 use super::patch::{Patch, Patches, Scratch, Workspace};
-use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, ShapeProducts, Stencils};
 use crate::algebra::Mat;
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::element::{
-    Barycentric, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
+    Barycentric, MassMatrix, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
     quadrature_count, quadrature_position,
 };
 use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact, filled};
+use crate::material::Stress;
 use crate::material::{Domain, Material, Psd};
-use crate::mesh::order::along_curve;
-use crate::scene::Stress;
+use crate::numbering::along_curve;
 
 /// Simplices of `N` vertices filled with one material: `N = 3` and `4` linear, `6` and `10` quadratic.
 pub struct Elastic<const D: usize, const N: usize> {
@@ -332,6 +332,26 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
             .collect();
         states.sort_unstable_by_key(|(element, _)| *element);
         states.into_iter().map(|(_, state)| state).collect()
+    }
+
+    fn shape_products(&self) -> Option<ShapeProducts> {
+        if order::<D, N>() == 1 {
+            return None;
+        }
+        let (mass, count) = (MassMatrix::<D, N>::new(), quadrature_count::<D, N>());
+        let mut all = ShapeProducts { nodes: N, ..ShapeProducts::default() };
+        for (_, vertices, pack, lane) in self.elements() {
+            // J is linear in the place.
+            let at_points: Vec<Mat<f64, D>> =
+                (0..count).map(|q| self.rest[pack * count + q].lane(lane).0.inverse()).collect();
+            let jacobian = |at: &Barycentric| {
+                let weights = interpolation::<D, N>(at);
+                at_points.iter().zip(weights).fold(Mat::zero(), |sum, (j, weight)| j.scale_add(weight, &sum))
+            };
+            all.vertices.extend(vertices);
+            all.products.extend(mass.by_jacobian(jacobian).as_flattened());
+        }
+        Some(all)
     }
 
     fn element_count(&self) -> usize {

@@ -100,16 +100,16 @@ impl EnergyTerm for DeadLoad {
         -(0..self.now.len()).map(|i| self.now[i] * self.displacement(x, i / d, i % d)).sum::<f64>()
     }
 
-    /// The sum of all forces over the diagonal of the bounding box.
+    /// The sum of all forces over the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let lengths =
             self.now.chunks_exact(self.dimension).map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
-        lengths.sum::<f64>() * crate::state::diagonal(x, self.dimension)
+        lengths.sum::<f64>() * crate::algebra::scene_size(x, self.dimension)
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {
         self.held.copy_from_slice(if self.changes { &self.now } else { &[] });
-        crate::integrator::all_finite(&self.now)
+        crate::algebra::all_finite(&self.now)
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
@@ -127,7 +127,7 @@ impl EnergyTerm for DeadLoad {
     }
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
-        let finite = crate::integrator::all_finite(&self.now);
+        let finite = crate::algebra::all_finite(&self.now);
         (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
     }
 

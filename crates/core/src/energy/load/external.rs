@@ -1,7 +1,7 @@
 //! Forces from outside that are set while a simulation runs: by a controller, a hand, another program.
 
+use crate::algebra::all_finite;
 use crate::energy::{EnergyKind, EnergyTerm, Fault};
-use crate::integrator::all_finite;
 use crate::numbering::Numbering;
 
 /// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it cannot.
@@ -73,11 +73,11 @@ impl EnergyTerm for ExternalForces {
         0.0
     }
 
-    /// The sum of all forces over the diagonal of the bounding box.
+    /// The sum of all forces over the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let rows = self.now.chunks_exact(self.dimension);
         let lengths = rows.map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
-        lengths.sum::<f64>() * crate::state::diagonal(x, self.dimension)
+        lengths.sum::<f64>() * crate::algebra::scene_size(x, self.dimension)
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {

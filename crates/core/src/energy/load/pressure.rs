@@ -255,7 +255,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         self.uniform * (self.volume(x) - self.rest_volume)
     }
 
-    /// The sum of all forces over the diagonal of the bounding box.
+    /// The sum of all forces over the size of the scene.
     fn scale(&mut self, x: &[f64]) -> f64 {
         let mut force = 0.0;
         for (face, areas) in self.faces() {
@@ -265,7 +265,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
                 force += area * p.iter().map(|p| p.abs()).sum::<f64>();
             }
         }
-        force * crate::state::diagonal(x, D)
+        force * crate::algebra::scene_size(x, D)
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
@@ -281,7 +281,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
             }
         }
         self.force = force;
-        crate::integrator::all_finite(&self.force)
+        crate::algebra::all_finite(&self.force)
     }
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
@@ -320,7 +320,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
     }
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
-        let finite = crate::integrator::all_finite(self.now.as_flattened());
+        let finite = crate::algebra::all_finite(self.now.as_flattened());
         (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
     }
 

@@ -3,14 +3,16 @@
 use std::ops::Range;
 
 use super::{Measure, Stencils};
-use crate::algebra::Dual;
+use crate::algebra::{Dual, project_positive};
 use crate::energy::elastic::points_of;
 use crate::material::Psd;
 
 /// What is written for each stencil.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Blocks {
-    /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected `k grad s grad s^T`, which is positive semi-definite.
+    /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected without its negative
+    /// eigenvalues. What is left of it by `k grad s grad s^T` alone would not do: a joint that is bent
+    /// resists being turned out of its plane by the second part only.
     Hessian(Psd),
     /// `k grad s grad s^T`: the damping matrix of a dashpot.
     Rate,
@@ -31,7 +33,7 @@ pub(crate) fn fill<Q: Measure<D, N>, const D: usize, const N: usize>(
         let points = points_of::<D, N>(x, &vertices);
         // Column (b, l) of the matrix: the gradient of the energy along that coordinate.
         let mut columns = [[[[0.0; D]; N]; D]; N];
-        if blocks == Blocks::Hessian(Psd::Exact) {
+        if blocks != Blocks::Rate {
             let rest = rest.map(Dual::constant);
             for b in 0..N {
                 for l in 0..D {
@@ -53,6 +55,9 @@ pub(crate) fn fill<Q: Measure<D, N>, const D: usize, const N: usize>(
                     columns[b][l] = g.map(|row| row.map(|entry| entry * g[b][l]));
                 }
             }
+        }
+        if blocks == Blocks::Hessian(Psd::Projected) {
+            project_positive(columns.as_flattened_mut().as_flattened_mut().as_flattened_mut(), N * D);
         }
         let mut blocks = out.chunks_exact_mut(D * D);
         for a in 0..N {

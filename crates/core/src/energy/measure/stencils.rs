@@ -7,7 +7,7 @@ use crate::energy::Fault;
 use crate::energy::elastic::{centroids, points_of};
 use crate::energy::patch::{Patches, Workspace};
 use crate::lanes::{Lanes, WIDTH};
-use crate::mesh::order::along_curve;
+use crate::numbering::along_curve;
 
 /// What belongs to one stencil.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

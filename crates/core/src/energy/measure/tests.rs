@@ -84,6 +84,56 @@ fn gradients_and_hessians_are_derivatives_and_rigid_motions_do_no_work() {
     check::<Curvature, 3, 3>([0.4, 0.0]);
 }
 
+/// Projected Hessians have no negative curvature along any direction, and nowhere less than the exact one:
+/// what resists stays.
+fn projected<Q: Measure<D, N>, const D: usize, const N: usize>(rest: [f64; 2]) {
+    let (x, vertices) = stencils::<D, N>();
+    let constants = [Constants { stiffness: 2.0, rest }, Constants { stiffness: 3.0, rest }];
+    let mut term = Measured::<Q, D, N>::new("a", &vertices, &constants, &x);
+    let order = term.stencils().vertices;
+    let entries = N * (N + 1) / 2 * D * D;
+    let blocks = |psd| {
+        let mut out = vec![0.0; 2 * entries];
+        term.stencil_hessians(0..2, &x, psd, &mut out);
+        out
+    };
+    let (exact, positive) = (blocks(Psd::Exact), blocks(Psd::Projected));
+    let product = |blocks: &[f64], p: &[f64]| {
+        let mut sum = 0.0;
+        for (stencil, blocks) in blocks.chunks_exact(entries).enumerate() {
+            let at = |n: usize, c: usize| p[order[stencil * N + n] as usize * D + c];
+            let mut block = blocks.chunks_exact(D * D);
+            for a in 0..N {
+                for b in a..N {
+                    let block = block.next().unwrap();
+                    let twice = if a == b { 1.0 } else { 2.0 };
+                    let entry = |ij: usize| block[ij] * at(a, ij / D) * at(b, ij % D);
+                    sum += twice * (0..D * D).map(entry).sum::<f64>();
+                }
+            }
+        }
+        sum
+    };
+    let size = positive.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+    for direction in 0..200 {
+        let p: Vec<f64> = (0..x.len()).map(|i| number(1000 * direction + i)).collect();
+        let (exact, positive) = (product(&exact, &p), product(&positive, &p));
+        assert!(positive >= -1e-12 * size, "{}: {positive} along {direction}", Q::OF);
+        assert!(positive >= exact - 1e-12 * size, "{}: {positive} for {exact} along {direction}", Q::OF);
+    }
+}
+
+#[test]
+fn projected_hessians_are_positive_and_lose_nothing_that_resists() {
+    projected::<Length, 2, 2>([0.7, 0.0]);
+    projected::<Length, 3, 2>([1.9, 0.0]);
+    projected::<HingeAngle, 3, 4>([1.0, 0.0]);
+    projected::<HingeAngle, 3, 4>([-0.6, 0.8]);
+    projected::<Curvature, 2, 3>([-0.4, 0.0]);
+    projected::<Curvature, 3, 3>([0.0; 2]);
+    projected::<Curvature, 3, 3>([3.0, 0.0]);
+}
+
 /// A hinge of unit height whose second wing is turned up by `angle`.
 fn folded(angle: f64) -> [[f64; 3]; 4] {
     [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.6, -angle.cos(), angle.sin()]]

@@ -2,6 +2,7 @@
 
 mod conformance;
 mod degenerate;
+mod energy_alone;
 mod invariance;
 mod lanes;
 mod reference;
@@ -14,6 +15,7 @@ mod stretches;
 use super::{Material, MaterialSpec, MaterialVisitor, Psd, Tangent, WithoutPoisson, autodiff_stress};
 use crate::algebra::tests::sample::{Random, categories};
 use crate::algebra::{Dual, Mat, signed_svd};
+use crate::scalar::Scalar;
 
 /// A material behind a pointer, with its derivatives also by automatic differentiation.
 trait Probe<const D: usize> {
@@ -69,6 +71,20 @@ fn by_direction<const D: usize>(derivative: impl Fn(&Mat<f64, D>) -> Mat<f64, D>
         }
     }
     tangent
+}
+
+/// A model that gives its energy density and nothing else.
+#[derive(Clone)]
+pub(crate) struct EnergyAlone<M>(pub(crate) M);
+
+impl<const D: usize, M: Material<D>> Material<D> for EnergyAlone<M> {
+    #[inline(always)]
+    fn psi<S: Scalar>(&self, f: &Mat<S, D>) -> S {
+        self.0.psi(f)
+    }
+    fn domain(&self) -> super::Domain {
+        self.0.domain()
+    }
 }
 
 struct Boxed;

@@ -1,125 +1,164 @@
 //! `$Elements`: simplices of first and second order; what else Gmsh writes is refused by its name.
 
 use super::nodes::Nodes;
+use super::source::Source;
 use super::{Entities, Version};
 use crate::mesh::MeshError;
 use crate::mesh::cells::Cells;
 use crate::mesh::file::Place;
 use crate::mesh::quadratic::MidNodes;
-use crate::mesh::tokens::{Fault, Tokens};
+use crate::mesh::tokens::Fault;
 
 /// Reads the section up to its end.
 pub(super) fn read(
-    tokens: &mut Tokens,
+    source: &mut Source,
     version: Version,
     nodes: &Nodes,
     entities: &Entities,
     mid_nodes: MidNodes,
 ) -> Result<Cells, Fault> {
-    let mut cells = Cells::default();
+    let mut elements = Elements { version, nodes, mid_nodes, cells: Cells::default() };
     match version {
-        Version::Two => flat(tokens, nodes, mid_nodes, &mut cells)?,
-        Version::Four => blocks(tokens, nodes, entities, mid_nodes, &mut cells)?,
+        Version::Two if source.is_binary() => elements.packets(source)?,
+        Version::Two => elements.flat(source)?,
+        Version::Four => elements.blocks(source, entities)?,
     }
-    tokens.keyword("$EndElements")?;
-    Ok(cells)
+    source.tokens.keyword("$EndElements")?;
+    Ok(elements.cells)
 }
 
-/// Version 2.2: `tag type number-of-tags tags nodes`; the first of the tags is the physical group.
-fn flat(tokens: &mut Tokens, nodes: &Nodes, mid_nodes: MidNodes, cells: &mut Cells) -> Result<(), Fault> {
-    let count: u64 = tokens.number("the number of elements")?;
-    for _ in 0..count {
-        let tag = tokens.number("the tag of an element")?;
-        let line = tokens.line;
-        let kind = tokens.number("the type of an element")?;
-        let corners = corners(kind, mid_nodes).ok_or_else(|| tokens.fault(unsupported(tag, kind)))?;
-        let tags: u64 = tokens.number("the number of tags of an element")?;
-        let mut physical = 0_u64;
-        for i in 0..tags {
-            let value: i64 = tokens.number("a tag of an element")?;
-            if i == 0 {
-                physical = value.unsigned_abs();
+struct Elements<'a> {
+    version: Version,
+    nodes: &'a Nodes,
+    mid_nodes: MidNodes,
+    cells: Cells,
+}
+
+impl Elements<'_> {
+    /// Version 2.2, ASCII: `tag type number-of-tags tags nodes`.
+    fn flat(&mut self, source: &mut Source) -> Result<(), Fault> {
+        let count = source.size("the number of elements")?;
+        for _ in 0..count {
+            let tag = source.natural("the tag of an element")?;
+            let place = source.place(tag);
+            let kind = source.natural("the type of an element")?;
+            let corners = self.corners(kind).ok_or_else(|| source.fault(unsupported(tag, kind)))?;
+            let tags = source.natural("the number of tags of an element")?;
+            let groups = physical(source, tags)?;
+            self.cell(source, corners, tag, place, groups.as_slice())?;
+        }
+        Ok(())
+    }
+
+    /// Version 2.2, binary: `type count number-of-tags`, then as often `tag tags nodes`, until there are as
+    /// many as announced.
+    fn packets(&mut self, source: &mut Source) -> Result<(), Fault> {
+        let count: u64 = source.tokens.number("the number of elements")?;
+        source.begin_numbers();
+        let mut left = count;
+        while left > 0 {
+            let kind = source.natural("the type of an element")?;
+            let place = source.place(0);
+            let packet = source.natural("the number of elements of one type")?;
+            let tags = source.natural("the number of tags of an element")?;
+            for _ in 0..packet {
+                let tag = source.natural("the tag of an element")?;
+                let corners = self.corners(kind).ok_or_else(|| Fault::at(place, unsupported(tag, kind)))?;
+                let place = source.place(tag);
+                let groups = physical(source, tags)?;
+                self.cell(source, corners, tag, place, groups.as_slice())?;
+            }
+            left = left.saturating_sub(packet);
+        }
+        Ok(())
+    }
+
+    /// Version 4.1, blocks of one entity each: `dimension entity type count`, then `tag nodes`.
+    fn blocks(&mut self, source: &mut Source, entities: &Entities) -> Result<(), Fault> {
+        source.begin_numbers();
+        let blocks = source.size("the number of element blocks")?;
+        for expected in ["the number of elements", "the least element tag", "the greatest element tag"] {
+            source.size(expected)?;
+        }
+        for _ in 0..blocks {
+            let dimension = source.natural("the dimension of an entity")?;
+            let entity = source.int("the tag of an entity")?;
+            let kind = source.natural("the type of an element")?;
+            let block = source.place(0);
+            let count = source.size("the number of elements in the block")?;
+            let groups = entities.get(&(dimension, entity)).map_or(&[][..], Vec::as_slice);
+            for _ in 0..count {
+                let tag = source.size("the tag of an element")?;
+                let corners = self.corners(kind).ok_or_else(|| Fault::at(block, unsupported(tag, kind)))?;
+                let place = source.place(tag);
+                self.cell(source, corners, tag, place, groups)?;
             }
         }
-        let groups = if physical == 0 { &[][..] } else { &[physical] };
-        cell(tokens, nodes, cells, corners, Place { tag, line }, groups)?;
+        Ok(())
     }
-    Ok(())
-}
 
-/// Version 4.1, blocks of one entity each: `dimension entity type count`, then `tag nodes`.
-fn blocks(
-    tokens: &mut Tokens,
-    nodes: &Nodes,
-    entities: &Entities,
-    mid_nodes: MidNodes,
-    cells: &mut Cells,
-) -> Result<(), Fault> {
-    let blocks: u64 = tokens.number("the number of element blocks")?;
-    for expected in ["the number of elements", "the least element tag", "the greatest element tag"] {
-        tokens.number::<u64>(expected)?;
+    fn node(&self, source: &mut Source) -> Result<u64, Fault> {
+        let expected = "the tag of a node";
+        if self.version == Version::Two { source.natural(expected) } else { source.size(expected) }
     }
-    for _ in 0..blocks {
-        let dimension: u8 = tokens.number("the dimension of an entity")?;
-        let entity: i64 = tokens.number("the tag of an entity")?;
-        let kind = tokens.number("the type of an element")?;
-        let block_line = tokens.line;
-        let count: u64 = tokens.number("the number of elements in the block")?;
-        let groups = entities.get(&(dimension, entity)).map_or(&[][..], Vec::as_slice);
-        for _ in 0..count {
-            let tag = tokens.number("the tag of an element")?;
-            let corners =
-                corners(kind, mid_nodes).ok_or_else(|| Fault::in_line(block_line, unsupported(tag, kind)))?;
-            let line = tokens.line;
-            cell(tokens, nodes, cells, corners, Place { tag, line }, groups)?;
+
+    /// Number of corners and of nodes in the middle of edges of a simplex, by the type's number in Gmsh.
+    fn corners(&self, kind: u64) -> Option<(usize, usize)> {
+        match kind {
+            15 => Some((1, 0)),
+            1 => Some((2, 0)),
+            2 => Some((3, 0)),
+            4 => Some((4, 0)),
+            _ if self.mid_nodes == MidNodes::Refuse => None,
+            8 => Some((2, 1)),
+            9 => Some((3, 3)),
+            11 => Some((4, 6)),
+            _ => None,
         }
     }
-    Ok(())
+
+    /// Reads the nodes of one element and enters it.
+    fn cell(
+        &mut self,
+        source: &mut Source,
+        (corners, middles): (usize, usize),
+        element: u64,
+        place: Place,
+        groups: &[u64],
+    ) -> Result<(), Fault> {
+        let mut vertices = [0_u32; 10];
+        let vertices = &mut vertices[..corners + middles];
+        for vertex in &mut *vertices {
+            let node = self.node(source)?;
+            *vertex = self
+                .nodes
+                .index(node)
+                .ok_or_else(|| source.fault(MeshError::UnknownNode { element, node }))?;
+        }
+        if let [.., last_but_one, last] = vertices
+            && middles == 6
+        {
+            // Gmsh has edge 23 before edge 13.
+            std::mem::swap(last_but_one, last);
+        }
+        match vertices.split_at(corners) {
+            (corners, []) => self.cells.push(corners, place, groups),
+            (corners, middles) => self.cells.push_quadratic(corners, middles, place, groups),
+        }
+        Ok(())
+    }
 }
 
-/// Reads the nodes of one element and enters it.
-fn cell(
-    tokens: &mut Tokens,
-    nodes: &Nodes,
-    cells: &mut Cells,
-    (corners, middles): (usize, usize),
-    place: Place,
-    groups: &[u64],
-) -> Result<(), Fault> {
-    let mut vertices = [0_u32; 10];
-    let vertices = &mut vertices[..corners + middles];
-    for vertex in &mut *vertices {
-        let node = tokens.number("the tag of a node")?;
-        *vertex = nodes
-            .index(node)
-            .ok_or_else(|| tokens.fault(MeshError::UnknownNode { element: place.tag, node }))?;
+/// Reads the tags of an element of version 2.2; the first is its physical group, 0 for none.
+fn physical(source: &mut Source, tags: u64) -> Result<Option<u64>, Fault> {
+    let mut group = None;
+    for i in 0..tags {
+        let value = source.int("a tag of an element")?;
+        if i == 0 && value != 0 {
+            group = Some(value.unsigned_abs());
+        }
     }
-    if let [.., last_but_one, last] = vertices
-        && middles == 6
-    {
-        // Gmsh has edge 23 before edge 13.
-        std::mem::swap(last_but_one, last);
-    }
-    match vertices.split_at(corners) {
-        (corners, []) => cells.push(corners, place, groups),
-        (corners, middles) => cells.push_quadratic(corners, middles, place, groups),
-    }
-    Ok(())
-}
-
-/// Number of corners and of nodes in the middle of edges of a simplex, by the type's number in Gmsh.
-fn corners(kind: u64, mid_nodes: MidNodes) -> Option<(usize, usize)> {
-    match kind {
-        15 => Some((1, 0)),
-        1 => Some((2, 0)),
-        2 => Some((3, 0)),
-        4 => Some((4, 0)),
-        _ if mid_nodes == MidNodes::Refuse => None,
-        8 => Some((2, 1)),
-        9 => Some((3, 3)),
-        11 => Some((4, 6)),
-        _ => None,
-    }
+    Ok(group)
 }
 
 fn unsupported(element: u64, kind: u64) -> MeshError {

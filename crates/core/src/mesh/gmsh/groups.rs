@@ -1,6 +1,7 @@
 //! `$PhysicalNames` and `$Entities`: what the named groups are made of.
 
 use super::Entities;
+use super::source::Source;
 use crate::mesh::MeshError;
 use crate::mesh::cells::Names;
 use crate::mesh::file::GROUPS_AT_ONCE;
@@ -17,7 +18,9 @@ pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), Fault>
             return Err(tokens.fault(error));
         }
         let tag = tokens.number("the tag of a physical group")?;
-        let quoted = tokens.rest_of_line();
+        // Names may be in any encoding; numbers are ASCII.
+        let quoted = String::from_utf8_lossy(tokens.rest_of_line_bytes());
+        let quoted = quoted.trim();
         match quoted.strip_prefix('"').and_then(|name| name.strip_suffix('"')) {
             Some(name) => names.insert((dimension, tag), name.to_string()),
             None => {
@@ -32,37 +35,44 @@ pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), Fault>
 
 /// Reads which physical groups every entity is in. A negative tag asks for the opposite orientation, which Gmsh does
 /// not apply to the elements of this format; neither do we.
-pub(super) fn entities(tokens: &mut Tokens, entities: &mut Entities) -> Result<(), Fault> {
+pub(super) fn entities(source: &mut Source, entities: &mut Entities) -> Result<(), Fault> {
+    source.begin_numbers();
     let mut counts = [0_u64; 4];
     for count in &mut counts {
-        *count = tokens.number("the number of entities of one dimension")?;
+        *count = source.size("the number of entities of one dimension")?;
     }
-    for (dimension, &count) in counts.iter().enumerate() {
+    for (dimension, &count) in (0..).zip(&counts) {
         for _ in 0..count {
-            let tag: i64 = tokens.number("the tag of an entity")?;
+            let tag = source.int("the tag of an entity")?;
             // A point has a position, everything else a bounding box.
             for _ in 0..if dimension == 0 { 3 } else { 6 } {
-                tokens.number::<f64>("a coordinate of an entity")?;
+                source.real("a coordinate of an entity")?;
             }
-            let mut groups = Vec::new();
-            let physical: u64 = tokens.number("the number of physical groups of an entity")?;
-            for _ in 0..physical {
-                let group: i64 = tokens.number("the tag of a physical group")?;
-                if groups.len() >= GROUPS_AT_ONCE {
-                    return Err(tokens.fault(MeshError::TooManyGroups { limit: GROUPS_AT_ONCE }));
-                }
-                groups.push(group.unsigned_abs());
-            }
+            let groups = physical(source)?;
             if dimension > 0 {
-                let bounding: u64 = tokens.number("the number of bounding entities")?;
+                let bounding = source.size("the number of bounding entities")?;
                 for _ in 0..bounding {
-                    tokens.number::<i64>("the tag of a bounding entity")?;
+                    source.int("the tag of a bounding entity")?;
                 }
             }
-            groups.sort_unstable();
-            groups.dedup();
-            entities.insert((dimension as u8, tag), groups);
+            entities.insert((dimension, tag), groups);
         }
     }
-    tokens.keyword("$EndEntities")
+    source.tokens.keyword("$EndEntities")
+}
+
+/// Tags of the physical groups of an entity, ascending, each once.
+fn physical(source: &mut Source) -> Result<Vec<u64>, Fault> {
+    let mut groups = Vec::new();
+    let count = source.size("the number of physical groups of an entity")?;
+    for _ in 0..count {
+        let group = source.int("the tag of a physical group")?;
+        if groups.len() >= GROUPS_AT_ONCE {
+            return Err(source.fault(MeshError::TooManyGroups { limit: GROUPS_AT_ONCE }));
+        }
+        groups.push(group.unsigned_abs());
+    }
+    groups.sort_unstable();
+    groups.dedup();
+    Ok(groups)
 }

@@ -1,4 +1,5 @@
-//! Gmsh `.msh`, versions 2.2 and 4.1, ASCII: <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
+//! Gmsh `.msh`, versions 2.2 and 4.1, ASCII and binary:
+//! <https://gmsh.info/doc/texinfo/gmsh.html#MSH-file-format>.
 //!
 //! `$MeshFormat`, `$PhysicalNames`, `$Entities`, `$Nodes` and `$Elements` are read, in that order, every other section
 //! is passed over. Nodes are numbered in order of appearance, whatever their tags. Cells are of first or second order.
@@ -6,14 +7,16 @@
 mod elements;
 mod groups;
 mod nodes;
+mod source;
 
 use std::collections::BTreeMap;
 
 use super::MeshError;
 use super::cells::{Cells, Names};
 use super::file::{FileMesh, Input};
-use super::tokens::{Fault, Tokens, excerpt};
+use super::tokens::{Fault, excerpt};
 use nodes::Nodes;
+use source::Source;
 
 /// Layout of the sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,40 +28,40 @@ enum Version {
 }
 
 /// Tags of physical groups by dimension and tag of the entity.
-type Entities = BTreeMap<(u8, i64), Vec<u64>>;
+type Entities = BTreeMap<(u64, i64), Vec<u64>>;
 
 /// Reads the whole file.
 pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
-    // Names may be in any encoding; numbers are ASCII.
-    let text = String::from_utf8_lossy(input.bytes);
-    let mut tokens = Tokens::new(&text);
-    tokens.keyword("$MeshFormat")?;
-    let version = header(&mut tokens)?;
+    let mut source = Source::new(input.bytes);
+    let version = header(&mut source)?;
     let mut names = Names::new();
     let mut entities = Entities::new();
     let mut nodes: Option<Nodes> = None;
     let mut cells: Option<Cells> = None;
-    while let Some(section) = tokens.next() {
+    while let Some(section) = source.tokens.next() {
         match section {
-            "$PhysicalNames" => groups::names(&mut tokens, &mut names)?,
-            "$Entities" if version == Version::Four => groups::entities(&mut tokens, &mut entities)?,
-            "$Nodes" if nodes.is_none() => nodes = Some(nodes::read(&mut tokens, version)?),
+            "$PhysicalNames" => groups::names(&mut source.tokens, &mut names)?,
+            "$Entities" if version == Version::Four => groups::entities(&mut source, &mut entities)?,
+            "$Nodes" if nodes.is_none() => nodes = Some(nodes::read(&mut source, version)?),
             "$Elements" if cells.is_none() => {
                 let nodes = nodes.as_ref().ok_or_else(|| {
-                    tokens.fault(MeshError::MissingSection { section: "$Nodes before $Elements" })
+                    source.fault(MeshError::MissingSection { section: "$Nodes before $Elements" })
                 })?;
-                cells = Some(elements::read(&mut tokens, version, nodes, &entities, input.mid_nodes)?);
+                cells = Some(elements::read(&mut source, version, nodes, &entities, input.mid_nodes)?);
             }
             "$Nodes" | "$Elements" => {
-                return Err(tokens.fault(MeshError::Expected {
-                    expected: "each of the sections $Nodes and $Elements once",
-                    found: section.to_string(),
-                }));
+                return Err(source
+                    .tokens
+                    .expected("each of the sections $Nodes and $Elements once", section));
             }
-            _ => skip(&mut tokens, section)?,
+            _ => match section.strip_prefix('$') {
+                // It says nothing about the shape, such as `$PartitionedEntities`.
+                Some(name) => source.skip_section(name)?,
+                None => return Err(source.tokens.expected("the start of a section such as $Nodes", section)),
+            },
         }
     }
-    let missing = |section| tokens.fault(MeshError::MissingSection { section });
+    let missing = |section| source.fault(MeshError::MissingSection { section });
     let nodes = nodes.ok_or_else(|| missing("$Nodes"))?;
     let mut cells = cells.ok_or_else(|| missing("$Elements"))?;
     if version == Version::Two {
@@ -67,40 +70,32 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
     cells.into_file(nodes.xyz, nodes.places, &names, input.mid_nodes)
 }
 
-/// `version file-type data-size`.
-fn header(tokens: &mut Tokens) -> Result<Version, Fault> {
+/// `$MeshFormat`, `version file-type data-size`, in a binary file the integer 1, `$EndMeshFormat`.
+fn header(source: &mut Source) -> Result<Version, Fault> {
+    let tokens = &mut source.tokens;
+    if tokens.clone().next() == Some("$NOD") {
+        // Version 1 has no header.
+        tokens.next();
+        return Err(tokens.fault(MeshError::GmshVersion { version: "1".to_string() }));
+    }
+    tokens.keyword("$MeshFormat")?;
     let word = tokens.word("a format version")?;
     let version = match word {
         "2.2" => Version::Two,
         "4.1" => Version::Four,
         _ => return Err(tokens.fault(MeshError::GmshVersion { version: excerpt(word) })),
     };
-    match tokens.word("the file type, 0 for ASCII")? {
-        "0" => {}
-        "1" => return Err(tokens.fault(MeshError::Binary)),
-        word => {
-            let error = MeshError::Expected { expected: "the file type, 0 for ASCII", found: excerpt(word) };
-            return Err(tokens.fault(error));
-        }
-    }
-    tokens.number::<u64>("the size of a real number, 8")?;
-    tokens.keyword("$EndMeshFormat")?;
-    Ok(version)
-}
-
-/// Passes over a section that says nothing about the shape, such as `$PartitionedEntities`.
-fn skip(tokens: &mut Tokens, section: &str) -> Result<(), Fault> {
-    let Some(name) = section.strip_prefix('$') else {
-        let error = MeshError::Expected {
-            expected: "the start of a section such as $Nodes",
-            found: excerpt(section),
-        };
-        return Err(tokens.fault(error));
+    let expected = "the file type, 0 for ASCII or 1 for binary";
+    let binary = match tokens.word(expected)? {
+        "0" => false,
+        "1" => true,
+        word => return Err(tokens.expected(expected, word)),
     };
-    while let Some(word) = tokens.next() {
-        if word.strip_prefix("$End") == Some(name) {
-            return Ok(());
-        }
+    let size = tokens.number::<u64>("the size of a number, 8")?;
+    if binary {
+        let size = if version == Version::Two { source::double_size(source, size)? } else { size };
+        source.set_binary(size)?;
     }
-    Err(tokens.fault(MeshError::EndOfFile { expected: "the end of a section" }))
+    source.tokens.keyword("$EndMeshFormat")?;
+    Ok(version)
 }

@@ -50,6 +50,126 @@ fn the_modes_of_a_chain_are_sines() {
     assert!((mass - 1.0).abs() < 1e-10, "{mass}");
 }
 
+/// Masses of 0.1 kg along x on springs of 100 N/m, free to move along x; of the `held` ends.
+fn long_chain(masses: usize, held: bool) -> Simulation {
+    let last = if held { masses + 1 } else { masses - 1 };
+    let ends = if held { format!("{{ vertices = [0, {last}] }}, ") } else { String::new() };
+    simulation(&format!(
+        "dimension = 2
+        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}
+        [[body]]
+        mesh = {{ strand = {{ segments = {last}, start = [0.0, 0.0], end = [{last}.0, 0.0] }} }}
+        springs = {{ stiffness = 100.0 }}
+        mass = {{ per_vertex = 0.1 }}
+        pin = [{ends}{{ half_space = {{ normal = [0.0, 1.0], offset = 0.0 }}, axes = ['y'] }}]"
+    ))
+}
+
+/// The lowest frequencies of what is long are orders below those of its elements, 1e-8 of their squares
+/// here; rounding leaves 1e-16 / 1e-8 of the squares. A chain with free ends has the wave numbers `j pi /
+/// N`.
+#[test]
+fn the_lowest_modes_of_a_long_chain_are_found() {
+    for held in [true, false] {
+        let masses = 10_000;
+        let found = long_chain(masses, held).modes(10).unwrap();
+        for (j, mode) in found.modes.iter().enumerate() {
+            let (number, intervals) = if held { (j + 1, masses + 1) } else { (j, masses) };
+            let angle = 0.5 * number as f64 * std::f64::consts::PI / intervals as f64;
+            let expected = 2.0 * (100.0f64 / 0.1).sqrt() * angle.sin();
+            let error = (mode.omega - expected).abs();
+            assert!(error <= 1e-7 * expected, "held: {held}, mode {j}: {} for {expected}", mode.omega);
+        }
+    }
+}
+
+/// A rod of steel, 1 m x 2 mm, in plane stress, free in the air: rigid motion, then Euler's and Bernoulli's
+/// frequencies, `omega = beta^2 t sqrt(E / (12 rho)) / L^2` with `cos(beta) cosh(beta) = 1`; Clough,
+/// Penzien 1993, *Dynamics of Structures*, section 18. What shear and the inertia of turning take is
+/// `beta^2 (1 + 3.1) t^2 / (24 L^2) < 1e-4`, what lumped masses at distances of `h = L / 160` change is of
+/// the order of `(beta h / L)^2 / 12 < 4e-4`.
+#[test]
+fn a_free_rod_has_the_frequencies_of_euler_and_bernoulli() {
+    let mut rod = simulation(
+        "dimension = 2
+        time = { integrator = 'implicit-euler', step = 0.01, duration = 1.0 }
+        [[body]]
+        mesh = { grid = { cells = [80, 1], size = [1.0, 0.002] } }
+        elastic = { linear = { young = 2e11, poisson = 0.3, plane = 'stress' } }
+        order = 2
+        mass = { density = 7800.0 }",
+    );
+    let found = rod.modes(6).unwrap();
+    for (j, beta) in [0.0, 0.0, 0.0, 4.730_041, 7.853_205, 10.995_608].into_iter().enumerate() {
+        let expected = beta * beta * 0.002 * (2e11f64 / (12.0 * 7800.0)).sqrt();
+        let omega = found.modes[j].omega;
+        assert!((omega - expected).abs() <= 5e-4 * expected, "mode {j}: {omega} for {expected}");
+    }
+}
+
+/// The same in space, of linear tetrahedra, as slender: six motions without stiffness and four with, in
+/// either plane much too stiff.
+#[test]
+fn a_slender_bar_of_tetrahedra_has_modes() {
+    let mut bar = simulation(
+        "dimension = 3
+        time = { integrator = 'implicit-euler', step = 0.1, duration = 1.0 }
+        [[body]]
+        mesh = { grid = { cells = [200, 1, 1], size = [1.0, 0.002, 0.002] } }
+        elastic = { linear = { young = 2e11, poisson = 0.3 } }
+        mass = { density = 7800.0 }",
+    );
+    let found = bar.modes(10).unwrap();
+    let slowest = 4.730_041f64.powi(2) * 0.002 * (2e11f64 / (12.0 * 7800.0)).sqrt();
+    for (j, mode) in found.modes.iter().enumerate() {
+        assert_eq!(mode.omega == 0.0, j < 6, "mode {j}: {}", mode.omega);
+        assert!(j < 6 || mode.omega > slowest, "mode {j}: {} for {slowest} at least", mode.omega);
+    }
+}
+
+/// NAFEMS FV12: a free square plate of steel, 10 m x 10 m x 5 cm. Frequencies of the thin plate are `lambda
+/// sqrt(E t^2 / (12 (1 - nu^2) rho)) / (2 pi a^2)`, lambda = 13.468, 19.596, 24.270; Leissa 1973, "The free
+/// vibration of rectangular plates": 1.622, 2.359 and 2.922 Hz. What lumped masses at distances of `a / 24`
+/// change is of the order of `(2 pi / 24)^2 / 12 < 6e-3`, twice that for the first, which twists.
+#[test]
+fn a_free_plate_has_the_frequencies_of_nafems() {
+    let mut plate = simulation(
+        "dimension = 3
+        time = { integrator = 'implicit-euler', step = 0.1, duration = 1.0 }
+        [[body]]
+        mesh = { grid = { cells = [12, 12, 1], size = [10.0, 10.0, 0.05] } }
+        elastic = { linear = { young = 2e11, poisson = 0.3 } }
+        order = 2
+        mass = { density = 8000.0 }",
+    );
+    let found = plate.modes(9).unwrap();
+    let expected = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.6216, 2.3594, 2.9222];
+    for (j, (mode, expected)) in found.modes.iter().zip(expected).enumerate() {
+        assert!((mode.frequency - expected).abs() <= 1.2e-2 * expected, "mode {j}: {} Hz", mode.frequency);
+    }
+}
+
+/// More motions without stiffness than a block of the iteration has vectors: 21 vertices in space on 20
+/// springs have 63 - 20.
+#[test]
+fn a_strand_without_bending_has_all_its_loose_motions() {
+    let mut strand = simulation(
+        "dimension = 3
+        time = { integrator = 'implicit-euler', step = 0.1, duration = 1.0 }
+        [[body]]
+        mesh = { strand = { segments = 20, start = [0.0, 0.0, 0.0], end = [1.0, 0.0, 0.0] } }
+        springs = { stiffness = 100.0 }
+        mass = { per_vertex = 0.1 }",
+    );
+    let found = strand.modes(46).unwrap();
+    for (j, mode) in found.modes.iter().enumerate() {
+        // Free ends, 21 masses: the wave numbers j pi / 21 along the strand.
+        let angle = 0.5 * j.saturating_sub(42) as f64 * std::f64::consts::PI / 21.0;
+        let expected = 2.0 * (100.0f64 / 0.1).sqrt() * angle.sin();
+        assert!((mode.omega - expected).abs() <= 1e-9 * expected, "mode {j}: {} for {expected}", mode.omega);
+    }
+}
+
 // D12: exactly three zero modes in the plane, six in space.
 #[test]
 fn a_free_body_has_the_modes_of_rigid_motion() {

@@ -168,7 +168,7 @@ fn from_records(path: &Path) -> Result<Gathered, RecordError> {
                 if header.sequence >= *next
                     && let Some(topic) = gathered.topics.get_mut(&header.channel_id)
                 {
-                    *next = header.sequence + 1;
+                    *next = header.sequence.saturating_add(1);
                     topic.messages += 1;
                     let time = header.log_time;
                     let (start, end) = gathered.times.unwrap_or((time, time));

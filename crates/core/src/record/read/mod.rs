@@ -1,9 +1,11 @@
 //! Reading recordings: what is in a file, the frames of a complete one, and the rescue of an incomplete one.
 
 mod info;
+mod lengths;
 mod rescue;
 mod series;
 mod source;
+mod summary;
 mod trajectory;
 mod walk;
 

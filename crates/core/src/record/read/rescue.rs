@@ -18,6 +18,7 @@ use crate::record::error::write_error;
 use crate::record::outcome::{OUTCOME, Outcome, Status};
 use crate::record::sink::Sink;
 use crate::record::{RecordError, paths};
+use crate::regular_file;
 
 /// What was rescued.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -45,7 +46,7 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
         return Err(RecordError::Exists { path: out.to_owned() });
     }
     let mut source =
-        File::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
+        regular_file::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
     ensure_mcap(&mut source, part)?;
     paths::ensure_unlocked(&source, part)?;
     // Not `<out>.part`, which may be the file to rescue. A stale one is from a rescue that was itself killed.
@@ -200,8 +201,8 @@ impl<'a> Rescue<'a> {
             let outcome = Outcome { status: Status::Recovered, step: self.step, time: last_time, message };
             self.container.metadata(OUTCOME, outcome.to_metadata().metadata).map_err(failed)?;
         }
-        let (mut sink, _) = self.container.finish().map_err(failed)?;
-        sink.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
+        let mut finished = self.container.finish().map_err(|(error, _)| failed(error))?;
+        finished.stream.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
         Ok((self.frames, last_time))
     }
 }

@@ -5,15 +5,17 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{ChunkIndex, MessageIndexEntry, Record};
-use mcap::sans_io::{SummaryReadEvent, SummaryReader};
-use mcap::{McapError, Summary, parse_record};
+use mcap::{McapError, Summary};
 
+use super::lengths::parsed;
+use super::summary;
 use super::walk::{chunk_records, ensure_mcap};
 use crate::record::RecordError;
 use crate::record::error::read_error;
+use crate::regular_file;
 
 /// Opcode and length of a record.
-const RECORD_HEADER: usize = 9;
+pub(super) const RECORD_HEADER: usize = 9;
 
 /// A complete file.
 #[derive(Debug)]
@@ -28,10 +30,10 @@ impl Source {
     /// Reads the index; `None` if the file is an MCAP file without an end.
     pub(super) fn open(path: &Path) -> Result<Option<Self>, RecordError> {
         let failed = |source| RecordError::Read { path: path.to_owned(), source };
-        let mut file = File::open(path).map_err(failed)?;
+        let mut file = regular_file::open(path).map_err(failed)?;
         let size = file.metadata().map_err(failed)?.len();
         ensure_mcap(&mut file, path)?;
-        let summary = match read_summary(&mut file) {
+        let summary = match summary::read(&mut file, size) {
             Ok(summary) => summary,
             Err(McapError::Io(source)) => return Err(failed(source)),
             Err(_) => None,
@@ -81,24 +83,7 @@ impl Source {
         let body = usize::try_from(length).ok().filter(|_| length <= self.size);
         let mut body = vec![0; body.ok_or_else(|| read_error(&self.path, McapError::BadIndex))?];
         self.file.read_exact(&mut body).map_err(failed)?;
-        let record = parse_record(opcode, &body).map_err(|error| read_error(&self.path, error))?;
+        let record = parsed(opcode, &body).map_err(|error| read_error(&self.path, error))?;
         Ok(record.into_owned())
     }
-}
-
-fn read_summary(file: &mut File) -> mcap::McapResult<Option<Summary>> {
-    let mut reader = SummaryReader::new();
-    while let Some(event) = reader.next_event() {
-        match event? {
-            SummaryReadEvent::SeekRequest(position) => {
-                let position = file.seek(position)?;
-                reader.notify_seeked(position);
-            }
-            SummaryReadEvent::ReadRequest(need) => {
-                let read = file.read(reader.insert(need))?;
-                reader.notify_read(read);
-            }
-        }
-    }
-    Ok(reader.finish())
 }

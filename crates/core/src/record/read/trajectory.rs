@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use mcap::Summary;
 use mcap::records::Record;
 use serde_json::Value;
 
 use super::series::Series;
 use super::source::Source;
 use crate::diagnostics::Measure;
-use crate::record::attachments::METADATA;
+use crate::record::attachments::{METADATA, REST};
 use crate::record::channel::{ENERGY, MESH, REACTIONS, STATE, last_of_frame};
 use crate::record::clock::seconds;
 use crate::record::elements::{BodyRows, PLACE, topic};
@@ -77,6 +78,9 @@ impl Trajectory {
         let dimension = dimension.ok_or_else(|| unexpected("the dimension is missing"))?;
         let vertex_count =
             number("vertex_count").ok_or_else(|| unexpected("the number of vertices is missing"))?;
+        if !is_that_of_attachments(vertex_count, dimension, &source.summary) {
+            return Err(unexpected("the number of vertices is not that of their rest positions"));
+        }
 
         // Any channel that every frame is on tells when frames were.
         let channel = last_of_frame(source.summary.channels.keys().copied()).filter(|id| *id != MESH.0);
@@ -219,13 +223,21 @@ impl Trajectory {
         let Some(states) = &mut self.states else {
             return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: STATE.1.to_owned() });
         };
-        let mut values = Vec::with_capacity(self.vertex_count * self.dimension);
-        for point in states.rows(&mut self.source, frame)?.as_chunks::<STRIDE>().0 {
+        let (points, _) = states.rows(&mut self.source, frame)?.as_chunks::<STRIDE>();
+        let mut values = Vec::with_capacity(points.len() * self.dimension);
+        for point in points {
             let (numbers, _) = point[8 * first_field..].as_chunks::<8>();
             values.extend(numbers[..self.dimension].iter().map(|bytes| f64::from_le_bytes(*bytes)));
         }
         Ok(values)
     }
+}
+
+/// Whether so many vertices have the rest positions that are attached; without these, whether so many can be numbered.
+fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summary) -> bool {
+    let numbered = u32::try_from(vertex_count).is_ok();
+    let rest = summary.attachment_indexes.iter().find(|index| index.name == REST);
+    numbered && rest.is_none_or(|rest| rest.data_size == (vertex_count * dimension * 8) as u64)
 }
 
 fn columns(rows: &[Value]) -> Vec<Column> {

@@ -5,11 +5,12 @@ use std::io::{BufReader, Read};
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use mcap::parse_record;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
+use super::lengths::parsed;
 use crate::record::RecordError;
+use crate::regular_file;
 
 /// Hands every record of the data section to `visit`, those in chunks included, until it breaks, the section ends or
 /// the file does. Chunks that are incomplete or fail their checksum are not opened.
@@ -20,7 +21,7 @@ pub(super) fn walk(
     visit: &mut dyn FnMut(Record<'static>) -> Result<ControlFlow<()>, RecordError>,
 ) -> Result<bool, RecordError> {
     let failed = |source| RecordError::Read { path: path.to_owned(), source };
-    let file = File::open(path).map_err(failed)?;
+    let file = regular_file::open(path).map_err(failed)?;
     let size = file.metadata().map_err(failed)?.len();
     let mut source = BufReader::with_capacity(1 << 16, file);
     let options = LinearReaderOptions::default()
@@ -37,9 +38,7 @@ pub(super) fn walk(
                 continue;
             }
             Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(true),
-            Ok(LinearReadEvent::Record { opcode, data }) => {
-                parse_record(opcode, data).map(Record::into_owned)
-            }
+            Ok(LinearReadEvent::Record { opcode, data }) => parsed(opcode, data).map(Record::into_owned),
             Err(_) => return Ok(false),
         };
         match record {
@@ -111,7 +110,7 @@ pub(super) fn chunk_records(
                 rest = later;
             }
             LinearReadEvent::Record { opcode, data } => {
-                records.push(parse_record(opcode, data)?.into_owned());
+                records.push(parsed(opcode, data)?.into_owned());
             }
         }
     }

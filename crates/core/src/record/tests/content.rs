@@ -2,9 +2,7 @@
 
 use std::fs;
 
-use foxglove::Decode;
-use foxglove::messages::{PointCloud, SceneUpdate};
-
+use super::protobuf::{all, double, fixed32_list};
 use super::{ALL, Moment, options, record, topology};
 use crate::observer::{Frame, Observer, Work};
 use crate::record::read::{FileState, Trajectory, info};
@@ -121,22 +119,24 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
         let message = message.unwrap();
         match message.channel.topic.as_str() {
             "/state" => {
-                let cloud = PointCloud::decode(message.data.as_ref()).unwrap();
-                assert!(message.data.ends_with(&cloud.data), "the data must come last");
+                let data = &all(&message.data, 6)[0];
+                assert!(message.data.ends_with(data), "the data must come last");
                 let numbers: Vec<f64> =
-                    cloud.data.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+                    data.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
                 assert_eq!(numbers[6..12], [2.0 / 3.0, 1.0, 0.0, 2.0 / 3.0, 1.0, 0.0]);
             }
             "/mesh" => {
-                let update = SceneUpdate::decode(message.data.as_ref()).unwrap();
-                let ids: Vec<&str> = update.entities.iter().map(|entity| entity.id.as_str()).collect();
-                assert_eq!(ids, ["block", "net"], "particles are not drawn here");
-                let triangles = &update.entities[0].triangles[0];
-                assert_eq!(triangles.indices, [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]);
-                assert_eq!(triangles.points[1].x, f64::from(2.0_f32 / 3.0));
-                let lines = &update.entities[1].lines[0];
-                assert_eq!((lines.points.len(), lines.indices.as_slice()), (3, &[0, 1, 1, 2, 2, 0][..]));
-                assert_eq!(lines.points[0].x, f64::from(8.0_f32 / 3.0));
+                let entities = all(&message.data, 2);
+                let ids: Vec<Vec<u8>> = entities.iter().map(|entity| all(entity, 3).remove(0)).collect();
+                assert_eq!(ids, [b"block".to_vec(), b"net".to_vec()], "particles are not drawn here");
+                let triangles = &all(&entities[0], 12)[0];
+                let indices = fixed32_list(&all(triangles, 5)[0]);
+                assert_eq!(indices, [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]);
+                assert_eq!(double(&all(triangles, 2)[1], 1), f64::from(2.0_f32 / 3.0));
+                let lines = &all(&entities[1], 11)[0];
+                let points = all(lines, 5);
+                assert_eq!((points.len(), fixed32_list(&all(lines, 8)[0])), (3, vec![0, 1, 1, 2, 2, 0]));
+                assert_eq!(double(&points[0], 1), f64::from(8.0_f32 / 3.0));
             }
             other => assert_eq!(other, "/tf"),
         }

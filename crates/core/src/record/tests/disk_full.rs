@@ -2,26 +2,38 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use super::{ALL, Moment, options, remains, topology};
+use crate::record::paths::{part_of, tail_of};
 use crate::record::read::{Trajectory, recover};
-use crate::record::sink::Sink;
+use crate::record::sink::{Sink, Tail};
 use crate::record::{McapRecorder, Options, RecordError};
 
-/// A file on a disk with room for so many bytes.
+/// A file on a disk with room for so many bytes, its own and those of others.
+#[derive(Debug)]
 struct SmallDisk {
     file: File,
-    room: u64,
+    room: Arc<AtomicU64>,
+    used: u64,
+}
+
+impl SmallDisk {
+    fn new(file: File, room: u64) -> Self {
+        SmallDisk { file, room: Arc::new(room.into()), used: 0 }
+    }
 }
 
 impl Write for SmallDisk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let fits = self.room.min(bytes.len() as u64);
+        let fits = self.room.load(Ordering::Relaxed).min(bytes.len() as u64);
         if fits == 0 && !bytes.is_empty() {
             return Err(io::ErrorKind::StorageFull.into());
         }
-        self.room -= fits;
+        self.room.fetch_sub(fits, Ordering::Relaxed);
+        self.used += fits;
         self.file.write(&bytes[..fits as usize])
     }
 
@@ -42,14 +54,22 @@ impl Sink for BufWriter<SmallDisk> {
     }
 }
 
+impl Tail for SmallDisk {
+    fn empty(&mut self) -> io::Result<()> {
+        self.room.fetch_add(std::mem::take(&mut self.used), Ordering::Relaxed);
+        Tail::empty(&mut self.file)
+    }
+}
+
 /// Records until the disk is full, and finds all frames that came before the error.
 fn fill(room: u64, vertex_count: u32, patience: Duration) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join(format!("{room}.mcap"));
-    let file = File::create(path.with_extension("mcap.part")).unwrap();
-    let sink = Box::new(BufWriter::new(SmallDisk { file, room }));
-    let options = Options { patience, ..options(&ALL) };
-    let mut recorder = McapRecorder::with_sink(&path, &options, &topology(vertex_count), sink).unwrap();
+    let disk = SmallDisk::new(File::create(part_of(&path)).unwrap(), room);
+    let tail = File::create(tail_of(&part_of(&path))).unwrap();
+    let (sink, options) = (Box::new(BufWriter::new(disk)), Options { patience, ..options(&ALL) });
+    let topology = topology(vertex_count);
+    let mut recorder = McapRecorder::with_sinks(&path, &options, &topology, sink, Box::new(tail)).unwrap();
     let mut frame = 0;
     let error = loop {
         match recorder.record(&Moment::new(frame, vertex_count).frame()) {
@@ -109,10 +129,11 @@ fn a_disk_that_the_last_frames_fill_is_told_at_the_end() {
     for patience in [Duration::ZERO, Duration::MAX] {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.mcap");
-        let file = File::create(path.with_extension("mcap.part")).unwrap();
-        let sink = Box::new(BufWriter::new(SmallDisk { file, room: 100_000 }));
-        let options = Options { patience, ..options(&ALL) };
-        let mut recorder = McapRecorder::with_sink(&path, &options, &topology(1000), sink).unwrap();
+        let sink = BufWriter::new(SmallDisk::new(File::create(part_of(&path)).unwrap(), 100_000));
+        let tail = File::create(tail_of(&part_of(&path))).unwrap();
+        let (topology, options) = (topology(1000), Options { patience, ..options(&ALL) });
+        let (sink, tail) = (Box::new(sink), Box::new(tail));
+        let mut recorder = McapRecorder::with_sinks(&path, &options, &topology, sink, tail).unwrap();
         for index in 0..3 {
             recorder.record(&Moment::new(index, 1000).frame()).unwrap();
         }
@@ -121,5 +142,43 @@ fn a_disk_that_the_last_frames_fill_is_told_at_the_end() {
         assert!(!path.exists());
         let part = remains(&path, "after");
         assert_eq!(recover(&part, &part.with_extension(""), false).unwrap().frames, 3, "{error}");
+    }
+}
+
+/// The tail is on the same disk: what a message promises is there, and no less of it than is promised.
+#[test]
+fn no_more_frames_are_promised_than_a_full_disk_holds() {
+    for room in [100_000, 200_000, 500_000, 1_000_000, 4_000_000, 6_000_000, 9_000_000] {
+        for (vertex_count, patience) in [(1000, Duration::ZERO), (1000, Duration::MAX), (6000, Duration::MAX)]
+        {
+            let directory = tempfile::tempdir().unwrap();
+            let path = directory.path().join("a.mcap");
+            let disk = SmallDisk::new(File::create(part_of(&path)).unwrap(), room);
+            let (file, left) = (File::create(tail_of(&part_of(&path))).unwrap(), disk.room.clone());
+            let (sink, tail) = (BufWriter::new(disk), SmallDisk { file, room: left, used: 0 });
+            let (topology, options) = (topology(vertex_count), Options { patience, ..options(&ALL) });
+            let (sink, tail) = (Box::new(sink), Box::new(tail));
+            let Ok(mut recorder) = McapRecorder::with_sinks(&path, &options, &topology, sink, tail) else {
+                continue;
+            };
+            let recorded = (0..40).try_for_each(|i| recorder.record(&Moment::new(i, vertex_count).frame()));
+            let (lost, case) = match recorded {
+                Err(RecordError::Write { frame: Some(lost), .. }) => (lost, "while recording"),
+                Err(error) => panic!("{room}: {error}"),
+                Ok(()) => match recorder.finish() {
+                    Ok(_) => continue,
+                    Err(RecordError::Write { frame, .. }) => (frame.unwrap_or(40), "at the end"),
+                    Err(error) => panic!("{room}: {error}"),
+                },
+            };
+            let part = remains(&path, "after");
+            let kept = recover(&part, &part.with_extension(""), false).unwrap().frames;
+            // The frame of the call that failed may be safe too.
+            let promised = (lost..=lost + 1).contains(&kept);
+            assert!(
+                promised,
+                "{kept} of {lost}: {room} bytes, {vertex_count} vertices, {patience:?}, {case}"
+            );
+        }
     }
 }

@@ -2,10 +2,12 @@
 
 mod bytes;
 mod content;
+mod damaged;
 mod disk_full;
 mod elements;
 mod killed;
 mod probes;
+mod protobuf;
 mod reactions;
 mod refusal;
 

@@ -49,6 +49,9 @@ name = 'corner'
 at = [1.0, 0.5]
 ";
 
+/// Of the second body.
+const MATRIX: [[f64; 2]; 2] = [[1.1, 0.2], [0.0, 0.9]];
+
 fn assembled() -> Assembly {
     let scene = Scene::from_toml(BODIES).unwrap_or_else(|error| panic!("{error}"));
     scene.assemble(UnstableStep::Refuse).unwrap_or_else(|problems| panic!("{problems:?}"))
@@ -94,6 +97,15 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
     assert!(close(&middle.velocity, &[-3.0 * (0.2 - 0.25), 3.0 * (3.3 - 3.5), 0.0]), "{middle:?}");
     // 1/2 (A^T A - I): A^T A = [[1.21, 0.22], [0.22, 0.85]].
     assert!(close(&middle.green_strain.unwrap(), &[0.105, -0.075, 0.0, 0.11, 0.0, 0.0]));
+    // S of A = R S, in the plane: R = ((a, -b), (b, a)) / c, a = A_11 + A_22, b = A_21 - A_12.
+    let (a, b) = (MATRIX[0][0] + MATRIX[1][1], MATRIX[1][0] - MATRIX[0][1]);
+    let c = a.hypot(b);
+    let stretch = |i: usize, j: usize| {
+        let turned = [[a / c, -b / c], [b / c, a / c]];
+        turned[0][i] * MATRIX[0][j] + turned[1][i] * MATRIX[1][j]
+    };
+    let strain = [stretch(0, 0) - 1.0, stretch(1, 1) - 1.0, 0.0, stretch(0, 1), 0.0, 0.0];
+    assert!(close(&middle.corotated_strain.unwrap(), &strain), "{middle:?}");
     let corner = &readings[3];
     assert!(close(&corner.position, &[1.2, 0.5, 0.0]), "{corner:?}");
     // lecture 13: 1.2 along x; the elements of the body before this one are the net's, and none.
@@ -102,12 +114,15 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
     let (mu, lambda) = (1e5 / 2.6, 0.3e5 / (1.3 * 0.4));
     let across = 0.2 * lambda / 1.2;
     let expected = [0.2 * (2.0 * mu + lambda), across, across, 0.0, 0.0, 0.0];
+    let energy = (mu + 0.5 * lambda) * 0.04;
+    assert!((corner.energy_density.unwrap() / energy - 1.0).abs() < 1e-12, "{corner:?}");
     let stress = corner.cauchy_stress.unwrap();
     assert!(stress.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12 * 1e5), "{stress:?}");
     for (reading, place) in [(&readings[1], [0.5, 5.5, 0.0]), (&readings[2], [0.6, 5.1, 0.0])] {
         assert!(close(&reading.position, &place) && close(&reading.displacement, &[0.0; 3]));
         assert_eq!((reading.velocity, reading.time), ([1.0, 2.0, 0.0], 0.25));
         assert_eq!((reading.green_strain, reading.cauchy_stress), (None, None), "a net has no elements");
+        assert_eq!((reading.corotated_strain, reading.energy_density), (None, None));
     }
 }
 
@@ -138,7 +153,7 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
     assert_eq!(trajectory.times().len(), 5);
     let text = String::from_utf8(text).unwrap();
     let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!((lines.len(), lines[0].len()), (6, 1 + 2 * 18 + 2 * 6));
+    assert_eq!((lines.len(), lines[0].len()), (6, 1 + 2 * (6 + 3 * 6 + 1) + 2 * 6));
     let columns_of_table = |name: &str| {
         let column = lines[0].iter().position(|head| *head == name).unwrap_or_else(|| panic!("{name}"));
         lines[1..].iter().map(|line| line[column].parse().unwrap()).collect::<Vec<f64>>()
@@ -162,10 +177,14 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
         if probe.point.is_some() {
             for (c, pair) in Measure::of(Channel::CauchyStress).unwrap().fields.iter().enumerate() {
                 let strain = |r: &Reading| r.green_strain.unwrap()[c];
+                let corotated = |r: &Reading| r.corotated_strain.unwrap()[c];
                 let stress = |r: &Reading| r.cauchy_stress.unwrap()[c];
                 compare(&format!("green_strain[{c}]"), &format!("{name}.E{pair} [1]"), &strain);
+                compare(&format!("corotated_strain[{c}]"), &format!("{name}.C{pair} [1]"), &corotated);
                 compare(&format!("cauchy_stress[{c}]"), &format!("{name}.s{pair} [Pa]"), &stress);
             }
+            let energy = |r: &Reading| r.energy_density.unwrap();
+            compare("energy_density", &format!("{name}.psi [J/m^3]"), &energy);
         }
     }
     let knot = trajectory.elements(&MEASURES[0], 0);

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
+use crate::value::*;
 
 /// Step sizes that follow the estimated error of each step: a step whose error is larger than allowed is taken back and tried again with
 /// a smaller size. The error of a step is

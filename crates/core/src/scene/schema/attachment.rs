@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{BoxSelection, Selection, Wall};
+use crate::value::*;
 
 /// Vertices of a body tied to places, or to another body, by springs `E = k/2 (d - l)^2` of the distance `d`. Exactly one of `box`,
 /// `half_space`, `vertices` and `group` says which vertices; `points` or `target` says to what. Without them each is tied to the place

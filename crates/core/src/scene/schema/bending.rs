@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::OneOrMany;
-use super::measured::*;
 use crate::quantity::Quantity;
+use crate::value::OneOrMany;
+use crate::value::*;
 
 /// Bending: either `stiffness`, or what it follows from, `young` and `thickness`.
 ///
@@ -46,7 +46,8 @@ pub enum BendingRest {
     /// Flat, straight.
     Flat,
     /// These angles [rad], one for all or one for each hinge (edges between two triangles, in ascending order of their
-    /// vertices) or joint (vertices between two edges, ascending). In 2D positive counter-clockwise along the strand; in 3D
-    /// the direction of the bend is free, since nothing resists twist: a straight strand bends wherever it is pushed first.
+    /// vertices) or joint (vertices between two edges, ascending). A sheet folds by a positive angle to the side that the normals of its
+    /// triangles point to. A strand in 2D turns by a positive angle counter-clockwise along its way; in 3D the direction of its bend is
+    /// free, since nothing resists twist: a straight strand bends wherever it is pushed first.
     Angle(#[serde(with = "As::<OneOrManyOf<Angle>>")] OneOrMany),
 }

@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{
-    BendingSpec, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin, RepeatSpec,
-    TransformSpec, Wall,
+    BendingSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin,
+    RepeatSpec, TransformSpec,
 };
-use crate::material::{MaterialSpec, Preset};
+use crate::material::{MaterialSpec, Preset, Stress};
 use crate::quantity::Quantity;
+use crate::value::*;
 
 /// One body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -73,17 +73,6 @@ pub struct Body {
     pub velocity: Option<VelocitySpec>,
 }
 
-/// How the stress `P` of a material is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stress {
-    /// By the model's closed form.
-    #[default]
-    Analytic,
-    /// By automatic differentiation of its energy density.
-    Autodiff,
-}
-
 /// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -123,61 +112,6 @@ pub enum MassSpec {
     /// The density of a well-known material, for solids, membranes, and bodies in 2D (which are one metre thick); `pliant list presets`
     /// shows them.
     Preset(Preset),
-}
-
-/// A set of vertices of a body, by their rest positions.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Selection {
-    /// All vertices with `min <= X <= max` (tolerance 1e-9 of the body's size).
-    Box(BoxSelection),
-    /// All vertices with `normal . X <= offset` (tolerance 1e-9 of the body's size).
-    HalfSpace(Wall),
-    /// These vertices, by index in the body.
-    Vertices(Vec<u32>),
-    /// A named group of the mesh.
-    Group(String),
-}
-
-impl Selection {
-    /// The selections that these keys of a table make.
-    pub(super) fn among(
-        corners: Option<&BoxSelection>,
-        half_space: Option<&Wall>,
-        vertices: Option<&Vec<u32>>,
-        group: Option<&String>,
-    ) -> Vec<Selection> {
-        let all = [
-            corners.cloned().map(Selection::Box),
-            half_space.cloned().map(Selection::HalfSpace),
-            vertices.cloned().map(Selection::Vertices),
-            group.cloned().map(Selection::Group),
-        ];
-        all.into_iter().flatten().collect()
-    }
-
-    /// The key that says it.
-    pub fn key(&self) -> &'static str {
-        match self {
-            Selection::Box(_) => "box",
-            Selection::HalfSpace(_) => "half_space",
-            Selection::Vertices(_) => "vertices",
-            Selection::Group(_) => "group",
-        }
-    }
-}
-
-/// An axis-aligned box.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BoxSelection {
-    /// Lower corner [m].
-    #[serde(with = "As::<Vec<Length>>")]
-    #[schemars(length(min = 2, max = 3))]
-    pub min: Vec<f64>,
-    /// Upper corner [m].
-    #[serde(with = "As::<Vec<Length>>")]
-    #[schemars(length(min = 2, max = 3))]
-    pub max: Vec<f64>,
 }
 
 /// Initial positions of a body.
@@ -272,6 +206,12 @@ impl Body {
     /// Whether its elements are of second order.
     pub fn is_quadratic(&self) -> bool {
         self.order == Some(2)
+    }
+
+    /// Its mesh, and what becomes of it.
+    pub fn body_mesh(&self) -> BodyMesh<'_> {
+        let (transform, repeat) = (self.transform.as_ref(), self.repeat.as_ref());
+        BodyMesh { shape: &self.mesh, quadratic: self.is_quadratic(), transform, repeat }
     }
 
     /// How the stress of `elastic` is computed.

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{BoxSelection, OverPlaceOf, OverTime, Selection, Wall};
+use crate::value::*;
 
 /// A force from outside. At most one of `box`, `half_space`, `vertices` and `group` says on what, all of the body without them;
 /// exactly one of `force`, `force_per_vertex`, `body_force`, `traction` and `pressure` says which. Each number may be a formula of
@@ -44,7 +44,8 @@ pub struct Load {
     )]
     #[schemars(length(min = 2, max = 3))]
     pub force_per_vertex: Option<Vec<OverTime>>,
-    /// A force per volume of the rest shape [N/m^3], lumped as masses are: every vertex has its share of the cells.
+    /// A force per volume of the rest shape [N/m^3], interpolated between its values at the vertices as displacements are: the force
+    /// on a vertex is the integral with its shape function.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use crate::material::Plane;
+use crate::value::*;
 
 /// Makes a membrane of a mesh of triangles in 3D: the material of `elastic` fills them to this thickness. A density is then a mass per
 /// volume. Only stretching and shearing in the plane of each triangle are resisted; add `bending` to resist folds. A sheet that is pressed

@@ -16,18 +16,12 @@ mod bending;
 mod body;
 mod damping;
 mod load;
-mod measured;
 mod membrane;
-mod mesh;
 mod nodal;
-mod one_or_many;
-mod over_time;
 mod pin;
 mod probe;
-mod shapes;
 mod solver;
 mod study;
-mod transform;
 
 pub use adaptive::Adaptive;
 pub use attachment::*;
@@ -35,19 +29,18 @@ pub use bending::*;
 pub use body::*;
 pub use damping::*;
 pub use load::*;
-pub(crate) use measured::*;
 pub use membrane::*;
-pub use mesh::*;
 pub use nodal::*;
-pub use one_or_many::OneOrMany;
-pub use over_time::OverTime;
-pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
 pub use pin::*;
 pub use probe::*;
-pub use shapes::*;
 pub use solver::Solver;
 pub use study::StudySpec;
-pub use transform::*;
+
+pub use crate::material::Stress;
+pub use crate::mesh::spec::*;
+pub(crate) use crate::value::*;
+pub use crate::value::{OneOrMany, OverTime};
+pub(crate) use crate::value::{OverPlaceOf, OverTimeOf};
 
 /// A scene: bodies, the world around them, how time advances, what is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -143,18 +136,6 @@ impl World {
     }
 }
 
-/// A rigid half-space: a vertex with `normal . x < offset` is put back on the plane, its normal velocity zeroed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Wall {
-    /// Points out of the wall; need not be of unit length.
-    #[schemars(length(min = 2, max = 3))]
-    pub normal: Vec<f64>,
-    /// `normal . x` on the plane [m, after the normal is scaled to unit length].
-    #[serde(with = "As::<Length>")]
-    pub offset: f64,
-}
-
 /// Newtonian gravity `E = -G m_i m_j / sqrt(r^2 + softening^2)` between every pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -212,7 +193,7 @@ pub enum Channel {
     Mesh,
     /// Energies, what came in and what was lost, and momenta, on `/energy`.
     Energy,
-    /// Force [N] and moment [N m] with which every pin holds its vertices, on `/reactions`.
+    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on `/reactions`.
     Reactions,
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
     /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
@@ -224,10 +205,15 @@ pub enum Channel {
     PrincipalStretches,
     /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
     GreenStrain,
+    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on `/elements/corotated-strain`: xx, yy,
+    /// zz, xy, yz, xz.
+    CorotatedStrain,
     /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
     FirstPiola,
     /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy, yz, xz.
     CauchyStress,
     /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
     VonMises,
+    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on `/elements/energy-density`.
+    EnergyDensity,
 }

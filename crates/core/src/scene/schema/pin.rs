@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use super::{BoxSelection, OverPlaceOf, OverTime, OverTimeOf, Selection, Wall};
+use crate::value::*;
 
 /// Vertices that are held. Exactly one of `box`, `half_space`, `vertices` and `group` says which. Without the other keys, all of
 /// their coordinates stay where they are.
@@ -54,7 +54,8 @@ pub enum Axis {
 }
 
 /// A prescribed motion: what is held turns about a point by `rotation`, and is moved by the sum of `velocity * t`, `keyframes` and
-/// `displacement`. At least one of them. All start from where the body starts.
+/// `displacement`. At least one of them. All start from where the body starts: at `t = 0` they are zero. A jump later on, as by `step`, is
+/// taken in one step, counted as work and warned of. A motion that is changed while a simulation runs goes on from where the pin is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
+use crate::value::*;
 
 /// A point of a body that is followed: its position, velocity and displacement, and where it is in a finite element the strain and
 /// stress there, on `/probe/<name>` and in the table that `pliant run --probes FILE` writes. Exactly one of `at` and `vertex`.

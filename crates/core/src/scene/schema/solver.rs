@@ -4,15 +4,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Time;
-use super::measured::*;
 use crate::solver::{LinearSolver, SolverOptions};
+use crate::value::*;
 
 /// How the equations of an implicit step are solved: by Newton's method, with a linear solver inside.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Newton's method ends where its next correction would move no coordinate by more than this [m]. Without it, 1e-9 of the size of the
-    /// scene; with `adaptive`, a hundredth of the error of positions that a step may make, or of what leads to that of velocities.
+    /// Newton's method ends where its next correction would move no coordinate by more than this [m].
+    /// Without it, a thousandth of an estimate of what the scheme errs by in the step, or 1e-9 of the size
+    /// of the scene at the start where that is more, as in statics; with `adaptive`, a hundredth of the
+    /// error of positions that a step may make, or of what leads to that of velocities.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub tolerance: Option<f64>,
@@ -38,10 +40,10 @@ impl Time {
         let default = SolverOptions::default();
         SolverOptions {
             tolerance,
-            step_error: default.step_error,
             max_iterations: iterations.unwrap_or(default.max_iterations),
             linear,
             retries: retries.unwrap_or(default.retries),
+            ..default
         }
     }
 }

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
 use crate::integrator::IntegratorSpec;
+use crate::value::*;
 
 /// What `pliant study` compares. A run takes no notice of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

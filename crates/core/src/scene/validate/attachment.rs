@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use super::body::identifier;
+use super::body_names::BodyNames;
 use super::check::{Checker, Sign};
 use super::motion;
 use super::pins::one_selection;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{AttachmentSpec, AttachmentTarget, Scene};
-use crate::scene::suggest;
 
 pub(super) fn attachments(check: &mut Checker, path: &KeyPath, scene: &Scene) {
-    let mut names = BTreeMap::new();
+    let (mut names, bodies) = (BTreeMap::new(), BodyNames::of(scene));
     for (index, attachment) in scene.attachment.iter().enumerate() {
         let path = path.index(index);
         if let Some(name) = &attachment.name {
@@ -23,20 +23,19 @@ pub(super) fn attachments(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let message = format!("attachments {first} and {index} are both named {name:?}");
             check.report(Problem::semantic(path.key("name"), message));
         }
-        one(check, &path, attachment, scene);
+        one(check, &path, attachment, scene, &bodies);
     }
 }
 
-fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: &Scene) {
-    let bodies: Vec<String> = scene.body.iter().enumerate().map(|(i, b)| b.name_or_default(i)).collect();
+fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: &Scene, bodies: &BodyNames) {
     let body = match &attachment.body {
-        Some(name) => known(check, &path.key("body"), name, &bodies),
-        None if bodies.len() > 1 => {
+        Some(name) => bodies.known(check, &path.key("body"), name),
+        None if scene.body.len() > 1 => {
             let problem = Problem::semantic(path.clone(), "there are several bodies, and this names none");
             check.report(problem.with_help("say whose vertices are tied: `body = \"NAME\"`"));
             None
         }
-        None => (!bodies.is_empty()).then_some(0),
+        None => (!scene.body.is_empty()).then_some(0),
     };
     if let Some(selection) = one_selection(check, path, attachment.selections(), true) {
         let count = body.and_then(|index| scene.body[index].vertex_count());
@@ -54,7 +53,7 @@ fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: 
     }
     if let Some(target) = &attachment.target {
         let path = path.key("target");
-        let other = known(check, &path.key("body"), &target.body, &bodies);
+        let other = bodies.known(check, &path.key("body"), &target.body);
         self::target(check, &path, target);
         if body.is_some() && body == other && target.vertices.is_none() {
             let message = "a vertex is nearest to itself: `target` is the body whose vertices are tied";
@@ -77,20 +76,6 @@ fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: 
     if let Some(dashpot) = attachment.dashpot {
         check.number(&path.key("dashpot"), dashpot, Sign::NonNegative, "N s/m");
     }
-}
-
-/// The index of a body by its name.
-fn known(check: &mut Checker, path: &KeyPath, name: &str, bodies: &[String]) -> Option<usize> {
-    let found = bodies.iter().position(|body| body == name);
-    if found.is_none() {
-        let known: Vec<&str> = bodies.iter().map(String::as_str).collect();
-        let mut problem = Problem::semantic(path.clone(), format!("there is no body {name:?}"));
-        for line in suggest::help(name, &known, "bodies") {
-            problem = problem.with_help(line);
-        }
-        check.report(problem);
-    }
-    found
 }
 
 fn target(check: &mut Checker, path: &KeyPath, target: &AttachmentTarget) {

@@ -4,7 +4,7 @@ use super::check::{Checker, Sign};
 use super::shapes;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
-use crate::scene::schema::{ClothSpec, DiskSpec, GridSpec, InlineSpec, MeshSpec, StrandSpec};
+use crate::scene::schema::{ClothSpec, DiskSpec, FileSpec, GridSpec, InlineSpec, MeshSpec, StrandSpec};
 
 /// Vertex indices are 32 bits wide.
 const MOST_VERTICES: u64 = u32::MAX as u64;
@@ -17,11 +17,7 @@ pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::Strand(spec) => strand(check, &path, spec),
         MeshSpec::Disk(spec) => disk(check, &path, spec),
         MeshSpec::Inline(spec) => inline(check, &path, spec),
-        MeshSpec::File(spec) if spec.path.as_os_str().is_empty() => {
-            let problem = Problem::semantic(path.key("path"), "`path` is empty");
-            check.report(problem.with_help("name a mesh file, relative to the scene"));
-        }
-        MeshSpec::File(_) => {}
+        MeshSpec::File(spec) => file(check, &path, spec),
         shape => shapes::shape(check, &path, shape),
     }
     // Shapes of which the counts cannot be told have been reported.
@@ -29,6 +25,16 @@ pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
     if counted && mesh.vertex_count().is_none_or(|count| count > MOST_VERTICES) {
         let message = format!("this {} has more than {MOST_VERTICES} vertices", mesh.name());
         check.report(Problem::semantic(path, message).at_key());
+    }
+}
+
+fn file(check: &mut Checker, path: &KeyPath, file: &FileSpec) {
+    if file.path.as_os_str().is_empty() {
+        let problem = Problem::semantic(path.key("path"), "`path` is empty");
+        check.report(problem.with_help("name a mesh file, relative to the scene"));
+    }
+    if let Some(merge) = file.merge {
+        check.number(&path.key("merge"), merge, Sign::NonNegative, "m");
     }
 }
 

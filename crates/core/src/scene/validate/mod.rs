@@ -7,6 +7,7 @@ mod adaptive;
 mod attachment;
 mod bending;
 mod body;
+mod body_names;
 mod check;
 mod damping;
 mod loads;

@@ -1,5 +1,7 @@
 //! Pins and their motions.
 
+use std::collections::BTreeMap;
+
 use super::body::identifier;
 use super::check::{Checker, Sign};
 use super::motion;
@@ -9,12 +11,22 @@ use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{Axis, Body, KeyframesSpec, MotionSpec, OverTime, Pin, RotationSpec, Selection};
 
 pub(super) fn pins(check: &mut Checker, path: &KeyPath, body: &Body, duration: f64) {
+    let mut names = BTreeMap::new();
     for (index, pin) in body.pin.iter().enumerate() {
         let path = path.index(index);
         if let Some(selection) = one_selection(check, &path, pin.selections(), true) {
             motion::selection(check, &path, &selection, body.vertex_count());
         }
-        self::name(check, &path, body, index);
+        if let Some(name) = &pin.name {
+            identifier(check, &path.key("name"), name, "a pin");
+        }
+        let name = pin.name_or_default(index);
+        if let Some(first) = names.get(&name) {
+            let message = format!("pins {first} and {index} of this body are both named {name:?}");
+            check.report(Problem::semantic(path.key("name"), message));
+        } else {
+            names.insert(name, index);
+        }
         if let Some(axes) = &pin.axes {
             self::axes(check, &path.key("axes"), axes);
         }
@@ -47,18 +59,6 @@ pub(super) fn one_selection(
     let problem = Problem::semantic(path.clone(), message);
     check.report(problem.with_help("give exactly one of `box`, `half_space`, `vertices` and `group`"));
     None
-}
-
-fn name(check: &mut Checker, path: &KeyPath, body: &Body, index: usize) {
-    if let Some(name) = &body.pin[index].name {
-        identifier(check, &path.key("name"), name, "a pin");
-    }
-    let name = body.pin[index].name_or_default(index);
-    let same = (0..index).find(|&other| body.pin[other].name_or_default(other) == name);
-    if let Some(first) = same {
-        let message = format!("pins {first} and {index} of this body are both named {name:?}");
-        check.report(Problem::semantic(path.key("name"), message));
-    }
 }
 
 fn axes(check: &mut Checker, path: &KeyPath, axes: &[Axis]) {

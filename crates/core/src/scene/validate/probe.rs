@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::body;
+use super::body_names::BodyNames;
 use super::check::Checker;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
 use crate::scene::schema::{ProbeSpec, Scene};
-use crate::scene::suggest;
 
 /// Probes at most: each is a channel, and channels are numbered.
 const MOST_PROBES: usize = 10_000;
@@ -18,7 +18,7 @@ pub(super) fn probes(check: &mut Checker, path: &KeyPath, scene: &Scene) {
         let problem = Problem::semantic(path.clone(), message);
         check.report(problem.with_help("channels such as `green-strain` have all elements"));
     }
-    let bodies: Vec<String> = scene.body.iter().enumerate().map(|(i, b)| b.name_or_default(i)).collect();
+    let bodies = BodyNames::of(scene);
     let mut names = BTreeMap::new();
     for (index, probe) in scene.probe.iter().enumerate() {
         let path = path.index(index);
@@ -31,22 +31,15 @@ pub(super) fn probes(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     }
 }
 
-fn one(check: &mut Checker, path: &KeyPath, probe: &ProbeSpec, bodies: &[String]) {
-    if let Some(name) = &probe.body
-        && !bodies.contains(name)
-    {
-        let known: Vec<&str> = bodies.iter().map(String::as_str).collect();
-        let mut problem = Problem::semantic(path.key("body"), format!("there is no body {name:?}"));
-        for line in suggest::help(name, &known, "bodies") {
-            problem = problem.with_help(line);
-        }
-        check.report(problem);
+fn one(check: &mut Checker, path: &KeyPath, probe: &ProbeSpec, bodies: &BodyNames) {
+    if let Some(name) = &probe.body {
+        bodies.known(check, &path.key("body"), name);
     }
     match (&probe.at, probe.vertex) {
         (Some(at), None) => {
             check.vector(&path.key("at"), at, "m");
         }
-        (None, Some(_)) if probe.body.is_none() && bodies.len() > 1 => {
+        (None, Some(_)) if probe.body.is_none() && bodies.count() > 1 => {
             let problem = Problem::semantic(
                 path.key("vertex"),
                 "`vertex` is an index in a body, and there are several",

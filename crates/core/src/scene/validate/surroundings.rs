@@ -127,10 +127,11 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let message = format!("channel `{}` is listed twice", name(*channel));
             check.report(Problem::semantic(path.key("channels").index(index), message));
         }
-        if *channel == Channel::Reactions && scene.body.iter().all(|body| body.pin.is_empty()) {
-            let message = "channel `reactions` is about pins, and no body has any";
+        let nothing_holds = scene.world.walls.is_empty() && scene.body.iter().all(|body| body.pin.is_empty());
+        if *channel == Channel::Reactions && nothing_holds {
+            let message = "channel `reactions` is about pins and walls, and the scene has none";
             let problem = Problem::semantic(path.key("channels").index(index), message);
-            check.report(problem.with_help("leave it out, or give a body a `pin`"));
+            check.report(problem.with_help("leave it out, or give a body a `pin` or the world a wall"));
         }
         if Measure::of(*channel).is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
             let message =

@@ -3,15 +3,16 @@
 mod evaluation;
 mod linear;
 mod search;
+mod tolerance;
 
-use super::cholesky::Cholesky;
-use super::conjugate_gradients::{CgEnd, ConjugateGradients, dot};
+use super::cholesky::{Analysis, Cholesky};
+use super::conjugate_gradients::{self, CgEnd, ConjugateGradients, dot};
 use super::hessian::{Assembler, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Iterate, Objective, SolveError, SolverWork, Verdict, scene_size};
-use crate::integrator::StepFault;
 use crate::material::Psd;
+use crate::solver::StepFault;
 use crate::system::System;
 use evaluation::weights;
 use linear::Direction;
@@ -81,14 +82,20 @@ impl<const D: usize> Newton<D> {
             solution: vec![],
             velocity: vec![],
             follower: vec![],
-            work: SolverWork::default(),
+            work: SolverWork::none(&options),
         }
+    }
+
+    /// Counts a solve that ended with a `correction` [m] too large to have settled.
+    fn note_loose(&mut self, system: &System, at: &Iterate, correction: f64) {
+        let free = at.u.iter().zip(system.inverse_mass()).filter(|(_, w)| **w != 0.0);
+        self.work.note_loose(correction, free.map(|(u, _)| *u), self.size);
     }
 
     /// Makes the structure of the matrix, unless the one there is fits.
     fn prepare(&mut self, system: &mut System, x: &[f64]) {
         if self.size == 0.0 {
-            self.size = scene_size(x, system.dimension());
+            self.size = self.options.size.unwrap_or_else(|| scene_size(x, system.dimension()));
         }
         let trial = &mut self.trial;
         for v in [&mut self.residual, &mut self.direction, &mut self.solution, &mut trial.x, &mut trial.u] {
@@ -113,9 +120,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
         let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
-        let tolerance = self.options.tolerance(self.size, objective.velocity.rate);
         let floor = ULPS * f64::EPSILON * reach;
-        let negligible = tolerance.max(floor);
         let fail = |system: &System, at: &Iterate, verdict, iterations, correction| {
             let solve = Some(SolveError { verdict, iterations, correction });
             Err(StepFault { solve, ..StepFault::at(system, &at.x, &at.x) })
@@ -146,6 +151,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return fail(system, at, Verdict::Stopped, iteration, correction);
             }
             let before = correction;
+            let negligible = self.tolerance(system, objective, at).max(floor);
             // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
             let mut old_matrix = keep && self.at_hand == Some(weights(objective));
             // Whether the correction says nothing of how far a minimum is.
@@ -205,6 +211,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     continue;
                 }
                 if correction <= negligible && !truncated {
+                    self.note_loose(system, at, correction);
                     return Ok(());
                 }
                 if old_matrix {
@@ -231,9 +238,11 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             }
             // The first correction by a factor of an earlier solve says little about the next.
             let known = (iteration > 0 || !old_matrix) && !truncated;
+            let tolerance = self.tolerance(system, objective, at);
             let rounding = correction <= floor && correction >= 0.5 * before;
             // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
             if (correction <= tolerance || rounding) && known && forcing <= CG_TOLERANCE {
+                self.note_loose(system, at, correction);
                 return Ok(());
             }
             if inexact {
@@ -289,5 +298,26 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             + self.cholesky.as_ref().map_or(0, Cholesky::bytes)
             + self.iterative.as_ref().map_or(0, Iterative::bytes)
             + self.cg.bytes()
+    }
+
+    fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
+        let mut solver = Newton::<D>::new(self.options);
+        solver.prepare(system, x);
+        let vectors = 8 * x.len() * usize::from(system.is_damped());
+        let linear = solver.options.linear.choose(system);
+        let Some(assembler) = &solver.assembler else {
+            // Of the products with damping, and what is held.
+            return solver.bytes() + vectors + conjugate_gradients::bytes(x.len()) + 9 * x.len();
+        };
+        let matrix = assembler.matrix();
+        let rest = system.rest_positions().unwrap_or(x);
+        let factor = |x: &[f64]| Analysis::new(matrix, x).map_or(usize::MAX / 2, |analysis| analysis.bytes());
+        let linear = match linear {
+            LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
+            LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held())
+                .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
+            LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
+        };
+        (solver.bytes() + vectors).saturating_add(linear)
     }
 }

@@ -8,12 +8,14 @@ use plotters::style::{BLACK, Color};
 
 use super::PlotError;
 use super::axis::{Scale, Ticks};
-use super::style::{Area, Drawn, GREY, Mark, color, letters, page, titled};
+use super::labels;
+use super::style::{Area, Drawn, GREY, Mark, color, letters, page, shortened, stroke, titled};
 
 /// Width of the column with the names of lines.
 const LEGEND: u32 = 215;
-/// Height of a name there.
+/// Height of a name there, and how many letters it may have.
 const NAME: i32 = 17;
+const LONGEST_NAME: usize = 28;
 
 /// What an axis shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +65,8 @@ pub struct Line {
     pub points: Vec<Point>,
     /// Whether each point has a mark; a line of many points is better without.
     pub marked: bool,
+    /// Number of its colour, dashes and mark, the same in all charts that show it: the first 24 differ.
+    pub look: usize,
 }
 
 /// A triangle that shows what the slope of a power `y = c x^order` looks like, below `(x, y)`.
@@ -148,31 +152,53 @@ impl Chart {
         for slope in &self.slopes {
             self.draw_slope(&mut chart, x, *slope)?;
         }
-        for (i, line) in self.lines.iter().enumerate() {
-            self.draw_line(&mut chart, i, line, y)?;
+        for line in &self.lines {
+            self.draw_line(&mut chart, line, y)?;
         }
+        self.draw_labels(&chart)?;
         self.draw_legend(&legend)
     }
 
-    fn draw_line(&self, chart: &mut Axes<'_, '_>, i: usize, line: &Line, y: Ticks) -> Drawn {
+    fn draw_line(&self, chart: &mut Axes<'_, '_>, line: &Line, y: Ticks) -> Drawn {
         let placed: Vec<&Point> = line.points.iter().filter(|p| self.x.scale.holds(p.x)).collect();
         let at = |p: &Point| p.y.filter(|y| self.y.scale.holds(*y)).map(|y| (p.x, y));
         let path: Vec<(f64, f64)> = placed.iter().filter_map(|p| at(p)).collect();
-        let style = color(i).mix(0.85).stroke_width(if i < 8 { 2 } else { 1 });
-        chart.draw_series(std::iter::once(PathElement::new(path.clone(), style)))?;
+        chart.draw_series(std::iter::once(PathElement::new(path.clone(), stroke(line.look))))?;
         if line.marked {
-            chart.draw_series(path.iter().map(|at| Mark { at: *at, line: i, failed: false }))?;
+            chart.draw_series(path.iter().map(|at| Mark { at: *at, line: line.look, failed: false }))?;
         }
         let top = y.at(0.965);
         let crosses = placed.iter().filter(|p| p.y.is_none());
-        chart.draw_series(crosses.map(|p| Mark { at: (p.x, top), line: i, failed: true }))?;
-        let labels = placed.iter().filter_map(|p| Some((at(p)?, p.label.as_deref()?)));
-        let style = letters(10, color(i));
-        chart.draw_series(
-            labels.map(|(at, label)| {
-                EmptyElement::at(at) + Text::new(label.to_owned(), (6, -9), style.clone())
-            }),
-        )?;
+        chart.draw_series(crosses.map(|p| Mark { at: (p.x, top), line: line.look, failed: true }))?;
+        Ok(())
+    }
+
+    /// Labels beside their points, in the colours of their lines; one that had to go far away is joined to its point.
+    fn draw_labels(&self, chart: &Axes<'_, '_>) -> Drawn {
+        let area = chart.plotting_area();
+        let (pixels, (left, top)) = (area.strip_coord_spec(), area.get_base_pixel());
+        let mut labels = vec![];
+        for line in &self.lines {
+            for point in &line.points {
+                let (Some(y), Some(label)) = (point.y, &point.label) else { continue };
+                if self.x.scale.holds(point.x) && self.y.scale.holds(y) {
+                    let (x, y) = area.map_coordinate(&(point.x, y));
+                    labels.push((((x - left, y - top), label.as_str()), line.look));
+                }
+            }
+        }
+        let (width, height) = area.dim_in_pixel();
+        let texts: Vec<((i32, i32), &str)> = labels.iter().map(|(label, _)| *label).collect();
+        let places = labels::places(&texts, (width as i32, height as i32));
+        for (((point, text), look), place) in labels.into_iter().zip(places) {
+            let Some(corner) = place else { continue };
+            let middle =
+                (if corner.0 > point.0 { corner.0 } else { point.0 - 6 }, corner.1 + labels::HEIGHT / 2);
+            if (middle.1 - point.1).abs() > 2 * labels::HEIGHT {
+                pixels.draw(&PathElement::new(vec![point, middle], color(look).mix(0.5).stroke_width(1)))?;
+            }
+            pixels.draw_text(text, &letters(labels::HEIGHT, color(look)), corner)?;
+        }
         Ok(())
     }
 
@@ -208,13 +234,12 @@ impl Chart {
 
     fn draw_legend(&self, area: &Area<'_>) -> Drawn {
         let mut y = 14;
-        for (i, line) in self.lines.iter().enumerate() {
-            let style = color(i).mix(0.85).stroke_width(2);
-            area.draw(&PathElement::new(vec![(4, y), (26, y)], style))?;
+        for line in &self.lines {
+            area.draw(&PathElement::new(vec![(4, y), (34, y)], stroke(line.look)))?;
             if line.marked {
-                area.draw(&Mark { at: (15, y), line: i, failed: false })?;
+                area.draw(&Mark { at: (19, y), line: line.look, failed: false })?;
             }
-            area.draw_text(&line.name, &letters(12, BLACK), (32, y - 6))?;
+            area.draw_text(&shortened(&line.name, LONGEST_NAME), &letters(12, BLACK), (40, y - 6))?;
             y += NAME;
         }
         if self.lines.iter().flat_map(|line| &line.points).any(|point| point.y.is_none()) {

@@ -5,6 +5,7 @@
 mod axis;
 mod chart;
 mod heat_map;
+mod labels;
 mod style;
 #[cfg(test)]
 mod tests;

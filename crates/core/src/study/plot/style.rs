@@ -1,5 +1,6 @@
 //! Colours, marks and letters.
 
+use std::borrow::Cow;
 use std::iter::{Once, once};
 
 use plotters::coord::Shift;
@@ -8,7 +9,7 @@ use plotters::element::{Drawable, PointCollection};
 use plotters::prelude::DrawingBackend;
 use plotters::prelude::SVGBackend;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{BLACK, Color, IntoFont, RGBColor, TextStyle, WHITE};
+use plotters::style::{BLACK, Color, IntoFont, RGBColor, ShapeStyle, TextStyle, WHITE};
 use plotters_backend::{BackendCoord, DrawingErrorKind};
 
 use super::PlotError;
@@ -36,6 +37,22 @@ pub(super) const GREY: RGBColor = RGBColor(110, 110, 110);
 /// The colour of line `i`.
 pub(super) fn color(i: usize) -> RGBColor {
     COLORS[i % COLORS.len()]
+}
+
+/// Widths by which lines are told apart until they are dashed, and how: the library knows no dashes. Nothing else is so wide.
+const DASHES: [(u32, &str); 3] =
+    [(2, ""), (3, " stroke-dasharray=\"9 4\""), (4, " stroke-dasharray=\"2 4\"")];
+
+/// The stroke of line `i`: eight colours, then the same dashed, then dotted.
+pub(super) fn stroke(i: usize) -> ShapeStyle {
+    color(i).mix(0.85).stroke_width(DASHES[i / COLORS.len() % DASHES.len()].0)
+}
+
+/// `svg` with the strokes that [`stroke`] gave.
+fn dashed(svg: String) -> String {
+    DASHES[1..].iter().fold(svg, |svg, (width, dashes)| {
+        svg.replace(&format!(" stroke-width=\"{width}\""), &format!(" stroke-width=\"2\"{dashes}"))
+    })
 }
 
 /// Letters of this height.
@@ -111,7 +128,15 @@ pub(super) fn page(
     })();
     drawn.map_err(|error| PlotError { title: title.to_owned(), reason: error.to_string() })?;
     // What is so by default need not be said: a quarter of the text.
-    Ok(svg.replace(" opacity=\"1\"", "").replace(" stroke-width=\"1\"", ""))
+    Ok(dashed(svg.replace(" opacity=\"1\"", "").replace(" stroke-width=\"1\"", "")))
+}
+
+/// The first `most` letters of a text, the last of them dots where that is not all.
+pub(super) fn shortened(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        None => Cow::Borrowed(text),
+        Some(_) => Cow::Owned(text.chars().take(most.saturating_sub(1)).chain(['…']).collect()),
+    }
 }
 
 /// A title at the top, what is left below it.
@@ -120,6 +145,8 @@ pub(super) fn titled<'a>(area: &Area<'a>, title: &str) -> Result<Area<'a>, Box<d
         return Ok(area.clone());
     }
     let (top, rest) = area.split_vertically(30);
-    top.draw_text(title, &letters(17, BLACK), (14, 9))?;
+    // A letter is about half as wide as it is high.
+    let letters_that_fit = (area.dim_in_pixel().0 as usize).saturating_sub(28) / 9;
+    top.draw_text(&shortened(title, letters_that_fit), &letters(17, BLACK), (14, 9))?;
     Ok(rest)
 }

@@ -7,7 +7,7 @@ use super::*;
 fn chart() -> Chart {
     let mut chart = Chart::new("Error & <time>", AxisSpec::log("time [s]"), AxisSpec::log("error"));
     let points = (0..15).map(|i| Point::new(1e-3 * 10f64.powf(0.2 * f64::from(i)), 10f64.powi(-i))).collect();
-    chart.lines.push(Line { name: "rk4".into(), points, marked: true });
+    chart.lines.push(Line { name: "rk4".into(), points, marked: true, look: 0 });
     chart
 }
 
@@ -84,4 +84,46 @@ fn a_map_names_its_rows_columns_and_states() {
         assert!(texts.iter().any(|text| text == expected), "no {expected:?} in {texts:?}");
     }
     assert_eq!(svg.matches("#D55E00").count(), 3, "two cells and the legend");
+}
+
+/// Twenty-three schemes: no two lines look the same, with marks or without, and no label lies on another.
+#[test]
+fn as_many_lines_as_there_are_schemes_can_be_told_apart() {
+    for marked in [true, false] {
+        let mut chart = Chart::new("all", AxisSpec::log("time [s]"), AxisSpec::log("error"));
+        for look in 0..23 {
+            let points = vec![
+                Point { x: 1.0, y: Some(1.0), label: Some("1.25 ms".into()) },
+                Point::new(2.0 + look as f64, 0.1),
+            ];
+            chart.lines.push(Line { name: format!("scheme {look}"), points, marked, look });
+        }
+        let svg = chart.svg().unwrap();
+        let document = Document::parse(&svg).unwrap();
+        let strokes: Vec<(String, String)> = document
+            .descendants()
+            .filter(|node| node.has_tag_name("polyline") && node.attribute("stroke-width") == Some("2"))
+            .map(|node| {
+                let of = |key: &str| node.attribute(key).unwrap_or_default().to_owned();
+                (of("stroke"), of("stroke-dasharray"))
+            })
+            .collect();
+        assert_eq!(strokes.len(), 46, "in the chart and in the legend");
+        let mut legend = strokes[23..].to_vec();
+        assert_eq!(legend, strokes[..23], "as in the legend");
+        legend.sort();
+        legend.dedup();
+        assert_eq!(legend.len(), 23, "colour and dashes alone tell {legend:?}");
+        let labels: Vec<(i32, i32)> = document
+            .descendants()
+            .filter(|node| node.text().is_some_and(|text| text.trim() == "1.25 ms"))
+            .map(|node| ["x", "y"].map(|key| node.attribute(key).unwrap().parse::<i32>().unwrap()).into())
+            .collect();
+        assert!(labels.len() >= 15, "{labels:?}");
+        for (i, a) in labels.iter().enumerate() {
+            for b in &labels[..i] {
+                assert!((a.0 - b.0).abs() >= 42 || (a.1 - b.1).abs() >= 12, "{a:?} on {b:?}");
+            }
+        }
+    }
 }

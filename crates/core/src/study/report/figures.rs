@@ -91,7 +91,7 @@ pub(super) fn all(
 /// Errors over a cost; schemes without that cost are left out. A failed run is a cross.
 fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: impl Fn(&Row) -> f64) -> Chart {
     let mut chart = Chart::new(title, AxisSpec::log(x), AxisSpec::log(ERROR));
-    for line in &variant.lines {
+    for (look, line) in variant.lines.iter().enumerate() {
         let rows = variant.of(&line.integrator).map(|record| &record.row);
         let shown = rows.filter(|row| !row.dropped && cost(row) > 0.0);
         let mut points: Vec<Point> = shown
@@ -111,7 +111,7 @@ fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: imp
             point.label =
                 Some(row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("tol. {tolerance:e}")));
         }
-        chart.lines.push(Line { name: line.integrator.clone(), points, marked: true });
+        chart.lines.push(Line { name: line.integrator.clone(), points, marked: true, look });
     }
     chart
 }
@@ -159,13 +159,14 @@ fn energy(variant: &VariantResult) -> (Chart, String) {
         return (chart, String::new());
     };
     let away = |record: &&Record| (record.row.dt / step).ln().abs();
-    for line in &variant.lines {
+    for (look, line) in variant.lines.iter().enumerate() {
         let ok = variant.of(&line.integrator).filter(|record| record.row.status == RowStatus::Ok);
         let Some(record) = ok.min_by(|a, b| away(a).total_cmp(&away(b))) else { continue };
         let points = record.times.iter().zip(&record.energy).map(|(t, e)| Point::new(*t, *e)).collect();
         let other =
             if record.row.dt == step { String::new() } else { format!(" ({})", seconds(record.row.dt)) };
-        chart.lines.push(Line { name: format!("{}{other}", line.integrator), points, marked: false });
+        let name = format!("{}{other}", line.integrator);
+        chart.lines.push(Line { name, points, marked: false, look });
     }
     let caption =
         format!("Energy over time at steps of {}, or what the scheme has nearest to it.", seconds(step));

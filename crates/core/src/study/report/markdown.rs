@@ -6,6 +6,9 @@ use super::Report;
 
 pub(super) fn page(report: &Report, folder: &str) -> String {
     let mut out = format!("# {}\n\n{}.\n", report.title, text(&report.machine));
+    for noise in &report.noise {
+        let _ = write!(out, "\n{}.\n", text(noise));
+    }
     for section in &report.sections {
         let _ = write!(out, "\n## {}\n\n", text(&section.heading));
         for line in &section.about {

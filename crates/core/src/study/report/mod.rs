@@ -4,7 +4,7 @@ mod figures;
 mod html;
 mod markdown;
 
-use super::advice::{front, number, seconds, toml, words};
+use super::advice::{front, number, seconds, words};
 use super::plot::PlotError;
 use super::results::{LineResult, Results, VariantResult};
 use super::row::RowStatus;
@@ -35,9 +35,11 @@ pub struct Report {
     pub title: String,
     /// What it was measured on.
     pub machine: String,
+    /// What is to be said of its times, of each study.
+    pub noise: Vec<String>,
     /// The parts.
     pub sections: Vec<Section>,
-    /// What to write into each scene: its name and TOML.
+    /// What to write into each scene, once for every problem that was made of it: its name and TOML.
     pub recommendations: Vec<(String, String)>,
 }
 
@@ -53,15 +55,21 @@ impl Report {
             for (index, variant) in study.variants.iter().enumerate() {
                 sections.push(section(study, variant, index, kinds)?);
             }
-            recommendations.push((study.name.clone(), toml(study.rows(), study.error)));
+            let named = study.recommendations().into_iter().map(|advice| match advice.problem.as_str() {
+                "" => (study.name.clone(), advice.settings),
+                problem => (format!("{}, {problem}", study.name), advice.settings),
+            });
+            recommendations.extend(named);
         }
+        let noise = studies.iter().filter_map(|study| Some(format!("{}: {}", study.name, study.noise()?)));
         let machine = studies.first().map_or_else(String::new, |study| {
             let p = &study.provenance;
             let threads = study.rows().next().map_or(1, |row| row.threads);
             let plural = if threads == 1 { "" } else { "s" };
             format!("{}, {threads} thread{plural}; {}; {}; commit {}", p.cpu, p.rustc, p.flags, p.commit)
         });
-        Ok(Report { title: title.to_owned(), machine, sections, recommendations })
+        let noise = noise.collect();
+        Ok(Report { title: title.to_owned(), machine, noise, sections, recommendations })
     }
 
     /// Names and texts of all charts.

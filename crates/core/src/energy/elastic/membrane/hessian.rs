@@ -8,9 +8,12 @@ use std::ops::Range;
 
 use super::Membrane;
 use super::kernels::factors;
-use crate::algebra::{Mat, Vect, signed_svd, symmetric_eigen};
-use crate::element::cross;
+use crate::algebra::{Dual, Mat, Vect, project_positive, signed_svd, symmetric_eigen};
+use crate::element::{Tangents, cross};
+use crate::energy::elastic::block::{Block, BlockMaterial};
+use crate::lanes::WIDTH;
 use crate::material::{Psd, Spectrum};
+use crate::scene::Stress;
 
 /// Blocks of the three pairs of two vertices after the first, and more.
 const PAIRS: usize = 6;
@@ -24,8 +27,8 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
         let (q, g) = factors(&sheet.deformation_gradient(x, &vertices, pack, lane));
         let svd = signed_svd(&g);
         let Some(spectrum) = sheet.material.spectrum(&svd.sigma) else {
-            // Models without a spectrum are refused where membranes are made.
-            out.fill(f64::NAN);
+            let f = sheet.deformation_gradient(x, &vertices, pack, lane);
+            write_blocks(&tangent(sheet.material.as_ref(), &f, psd), weight, &gradients(&inverse_rest), out);
             continue;
         };
         let frame = Frame::new(&spectrum, &svd.sigma, psd);
@@ -33,13 +36,8 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
         let column = |j: usize| [0, 1, 2].map(|i| q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j]);
         let (u, v) = (column(0), column(1));
         let axes = [u, v, cross(u, v)];
-        // Rows: grad N_a in the frame of V, that of the first vertex minus the sum of the others.
-        let others = inverse_rest.mul(&svd.v);
-        let mut gradient = [[0.0; 2]; 3];
-        for j in 0..2 {
-            (gradient[1][j], gradient[2][j]) = (others[0][j], others[1][j]);
-            gradient[0][j] = -others[0][j] - others[1][j];
-        }
+        // In the frame of V.
+        let gradient = gradients(&inverse_rest.mul(&svd.v));
         let mut blocks = out.chunks_exact_mut(BLOCK);
         for a in 0..3 {
             for b in a..3 {
@@ -57,6 +55,61 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
                     }
                 }
             }
+        }
+    }
+}
+
+/// Rows: `grad N_a`, that of the first vertex minus the sum of the others.
+fn gradients(others: &Mat<f64, 2>) -> [[f64; 2]; 3] {
+    let mut gradient = [[0.0; 2]; 3];
+    for j in 0..2 {
+        (gradient[1][j], gradient[2][j]) = (others[0][j], others[1][j]);
+        gradient[0][j] = -others[0][j] - others[1][j];
+    }
+    gradient
+}
+
+/// Numbers of `F`, 3 x 2.
+const ENTRIES: usize = 6;
+
+/// `dP_ij / dF_kl` of a material without a spectrum, `(2 i + j, 2 k + l)` by rows: `dP = dQ P_2 + Q dP_2` along each entry of `F = Q G`.
+fn tangent(material: &dyn BlockMaterial<2>, f: &Tangents<f64, 3, 2>, psd: Psd) -> Vec<f64> {
+    let g = factors(f).1;
+    let (stress, plane) = (stress_at(material, &g), material.tangent(&g, Psd::Exact));
+    let mut matrix = vec![0.0; ENTRIES * ENTRIES];
+    for kl in 0..ENTRIES {
+        let mut along = f.map(|row| row.map(Dual::constant));
+        along[kl / 2][kl % 2].derivative = 1.0;
+        let (q, g) = factors(&along);
+        let change = plane.apply(&Dual::parts(&g).1);
+        for ij in 0..ENTRIES {
+            let (row, j) = (&q[ij / 2], ij % 2);
+            let along = (0..2).map(|m| row[m].derivative * stress[m][j] + row[m].value * change[m][j]);
+            matrix[ij * ENTRIES + kl] = along.sum();
+        }
+    }
+    if psd == Psd::Projected {
+        project_positive(&mut matrix, ENTRIES);
+    }
+    matrix
+}
+
+/// `P_2(G)`.
+fn stress_at(material: &dyn BlockMaterial<2>, g: &Mat<f64, 2>) -> Mat<f64, 2> {
+    let mut block = [Block::ZERO];
+    (0..WIDTH).for_each(|lane| block[0].set_lane(lane, g));
+    material.stress(Stress::Analytic, &mut block);
+    block[0].lane(0)
+}
+
+/// Writes the blocks `w C_ijkl (grad N_a)_j (grad N_b)_l`.
+fn write_blocks(tangent: &[f64], weight: f64, gradient: &[[f64; 2]; 3], out: &mut [f64]) {
+    let pairs = (0..3).flat_map(|a| (a..3).map(move |b| (a, b)));
+    for ((a, b), block) in pairs.zip(out.chunks_exact_mut(BLOCK)) {
+        for (ik, entry) in block.iter_mut().enumerate() {
+            let of = |j: usize, l: usize| tangent[(2 * (ik / 3) + j) * ENTRIES + 2 * (ik % 3) + l];
+            let terms = (0..4).map(|jl| of(jl / 2, jl % 2) * gradient[a][jl / 2] * gradient[b][jl % 2]);
+            *entry = weight * terms.sum::<f64>();
         }
     }
 }

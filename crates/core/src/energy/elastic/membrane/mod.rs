@@ -14,15 +14,15 @@ use super::block::{Block, BlockMaterial};
 use super::kernels::{BLOCKS, EnergyKernel};
 use super::{centroids, points_of};
 use crate::algebra::Mat;
-use crate::diagnostics::ElementState;
 use crate::dissipation::simplex_packs;
+use crate::element::ElementState;
 use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
 use crate::energy::patch::{PackIndex, Patch, Patches, Workspace};
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
+use crate::material::Stress;
 use crate::material::{Lame, Material, Plane, Psd};
-use crate::mesh::order::along_curve;
-use crate::scene::Stress;
+use crate::numbering::along_curve;
 
 /// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
 pub(crate) fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {
@@ -128,10 +128,12 @@ impl Membrane {
         let (q, g) = factors(&self.deformation_gradient(x, vertices, *pack, *lane));
         let (now, rest) = (with_normal(&q), with_normal(&self.axes[*element]));
         let turned = |m: &Mat<f64, 3>| now.mul(m).mul_transpose(&rest);
-        let ElementState { deformation_gradient, first_piola } = self.material.state(&g);
+        let ElementState { deformation_gradient, first_piola, energy_density, .. } = self.material.state(&g);
         ElementState {
             deformation_gradient: turned(&deformation_gradient),
             first_piola: turned(&first_piola),
+            energy_density,
+            plane: false,
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Plane stress for every material: the stretch across the sheet that leaves its faces free.
 
 use crate::algebra::{Mat, Vect, signed_svd};
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::energy::elastic::block::{Block, BlockMaterial};
 use crate::energy::elastic::kernels::BLOCKS;
 use crate::lanes::WIDTH;
+use crate::material::Stress;
 use crate::material::{Domain, Psd, Spectrum, Tangent};
 use crate::scalar::Scalar;
-use crate::scene::Stress;
 
 /// Relative change of the thickness below which one more step of Newton's method is exact to rounding.
 const CLOSE: f64 = 1e-8;
@@ -117,10 +117,25 @@ impl BlockMaterial<2> for PlaneStress {
         Some(flat)
     }
 
+    /// `C_ijkl - C_ij33 C_33kl / C_3333` of the solid's tangent: `ds` such that `dP_33 = 0`.
     fn tangent(&self, f: &Mat<f64, 2>, psd: Psd) -> Tangent<2> {
         let svd = signed_svd(f);
-        let spectrum = self.spectrum(&svd.sigma).expect("models without a spectrum are refused");
-        spectrum.tangent(&svd, psd)
+        if let Some(spectrum) = self.spectrum(&svd.sigma) {
+            return spectrum.tangent(&svd, psd);
+        }
+        let solid = self.solid.tangent(&self.one(f), Psd::Exact).0;
+        let mut flat = Tangent::zero();
+        for i in 0..2 {
+            for j in 0..2 {
+                for k in 0..2 {
+                    for l in 0..2 {
+                        let follows = solid[i][j][2][2] * solid[2][2][k][l] / solid[2][2][2][2];
+                        flat.0[i][j][k][l] = solid[i][j][k][l] - follows;
+                    }
+                }
+            }
+        }
+        if psd == Psd::Projected { flat.projected() } else { flat }
     }
 
     fn domain(&self) -> Domain {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::algebra::tests::sample::Random;
 use crate::energy::elastic::Elastic;
+use crate::material::tests::EnergyAlone;
 use crate::material::{
     Isotropic, Linear, MaterialSpec, MaterialVisitor, Model, NeoHookean, Plane, PlaneIsotropic,
 };
@@ -58,6 +59,39 @@ fn with_every_material(elements: &[[u32; 3]], rest: &[f64], check: impl Fn(&str,
         }
     }
     assert!(count >= 4 * 12 + 2, "{count}");
+}
+
+/// The blocks of the Hessians of all triangles at `x`.
+fn blocks(mut term: Membrane, x: &[f64], psd: Psd) -> Vec<f64> {
+    let count = term.stencils().vertices.len() / 3;
+    let mut out = vec![0.0; count * 6 * 9];
+    term.stencil_hessians(0..count, x, psd, &mut out);
+    out
+}
+
+/// Membranes of energies alone have the Hessians of those with eigensystems in closed form, pressed ones too, where some eigenvalues
+/// are negative.
+#[test]
+fn hessians_of_an_energy_alone_are_those_in_closed_form() {
+    let (points, elements) = plate();
+    let rest = placed(&points, &turn());
+    let parameters = Isotropic::new(1e6, 0.4);
+    for plane in [Plane::Stress, Plane::Strain] {
+        let sheet =
+            Sheet { thickness: THICKNESS, plane, lame: Some(parameters.lame()), stress: Stress::Analytic };
+        for squeezed in [1.0, 0.6] {
+            let x: Vec<f64> = bent(&points).iter().map(|x| squeezed * x).collect();
+            for psd in [Psd::Exact, Psd::Projected] {
+                let material = NeoHookean::new(&parameters);
+                let alone = EnergyAlone(material.clone());
+                let closed = blocks(Membrane::new("sheet", material, sheet, &elements, &rest), &x, psd);
+                let found = blocks(Membrane::new("sheet", alone, sheet, &elements, &rest), &x, psd);
+                let largest = closed.iter().fold(0.0, |m: f64, k| m.max(k.abs()));
+                let error = closed.iter().zip(&found).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+                assert!(error < 1e-9 * largest, "{plane:?}, {psd:?}: {error:e} of {largest:e} N/m");
+            }
+        }
+    }
 }
 
 fn neo_hookean(plane: Plane, elements: &[[u32; 3]], rest: &[f64]) -> Membrane {

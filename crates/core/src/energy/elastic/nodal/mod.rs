@@ -28,11 +28,11 @@ use super::block::{Block, BlockMaterial};
 use super::hessian::{MARGIN, first_root};
 use super::kernels::BLOCKS;
 use crate::algebra::Mat;
-use crate::diagnostics::ElementState;
+use crate::element::ElementState;
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::lanes::{WIDTH, dispatch};
+use crate::material::Stress;
 use crate::material::{Domain, Material, MaterialSpec, MaterialVisitor, Psd};
-use crate::scene::Stress;
 
 use hessian::Part;
 use rings::{Deform, Gather, Rings};
@@ -116,17 +116,20 @@ pub(super) struct Nodes<const D: usize> {
 }
 
 impl<const D: usize> Nodes<D> {
-    /// The state of an element: its own `F`, and the mean of the Cauchy stresses at its nodes. Its own stress would be that of an
-    /// element that locks.
+    /// The state of an element: its own `F`, and the means of Cauchy stress and energy density at its nodes. Those of its own `F` would
+    /// be those of an element that locks.
     pub(super) fn state(&self, f: &Mat<f64, D>, vertices: &[u32], x: &[f64]) -> ElementState {
-        let own = self.whole.state(f).deformation_gradient;
-        let mut cauchy = Mat::zero();
+        let of_own = self.whole.state(f);
+        let (mut cauchy, mut energy_density) = (Mat::zero(), 0.0);
         for v in vertices {
             let node = self.rings.vertices.binary_search(v).expect("a vertex of an element is a node");
             let at_node = self.rings.deformation_gradient(node, x.as_chunks::<D>().0);
-            cauchy += self.whole.state(&at_node).cauchy_stress().scale(1.0 / vertices.len() as f64);
+            let state = self.whole.state(&at_node);
+            cauchy += state.cauchy_stress().scale(1.0 / vertices.len() as f64);
+            energy_density += state.energy_density / vertices.len() as f64;
         }
-        ElementState { deformation_gradient: own, first_piola: cauchy.mul(&own.cofactor()) }
+        let first_piola = cauchy.mul(&of_own.deformation_gradient.cofactor());
+        ElementState { first_piola, energy_density, ..of_own }
     }
 
     /// Bytes held.

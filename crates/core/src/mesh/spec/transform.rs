@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::OneOrMany;
-use super::measured::*;
+use crate::value::OneOrMany;
+use crate::value::*;
 
 /// The mesh scaled along the axes, then rotated, both about `centre`, then moved:
 /// `X = centre + R S (X_mesh - centre) + translate`. It is the rest shape that moves.

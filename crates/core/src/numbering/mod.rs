@@ -4,10 +4,12 @@
 //! several times slower). Such bodies are renumbered along a space-filling curve when a scene is assembled; frames, messages
 //! and everything else that leaves a simulation keep the numbers of the mesh.
 
+mod curve;
+
 use std::borrow::Cow;
 use std::ops::Range;
 
-use crate::mesh::order::along_curve;
+pub use curve::along_curve;
 
 /// Up to so many vertices, the state of a body fits the cache in any order.
 const MIN_VERTICES: usize = 8192;

@@ -11,6 +11,10 @@ pub struct ElementState {
     pub deformation_gradient: Mat<f64, 3>,
     /// First Piola-Kirchhoff stress `P = d Psi / dF` [Pa].
     pub first_piola: Mat<f64, 3>,
+    /// Energy density `Psi(F)` by the volume at rest [J/m^3].
+    pub energy_density: f64,
+    /// Whether the third axis is out of the plane of a scene in 2D: rotations are then about that axis.
+    pub plane: bool,
 }
 
 impl ElementState {
@@ -30,10 +34,19 @@ impl ElementState {
         (f.transpose_mul(f) - Mat::identity()).scale(0.5)
     }
 
-    /// Corotated strain `S - I`, with `F = R S` the signed polar decomposition.
+    /// Corotated strain `S - I`, with `F = R S` the signed polar decomposition: `R` is a rotation, in 2D one of the plane, and `S` has the
+    /// negative stretch of an inverted element.
     pub fn corotated_strain(&self) -> Mat<f64, 3> {
-        let svd = signed_svd(&self.deformation_gradient);
-        svd.v.mul(&Mat::diagonal(&svd.sigma)).mul_transpose(&svd.v) - Mat::identity()
+        let f = &self.deformation_gradient;
+        if !self.plane {
+            return stretch(f) - Mat::identity();
+        }
+        let in_plane = stretch(&Mat([[f[0][0], f[0][1]], [f[1][0], f[1][1]]]));
+        let mut strain = Mat::diagonal(&[0.0, 0.0, f[2][2]]);
+        for i in 0..2 {
+            strain[i][..2].copy_from_slice(&in_plane[i]);
+        }
+        strain - Mat::identity()
     }
 
     /// Cauchy stress `sigma = P F^T / J` [Pa]; not finite where `J = 0`.
@@ -49,14 +62,21 @@ impl ElementState {
     }
 }
 
+/// `S = V diag(sigma) V^T` of `F = R S`.
+fn stretch<const D: usize>(f: &Mat<f64, D>) -> Mat<f64, D> {
+    let svd = signed_svd(f);
+    svd.v.mul(&Mat::diagonal(&svd.sigma)).mul_transpose(&svd.v)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
     use crate::scene::Scene;
+    use crate::simulation::Simulation;
 
-    /// The states of a bar of two cells, nu = 0.3, E = 1 MPa, under `x = matrix X + (0.5, 0.2[, 0.1])`.
-    fn deformed(matrix: &[&[f64]], material: &str) -> Vec<ElementState> {
+    /// A bar of two cells, nu = 0.3, E = 1 MPa, under `x = matrix X + (0.5, 0.2[, 0.1])`.
+    fn bar(matrix: &[&[f64]], material: &str) -> Simulation {
         let d = matrix.len();
         let shift = &[0.5, 0.2, 0.1][..d];
         let cells = &[2, 1, 1][..d];
@@ -67,10 +87,19 @@ mod tests {
              position = {{ affine = {{ matrix = {matrix:?}, translation = {shift:?} }} }}\n"
         );
         let scene = Scene::from_toml(&text).unwrap();
-        let assembly = scene.assemble(UnstableStep::Accept).ok().unwrap();
-        let states = assembly.simulation.element_states();
-        assert_eq!(states.len(), if d == 2 { 4 } else { 12 });
+        scene.assemble(UnstableStep::Accept).ok().unwrap().simulation
+    }
+
+    /// The states of its elements.
+    fn deformed(matrix: &[&[f64]], material: &str) -> Vec<ElementState> {
+        let states = bar(matrix, material).element_states();
+        assert_eq!(states.len(), if matrix.len() == 2 { 4 } else { 12 });
         states
+    }
+
+    /// Its elastic energy [J].
+    fn energy(matrix: &[&[f64]], material: &str) -> f64 {
+        bar(matrix, material).diagnostics().elastic
     }
 
     fn assert_close(a: &Mat<f64, 3>, b: [[f64; 3]; 3], scale: f64) {
@@ -95,6 +124,42 @@ mod tests {
         }
         for state in deformed(&[&[1.0, 0.0], &[0.0, 1.0]], "stvk") {
             assert_close(&state.deformation_gradient, IDENTITY, 1.0);
+        }
+    }
+
+    // lecture 15: F = R S, an inverted element has a negative stretch, and R is a rotation of the plane.
+    #[test]
+    fn corotated_strains_of_inverted_elements_in_the_plane_are_in_the_plane() {
+        let turned = [[0.6, 0.8 * 1.5], [0.8, -0.6 * 1.5]];
+        for state in deformed(&[&turned[0], &turned[1]], "corotated") {
+            // The smaller stretch, that along x, is the one that changes its sign; in space it would be that out of the plane.
+            let (c, s) = (-0.6, -0.8);
+            assert_close(&state.corotated_strain(), [[-2.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0; 3]], 1.0);
+            let stretch = Mat([[-1.0, 0.0], [0.0, 1.5]]);
+            let again = Mat([[c, -s], [s, c]]).mul(&stretch);
+            assert!((again[0][0] - turned[0][0]).abs() + (again[0][1] - turned[0][1]).abs() < 1e-15);
+        }
+    }
+
+    // lecture 14 and 18: psi by hand, and the sum over the volumes is the energy of the body.
+    #[test]
+    fn energy_densities_are_those_by_hand_and_add_up_to_the_energy() {
+        let (mu, lambda) = (1e6 / 2.6, 0.3e6 / (1.3 * 0.4));
+        for state in deformed(&[&[1.2, 0.0], &[0.0, 1.0]], "corotated") {
+            // mu |F - R|^2 + lambda/2 tr(S - I)^2
+            let expected = mu * 0.04 + 0.5 * lambda * 0.04;
+            assert!((state.energy_density / expected - 1.0).abs() < 1e-12);
+        }
+        for (d, volume) in [(2, 0.5 * 0.5 * 0.5), (3, 0.5f64.powi(3) / 6.0)] {
+            let row = |i: usize| [[1.1, 0.2, 0.1], [-0.1, 0.9, 0.3], [0.2, 0.0, 1.2]][i][..d].to_vec();
+            let rows: Vec<Vec<f64>> = (0..d).map(row).collect();
+            let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+            for material in ["stvk", "neo-hookean", "hencky"] {
+                let states = deformed(&rows, material);
+                let sum: f64 = states.iter().map(|state| volume * state.energy_density).sum();
+                let energy = energy(&rows, material);
+                assert!((sum / energy - 1.0).abs() < 1e-12, "{d}D {material}: {sum} J of {energy} J");
+            }
         }
     }
 

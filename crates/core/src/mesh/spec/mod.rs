@@ -1,12 +1,32 @@
-//! Shapes at rest.
+//! Shapes at rest, as a user writes them.
 
 use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
-use super::shapes::*;
+use crate::value::*;
+
+mod selection;
+mod shapes;
+mod transform;
+
+pub use selection::*;
+pub use shapes::*;
+pub use transform::*;
+
+/// The mesh of a body: its shape, and how that is refined, moved and repeated.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyMesh<'a> {
+    /// Its shape.
+    pub shape: &'a MeshSpec,
+    /// Whether its cells are of second order.
+    pub quadratic: bool,
+    /// Where it is, where that is not where the shape has it.
+    pub transform: Option<&'a TransformSpec>,
+    /// How often it is there, where that is more than once.
+    pub repeat: Option<&'a RepeatSpec>,
+}
 
 /// The shape of a body at rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,8 +40,8 @@ pub enum MeshSpec {
     Strand(StrandSpec),
     /// Points spread at random over a disk or annulus.
     Disk(DiskSpec),
-    /// A mesh file: Gmsh `.msh` (2.2 or 4.1, ASCII), VTK `.vtk` and `.vtu`, TetGen `.node` with `.ele`, Medit `.mesh`,
-    /// `.ply`, `.stl`, Wavefront `.obj`.
+    /// A mesh file: Gmsh `.msh` (2.2 or 4.1), VTK `.vtk` and `.vtu`, TetGen `.node` with `.ele`, Medit
+    /// `.mesh`, `.ply`, `.stl`, Wavefront `.obj`.
     File(FileSpec),
     /// Vertices and cells written in the scene.
     Inline(InlineSpec),
@@ -132,8 +152,11 @@ pub struct DiskSpec {
     pub seed: u64,
 }
 
-/// A mesh file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// A mesh file. What is wrong in it is refused, or mended by the keys beside `path`, in this order:
+/// `merge`, `drop_degenerate`, `drop_unused`, `orient`. Vertices keep the order of the file, and numbers of
+/// vertices elsewhere in the scene count those that are left; `check` says how many are gone, and from
+/// which number on the others have moved up.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileSpec {
     /// Path, relative to the scene file.
@@ -142,6 +165,23 @@ pub struct FileSpec {
     /// `order = 2` and uses them as they are. With both, the sides become straight.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_mid_nodes: bool,
+    /// Vertices no farther than this from one before them in the file become that one [m]; 0 for those at
+    /// exactly the same place. In coordinates of the file, before any `transform`.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
+    #[schemars(extend("minimum" = 0.0))]
+    pub merge: Option<f64>,
+    /// Whether cells without a volume, an area or a length are left out, cells that name a vertex twice,
+    /// and cells that repeat another, whose groups that one then is in.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drop_degenerate: bool,
+    /// Whether vertices that no element and no edge uses are left out.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drop_unused: bool,
+    /// Whether cells of negative volume get their vertices in the right order. Triangles in space get the
+    /// same side up as their neighbours: the outer one where they enclose a volume, otherwise the one that
+    /// most of them have.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub orient: bool,
 }
 
 /// Vertices and cells written in the scene.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::measured::*;
+use crate::value::*;
 
 /// A ball of `20 cells^3` tetrahedra. Group: `surface`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

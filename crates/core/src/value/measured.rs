@@ -11,9 +11,9 @@ use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 
 use super::OneOrMany;
+use super::form::{self, TextForm};
 use crate::expression::Variable;
 use crate::quantity::{Kind, Quantity};
-use crate::scene::text::{self, TextForm};
 
 /// Reads a field as `A`, for `#[serde(with = ...)]`.
 pub(crate) struct As<A>(PhantomData<A>);
@@ -119,13 +119,13 @@ macro_rules! measured {
                 }
 
                 fn json_schema(_: &mut SchemaGenerator) -> Schema {
-                    text::quantity_schema(Self::KINDS)
+                    form::quantity_schema(Self::KINDS)
                 }
             }
         )+
 
         /// What stands behind the names that [`Measured`] gives to the scene's own reader.
-        pub(in crate::scene) fn text_form(name: &str) -> Option<TextForm> {
+        pub(super) fn text_form(name: &str) -> Option<TextForm> {
             match name {
                 $(
                     $name::ONE => Some(TextForm::Quantity($name::KINDS)),
@@ -181,7 +181,7 @@ impl<'de, M: Measured> Visitor<'de> for MeasuredVisitor<M> {
     type Value = Quantity;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(text::A_NUMBER)
+        formatter.write_str(form::A_NUMBER)
     }
 
     fn visit_f64<E>(self, value: f64) -> Result<Quantity, E> {
@@ -236,7 +236,7 @@ impl<'de, M: Measured> Visitor<'de> for OneOrManyVisitor<M> {
     type Value = OneOrMany;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(text::NUMBERS)
+        formatter.write_str(form::NUMBERS)
     }
 
     fn visit_f64<E>(self, value: f64) -> Result<OneOrMany, E> {

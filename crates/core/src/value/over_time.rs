@@ -7,10 +7,10 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, Error, Visitor};
 use serde::ser::{Serialize, Serializer};
 
+use super::form;
 use super::measured::{Measured, ReadAs};
 use crate::expression::{Expression, Variable};
 use crate::quantity::{Kind, is_quantity};
-use crate::scene::text;
 
 /// A number in SI units, or a formula of the time `t` [s] that gives one; where the key allows it, of the place at rest `X`, `Y`,
 /// `Z` [m] too.
@@ -27,11 +27,11 @@ impl OverTime {
     ///
     /// # Errors
     /// What is wrong with it, in one line.
-    pub(in crate::scene) fn parse(
+    pub(crate) fn parse(
         kinds: &[Kind],
         variables: &[Variable],
         text: &str,
-    ) -> Result<OverTime, text::TextError> {
+    ) -> Result<OverTime, form::TextError> {
         if is_quantity(text) {
             Ok(OverTime::Constant(Kind::parse_any(kinds, text)?.value))
         } else {
@@ -63,6 +63,14 @@ impl OverTime {
     /// Whether it differs from place to place.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
+    }
+
+    /// Whether nothing in it jumps, see [`Expression::is_continuous`].
+    pub fn is_continuous(&self) -> bool {
+        match self {
+            OverTime::Constant(_) => true,
+            OverTime::Formula(formula) => formula.is_continuous(),
+        }
     }
 
     /// The value, if it is the same at all times.
@@ -108,7 +116,7 @@ macro_rules! reads {
                 }
 
                 fn json_schema(_: &mut SchemaGenerator) -> Schema {
-                    text::formula_schema(M::KINDS, Variable::$variables)
+                    form::formula_schema(M::KINDS, Variable::$variables)
                 }
             }
 
@@ -136,7 +144,7 @@ impl<'de> Visitor<'de> for FormulaVisitor {
     type Value = OverTime;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(text::A_NUMBER)
+        formatter.write_str(form::A_NUMBER)
     }
 
     fn visit_f64<E>(self, value: f64) -> Result<OverTime, E> {

@@ -1,0 +1,133 @@
+//! Work between static states.
+
+use super::{Flows, Ledger, Looked, feeds};
+use crate::system::System;
+
+/// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and the next, by the mean of
+/// the forces in both.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(super) struct Equilibrium {
+    /// [s]
+    time: f64,
+    /// Flat [m].
+    x: Vec<f64>,
+    /// Gradient of the loads that supply energy, flat [N]; empty without any.
+    loads: Vec<f64>,
+    /// Gradient of all potentials at each coordinate on prescribed motion [N].
+    carried: Vec<f64>,
+}
+
+impl Equilibrium {
+    /// Of the state `x` at `time` [s], at which `system` holds the force.
+    pub(super) fn of(system: &mut System, looked: Looked, time: f64, x: &[f64]) -> Self {
+        let mut loads = vec![];
+        if looked.loads {
+            loads.resize(x.len(), 0.0);
+            let terms = system.terms().iter().filter(|term| feeds(term.as_ref()));
+            terms.for_each(|term| term.add_rows(0, &mut loads));
+        }
+        let rest = vec![0.0; if system.is_damped() { x.len() } else { 0 }];
+        let carried = carried(system, x, &rest).into_iter().map(|(_, gradient)| gradient).collect();
+        Equilibrium { time, x: x.to_vec(), loads, carried }
+    }
+}
+
+impl Ledger {
+    /// The same for a quasi-static run, whose state at `time` [s] is `x`. Neither drag nor walls take anything there: nothing moves.
+    pub(crate) fn between_equilibria(mut self, system: &mut System, time: f64, x: &[f64]) -> Self {
+        self.equilibrium = Some(Equilibrium::of(system, self.looked, time, x));
+        (self.ether_drag, self.walls) = (None, None);
+        system.count_walls(false);
+        self
+    }
+
+    /// Goes on by an increment of `h` [s] to the equilibrium `x` at `time` [s], where moving coordinates have the velocities `v` and
+    /// `system` holds the force: forces do the work `f . dx` by the trapezoidal rule, exact to second order in the increment; what
+    /// dissipates takes `dx . dR/dv` at the velocities `dx / h` that the increment was solved with.
+    pub(crate) fn advance_to_equilibrium(
+        &mut self,
+        system: &mut System,
+        h: f64,
+        time: f64,
+        x: &[f64],
+        v: &[f64],
+    ) {
+        let Some(last) = self.equilibrium.take() else { return };
+        let now = Equilibrium::of(system, self.looked, time, x);
+        let dx: Vec<f64> = x.iter().zip(&last.x).map(|(x, last)| x - last).collect();
+        let rate: Vec<f64> = dx.iter().map(|dx| dx / h).collect();
+        let works = Flows {
+            loads: -mean_work(&last.loads, &now.loads, &dx),
+            gravity: self.work_of_gravity(system, (&last, &now), &dx),
+            ether_drag: 0.0,
+            damping: if self.damping.is_some() { h * system.dissipated_power(x, &rate) } else { 0.0 },
+        };
+        self.each(works, |integral, work| integral.add(work));
+        if let Some(own) = &mut self.motion {
+            own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
+            own.kinetic = super::motion(system, x, v).1;
+        }
+        self.equilibrium = Some(now);
+    }
+
+    /// The work of gravity that changes with time [J]; `system` is at the time of `now` before and after.
+    fn work_of_gravity(
+        &self,
+        system: &mut System,
+        (last, now): (&Equilibrium, &Equilibrium),
+        dx: &[f64],
+    ) -> f64 {
+        let looked = Looked { loads: false, losses: false, ..self.looked };
+        if !looked.gravity {
+            return 0.0;
+        }
+        let after = Flows::of(system, looked, &now.x, dx).gravity;
+        system.set_time(last.time);
+        let before = Flows::of(system, looked, &last.x, dx).gravity;
+        system.set_time(now.time);
+        0.5 * (before + after)
+    }
+
+    /// Goes on from the state `x` after holds have been let go.
+    pub(super) fn rebase(&mut self, system: &mut System, x: &[f64]) {
+        if let Some(last) = self.equilibrium.take() {
+            self.equilibrium = Some(Equilibrium::of(system, self.looked, last.time, x));
+        }
+    }
+}
+
+/// What prescribed motion does against potentials, and against what dissipates at the velocities `rate` [m/s] [J].
+fn work_of_motion(
+    system: &mut System,
+    (last, now): (&Equilibrium, &Equilibrium),
+    x: &[f64],
+    rate: &[f64],
+    dx: &[f64],
+) -> f64 {
+    let dissipated = carried(system, x, rate).into_iter();
+    let potentials = last.carried.iter().zip(&now.carried);
+    dissipated.zip(potentials).map(|((i, all), (last, now))| (0.5 * (last + now) + (all - now)) * dx[i]).sum()
+}
+
+/// `1/2 (a + b) . dx`; zero where there is no force.
+fn mean_work(a: &[f64], b: &[f64], dx: &[f64]) -> f64 {
+    a.iter().zip(b).zip(dx).map(|((a, b), dx)| 0.5 * (a + b) * dx).sum()
+}
+
+/// Each coordinate on prescribed motion, and the gradient there [N], that of what dissipates at the velocities `v` [m/s] included.
+fn carried(system: &mut System, x: &[f64], v: &[f64]) -> Vec<(usize, f64)> {
+    if !system.has_prescribed_motion() {
+        return vec![];
+    }
+    if system.is_damped() {
+        system.evaluate_dissipation(x, v);
+    }
+    let (d, mut carried) = (system.dimension(), vec![]);
+    for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
+        let axes = hold.axes();
+        system.visit_gradient(hold.vertices(), |vertex, gradient| {
+            carried.extend((0..d).filter(|c| axes[*c]).map(|c| (vertex * d + c, gradient[c])));
+        });
+    }
+    carried
+}

@@ -1,0 +1,183 @@
+//! The largest step of a scheme, found by running it on oscillators.
+
+use super::modes::{Mode, ModeRange};
+use crate::integrator::splitting::Stage;
+use crate::integrator::{Method, Scheme, amplification, coupled_radius};
+
+/// Parts of the line between two neighbouring points of a boundary whose modes are looked at.
+const PARTS: u32 = 8;
+/// Steps of this many radians, or of this decay, are far below every limit.
+const SMALL: f64 = 1e-4;
+/// A mode without stiffness is taken for one that is so much slower than its damping.
+const SLOW: f64 = 1e-6;
+/// Damping that is there and does nothing [1/s].
+const LEAST_DAMPING: f64 = 1e-200;
+/// Radians of the fastest motion in a step up to which the iteration of the Gauss-Radau method converges in the steps that it may take, whatever
+/// other motions there are.
+const GAUSS_RADAU_RADIANS: f64 = 2.0;
+/// Directions of a dashpot between a stiff motion and a free one, from the free one [rad].
+const ANGLES: [f64; 6] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// Modes of a range lie on a line where they are no farther from it than this part of the largest.
+const LINE: f64 = 1e-2;
+/// Rounding leaves the radius of a neutral mode within a few units of one.
+const ROUNDING: f64 = 1e-13;
+
+/// The largest step that a scheme may take.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct StabilityLimit {
+    /// Largest natural frequency at the start [rad/s].
+    pub frequency: f64,
+    /// Largest rate at which damping slows a motion at the start [1/s]; 0 without damping.
+    pub damping: f64,
+    /// Largest stable step [s]; infinite where nothing oscillates.
+    pub step: f64,
+    /// True for schemes that gain energy at any step: `step` is then the one at which the fastest mode's amplitude doubles
+    /// over the duration of the run.
+    pub grows_at_any_step: bool,
+}
+
+/// The largest step at which `method` amplifies none of these modes under ether drag `ether_drag` [1/s]: the least over the whole range,
+/// not the fastest mode alone, for slow ones under strong damping have a root `-c` that a fast one has not.
+pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, duration: f64) -> StabilityLimit {
+    let ModeRange { frequency, damping, ref boundary } = *modes;
+    let mut limit = StabilityLimit { frequency, damping, step: f64::INFINITY, grows_at_any_step: false };
+    // What is stable at any step without damping is so with it: all of the left half-plane is stable.
+    if method.documentation.stability_limit == f64::INFINITY {
+        return limit;
+    }
+    for mode in sampled(boundary, ether_drag) {
+        let trial = Trial { method, mode, is_damped: damping > 0.0, ether_drag, duration };
+        if limit.step.is_finite() && trial.is_bounded(limit.step) {
+            continue;
+        }
+        let (step, grows) = trial.limit();
+        if step < limit.step {
+            (limit.step, limit.grows_at_any_step) = (step, grows);
+        }
+    }
+    if damping > 0.0 && frequency > 0.0 && goes_back(method) && !is_line(modes) {
+        limit.step = coupled_limit(method, modes, limit.step);
+    }
+    let converges = GAUSS_RADAU_RADIANS / frequency;
+    if matches!(method.scheme, Scheme::GaussRadau(_)) && limit.step > converges {
+        (limit.step, limit.grows_at_any_step) = (converges, false);
+    }
+    limit
+}
+
+/// Whether a scheme has kicks backwards in time: damping is negative in these, and is outweighed by that of the others only where it commutes
+/// with the stiffness.
+fn goes_back(method: &Method) -> bool {
+    match method.scheme {
+        Scheme::Splitting(stages) => stages.iter().any(|stage| matches!(stage, Stage::Kick(c) if *c < 0.0)),
+        _ => false,
+    }
+}
+
+/// Whether all modes are on a line, as with damping in proportion to stiffness and mass.
+fn is_line(modes: &ModeRange) -> bool {
+    let ModeRange { frequency, damping, ref boundary } = *modes;
+    let point = |mode: &Mode| [mode.stiffness / (frequency * frequency), mode.damping / damping];
+    let points: Vec<[f64; 2]> = boundary.iter().map(point).collect();
+    let apart = |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]).hypot(q[1] - p[1]);
+    let Some(&first) = points.first() else { return true };
+    let far = points.iter().fold(first, |far, p| if apart(first, *p) > apart(first, far) { *p } else { far });
+    let length = apart(first, far);
+    let area =
+        |p: &[f64; 2]| (far[0] - first[0]) * (p[1] - first[1]) - (far[1] - first[1]) * (p[0] - first[0]);
+    length == 0.0 || points.iter().all(|p| area(p).abs() <= LINE * length)
+}
+
+/// The largest step up to `step` [s] at which the fastest motion does not grow where the strongest dashpot couples it to a free one, in any
+/// direction of [`ANGLES`].
+fn coupled_limit(method: &Method, modes: &ModeRange, step: f64) -> f64 {
+    let bounded = |h: f64| {
+        let radius = |angle: &f64| coupled_radius(method, h * modes.frequency, h * modes.damping, *angle);
+        h <= step && ANGLES.iter().all(|angle| radius(angle) <= 1.0 + ROUNDING)
+    };
+    if bounded(step) { step } else { last_true(0.5 * step, bounded) }
+}
+
+/// The modes of a boundary and between its points. Drag acts on the slowest too.
+fn sampled(boundary: &[Mode], ether_drag: f64) -> Vec<Mode> {
+    let slowest = (ether_drag > 0.0).then(Mode::default);
+    let corners: Vec<Mode> = slowest.into_iter().chain(boundary.iter().copied()).collect();
+    let between = |pair: &[Mode], part: u32| {
+        let t = f64::from(part) / f64::from(PARTS);
+        let mixed = |a: f64, b: f64| (1.0 - t) * a + t * b;
+        Mode {
+            stiffness: mixed(pair[0].stiffness, pair[1].stiffness),
+            damping: mixed(pair[0].damping, pair[1].damping),
+        }
+    };
+    // Corners first: they are most often the ones that limit the step.
+    let inner = corners.windows(2).flat_map(|pair| (1..PARTS).map(move |part| between(pair, part)));
+    corners.iter().copied().chain(inner).collect()
+}
+
+/// A scheme on `x'' = -k x - (c + drag) x'`.
+struct Trial<'a> {
+    method: &'a Method,
+    mode: Mode,
+    /// Whether other modes are damped: a scheme then treats drag as it does their damping.
+    is_damped: bool,
+    ether_drag: f64,
+    duration: f64,
+}
+
+impl Trial<'_> {
+    /// The largest modulus of an eigenvalue of a step.
+    fn radius(&self, h: f64) -> f64 {
+        let least = if self.is_damped { LEAST_DAMPING } else { 0.0 };
+        let damping = self.mode.damping.max(least);
+        amplification(self.method, h * self.frequency(), h * damping, h * self.ether_drag).spectral_radius()
+    }
+
+    fn frequency(&self) -> f64 {
+        self.mode.stiffness.sqrt().max(SLOW * (self.mode.damping + self.ether_drag))
+    }
+
+    fn is_bounded(&self, h: f64) -> bool {
+        self.radius(h) <= 1.0 + ROUNDING
+    }
+
+    /// The largest stable step, and whether it is one of growth.
+    fn limit(&self) -> (f64, bool) {
+        let (frequency, rate) = (self.frequency(), self.mode.damping + self.ether_drag);
+        if frequency == 0.0 {
+            return (f64::INFINITY, false);
+        }
+        let small = SMALL / frequency.max(rate);
+        // Without damping the growth of such a scheme is below rounding in small steps, and still there.
+        let grows = rate == 0.0 && self.method.documentation.stability_limit == 0.0;
+        if !grows && self.is_bounded(small) {
+            return (last_true(small, |h| self.is_bounded(h)), false);
+        }
+        let doubles_later = |h: f64| self.radius(h).ln() * (self.duration / h) <= std::f64::consts::LN_2;
+        let mut start = small;
+        while !doubles_later(start) && start > f64::MIN_POSITIVE {
+            start *= 0.5;
+        }
+        (last_true(start, doubles_later), true)
+    }
+}
+
+/// The end of the interval around `start` in which `holds` is true.
+fn last_true(start: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (start, start);
+    while holds(high) {
+        low = high;
+        high *= 1.1;
+        if !high.is_finite() {
+            return f64::INFINITY;
+        }
+    }
+    while high - low > 1e-15 * high {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    low
+}

@@ -1,0 +1,179 @@
+//! The modes that a linearised system has, as far as the stability of a scheme depends on them.
+
+use super::lanczos::{Wanted, largest_eigenvalue, norm, rayleigh_quotient, scale};
+use crate::system::System;
+
+/// Bound of the error of points of the boundary, as a part of the largest.
+const BOUNDARY_TOLERANCE: f64 = 1e-3;
+/// Points of the boundary at most.
+const MAX_POINTS: usize = 16;
+
+/// The upper end of the spectrum of `K u = omega^2 M u`, `K` the Hessian of the energy.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Spectrum {
+    /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
+    pub frequency: f64,
+    /// Bound of its relative error, from the residual of the eigenpair.
+    pub relative_error: f64,
+    /// Products with the Hessian that it took.
+    pub products: usize,
+}
+
+/// The largest natural frequency of `system` linearised at `x`, by Lanczos iteration on `M^-1/2 K M^-1/2`; pinned vertices do not take
+/// part.
+///
+/// Where a term approximates its products (mutual gravity of many particles), the basis is kept, and the eigenvector found is put
+/// into one exact product: its Rayleigh quotient is the eigenvalue, and the residual of that is the bound.
+pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
+    let mut stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.stiffness_product(x, p, y);
+    let mut top = largest_eigenvalue(system, Wanted::VALUE, &mut stiffness);
+    system.end_stiffness_products();
+    if top.approximate {
+        let scale = scale(system);
+        let exact = |system: &mut System, p: &[f64], y: &mut [f64]| system.hessian_product(x, p, y);
+        (top.value, top.error) = rayleigh_quotient(system, &scale, &top.vector, exact);
+        top.products += 1;
+    }
+    if top.value.is_nan() || top.value <= 0.0 {
+        return Spectrum { frequency: 0.0, relative_error: 0.0, products: top.products };
+    }
+    Spectrum {
+        frequency: top.value.sqrt(),
+        relative_error: 0.5 * top.error / top.value,
+        products: top.products,
+    }
+}
+
+/// A mode of `x'' + c x' + k x = 0`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mode {
+    /// `k`, the square of the angular frequency that it has without damping [1/s^2].
+    pub stiffness: f64,
+    /// `c` [1/s].
+    pub damping: f64,
+}
+
+/// The modes that `M x'' + C x' + K x = 0` can have.
+///
+/// A mode `u exp(lambda t)` is a root of `lambda^2 + c lambda + k = 0` with `k = u* K u / u* M u` and `c = u* C u / u* M u`; Tisseur,
+/// Meerbergen 2001, *The quadratic eigenvalue problem*, SIAM Review 43, 235, section 3. These pairs lie in the joint numerical range of
+/// both matrices, a convex set: no mode is more damped, or faster, than some on its boundary. With `C = alpha M + beta K` it is the line
+/// `c = alpha + beta k` that all modes lie on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ModeRange {
+    /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
+    pub frequency: f64,
+    /// Largest rate at which damping slows a motion [1/s]; 0 without damping.
+    pub damping: f64,
+    /// Points of its boundary, from slow modes that are damped much, over fast ones, to those that are damped little.
+    pub boundary: Vec<Mode>,
+}
+
+/// The modes of `system` linearised at `(x, v)`.
+pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
+    let frequency = largest_frequency(system, x).frequency;
+    let undamped = Mode { stiffness: frequency * frequency, damping: 0.0 };
+    let free = ModeRange { frequency, damping: 0.0, boundary: vec![undamped] };
+    if !system.is_damped() {
+        return free;
+    }
+    let mut product = |system: &mut System, p: &[f64], y: &mut [f64]| {
+        system.damping_product(x, v, p, y);
+        false
+    };
+    let damping = largest_eigenvalue(system, Wanted::VALUE, &mut product).value;
+    if damping.is_nan() || damping <= 0.0 {
+        return free;
+    }
+    let largest = Mode { stiffness: undamped.stiffness, damping };
+    let scale = scale(system);
+    let boundary = Boundary { system, x, v, scale, largest, count: 0 }.points();
+    ModeRange { frequency, damping, boundary }
+}
+
+/// The upper and right part of the boundary of a joint numerical range, in units of the largest `k` and `c`.
+struct Boundary<'a> {
+    system: &'a mut System,
+    x: &'a [f64],
+    v: &'a [f64],
+    /// `M^-1/2`.
+    scale: Vec<f64>,
+    largest: Mode,
+    /// Points found so far.
+    count: usize,
+}
+
+/// `(k, c)` over the largest.
+type Point = [f64; 2];
+
+impl Boundary<'_> {
+    /// Points from slow modes that are damped much, clockwise.
+    fn points(mut self) -> Vec<Mode> {
+        let directions = [[-1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [1.0, -1.0], [0.0, -1.0]];
+        let mut corners: Vec<Point> =
+            directions.into_iter().filter_map(|normal| self.corner(normal)).collect();
+        corners.dedup();
+        let mut points: Vec<Point> = vec![];
+        for corner in corners {
+            if let Some(&before) = points.last() {
+                self.refine(before, corner, &mut points);
+            }
+            points.push(corner);
+        }
+        let Mode { stiffness, damping } = self.largest;
+        // A negative stiffness is that of an instability of the system itself.
+        let mode = |[k, c]: Point| Mode { stiffness: stiffness * k.max(0.0), damping: damping * c.max(0.0) };
+        points.into_iter().map(mode).collect()
+    }
+
+    /// The point that is farthest along `normal`; what is largest is known exactly.
+    fn corner(&mut self, normal: Point) -> Option<Point> {
+        let [k, c] = self.touch(normal)?;
+        Some([if normal == [1.0, 0.0] { 1.0 } else { k }, if normal == [0.0, 1.0] { 1.0 } else { c }])
+    }
+
+    /// Adds points between `p` and `q` where the boundary is beyond the line between them: a sandwich algorithm, Rote 1992, *The
+    /// convergence rate of the sandwich algorithm for approximating convex functions*, Computing 48, 337.
+    fn refine(&mut self, p: Point, q: Point, points: &mut Vec<Point>) {
+        let edge = [q[0] - p[0], q[1] - p[1]];
+        let length = edge[0].hypot(edge[1]);
+        if length < BOUNDARY_TOLERANCE || self.count >= MAX_POINTS {
+            return;
+        }
+        let normal = [-edge[1] / length, edge[0] / length];
+        let height = |r: Point| normal[0] * (r[0] - p[0]) + normal[1] * (r[1] - p[1]);
+        let Some(beyond) = self.touch(normal).filter(|r| height(*r) > 2.0 * BOUNDARY_TOLERANCE) else {
+            return;
+        };
+        self.refine(p, beyond, points);
+        points.push(beyond);
+        self.refine(beyond, q, points);
+    }
+
+    /// A point that is farthest along `normal`; `None` where the system has no finite derivatives.
+    fn touch(&mut self, normal: Point) -> Option<Point> {
+        self.count += 1;
+        let (x, v, largest) = (self.x, self.v, self.largest);
+        // Without any stiffness there is nothing to divide by.
+        let weight = |normal: f64, largest: f64| if largest > 0.0 { normal / largest } else { 0.0 };
+        let weights = [weight(normal[0], largest.stiffness), weight(normal[1], largest.damping)];
+        let mut damped = vec![0.0; self.scale.len()];
+        let mut product = |system: &mut System, p: &[f64], y: &mut [f64]| {
+            system.hessian_product(x, p, y);
+            system.damping_product(x, v, p, &mut damped);
+            y.iter_mut().zip(&damped).for_each(|(y, c)| *y = weights[0] * *y + weights[1] * c);
+            false
+        };
+        let wanted = Wanted { vector: true, norm: 1.0, tolerance: BOUNDARY_TOLERANCE };
+        let top = largest_eigenvalue(self.system, wanted, &mut product);
+        if !(top.value.is_finite() && norm(&top.vector) > 0.0) {
+            return None;
+        }
+        let stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.hessian_product(x, p, y);
+        let damping = |system: &mut System, p: &[f64], y: &mut [f64]| system.damping_product(x, v, p, y);
+        let k = rayleigh_quotient(self.system, &self.scale, &top.vector, stiffness).0;
+        let c = rayleigh_quotient(self.system, &self.scale, &top.vector, damping).0;
+        let over = |value: f64, largest: f64| if largest > 0.0 { value / largest } else { 0.0 };
+        Some([over(k, largest.stiffness), over(c, largest.damping)])
+    }
+}

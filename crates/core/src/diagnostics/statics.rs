@@ -1,0 +1,137 @@
+//! What is measured of a static equilibrium.
+
+use super::Reaction;
+use crate::simulation::Simulation;
+use crate::topology::{BodyTopology, Topology};
+
+/// A static equilibrium in numbers.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct StaticState {
+    /// The largest distance of a vertex from its place at rest [m]; `index` is its number in the body, from 0.
+    pub displacement: Extreme,
+    /// The largest von Mises stress of an element [Pa]; `index` is its number in the body, from 0, the place its centroid. `None`
+    /// without elements that have one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub von_mises: Option<Extreme>,
+    /// Sum of the forces of all pins [N]; third component 0 in 2D.
+    pub reactions: [f64; 3],
+    /// The largest component of the force that is left at a coordinate that is free [N]: how well the last increment was solved.
+    pub residual: f64,
+}
+
+/// The largest value of something, and where it is.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Extreme {
+    /// Its size.
+    pub value: f64,
+    /// Name of the body.
+    pub body: String,
+    /// Number of the vertex or element in the body, from 0.
+    pub index: usize,
+    /// Its place now [m]; third component 0 in 2D.
+    pub at: [f64; 3],
+}
+
+impl Simulation {
+    /// The present equilibrium in numbers, `topology` being that of the same assembly; `None` unless the scheme is
+    /// [static](crate::integrator::Method::is_static), and where a force is not finite.
+    pub fn static_state(&mut self, topology: &Topology) -> Option<StaticState> {
+        if !self.method().is_static() {
+            return None;
+        }
+        let residual = self.residual()?;
+        let x = self.positions().into_owned();
+        let displacement = largest_displacement(topology, &x)?;
+        let von_mises = self.largest_von_mises(topology, &x);
+        let reactions = sum(&self.reactions());
+        Some(StaticState { displacement, von_mises, reactions, residual })
+    }
+
+    fn largest_von_mises(&self, topology: &Topology, x: &[f64]) -> Option<Extreme> {
+        let d = topology.dimension;
+        let bodies = topology.bodies.iter().filter_map(|body| Some((body, body.elements(d)?)));
+        bodies
+            .flat_map(|(body, (vertices, corners))| {
+                vertices.chunks_exact(corners).enumerate().map(move |(index, cell)| (body, index, cell))
+            })
+            .zip(self.element_states())
+            .map(|((body, index, cell), state)| (state.von_mises_stress(), body, index, cell))
+            // Without volume there is no Cauchy stress.
+            .filter(|(stress, ..)| stress.is_finite())
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(value, body, index, cell)| extreme(value, body, index, centroid(x, cell, d)))
+    }
+}
+
+fn largest_displacement(topology: &Topology, x: &[f64]) -> Option<Extreme> {
+    let d = topology.dimension;
+    let distances = x.chunks_exact(d).zip(topology.rest_positions.chunks_exact(d)).map(|(x, rest)| {
+        let squares = x.iter().zip(rest).map(|(x, rest)| (x - rest) * (x - rest));
+        squares.sum::<f64>().sqrt()
+    });
+    let (vertex, value) = distances.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let vertex = vertex as u32;
+    let body = topology.bodies.iter().find(|body| body.vertices.contains(&vertex))?;
+    Some(extreme(value, body, (vertex - body.vertices.start) as usize, centroid(x, &[vertex], d)))
+}
+
+fn extreme(value: f64, body: &BodyTopology, index: usize, at: [f64; 3]) -> Extreme {
+    Extreme { value, body: body.name.clone(), index, at }
+}
+
+/// The mean place of these vertices.
+fn centroid(x: &[f64], vertices: &[u32], d: usize) -> [f64; 3] {
+    let mut mean = [0.0; 3];
+    for vertex in vertices {
+        let row = &x[*vertex as usize * d..][..d];
+        mean.iter_mut().zip(row).for_each(|(mean, x)| *mean += x / vertices.len() as f64);
+    }
+    mean
+}
+
+fn sum(reactions: &[Reaction]) -> [f64; 3] {
+    [0, 1, 2].map(|c| reactions.iter().map(|reaction| reaction.force[c]).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::assembly::UnstableStep;
+    use crate::scene::Scene;
+
+    /// Two bars of E = 1 MPa and nu = 0, the second pulled by 2 and 3 N at its right end, linear: `u = F L / (E A)`, `sigma = F / A`.
+    #[test]
+    fn a_pulled_bar_has_the_displacement_the_stress_and_the_reactions_of_the_book() {
+        let bar = |name: &str, origin: f64, load: &str| {
+            format!(
+                "[[body]]\nname = '{name}'\n\
+                 mesh = {{ grid = {{ cells = [4, 1], size = [2, 0.5], origin = [0, {origin}] }} }}\n\
+                 elastic = {{ linear = {{ young = 1e6, poisson = 0.0 }} }}\nmass = {{ density = 1.0 }}\n\
+                 pin = [{{ half_space = {{ normal = [1, 0], offset = 0 }}, axes = ['x'] }}, {{ vertices = [0], axes = ['y'] }}]\n\
+                 load = [{{ half_space = {{ normal = [-1, 0], offset = -2 }}, traction = [{load}, 0] }}]\n"
+            )
+        };
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0 }}\n{}{}",
+            bar("upper", 1.0, "-4.0"),
+            bar("lower", 0.0, "6.0")
+        );
+        let mut assembly = Scene::from_toml(&text).unwrap().assemble(UnstableStep::Refuse).ok().unwrap();
+        let (simulation, topology) = (&mut assembly.simulation, &assembly.topology);
+        simulation.step().unwrap();
+        let found = simulation.static_state(topology).unwrap();
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
+        assert!(close(found.displacement.value / 12e-6, 1.0), "{found:?}");
+        assert_eq!(found.displacement.body, "lower");
+        assert!(close(found.displacement.at[0], 2.0 + 12e-6), "{found:?}");
+        let stress = found.von_mises.as_ref().unwrap();
+        // Cauchy's is Piola's times the stretch, which is 1 + 6e-6.
+        assert!((stress.value / 6.0 - 1.0).abs() < 1e-4 && stress.body == "lower", "{found:?}");
+        assert!(close(found.reactions[0], 2.0 - 3.0) && close(found.reactions[1], 0.0), "{found:?}");
+        assert!(found.residual < 1e-8, "{found:?}");
+        // The number is that in the body.
+        let first = topology.bodies[1].vertices.start as usize;
+        let row = &topology.rest_positions[2 * (first + found.displacement.index)..][..2];
+        assert!(row[0] == 2.0 && row[1] <= 0.5, "{row:?}");
+        assert!(stress.index < 8 && stress.at[1] < 0.5, "{stress:?}");
+    }
+}

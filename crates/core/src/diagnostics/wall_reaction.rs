@@ -1,0 +1,129 @@
+//! What walls have to do.
+
+use super::Reaction;
+use crate::constraint::Wall;
+use crate::element::cross;
+use crate::system::System;
+
+/// Sweeps over the walls that a vertex touches; one is enough unless it touches several.
+const SWEEPS: usize = 1000;
+/// Rounding of the distance from a wall, in units in the last place of the position.
+const ULPS: f64 = 16.0;
+
+/// The forces of walls, now: a vertex that touches a wall, and that all other forces press against it, is
+/// held there.
+pub(super) struct WallForces {
+    /// Of each wall.
+    pub(super) reactions: Vec<Reaction>,
+    /// At every vertex, flat [N].
+    pub(super) at_vertices: Vec<f64>,
+}
+
+impl WallForces {
+    /// The forces in the state `x`, `v`, with steps of `h` [s]; `system` holds the force and the dissipation
+    /// there.
+    ///
+    /// A vertex touches a wall where it is no farther away, and leaves it no faster, than it could have come
+    /// from rest on it in one step: where several walls meet, the last that acts moves what rests there off
+    /// the others by as much.
+    pub(super) fn new(system: &System, h: f64, x: &[f64], v: &[f64]) -> Self {
+        let (d, drag, walls) = (system.dimension(), system.ether_drag(), system.walls());
+        let name = |i: usize| format!("wall{i}");
+        let mut reactions: Vec<Reaction> =
+            walls.iter().enumerate().map(|(i, wall)| Reaction::none(name(i), wall.foot())).collect();
+        let mut at_vertices = vec![0.0; x.len()];
+        let all: Vec<u32> = (0..system.mass().len() as u32).collect();
+        system.visit_gradient(&all, |vertex, gradient| {
+            let rows = vertex * d..(vertex + 1) * d;
+            let (x, v, weight) = (&x[rows.clone()], &v[rows.clone()], &system.inverse_mass()[rows.clone()]);
+            let m = system.mass()[vertex];
+            let mut force = [0.0; 3];
+            for c in (0..d).filter(|c| weight[*c] != 0.0) {
+                force[c] = -gradient[c] - drag * m * v[c];
+            }
+            let fall = h * dot(&force, &force).sqrt() / m;
+            let touched: Vec<Contact> = (0..walls.len())
+                .filter_map(|i| Contact::new(i, &walls[i], weight, x, v, [h * fall, fall]))
+                .collect();
+            for (contact, size) in touched.iter().zip(pressed(&touched, force)) {
+                let push = contact.normal.map(|n| size * n);
+                reactions[contact.wall].add(x, push);
+                at_vertices[rows.clone()].iter_mut().zip(push).for_each(|(sum, f)| *sum += f);
+            }
+        });
+        WallForces { reactions, at_vertices }
+    }
+}
+
+/// A wall that a vertex touches.
+struct Contact {
+    wall: usize,
+    normal: [f64; 3],
+    /// The normal along free coordinates alone.
+    free: [f64; 3],
+}
+
+impl Contact {
+    /// `None` where the vertex is farther away [m] or leaves faster [m/s] than `most`, or is held along the
+    /// normal.
+    fn new(
+        index: usize,
+        wall: &Wall,
+        weight: &[f64],
+        x: &[f64],
+        v: &[f64],
+        most: [f64; 2],
+    ) -> Option<Contact> {
+        let (mut normal, mut free) = ([0.0; 3], [0.0; 3]);
+        normal[..x.len()].copy_from_slice(wall.normal());
+        for c in (0..x.len()).filter(|c| weight[*c] != 0.0) {
+            free[c] = normal[c];
+        }
+        let (away, speed) = (-wall.depth(x), dot(&normal, v));
+        let reach = x.iter().fold(wall.offset().abs(), |m, x| m.max(x.abs()));
+        let near = away <= most[0] + ULPS * f64::EPSILON * reach && speed <= most[1];
+        (near && free != [0.0; 3]).then_some(Contact { wall: index, normal, free })
+    }
+}
+
+/// How hard each of these walls pushes [N]: no less than not at all, and together so that as little as
+/// possible is left of `force`.
+fn pressed(touched: &[Contact], mut force: [f64; 3]) -> Vec<f64> {
+    let mut sizes = vec![0.0; touched.len()];
+    for _ in 0..SWEEPS {
+        let mut changed = false;
+        for (size, Contact { free, .. }) in sizes.iter_mut().zip(touched) {
+            let next = f64::max(*size - dot(free, &force) / dot(free, free), 0.0);
+            let change = next - *size;
+            (0..3).for_each(|c| force[c] += change * free[c]);
+            changed |= change.abs() > f64::EPSILON * next;
+            *size = next;
+        }
+        if !changed {
+            break;
+        }
+    }
+    sizes
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Reaction {
+    /// No force, about a point.
+    fn none(name: String, about: [f64; 3]) -> Self {
+        Reaction { name, force: [0.0; 3], moment: [0.0; 3], about }
+    }
+
+    /// Adds a force at a place.
+    fn add(&mut self, x: &[f64], force: [f64; 3]) {
+        let mut arm = self.about.map(|about| -about);
+        arm.iter_mut().zip(x).for_each(|(arm, x)| *arm += x);
+        let moment = cross(arm, force);
+        for c in 0..3 {
+            self.force[c] += force[c];
+            self.moment[c] += moment[c];
+        }
+    }
+}

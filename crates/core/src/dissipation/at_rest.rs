@@ -1,0 +1,61 @@
+//! Damping of materials whose stiffness is constant.
+
+use std::ops::Range;
+
+use super::DissipativeTerm;
+use crate::energy::{Fault, Stencils};
+
+/// A dissipation function taken at the rest positions `x_0`, wherever the vertices are: `R(x_0, v)`, whose matrix is constant.
+///
+/// Viscosities `beta mu` and `beta lambda` of elements are Rayleigh's `C = beta K` there, with the stiffness `K` of linear elasticity. The
+/// material `linear` has that stiffness everywhere, and so it has that damping. As its forces, it is one of small rotations.
+pub struct AtRest {
+    term: Box<dyn DissipativeTerm>,
+    /// `x_0`, flat [m].
+    rest: Vec<f64>,
+}
+
+impl AtRest {
+    /// `term` at the rest positions `rest`, flat, of all vertices of the system [m].
+    pub fn new(term: Box<dyn DissipativeTerm>, rest: &[f64]) -> Self {
+        AtRest { term, rest: rest.to_vec() }
+    }
+}
+
+impl DissipativeTerm for AtRest {
+    fn name(&self) -> String {
+        format!("{}, about the shape at rest", self.term.name())
+    }
+
+    fn evaluate(&mut self, _x: &[f64], v: &[f64]) -> bool {
+        self.term.evaluate(&self.rest, v)
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.term.add_rows(first, g);
+    }
+
+    fn add_damping_product(&mut self, _x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
+        self.term.add_damping_product(&self.rest, v, p, y);
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        self.term.stencils()
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, _x: &[f64], v: &[f64], out: &mut [f64]) {
+        self.term.stencil_dampings(stencils, &self.rest, v, out);
+    }
+
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        self.term.power(&self.rest, v)
+    }
+
+    fn fault(&self, _x: &[f64], v: &[f64]) -> Option<Fault> {
+        self.term.fault(&self.rest, v)
+    }
+
+    fn bytes(&self) -> usize {
+        8 * self.rest.len() + self.term.bytes()
+    }
+}

@@ -1,0 +1,61 @@
+//! What a file is that its reader cannot read: by its first bytes.
+
+use super::FormatError;
+use super::file::Format;
+
+/// Beginning of a file, what it is, what to do.
+type Signature = (&'static [u8], &'static str, &'static str);
+
+/// Files that are no mesh, or none that is read.
+const OTHERS: &[Signature] = &[
+    (
+        b"version https://git-lfs.github.com/spec/",
+        "a Git LFS pointer, which stands for the file in the repository",
+        "fetch the file itself: `git lfs pull`",
+    ),
+    (b"<!doctype html", HTML, DOWNLOAD),
+    (b"<html", HTML, DOWNLOAD),
+    (b"\x1f\x8b", "a file compressed by gzip", "unpack it"),
+    (b"pk\x03\x04", "a zip archive", "unpack it"),
+    (b"\x89hdf", "an HDF5 file", "convert it to `.vtu` (`meshio convert`)"),
+    (b"\xff\xfe", UTF_16, "save it as UTF-8"),
+    (b"\xfe\xff", UTF_16, "save it as UTF-8"),
+];
+
+const HTML: &str = "a page of HTML";
+const DOWNLOAD: &str = "download the file itself: behind its link was a page, of a login or of an error";
+const UTF_16: &str = "a text in UTF-16";
+
+/// Files of the formats, which may have the extension of another.
+const FORMATS: &[(Format, Signature)] = &[
+    (Format::Vtk, (b"# vtk datafile", "a legacy file of VTK", "name it `.vtk`")),
+    (Format::Gmsh, (b"$meshformat", "a file of Gmsh", "name it `.msh`")),
+    (Format::Medit, (b"meshversionformatted", "a file of Medit", "name it `.mesh`")),
+    (Format::Ply, (b"ply\n", "a PLY file", "name it `.ply`")),
+    (Format::Ply, (b"ply\r", "a PLY file", "name it `.ply`")),
+];
+
+/// What a file is that has been taken for one of this format.
+pub(super) fn recognised(format: Format, bytes: &[u8]) -> Option<FormatError> {
+    let start = bytes.trim_ascii_start();
+    let start = start[..start.len().min(1000)].to_ascii_lowercase();
+    let others = OTHERS.iter().copied();
+    let formats = FORMATS.iter().filter(|(of, _)| *of != format).map(|(_, signature)| *signature);
+    let found = others.chain(formats).find(|(word, ..)| start.starts_with(word));
+    let found = found.map(|(_, found, advice)| (found, advice)).or_else(|| xml(format, &start));
+    found.map(|(found, advice)| FormatError::Other { found, advice })
+}
+
+fn xml(format: Format, start: &[u8]) -> Option<(&'static str, &'static str)> {
+    let has = |word: &[u8]| start.windows(word.len()).any(|window| window == word);
+    if format == Format::Vtu || !(start.starts_with(b"<?xml") || start.starts_with(b"<vtkfile")) {
+        return None;
+    }
+    Some(if has(b"\"unstructuredgrid\"") {
+        ("an XML file of VTK with an unstructured grid", "name it `.vtu`")
+    } else if has(b"<vtkfile") {
+        ("an XML file of VTK, and no unstructured grid", "save it as one, `.vtu`")
+    } else {
+        ("XML", "convert it to `.vtu` (`meshio convert`)")
+    })
+}

@@ -1,0 +1,193 @@
+//! Pages of HTML that need nothing else: paragraphs, tables that scroll where a screen is narrow, charts.
+
+use std::fmt::Write;
+
+const STYLE: &str = ":root{color-scheme:light}\
+body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:0 auto;padding:1rem;color:#1a1a1a;background:#fff;overflow-wrap:anywhere}\
+h1{font-size:1.6rem;line-height:1.25}h2{font-size:1.25rem;margin-top:2.5rem}\
+.scroll{overflow-x:auto;margin:1rem 0}\
+table{border-collapse:collapse;font-size:.875rem;font-variant-numeric:tabular-nums;overflow-wrap:normal}\
+th,td{padding:.25rem .6rem;text-align:right;vertical-align:top;white-space:nowrap;border-bottom:1px solid #ddd}\
+th{border-bottom:2px solid #999}th:first-child,td:first-child,.text{text-align:left}\
+td:first-child,th:first-child{position:sticky;left:0;background:#fff}\
+.long{white-space:normal;min-width:18rem;max-width:34rem;text-align:left;color:#555}\
+.good{color:#00734f}.fair{color:#8a5a00}.bad{color:#b3261e;font-weight:600}\
+figure{margin:1.5rem 0}figure svg{display:block;max-width:100%;min-width:40rem;height:auto}\
+figcaption,.note{color:#555;font-size:.875rem}\
+pre{background:#f4f4f4;padding:.75rem 1rem;overflow-x:auto;font-size:.875rem;overflow-wrap:normal}";
+
+/// How a cell of a table is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Look {
+    /// A number, or a word beside numbers.
+    #[default]
+    Number,
+    /// A name.
+    Text,
+    /// Sentences, which are broken into lines.
+    Long,
+    /// What is as it should be.
+    Good,
+    /// What should be looked at.
+    Fair,
+    /// What is not as it should be.
+    Bad,
+}
+
+impl Look {
+    fn class(self) -> &'static str {
+        match self {
+            Look::Number => "",
+            Look::Text => " class=\"text\"",
+            Look::Long => " class=\"long\"",
+            Look::Good => " class=\"text good\"",
+            Look::Fair => " class=\"text fair\"",
+            Look::Bad => " class=\"text bad\"",
+        }
+    }
+}
+
+/// A cell of a table.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cell {
+    html: String,
+    look: Look,
+}
+
+impl Cell {
+    /// A text.
+    pub fn new(text: &str, look: Look) -> Cell {
+        Cell { html: escaped(text), look }
+    }
+
+    /// A picture, an SVG text of this program.
+    pub fn picture(svg: String) -> Cell {
+        Cell { html: svg, look: Look::Number }
+    }
+}
+
+/// A page that is being written, from its top to its end.
+#[derive(Clone, Debug)]
+pub struct Page {
+    html: String,
+}
+
+impl Page {
+    /// A page with this title and nothing else.
+    pub fn new(title: &str) -> Page {
+        let title = escaped(title);
+        let html = format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
+             <style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n"
+        );
+        Page { html }
+    }
+
+    fn line(&mut self, html: &str) {
+        self.html += html;
+        self.html.push('\n');
+    }
+
+    /// A part.
+    pub fn heading(&mut self, text: &str) {
+        self.line(&format!("<h2>{}</h2>", escaped(text)));
+    }
+
+    /// Some sentences.
+    pub fn paragraph(&mut self, text: &str) {
+        self.line(&format!("<p>{}</p>", escaped(text)));
+    }
+
+    /// Sentences about what stands above them.
+    pub fn note(&mut self, text: &str) {
+        self.line(&format!("<p class=\"note\">{}</p>", escaped(text)));
+    }
+
+    /// A table under its header; a cell is shown as its column is, unless it says how itself.
+    pub fn table(&mut self, header: &[(&str, Look)], rows: &[Vec<Cell>]) {
+        let mut html = String::from("<div class=\"scroll\"><table>\n<tr>");
+        for (name, look) in header {
+            let _ = write!(html, "<th{}>{}</th>", look.class(), escaped(name));
+        }
+        html += "</tr>\n";
+        for row in rows {
+            html += "<tr>";
+            for (i, cell) in row.iter().enumerate() {
+                let of_column = header.get(i).map_or(Look::Number, |(_, look)| *look);
+                let look = if cell.look == Look::Number { of_column } else { cell.look };
+                let _ = write!(html, "<td{}>{}</td>", look.class(), cell.html);
+            }
+            html += "</tr>\n";
+        }
+        self.line(&(html + "</table></div>"));
+    }
+
+    /// A chart, an SVG text of this program, with what it shows.
+    pub fn figure(&mut self, svg: &str, caption: &str) {
+        let caption = if caption.is_empty() {
+            String::new()
+        } else {
+            format!("<figcaption>{}</figcaption>", escaped(caption))
+        };
+        self.line(&format!("<figure><div class=\"scroll\">{svg}</div>{caption}</figure>"));
+    }
+
+    /// A list; nothing without items.
+    pub fn list<'a>(&mut self, items: impl IntoIterator<Item = &'a str>) {
+        let items: String = items.into_iter().map(|item| format!("<li>{}</li>", escaped(item))).collect();
+        if !items.is_empty() {
+            self.line(&format!("<ul>{items}</ul>"));
+        }
+    }
+
+    /// A text as it is written.
+    pub fn preformatted(&mut self, text: &str) {
+        self.line(&format!("<pre>{}</pre>", escaped(text)));
+    }
+
+    /// The page.
+    pub fn finish(self) -> String {
+        self.html + "</body></html>\n"
+    }
+}
+
+/// As it may stand in HTML.
+pub fn escaped(text: &str) -> String {
+    text.chars().fold(String::with_capacity(text.len()), |mut out, c| {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '&' => out.push_str("&amp;"),
+            '"' => out.push_str("&quot;"),
+            c => out.push(c),
+        }
+        out
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_fit_narrow_screens_and_hold_texts_as_they_are() {
+        let mut page = Page::new("a < b & \"c\"");
+        page.table(
+            &[("name", Look::Text), ("n", Look::Number)],
+            &[vec![Cell::new("<script>", Look::Number), Cell::new("x", Look::Bad)]],
+        );
+        page.figure("<svg></svg>", "1 > 0");
+        page.list([]);
+        let html = page.finish();
+        assert!(html.contains("name=\"viewport\" content=\"width=device-width"), "phones ask for it");
+        assert!(
+            html.contains("<td class=\"text\">&lt;script&gt;</td><td class=\"text bad\">x</td>"),
+            "{html}"
+        );
+        assert!(html.contains("<figcaption>1 &gt; 0</figcaption>") && !html.contains("<ul>"), "{html}");
+        assert!(html.matches("<div class=\"scroll\">").count() == 2, "what is wide scrolls by itself");
+        let markup = html.split_once("<body>").unwrap().1.replace("</body></html>", "");
+        roxmltree::Document::parse(&format!("<body>{markup}</body>")).unwrap();
+    }
+}

@@ -1,0 +1,147 @@
+//! Arrows point down: rooms of the library use those below them only, as `ARCHITECTURE.md` lists them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A room: the modules it is made of, and the rooms it may use.
+struct Room {
+    name: String,
+    modules: BTreeSet<String>,
+    uses: BTreeSet<String>,
+}
+
+/// Rooms between `<!-- rooms -->` and `<!-- end -->`, one a line from the top floor down: `name (module module) -> room room`.
+fn rooms() -> Vec<Room> {
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let list = page.split("<!-- rooms -->").nth(1).unwrap().split("<!-- end -->").next().unwrap();
+    let lines = list.lines().filter(|line| line.contains("->"));
+    lines.map(|line| room(line.trim())).collect()
+}
+
+fn room(line: &str) -> Room {
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<BTreeSet<_>>();
+    let (head, uses) = line.split_once("->").unwrap();
+    let (name, modules) = head.split_once('(').map_or((head, None), |(name, modules)| (name, Some(modules)));
+    let name = name.trim().to_owned();
+    let modules =
+        modules.map_or_else(|| words(&name), |modules| words(modules.trim_end().trim_end_matches(')')));
+    Room { modules, uses: words(uses), name }
+}
+
+/// Rust files below a folder that are no tests.
+fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in folder.read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        let stem = path.file_stem().unwrap().to_str().unwrap();
+        if stem == "tests" || stem.ends_with("_tests") || stem == "test_support" || stem == "tests-data" {
+            continue;
+        }
+        if path.is_dir() {
+            sources(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+/// The text of a file without its comments and its tests.
+fn product(path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+/// Modules that a text names by `crate::`, in lists of imports too.
+fn named(text: &str) -> BTreeSet<String> {
+    let identifier =
+        |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+    let mut modules = BTreeSet::new();
+    for after in text.split("crate::").skip(1) {
+        let Some(list) = after.strip_prefix('{') else {
+            modules.insert(identifier(after));
+            continue;
+        };
+        let mut depth = 0;
+        let mut begins = true;
+        for (i, c) in list.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                ',' if depth == 0 => begins = true,
+                c if begins && !c.is_whitespace() => {
+                    modules.insert(identifier(&list[i..]));
+                    begins = false;
+                }
+                _ => {}
+            }
+        }
+    }
+    modules
+}
+
+/// The module of the library that a file belongs to.
+fn module(file: &Path, source: &Path) -> String {
+    let first = file.strip_prefix(source).unwrap().components().next().unwrap();
+    let name = first.as_os_str().to_str().unwrap();
+    name.strip_suffix(".rs").unwrap_or(name).to_owned()
+}
+
+/// Modules by the modules that they name, with a file that does.
+fn arrows(source: &Path) -> BTreeMap<(String, String), PathBuf> {
+    let mut files = vec![];
+    sources(source, &mut files);
+    let mut arrows = BTreeMap::new();
+    for file in files.iter().filter(|file| !file.ends_with("src/lib.rs")) {
+        let from = module(file, source);
+        for to in named(&product(file)).into_iter().filter(|to| *to != from) {
+            arrows.entry((from.clone(), to)).or_insert_with(|| file.clone());
+        }
+    }
+    arrows
+}
+
+#[test]
+fn rooms_use_those_below_them_only() {
+    let rooms = rooms();
+    let floor = |name: &str| rooms.iter().position(|room| room.name == name);
+    for (i, room) in rooms.iter().enumerate() {
+        for used in &room.uses {
+            let below = floor(used).unwrap_or_else(|| panic!("{}: no room `{used}`", room.name));
+            assert!(
+                below > i,
+                "{} stands above {used} in ARCHITECTURE.md and cannot be used by it",
+                room.name
+            );
+        }
+    }
+    let room_of = |module: &str| rooms.iter().find(|room| room.modules.contains(module));
+    let mut unused: BTreeSet<(String, String)> = rooms
+        .iter()
+        .flat_map(|room| room.uses.iter().map(|used| (room.name.clone(), used.clone())))
+        .collect();
+    let mut wrong = vec![];
+    for ((from, to), file) in arrows(&root().join("crates/core/src")) {
+        let from_room =
+            room_of(&from).unwrap_or_else(|| panic!("{}: `{from}` is in no room", file.display()));
+        // Names of macros and of the root are no modules.
+        let Some(to_room) = room_of(&to) else { continue };
+        unused.remove(&(from_room.name.clone(), to_room.name.clone()));
+        if from_room.name != to_room.name && !from_room.uses.contains(&to_room.name) {
+            wrong.push(format!("{} uses `{to}`: {} -> {}", file.display(), from_room.name, to_room.name));
+        }
+    }
+    assert!(wrong.is_empty(), "arrows that ARCHITECTURE.md does not list:\n{}", wrong.join("\n"));
+    assert!(unused.is_empty(), "arrows of ARCHITECTURE.md that nothing needs: {unused:?}");
+}
+
+#[test]
+fn imports_are_found_wherever_they_stand() {
+    let text = "use crate::mesh::Mesh;\nuse crate::{\n    scene::{Body, Pin}, solver, record::Frame,\n};\nlet x = crate::run::run();";
+    let found: Vec<String> = named(text).into_iter().collect();
+    assert_eq!(found, ["mesh", "record", "run", "scene", "solver"]);
+}

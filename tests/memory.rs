@@ -1,0 +1,126 @@
+//! Memory: what `check` says against what a run takes, and what damaged files make it ask for.
+//!
+//! A binary of its own: the allocator counts for all threads, and other tests would allocate beside these.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use peak_alloc::PeakAlloc;
+use pliant::assembly::UnstableStep;
+use pliant::observer::Observer;
+use pliant::record::read::{Trajectory, info, recover};
+use pliant::record::{McapRecorder, Options};
+use pliant::run::{self, Plan};
+use pliant::scene::{Channel, Scene};
+
+#[global_allocator]
+static ALLOCATOR: PeakAlloc = PeakAlloc;
+
+/// One test at a time.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// What `work` gives, and the most bytes that were allocated in it beyond those that were before.
+fn peak<T>(work: impl FnOnce() -> T) -> (T, usize) {
+    let before = ALLOCATOR.current_usage();
+    ALLOCATOR.reset_peak_usage();
+    let result = work();
+    (result, ALLOCATOR.peak_usage().saturating_sub(before))
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let mut scenes: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .collect();
+    scenes.sort();
+    scenes
+}
+
+/// Bytes of what does not grow with the scene: names, plans, the pools of threads.
+const SMALL: f64 = 2e5;
+
+#[test]
+fn predictions_are_what_steps_take() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut failures = vec![];
+    for path in scenes() {
+        let scene = Scene::from_path(&path).unwrap();
+        let before = ALLOCATOR.current_usage();
+        let mut assembly = scene.assemble(UnstableStep::Accept).unwrap();
+        let predicted = assembly.report.bytes as f64;
+        ALLOCATOR.reset_peak_usage();
+        for _ in 0..3 {
+            let _ = assembly.simulation.step();
+        }
+        let taken = ALLOCATOR.peak_usage().saturating_sub(before) as f64;
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        if (predicted - taken).abs() > 0.2 * taken + SMALL {
+            failures.push(format!("{name}: {predicted:.3e} B predicted, {taken:.3e} B taken"));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// A recording of some kilobytes.
+fn recording(path: &Path) {
+    let text = "dimension = 2
+        title = 'a spring'
+        time = { integrator = 'velocity-verlet', step = 0.002, duration = 0.5 }
+        [[body]]
+        name = 'pair'
+        mesh = { strand = { segments = 1, start = [0.0, 0.0], end = [1.0, 0.0] } }
+        springs = { stiffness = 100.0 }
+        mass = { per_vertex = 1.0 }";
+    let scene = Scene::from_toml(text).unwrap();
+    let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap();
+    let channels = vec![Channel::State, Channel::Energy];
+    let options = Options { channels, scene_text: text.to_owned(), overwrite: true, ..Options::default() };
+    let mut recorder = McapRecorder::create(path, &options, &assembly.topology).unwrap();
+    let plan = Plan { duration: 0.5, rate: 20.0 };
+    let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder];
+    run::run(&mut assembly.simulation, &plan, &mut observers, &std::sync::atomic::AtomicBool::new(false));
+    recorder.finish().unwrap();
+}
+
+/// A chunk may unpack to 2^15 times its length; nothing else asks for more than the file is long.
+#[test]
+fn a_damaged_recording_asks_for_no_more_memory_than_its_bytes_can_need() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.mcap");
+    recording(&path);
+    let sound = fs::read(&path).unwrap();
+    let allowed = (1 << 15) * sound.len() + (16 << 20);
+    for at in 0..sound.len() - 8 {
+        for damage in [&[0xFF_u8; 4][..], &[0xFF, 0xFF, 0xFF, 0x7F], &[0xFF; 8]] {
+            let mut damaged = sound.clone();
+            damaged[at..at + damage.len()].copy_from_slice(damage);
+            fs::write(&path, &damaged).unwrap();
+            let (_, asked) = peak(|| {
+                let _ = info(&path);
+                let _ = Trajectory::open(&path).and_then(|mut trajectory| {
+                    let _ = trajectory.energy();
+                    trajectory.positions(3)
+                });
+            });
+            assert!(asked < allowed, "byte {at}, {damage:?}: {asked} bytes asked for, of {allowed}");
+        }
+    }
+    // What a killed run left is read from its beginning.
+    for at in (0..sound.len() - 40).step_by(7) {
+        let mut damaged = sound[..sound.len() - 30].to_vec();
+        damaged[at..at + 4].fill(0xFF);
+        let part = directory.path().join("a.mcap.part");
+        fs::write(&part, &damaged).unwrap();
+        let (_, asked) = peak(|| {
+            let _ = info(&part);
+            let _ = recover(&part, &directory.path().join("b.mcap"), true);
+        });
+        assert!(asked < allowed, "byte {at} of a part: {asked} bytes asked for, of {allowed}");
+    }
+}

@@ -1,0 +1,175 @@
+//! What locks is said, by what it does; what does not lock is not.
+
+use pliant::assembly::{Report, UnstableStep};
+use pliant::scene::Scene;
+use serde_json::{Value, json};
+
+use super::benchmarks::sheared;
+use crate::support::method;
+use crate::support::solid::{Kind, Solid, at_zero, isotropic};
+
+/// What is said of one body with these keys.
+fn warnings(dimension: usize, body: Value) -> Vec<String> {
+    let scene: Scene = serde_json::from_value(json!({
+        "dimension": dimension,
+        "time": { "integrator": "implicit-euler", "step": 1e-3, "duration": 0.01 },
+        "body": [body],
+    }))
+    .unwrap();
+    let Report { warnings, .. } =
+        scene.assemble(UnstableStep::Accept).map_err(|p| format!("{p:?}")).unwrap().report;
+    warnings
+}
+
+/// A body of linear elements, and other keys.
+fn body(mesh: Value, elastic: Value, others: Value) -> Value {
+    let mut body = json!({ "mesh": mesh, "elastic": elastic, "mass": { "density": 1000.0 } });
+    body.as_object_mut().unwrap().extend(others.as_object().unwrap().clone());
+    body
+}
+
+fn grid(cells: &[usize], size: &[f64]) -> Value {
+    json!({ "grid": { "cells": cells, "size": size } })
+}
+
+/// A cube that does not bend.
+fn cube(dimension: usize) -> Value {
+    grid(&vec![2; dimension], &vec![1.0; dimension])
+}
+
+#[test]
+fn nearly_incompressible_linear_elements_are_said_to_lock_whatever_their_ratio_is_from() {
+    for dimension in [2, 3] {
+        let locks = |elastic: Value, others: Value| {
+            let warnings = warnings(dimension, body(cube(dimension), elastic, others));
+            warnings.iter().filter(|text| text.contains("Poisson's ratio")).count() == 1
+                && warnings.len() == 1
+        };
+        let materials = [
+            isotropic("linear", 1e6, 0.45),
+            isotropic("neo-hookean", 1e6, 0.49),
+            json!({ "mooney-rivlin": { "c10": 1e5, "c01": 1e4, "poisson": 0.495 } }),
+            json!({ "ogden": { "mu": [1e5], "alpha": [2.0], "poisson": 0.4999 } }),
+            json!({ "stable-neo-hookean": { "preset": "silicone" } }),
+            json!({ "hencky": { "preset": "rubber" } }),
+        ];
+        for elastic in materials {
+            assert!(locks(elastic.clone(), json!({})), "{dimension}D, {elastic}");
+            for remedy in [json!({ "order": 2 }), json!({ "nodal_integration": {} })] {
+                let none = warnings(dimension, body(cube(dimension), elastic.clone(), remedy));
+                assert!(none.is_empty(), "{none:?}");
+            }
+        }
+        let free = [
+            isotropic("linear", 1e6, 0.449),
+            json!({ "arap": { "young": 1e6 } }),
+            json!({ "neo-hookean": { "preset": "steel" } }),
+        ];
+        for elastic in free {
+            assert!(!locks(elastic.clone(), json!({})), "{dimension}D, {elastic}");
+        }
+    }
+    // In plane stress the thickness gives way.
+    let plane = json!({ "linear": { "young": 1e6, "poisson": 0.49, "plane": "stress" } });
+    assert!(warnings(2, body(cube(2), plane, json!({}))).is_empty());
+    let sheet = json!({ "membrane": { "thickness": 0.01 } });
+    let cloth = json!({ "cloth": {
+        "cells": [4, 4], "origin": [0.0, 0.0, 0.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0],
+    } });
+    let silk = body(cloth, isotropic("neo-hookean", 1e6, 0.49), sheet);
+    assert!(warnings(3, silk).is_empty());
+}
+
+#[test]
+fn few_cells_through_what_bends_are_counted_and_many_or_thick_ones_are_not() {
+    let steel = || json!({ "corotated": { "preset": "steel" } });
+    let said = |dimension: usize, mesh: Value, others: Value| {
+        let warnings = warnings(dimension, body(mesh, steel(), others));
+        assert!(warnings.len() < 2, "{warnings:?}");
+        warnings.into_iter().next()
+    };
+    for (cells, size, count, thickness) in [
+        (vec![20, 2], vec![10.0, 1.0], "2.0", "1.000e0"),
+        (vec![3, 50], vec![0.1, 0.5], "3.0", "1.000e-1"),
+        (vec![40, 2, 2], vec![1.0, 0.05, 0.05], "2.0", "5.000e-2"),
+        (vec![8, 8, 1], vec![1.0, 1.0, 0.1], "1.0", "1.000e-1"),
+    ] {
+        let text = said(cells.len(), grid(&cells, &size), json!({})).unwrap_or_else(|| panic!("{cells:?}"));
+        let counted = format!("{count} linear elements through its thickness of {thickness} m");
+        assert!(
+            text.contains(&counted) && text.contains("`order = 2` or `nodal_integration = {}`"),
+            "{text}"
+        );
+        for remedy in [json!({ "order": 2 }), json!({ "nodal_integration": {} })] {
+            assert_eq!(said(cells.len(), grid(&cells, &size), remedy), None);
+        }
+    }
+    let ring = json!({ "annulus": { "inner_radius": 0.9, "outer_radius": 1.0, "cells": [2, 80] } });
+    assert!(said(2, ring, json!({})).unwrap().contains("2.0 linear elements through"));
+    let tube =
+        json!({ "tube": { "inner_radius": 0.9, "outer_radius": 1.0, "height": 3.0, "cells": [1, 24, 8] } });
+    assert!(said(3, tube, json!({})).unwrap().contains("bends too stiffly"));
+    // Enough cells; cubes, balls and short blocks of few.
+    for (dimension, mesh) in [
+        (2, grid(&[40, 4], &[10.0, 1.0])),
+        (3, grid(&[20, 4, 4], &[1.0, 0.1, 0.1])),
+        (2, grid(&[1, 1], &[1.0, 1.0])),
+        (3, grid(&[1, 1, 1], &[1.0, 1.0, 1.0])),
+        (3, grid(&[2, 3, 2], &[1.0, 2.0, 1.0])),
+        (3, json!({ "ball": { "radius": 1.0, "cells": 2 } })),
+        (2, json!({ "cooks_membrane": { "cells": [4, 4] } })),
+    ] {
+        assert_eq!(said(dimension, mesh, json!({})), None);
+    }
+}
+
+/// Deflection of the end of a cantilever under a shear, as a part of that of quadratic elements.
+fn part(solid: Solid, size: &[f64]) -> f64 {
+    let deflection = |solid: Solid| match size {
+        [length, height] => sheared(solid, *length, *height, 1.0, 1, [*length, *height])[1],
+        _ => hung(solid, size),
+    };
+    let quadratic = Solid { nodal_integration: Value::Null, ..solid.clone() }.of_order(2);
+    deflection(solid) / deflection(quadratic)
+}
+
+/// Deflection of the end of a cantilever in space under its weight.
+fn hung(mut solid: Solid, size: &[f64]) -> f64 {
+    (solid.pin, solid.gravity) = (at_zero(3, 0), Some(vec![0.0, 0.0, -1e-3]));
+    let mut simulation = solid.simulation(method("quasi-static"), 1.0);
+    let rest = simulation.state().x().to_vec();
+    simulation.step().unwrap();
+    let near = |x: &[f64]| x.iter().zip(size).all(|(x, end)| (x - end).abs() < 1e-9);
+    let end = rest.chunks_exact(3).position(near).unwrap();
+    simulation.state().x()[3 * end + 2] - rest[3 * end + 2]
+}
+
+// The factor of the message: 1 + 4/n^2 for n square cells through the thickness, within a fifth of it.
+#[test]
+fn bending_is_as_much_too_stiff_as_the_message_says() {
+    for (size, most) in [(vec![10.0, 1.0], 6usize), (vec![10.0, 1.0, 1.0], 3)] {
+        for n in 1..=most {
+            let mut cells = vec![n; size.len()];
+            cells[0] = 10 * n;
+            let solid = Solid::grid(&cells, &size, isotropic("linear", 1e6, 0.3));
+            let (stiffness, said) = (1.0 / part(solid, &size), 1.0 + 4.0 / (n * n) as f64);
+            assert!(
+                (stiffness / said - 1.0).abs() < 0.2,
+                "{}D, {n} cells: {stiffness}, said {said}",
+                size.len()
+            );
+        }
+    }
+}
+
+// And what is named as a remedy is one: within 30 % of quadratic elements on the same two cells, where plain ones have half or less.
+#[test]
+fn what_is_named_in_place_does_not_lock() {
+    for poisson in [0.3, 0.49] {
+        let size = [10.0, 1.0];
+        let solid = Solid::grid(&[20, 2], &size, isotropic("linear", 1e6, poisson));
+        let [plain, nodal] = [solid.clone(), solid.of_kind(Kind::Nodal)].map(|solid| part(solid, &size));
+        assert!(plain < 0.6, "nu = {poisson}: {plain}");
+        assert!((nodal - 1.0).abs() < 0.3, "nu = {poisson}: {nodal}");
+    }
+}
