@@ -14,10 +14,12 @@ struct Room {
     uses: BTreeSet<String>,
 }
 
-/// Rooms between `<!-- rooms -->` and `<!-- end -->`, one a line from the top floor down: `name (module module) -> room room`.
+/// Rooms between `<!-- rooms -->` and `<!-- end -->` from the top floor down: `name (module module) -> room
+/// room`, where long lines go on indented.
 fn rooms() -> Vec<Room> {
     let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
     let list = page.split("<!-- rooms -->").nth(1).unwrap().split("<!-- end -->").next().unwrap();
+    let list = list.replace("\n    ", " ");
     let lines = list.lines().filter(|line| line.contains("->"));
     lines.map(|line| room(line.trim())).collect()
 }

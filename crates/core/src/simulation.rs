@@ -7,6 +7,7 @@ mod material;
 mod matrices;
 mod retry;
 mod snapshot;
+mod statics;
 #[cfg(test)]
 mod tests;
 mod work;
@@ -16,6 +17,7 @@ pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
 pub use retry::RetriedSteps;
 pub use snapshot::{Snapshot, SnapshotError};
+pub use statics::{Extreme, StaticState};
 pub use work::Work;
 
 use std::borrow::Cow;
@@ -193,9 +195,11 @@ impl Simulation {
         }
     }
 
-    /// Notes the jumps of prescribed motion in the step of `h` [s] from the time `from` [s] that has led here.
+    /// Notes the jumps of prescribed motion in the step of `h` [s] from the time `from` [s] that has led
+    /// here.
     fn note_jumps(&mut self, from: f64, h: f64) {
-        // What schemes have prescribed, at the beginning plus the step, may be a rounding away from the time of the end.
+        // What schemes have prescribed, at the beginning plus the step, may be a rounding away from the time
+        // of the end.
         let seen = Some(self.jumps_seen_until).filter(|until| (until - from).abs() <= 1e-9 * h);
         self.jumps_seen_until = from + h;
         for jump in self.system.jumps(seen.unwrap_or(from), from + h) {
@@ -423,8 +427,8 @@ impl Simulation {
         reactions(&mut self.system, time, self.step_size, self.state.x(), self.state.v())
     }
 
-    /// The largest component of the force that is left at a free coordinate, now [N], velocities being what they are; `None` where
-    /// the force is not finite.
+    /// The largest component of the force that is left at a free coordinate, now [N], velocities being what
+    /// they are; `None` where the force is not finite.
     pub(crate) fn residual(&mut self) -> Option<f64> {
         self.ensure_force(self.state.time).ok()?;
         let d = self.system.dimension();
@@ -508,8 +512,9 @@ impl Simulation {
         8 * 2 * self.state.x().len() + self.numbering.bytes() + self.system.bytes() + self.integrator.bytes()
     }
 
-    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in their first: matrix, factor or levels
-    /// of multigrid, vectors of Newton's method. The factor is analysed, and not computed.
+    /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in their
+    /// first: matrix, factor or levels of multigrid, vectors of Newton's method. The factor is analysed, and
+    /// not computed.
     pub fn predicted_bytes(&mut self) -> usize {
         let further = self.integrator.predicted_bytes(&mut self.system, self.state.x());
         // After the system has made what matrices are made of.

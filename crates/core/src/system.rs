@@ -1,15 +1,20 @@
 //! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and `v`: masses, energy
 //! terms, dissipative terms, constraints.
 
+mod flows;
+mod wall_loss;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Jump, Wall};
-use crate::diagnostics::{WallLoss, WallLosses};
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 use crate::state::State;
+
+pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity};
+pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
 pub struct System {
@@ -278,7 +283,8 @@ impl System {
         self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
-    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold that has any.
+    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold
+    /// that has any.
     pub(crate) fn jumps(&self, from: f64, to: f64) -> Vec<Jump> {
         if !self.moves {
             return vec![];

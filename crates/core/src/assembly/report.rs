@@ -59,8 +59,8 @@ pub struct Report {
     pub uses: Vec<String>,
     /// What it does not name, and what therefore costs nothing.
     pub left_out: Vec<String>,
-    /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that steps do not see,
-    /// bodies that lock.
+    /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that
+    /// steps do not see, bodies that lock.
     pub warnings: Vec<String>,
 }
 
@@ -274,7 +274,9 @@ fn uses(
         "output /reactions: force and moment of every pin and wall".into(),
         "output /reactions: forces of pins and walls are looked at once, at the end",
     );
-    let measures: Vec<&str> = MEASURES.iter().filter(|m| channel(m.channel)).map(|m| m.name).collect();
+    let measured = scene.output.channels.iter().filter_map(|channel| channel.measure());
+    let mut measures: Vec<&str> = measured.map(|measure| measure.name).collect();
+    measures.sort_by_key(|name| MEASURES.iter().position(|measure| measure.name == *name));
     say(
         !measures.is_empty(),
         format!("output /elements: {}", measures.join(", ")),

@@ -4,32 +4,9 @@ mod equilibrium;
 
 use super::Balance;
 use super::integral::Integral;
-use super::wall_loss::WallLoss;
-use crate::energy::{EnergyKind, EnergyTerm};
-use crate::system::{ForceId, System};
+use crate::energy::EnergyTerm;
+use crate::system::{Flows, ForceId, Looked, System, WallLoss, feeds, is_changing_gravity};
 use equilibrium::Equilibrium;
-
-/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
-/// with time, and what is lost; zero where a scene has no such thing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Flows {
-    loads: f64,
-    gravity: f64,
-    ether_drag: f64,
-    damping: f64,
-}
-
-/// Which flows are looked at.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct Looked {
-    loads: bool,
-    gravity: bool,
-    losses: bool,
-}
-
-impl Looked {
-    pub(super) const ALL: Looked = Looked { loads: true, gravity: true, losses: true };
-}
 
 /// Keeps a [`Balance`].
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -129,8 +106,9 @@ impl Ledger {
         }
     }
 
-    /// Notes that these moving coordinates have jumped, each by so much [m], at the end of the step that led to the state `x`, at
-    /// whose positions `system` holds the force `force`: the energy of all potentials there, less that without the jump, is work.
+    /// Notes that these moving coordinates have jumped, each by so much [m], at the end of the step that led
+    /// to the state `x`, at whose positions `system` holds the force `force`: the energy of all potentials
+    /// there, less that without the jump, is work.
     pub(crate) fn jump(
         &mut self,
         system: &mut System,
@@ -198,47 +176,6 @@ impl Ledger {
 /// Potential energy [J] of what [`feeds`], and of gravity that changes; loads without a potential have none.
 fn changing(system: &mut System, x: &[f64]) -> [f64; 2] {
     [system.potential_of(feeds, x), system.potential_of(is_changing_gravity, x)]
-}
-
-/// Whether energy comes in through this term otherwise than from its own store, and it is gravity.
-fn is_changing_gravity(term: &dyn EnergyTerm) -> bool {
-    term.kind() == EnergyKind::Gravitational && term.supplies()
-}
-
-/// The same, and it is not.
-fn feeds(term: &dyn EnergyTerm) -> bool {
-    term.kind() != EnergyKind::Gravitational && term.supplies()
-}
-
-impl Flows {
-    /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
-    pub(super) fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
-        let mut flows = Flows::default();
-        if looked.loads {
-            flows.loads = system.power(feeds, x, v);
-        }
-        if looked.gravity {
-            flows.gravity = system.power(is_changing_gravity, x, v);
-        }
-        if looked.losses && system.ether_drag() != 0.0 {
-            flows.ether_drag = 2.0 * system.ether_drag() * system.kinetic(v);
-        }
-        if looked.losses && system.is_damped() {
-            flows.damping = system.dissipated_power(x, v);
-        }
-        flows
-    }
-
-    /// What forces at `x` do along the `way` [J], not at a rate: those of loads and gravity, and what was
-    /// dragged and damped.
-    pub(super) fn along(system: &mut System, x: &[f64], way: &[f64], ether_drag: f64, damping: f64) -> Self {
-        Flows {
-            loads: system.power(feeds, x, way),
-            gravity: system.power(is_changing_gravity, x, way),
-            ether_drag,
-            damping,
-        }
-    }
 }
 
 /// The power of prescribed motion [W], but for what it gives to the kinetic energy of what moves; and that [J].

@@ -2,13 +2,10 @@
 
 use crate::algebra::Mat;
 use crate::element::ElementState;
-use crate::scene::Channel;
 
 /// One measure of deformation, strain or stress.
 #[derive(Clone, Copy, Debug)]
 pub struct Measure {
-    /// The channel that records it.
-    pub channel: Channel,
     /// Its name: that of the channel in a scene, of the topic behind `/elements/`, and of the cell data in exports.
     pub name: &'static str,
     /// Unit, `1` where there is none.
@@ -27,63 +24,49 @@ const SYMMETRIC: &[&str] = &["xx", "yy", "zz", "xy", "yz", "xz"];
 /// All measures there are.
 pub const MEASURES: [Measure; 9] = [
     Measure {
-        channel: Channel::DeformationGradient,
         name: "deformation-gradient",
         unit: "1",
         fields: TENSOR,
         write: |state, out| out.extend(state.deformation_gradient.0.as_flattened()),
     },
+    Measure { name: "jacobian", unit: "1", fields: SCALAR, write: |state, out| out.push(state.j()) },
     Measure {
-        channel: Channel::Jacobian,
-        name: "jacobian",
-        unit: "1",
-        fields: SCALAR,
-        write: |state, out| out.push(state.j()),
-    },
-    Measure {
-        channel: Channel::PrincipalStretches,
         name: "principal-stretches",
         unit: "1",
         fields: STRETCHES,
         write: |state, out| out.extend(state.principal_stretches()),
     },
     Measure {
-        channel: Channel::GreenStrain,
         name: "green-strain",
         unit: "1",
         fields: SYMMETRIC,
         write: |state, out| symmetric(&state.green_strain(), out),
     },
     Measure {
-        channel: Channel::CorotatedStrain,
         name: "corotated-strain",
         unit: "1",
         fields: SYMMETRIC,
         write: |state, out| symmetric(&state.corotated_strain(), out),
     },
     Measure {
-        channel: Channel::FirstPiola,
         name: "first-piola",
         unit: "Pa",
         fields: TENSOR,
         write: |state, out| out.extend(state.first_piola.0.as_flattened()),
     },
     Measure {
-        channel: Channel::CauchyStress,
         name: "cauchy-stress",
         unit: "Pa",
         fields: SYMMETRIC,
         write: |state, out| symmetric(&state.cauchy_stress().symmetric(), out),
     },
     Measure {
-        channel: Channel::VonMises,
         name: "von-mises",
         unit: "Pa",
         fields: SCALAR,
         write: |state, out| out.push(state.von_mises_stress()),
     },
     Measure {
-        channel: Channel::EnergyDensity,
         name: "energy-density",
         unit: "J/m^3",
         fields: SCALAR,
@@ -92,9 +75,9 @@ pub const MEASURES: [Measure; 9] = [
 ];
 
 impl Measure {
-    /// The measure that a channel records; `None` for a channel that is not about elements.
-    pub fn of(channel: Channel) -> Option<&'static Measure> {
-        MEASURES.iter().find(|measure| measure.channel == channel)
+    /// The measure of this name; `None` if no measure has it.
+    pub fn named(name: &str) -> Option<&'static Measure> {
+        MEASURES.iter().find(|measure| measure.name == name)
     }
 
     /// Appends its numbers to `out`, one for each of the [`fields`](Self::fields).
@@ -120,7 +103,6 @@ mod tests {
             let mut out = vec![];
             measure.write(&state, &mut out);
             assert_eq!(out.len(), measure.fields.len(), "{}", measure.name);
-            assert_eq!(serde_json::to_value(measure.channel).unwrap(), measure.name);
         }
         let written = |name: &str| {
             let mut out = vec![];

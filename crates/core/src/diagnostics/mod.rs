@@ -37,8 +37,6 @@ mod ledger;
 mod measures;
 mod reaction;
 mod stability;
-mod statics;
-mod wall_loss;
 mod wall_reaction;
 
 pub use crate::element::ElementState;
@@ -50,8 +48,6 @@ pub(crate) use reaction::reactions;
 pub use stability::{
     Mode, ModeRange, Spectrum, StabilityLimit, largest_frequency, mode_range, stability_limit,
 };
-pub use statics::{Extreme, StaticState};
-pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 use crate::energy::EnergyKind;
 use crate::state::State;
@@ -123,8 +119,8 @@ impl Energy {
         self.total - self.balance.map_or(0.0, |balance| balance.net())
     }
 
-    /// By how much energy has grown since `start` without coming in from outside [J]: no loss makes up for a gain, and none that is
-    /// negative, which is a gain itself, hides one.
+    /// By how much energy has grown since `start` without coming in from outside [J]: no loss makes up for a
+    /// gain, and none that is negative, which is a gain itself, hides one.
     pub(crate) fn gain(&self, start: &Energy) -> f64 {
         let without_losses =
             |energy: &Energy| energy.conserved() - energy.balance.map_or(0.0, |balance| balance.lost());

@@ -27,8 +27,8 @@ impl UniformGravity {
         }
     }
 
-    /// The same on weights [kg] that are other than the masses: a load, for statics. A weight may be zero or negative, as consistent ones
-    /// of elements of second order are at corners.
+    /// The same on weights [kg] that are other than the masses: a load, for statics. A weight may be zero or
+    /// negative, as consistent ones of elements of second order are at corners.
     ///
     /// # Panics
     /// As [`new`](Self::new).

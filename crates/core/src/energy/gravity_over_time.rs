@@ -18,8 +18,8 @@ pub struct GravityOverTime {
 }
 
 impl GravityOverTime {
-    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on the vertices of `field`, whose own acceleration does not matter;
-    /// `largest` [m/s^2] is the largest that is to be expected.
+    /// Gravity `acceleration(t)` [m/s^2], third component 0 in 2D, on the vertices of `field`, whose own
+    /// acceleration does not matter; `largest` [m/s^2] is the largest that is to be expected.
     pub fn new(
         acceleration: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static,
         largest: f64,

@@ -145,7 +145,8 @@ pub struct Stencils {
     pub vertices: Vec<u32>,
 }
 
-/// `integral of N_a N_b` [m^2, m^3] over each element at rest, of the shape functions of its vertices: consistent masses for unit density.
+/// `integral of N_a N_b` [m^2, m^3] over each element at rest, of the shape functions of its vertices:
+/// consistent masses for unit density.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShapeProducts {
     /// Vertices of an element.
@@ -324,8 +325,8 @@ pub trait EnergyTerm: Send + Sync {
         vec![]
     }
 
-    /// Products of the shape functions of solid elements of second order, whose consistent masses are more accurate than lumped ones;
-    /// `None` for all other terms.
+    /// Products of the shape functions of solid elements of second order, whose consistent masses are more
+    /// accurate than lumped ones; `None` for all other terms.
     fn shape_products(&self) -> Option<ShapeProducts> {
         None
     }

@@ -8,7 +8,6 @@ use super::Method;
 use crate::dissipation::{DissipativeTerm, MassProportional};
 use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::material::Psd;
-use crate::simulation::Simulation;
 use crate::solver::SolverOptions;
 use crate::state::State;
 use crate::system::System;
@@ -28,8 +27,8 @@ impl Amplification {
     }
 }
 
-/// Runs one step of `method` with `z = h omega` from both unit vectors, under a force `-c x'` with `damping = h c` and ether drag
-/// `decay / h`.
+/// Runs one step of `method` with `z = h omega` from both unit vectors, under a force `-c x'` with `damping =
+/// h c` and ether drag `decay / h`.
 pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Amplification {
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
@@ -50,11 +49,12 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
     Amplification([[columns[0][0], columns[1][0]], [columns[0][1], columns[1][1]]])
 }
 
-/// The oscillator `x'' = -x` from `x = 1` at rest, to be advanced in steps of `z`: in units where omega = 1, h = z.
-pub(crate) fn oscillator(method: Method, z: f64) -> Simulation {
+/// The oscillator `x'' = -x` and its state `x = 1` at rest, to be advanced in steps of `z`: in units where
+/// omega = 1, h = z.
+pub(crate) fn oscillator() -> (System, State) {
     let mut system = System::new(1, vec![1.0]);
     system.add_term(Box::<Oscillator>::default());
-    Simulation::new(system, State::new(vec![1.0], vec![0.0]), method, z)
+    (system, State::new(vec![1.0], vec![0.0]))
 }
 
 /// `lim |A^n|^(1/n)`, by repeated squaring; Gelfand 1941.
@@ -80,8 +80,9 @@ pub(crate) fn modulus(z: c64) -> f64 {
     z.re.hypot(z.im)
 }
 
-/// The largest modulus of an eigenvalue of one step of `method` on a mode with `z = h omega` and one without stiffness that a dashpot couples,
-/// `x'' = -omega^2 x - c n (n . x')` with `n = (sin angle, cos angle)` and `damping = h c`: stiffness and damping have no eigenvector in common.
+/// The largest modulus of an eigenvalue of one step of `method` on a mode with `z = h omega` and one without
+/// stiffness that a dashpot couples, `x'' = -omega^2 x - c n (n . x')` with `n = (sin angle, cos angle)` and
+/// `damping = h c`: stiffness and damping have no eigenvector in common.
 pub(crate) fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 {
     let mut matrix = vec![vec![c64::new(0.0, 0.0); 4]; 4];
     for column in 0..4 {

@@ -6,7 +6,6 @@ pub use table::Table;
 
 use crate::diagnostics::{ElementState, Measure};
 use crate::observer::Frame;
-use crate::scene::Channel;
 
 /// A point that is a fixed mixture of vertices: `x = sum_a w_a x_a`.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,9 +61,9 @@ impl Probe {
             position,
             velocity: self.mix(frame.v, frame.dimension),
             displacement,
-            green_strain: state.and_then(|state| measured(Channel::GreenStrain, state)),
-            corotated_strain: state.and_then(|state| measured(Channel::CorotatedStrain, state)),
-            cauchy_stress: state.and_then(|state| measured(Channel::CauchyStress, state)),
+            green_strain: state.and_then(|state| measured("green-strain", state)),
+            corotated_strain: state.and_then(|state| measured("corotated-strain", state)),
+            cauchy_stress: state.and_then(|state| measured("cauchy-stress", state)),
             energy_density: state.map(|state| state.energy_density),
         }
     }
@@ -80,8 +79,8 @@ impl Probe {
     }
 }
 
-fn measured(channel: Channel, state: &ElementState) -> Option<[f64; 6]> {
+fn measured(name: &str, state: &ElementState) -> Option<[f64; 6]> {
     let mut numbers = Vec::with_capacity(6);
-    Measure::of(channel)?.write(state, &mut numbers);
+    Measure::named(name)?.write(state, &mut numbers);
     numbers.try_into().ok()
 }

@@ -55,7 +55,8 @@ struct Recorded {
 impl Elements {
     /// `None` if no channel of `asked` is about elements.
     pub(super) fn new(asked: &[scene::Channel], topology: &Topology) -> Option<Self> {
-        let named = MEASURES.iter().zip(ELEMENTS..).filter(|(measure, _)| asked.contains(&measure.channel));
+        let is_asked = |measure: &Measure| asked.iter().any(|channel| channel.name() == measure.name);
+        let named = MEASURES.iter().zip(ELEMENTS..).filter(|(measure, _)| is_asked(measure));
         let channels: Vec<Recorded> = named
             .map(|(measure, id)| Recorded {
                 id,

@@ -67,7 +67,8 @@ fn measured(method: &Method, z: f64) -> f64 {
 
 /// `x'' = -x` from `x = 1`, in steps of `z`.
 fn oscillator(method: &Method, z: f64) -> Simulation {
-    let mut simulation = integrator::oscillator(*method, z);
+    let (system, state) = integrator::oscillator();
+    let mut simulation = Simulation::new(system, state, *method, z);
     simulation.set_solver(SolverOptions { tolerance: Some(1e-300), ..SolverOptions::default() });
     simulation
 }

@@ -3,12 +3,11 @@
 use std::time::Duration;
 
 use pliant::assembly::Report;
-use pliant::diagnostics::StaticState;
 use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
 use pliant::scene::{Channel, Scene};
-use pliant::simulation::{MotionJumps, RetriedSteps};
+use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
 use pliant::solver::SolverWork;
 use serde_json::{Value, json};
 
@@ -34,7 +33,8 @@ pub(crate) struct Closing<'a> {
 }
 
 impl<'a> Closing<'a> {
-    /// `statics` is the equilibrium at the end of a static run, `wall` the time that the steps and the recording took.
+    /// `statics` is the equilibrium at the end of a static run, `wall` the time that the steps and the
+    /// recording took.
     pub(crate) fn new(
         scene: &'a Scene,
         report: &'a Report,
@@ -55,7 +55,8 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// What the user should know even if nobody reads the numbers. A run that failed says what is wrong already.
+    /// What the user should know even if nobody reads the numbers. A run that failed says what is wrong
+    /// already.
     pub(crate) fn warnings(&self) -> Vec<String> {
         if self.status() == Status::Failed {
             return vec![];

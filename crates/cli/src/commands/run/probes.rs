@@ -15,7 +15,8 @@ use crate::recording;
 /// The table, begun; `None` if nobody wants one.
 ///
 /// # Errors
-/// The scene has no probes; the file exists, is a directory, the scene or the recording, or cannot be written.
+/// The scene has no probes; the file exists, is a directory, the scene or the recording, or cannot be
+/// written.
 pub(super) fn table(arguments: &RunArguments, assembly: &Assembly) -> Result<Option<Table<File>>, Failure> {
     let Some(path) = &arguments.probes else { return Ok(None) };
     if assembly.probes.is_empty() {
@@ -44,7 +45,8 @@ fn exists(path: &Path) -> Failure {
     Failure::usage(message)
 }
 
-/// Refuses a table that is, under whatever name, the scene, the recording, or what that is before it is complete.
+/// Refuses a table that is, under whatever name, the scene, the recording, or what that is before it is
+/// complete.
 fn own(path: &Path, file: &File, arguments: &RunArguments) -> Result<(), Failure> {
     let mut taken = vec![(arguments.scene.clone(), "the scene")];
     if !arguments.no_record {

@@ -1,6 +1,6 @@
 //! What is said of a static equilibrium.
 
-use pliant::diagnostics::{Extreme, StaticState};
+use pliant::simulation::{Extreme, StaticState};
 
 use crate::text::number;
 

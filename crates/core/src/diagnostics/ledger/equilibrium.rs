@@ -1,10 +1,11 @@
 //! Work between static states.
 
-use super::{Flows, Ledger, Looked, feeds};
+use super::Ledger;
 use crate::system::System;
+use crate::system::{Flows, Looked, feeds};
 
-/// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and the next, by the mean of
-/// the forces in both.
+/// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and
+/// the next, by the mean of the forces in both.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Equilibrium {
     /// [s]
@@ -33,7 +34,8 @@ impl Equilibrium {
 }
 
 impl Ledger {
-    /// The same for a quasi-static run, whose state at `time` [s] is `x`. Neither drag nor walls take anything there: nothing moves.
+    /// The same for a quasi-static run, whose state at `time` [s] is `x`. Neither drag nor walls take
+    /// anything there: nothing moves.
     pub(crate) fn between_equilibria(mut self, system: &mut System, time: f64, x: &[f64]) -> Self {
         self.equilibrium = Some(Equilibrium::of(system, self.looked, time, x));
         (self.ether_drag, self.walls) = (None, None);
@@ -41,9 +43,11 @@ impl Ledger {
         self
     }
 
-    /// Goes on by an increment of `h` [s] to the equilibrium `x` at `time` [s], where moving coordinates have the velocities `v` and
-    /// `system` holds the force: forces do the work `f . dx` by the trapezoidal rule, exact to second order in the increment; what
-    /// dissipates takes `dx . dR/dv` at the velocities `dx / h` that the increment was solved with.
+    /// Goes on by an increment of `h` [s] to the equilibrium `x` at `time` [s], where moving coordinates have
+    /// the velocities `v` and `system` holds the force: forces do the work `f . dx` by the trapezoidal rule,
+    /// exact to second order in the increment (prescribed motion without damping that of its power, to fourth
+    /// order); what dissipates takes `dx . dR/dv` at the velocities `dx / h` that the increment was solved
+    /// with.
     pub(crate) fn advance_to_equilibrium(
         &mut self,
         system: &mut System,
@@ -64,8 +68,14 @@ impl Ledger {
         };
         self.each(works, |integral, work| integral.add(work));
         if let Some(own) = &mut self.motion {
-            own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
-            own.kinetic = super::motion(system, x, v).1;
+            let (power, kinetic) = super::motion(system, x, v);
+            if system.is_damped() {
+                own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
+            } else {
+                // Velocities of what moves are known: the integral of the power is of fourth order.
+                own.power.advance(h, power);
+            }
+            own.kinetic = kinetic;
         }
         self.equilibrium = Some(now);
     }
@@ -96,7 +106,8 @@ impl Ledger {
     }
 }
 
-/// What prescribed motion does against potentials, and against what dissipates at the velocities `rate` [m/s] [J].
+/// What prescribed motion does against potentials, and against what dissipates at the velocities `rate` [m/s]
+/// [J].
 fn work_of_motion(
     system: &mut System,
     (last, now): (&Equilibrium, &Equilibrium),
@@ -114,7 +125,8 @@ fn mean_work(a: &[f64], b: &[f64], dx: &[f64]) -> f64 {
     a.iter().zip(b).zip(dx).map(|((a, b), dx)| 0.5 * (a + b) * dx).sum()
 }
 
-/// Each coordinate on prescribed motion, and the gradient there [N], that of what dissipates at the velocities `v` [m/s] included.
+/// Each coordinate on prescribed motion, and the gradient there [N], that of what dissipates at the
+/// velocities `v` [m/s] included.
 fn carried(system: &mut System, x: &[f64], v: &[f64]) -> Vec<(usize, f64)> {
     if !system.has_prescribed_motion() {
         return vec![];

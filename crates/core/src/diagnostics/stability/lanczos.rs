@@ -1,18 +1,19 @@
-//! The largest eigenvalue of `M^-1/2 A M^-1/2` by Lanczos iteration with products only; Golub, Van Loan 2013, *Matrix Computations*,
-//! algorithm 10.1.1.
+//! The largest eigenvalue of `M^-1/2 A M^-1/2` by Lanczos iteration with products only; Golub, Van Loan 2013,
+//! *Matrix Computations*, algorithm 10.1.1.
 //!
-//! Without its vector the basis is not kept: lost orthogonality repeats eigenvalues that have converged, and does not move the largest.
-//! The start vector is fixed, so that the result is the same everywhere.
+//! Without its vector the basis is not kept: lost orthogonality repeats eigenvalues that have converged, and
+//! does not move the largest. The start vector is fixed, so that the result is the same everywhere.
 
 use crate::system::System;
 
 /// Lanczos stops here; a few dozen steps are enough unless the top of the spectrum is very crowded.
 const MAX_LANCZOS_STEPS: usize = 300;
-/// Bound asked of the relative error of the largest eigenvalue. The residual bounds it; where the eigenvalue stands alone the
-/// error is about the square of that, far below.
+/// Bound asked of the relative error of the largest eigenvalue. The residual bounds it; where the eigenvalue
+/// stands alone the error is about the square of that, far below.
 const EIGENVALUE_TOLERANCE: f64 = 1e-7;
 
-/// The same where products are approximate: the corrected eigenvalue's error is about the square of its bound.
+/// The same where products are approximate: the corrected eigenvalue's error is about the square of its
+/// bound.
 const APPROXIMATE_TOLERANCE: f64 = 1e-4;
 
 /// The largest eigenvalue of `M^-1/2 A M^-1/2`.
@@ -37,7 +38,8 @@ pub(super) type Product<'a> = &'a mut dyn FnMut(&mut System, &[f64], &mut [f64])
 pub(super) struct Wanted {
     /// Whether the eigenvector is.
     pub(super) vector: bool,
-    /// What eigenvalues and their errors are compared with besides the largest: a norm of the matrix where that may cancel.
+    /// What eigenvalues and their errors are compared with besides the largest: a norm of the matrix where
+    /// that may cancel.
     pub(super) norm: f64,
     /// Bound of the relative error.
     pub(super) tolerance: f64,
@@ -111,8 +113,8 @@ pub(super) fn scale(system: &System) -> Vec<f64> {
     system.inverse_mass().iter().map(|w| w.sqrt()).collect()
 }
 
-/// The Rayleigh quotient of `M^-1/2 A M^-1/2` at `vector`, `scale` being `M^-1/2`, and the length of the residual: there is an
-/// eigenvalue within that distance. One exact product.
+/// The Rayleigh quotient of `M^-1/2 A M^-1/2` at `vector`, `scale` being `M^-1/2`, and the length of the
+/// residual: there is an eigenvalue within that distance. One exact product.
 pub(super) fn rayleigh_quotient(
     system: &mut System,
     scale: &[f64],
@@ -130,11 +132,13 @@ pub(super) fn rayleigh_quotient(
     (quotient, norm(&w))
 }
 
-/// Largest eigenvalue of the tridiagonal matrix `T` with diagonal `alpha` and positive off-diagonal `beta`, and its unit
-/// eigenvector. `O(n)`, where a full decomposition of every matrix on the way would cost more than the products.
+/// Largest eigenvalue of the tridiagonal matrix `T` with diagonal `alpha` and positive off-diagonal `beta`,
+/// and its unit eigenvector. `O(n)`, where a full decomposition of every matrix on the way would cost more
+/// than the products.
 ///
-/// All pivots of `theta I - T` are positive exactly where `theta` is above every eigenvalue: bisection. The eigenvector follows
-/// from the twisted factorisation, pivots from both ends that meet where the remainder is smallest; Dhillon, Parlett 2004,
+/// All pivots of `theta I - T` are positive exactly where `theta` is above every eigenvalue: bisection. The
+/// eigenvector follows from the twisted factorisation, pivots from both ends that meet where the remainder is
+/// smallest; Dhillon, Parlett 2004,
 /// *Orthogonal eigenvectors and relative gaps*, SIAM J. Matrix Anal. Appl. 25, 858.
 fn largest_ritz_pair(alpha: &[f64], beta: &[f64]) -> (f64, Vec<f64>) {
     let n = alpha.len();
@@ -198,7 +202,8 @@ pub(super) fn norm(a: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    // With nothing between the twelfth and the thirteenth row but 1e-9, the vector decays over many orders of magnitude.
+    // With nothing between the twelfth and the thirteenth row but 1e-9, the vector decays over many orders of
+    // magnitude.
     #[test]
     fn the_largest_ritz_pair_is_an_eigenpair() {
         for n in [1, 2, 3, 10, 60, 300] {

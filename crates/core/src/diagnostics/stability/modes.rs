@@ -19,11 +19,12 @@ pub struct Spectrum {
     pub products: usize,
 }
 
-/// The largest natural frequency of `system` linearised at `x`, by Lanczos iteration on `M^-1/2 K M^-1/2`; pinned vertices do not take
-/// part.
+/// The largest natural frequency of `system` linearised at `x`, by Lanczos iteration on `M^-1/2 K M^-1/2`;
+/// pinned vertices do not take part.
 ///
-/// Where a term approximates its products (mutual gravity of many particles), the basis is kept, and the eigenvector found is put
-/// into one exact product: its Rayleigh quotient is the eigenvalue, and the residual of that is the bound.
+/// Where a term approximates its products (mutual gravity of many particles), the basis is kept, and the
+/// eigenvector found is put into one exact product: its Rayleigh quotient is the eigenvalue, and the residual
+/// of that is the bound.
 pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
     let mut stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.stiffness_product(x, p, y);
     let mut top = largest_eigenvalue(system, Wanted::VALUE, &mut stiffness);
@@ -55,17 +56,19 @@ pub struct Mode {
 
 /// The modes that `M x'' + C x' + K x = 0` can have.
 ///
-/// A mode `u exp(lambda t)` is a root of `lambda^2 + c lambda + k = 0` with `k = u* K u / u* M u` and `c = u* C u / u* M u`; Tisseur,
-/// Meerbergen 2001, *The quadratic eigenvalue problem*, SIAM Review 43, 235, section 3. These pairs lie in the joint numerical range of
-/// both matrices, a convex set: no mode is more damped, or faster, than some on its boundary. With `C = alpha M + beta K` it is the line
-/// `c = alpha + beta k` that all modes lie on.
+/// A mode `u exp(lambda t)` is a root of `lambda^2 + c lambda + k = 0` with `k = u* K u / u* M u` and `c = u*
+/// C u / u* M u`; Tisseur, Meerbergen 2001, *The quadratic eigenvalue problem*, SIAM Review 43, 235, section
+/// 3. These pairs lie in the joint numerical range of both matrices, a convex set: no mode is more damped, or
+/// faster, than some on its boundary. With `C = alpha M + beta K` it is the line `c = alpha + beta k` that
+/// all modes lie on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModeRange {
     /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
     pub frequency: f64,
     /// Largest rate at which damping slows a motion [1/s]; 0 without damping.
     pub damping: f64,
-    /// Points of its boundary, from slow modes that are damped much, over fast ones, to those that are damped little.
+    /// Points of its boundary, from slow modes that are damped much, over fast ones, to those that are damped
+    /// little.
     pub boundary: Vec<Mode>,
 }
 
@@ -132,8 +135,9 @@ impl Boundary<'_> {
         Some([if normal == [1.0, 0.0] { 1.0 } else { k }, if normal == [0.0, 1.0] { 1.0 } else { c }])
     }
 
-    /// Adds points between `p` and `q` where the boundary is beyond the line between them: a sandwich algorithm, Rote 1992, *The
-    /// convergence rate of the sandwich algorithm for approximating convex functions*, Computing 48, 337.
+    /// Adds points between `p` and `q` where the boundary is beyond the line between them: a sandwich
+    /// algorithm, Rote 1992, *The convergence rate of the sandwich algorithm for approximating convex
+    /// functions*, Computing 48, 337.
     fn refine(&mut self, p: Point, q: Point, points: &mut Vec<Point>) {
         let edge = [q[0] - p[0], q[1] - p[1]];
         let length = edge[0].hypot(edge[1]);

@@ -98,7 +98,8 @@ impl<const D: usize, const N: usize> BatchElastic<D, N> {
         }
     }
 
-    /// Deformation, stress and energy density at a deformation gradient. The stress out of the plane in 2D is not known: NaN.
+    /// Deformation, stress and energy density at a deformation gradient. The stress out of the plane in 2D is
+    /// not known: NaN.
     fn state(&self, f: &[f64]) -> ElementState {
         let (mut p, mut psi) = (vec![f64::NAN; D * D], [f64::NAN]);
         if !self.material.stress(f, &mut p) {

@@ -85,7 +85,8 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     fn derivative(&self, f: &[Block<D>], df: &mut [Block<D>]);
     /// Writes the energy densities [J/m^3].
     fn density(&self, f: &[Block<D>], psi: &mut [[f64; WIDTH]]);
-    /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that does not know them.
+    /// The eigenvalues of `dP/dF` at these signed singular values; `None` for a model that does not know
+    /// them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>>;
     /// As [`BlockMaterial::spectrum`], eight at a time, `sigma[i][lane]`.
     fn spectra(&self, sigma: &[[f64; WIDTH]; D], out: &mut SpectrumBlock<D>) {

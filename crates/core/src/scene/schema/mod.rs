@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::diagnostics::Measure;
 use crate::integrator::IntegratorSpec;
 
 mod adaptive;
@@ -193,7 +194,8 @@ pub enum Channel {
     Mesh,
     /// Energies, what came in and what was lost, and momenta, on `/energy`.
     Energy,
-    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on `/reactions`.
+    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on
+    /// `/reactions`.
     Reactions,
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
     /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
@@ -205,8 +207,8 @@ pub enum Channel {
     PrincipalStretches,
     /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
     GreenStrain,
-    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on `/elements/corotated-strain`: xx, yy,
-    /// zz, xy, yz, xz.
+    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on
+    /// `/elements/corotated-strain`: xx, yy, zz, xy, yz, xz.
     CorotatedStrain,
     /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
     FirstPiola,
@@ -214,6 +216,33 @@ pub enum Channel {
     CauchyStress,
     /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
     VonMises,
-    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on `/elements/energy-density`.
+    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on
+    /// `/elements/energy-density`.
     EnergyDensity,
+}
+
+impl Channel {
+    /// The name of the choice, as in the scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Channel::State => "state",
+            Channel::Mesh => "mesh",
+            Channel::Energy => "energy",
+            Channel::Reactions => "reactions",
+            Channel::DeformationGradient => "deformation-gradient",
+            Channel::Jacobian => "jacobian",
+            Channel::PrincipalStretches => "principal-stretches",
+            Channel::GreenStrain => "green-strain",
+            Channel::CorotatedStrain => "corotated-strain",
+            Channel::FirstPiola => "first-piola",
+            Channel::CauchyStress => "cauchy-stress",
+            Channel::VonMises => "von-mises",
+            Channel::EnergyDensity => "energy-density",
+        }
+    }
+
+    /// The measure of elements that it records; `None` for a channel that is not about elements.
+    pub fn measure(self) -> Option<&'static Measure> {
+        Measure::named(self.name())
+    }
 }

@@ -2,7 +2,6 @@
 
 use super::check::{Checker, Sign};
 use super::pins::formulas;
-use crate::diagnostics::Measure;
 use crate::integrator::BadParameter;
 use crate::scene::error::Problem;
 use crate::scene::key_path::KeyPath;
@@ -124,7 +123,7 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     }
     for (index, channel) in output.channels.iter().enumerate() {
         if output.channels[..index].contains(channel) {
-            let message = format!("channel `{}` is listed twice", name(*channel));
+            let message = format!("channel `{}` is listed twice", channel.name());
             check.report(Problem::semantic(path.key("channels").index(index), message));
         }
         let nothing_holds = scene.world.walls.is_empty() && scene.body.iter().all(|body| body.pin.is_empty());
@@ -133,17 +132,11 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or give a body a `pin` or the world a wall"));
         }
-        if Measure::of(*channel).is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
+        if channel.measure().is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
             let message =
-                format!("channel `{}` is about finite elements, and no body is `elastic`", name(*channel));
+                format!("channel `{}` is about finite elements, and no body is `elastic`", channel.name());
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or give a body `elastic`"));
         }
     }
-}
-
-/// As scenes have it.
-fn name(channel: Channel) -> String {
-    Measure::of(channel)
-        .map_or_else(|| format!("{channel:?}").to_lowercase(), |measure| measure.name.to_owned())
 }

@@ -12,8 +12,8 @@ use crate::algebra::{Dual, Mat, Vect, project_positive, signed_svd, symmetric_ei
 use crate::element::{Tangents, cross};
 use crate::energy::elastic::block::{Block, BlockMaterial};
 use crate::lanes::WIDTH;
+use crate::material::Stress;
 use crate::material::{Psd, Spectrum};
-use crate::scene::Stress;
 
 /// Blocks of the three pairs of two vertices after the first, and more.
 const PAIRS: usize = 6;
@@ -72,7 +72,8 @@ fn gradients(others: &Mat<f64, 2>) -> [[f64; 2]; 3] {
 /// Numbers of `F`, 3 x 2.
 const ENTRIES: usize = 6;
 
-/// `dP_ij / dF_kl` of a material without a spectrum, `(2 i + j, 2 k + l)` by rows: `dP = dQ P_2 + Q dP_2` along each entry of `F = Q G`.
+/// `dP_ij / dF_kl` of a material without a spectrum, `(2 i + j, 2 k + l)` by rows: `dP = dQ P_2 + Q dP_2`
+/// along each entry of `F = Q G`.
 fn tangent(material: &dyn BlockMaterial<2>, f: &Tangents<f64, 3, 2>, psd: Psd) -> Vec<f64> {
     let g = factors(f).1;
     let (stress, plane) = (stress_at(material, &g), material.tangent(&g, Psd::Exact));

@@ -69,8 +69,8 @@ fn blocks(mut term: Membrane, x: &[f64], psd: Psd) -> Vec<f64> {
     out
 }
 
-/// Membranes of energies alone have the Hessians of those with eigensystems in closed form, pressed ones too, where some eigenvalues
-/// are negative.
+/// Membranes of energies alone have the Hessians of those with eigensystems in closed form, pressed ones too,
+/// where some eigenvalues are negative.
 #[test]
 fn hessians_of_an_energy_alone_are_those_in_closed_form() {
     let (points, elements) = plate();
@@ -83,7 +83,7 @@ fn hessians_of_an_energy_alone_are_those_in_closed_form() {
             let x: Vec<f64> = bent(&points).iter().map(|x| squeezed * x).collect();
             for psd in [Psd::Exact, Psd::Projected] {
                 let material = NeoHookean::new(&parameters);
-                let alone = EnergyAlone(material.clone());
+                let alone = EnergyAlone(material);
                 let closed = blocks(Membrane::new("sheet", material, sheet, &elements, &rest), &x, psd);
                 let found = blocks(Membrane::new("sheet", alone, sheet, &elements, &rest), &x, psd);
                 let largest = closed.iter().fold(0.0, |m: f64, k| m.max(k.abs()));

@@ -116,8 +116,8 @@ pub(super) struct Nodes<const D: usize> {
 }
 
 impl<const D: usize> Nodes<D> {
-    /// The state of an element: its own `F`, and the means of Cauchy stress and energy density at its nodes. Those of its own `F` would
-    /// be those of an element that locks.
+    /// The state of an element: its own `F`, and the means of Cauchy stress and energy density at its nodes.
+    /// Those of its own `F` would be those of an element that locks.
     pub(super) fn state(&self, f: &Mat<f64, D>, vertices: &[u32], x: &[f64]) -> ElementState {
         let of_own = self.whole.state(f);
         let (mut cauchy, mut energy_density) = (Mat::zero(), 0.0);

@@ -1,21 +1,23 @@
 //! What is measured of a static equilibrium.
 
-use super::Reaction;
-use crate::simulation::Simulation;
+use super::Simulation;
+use crate::diagnostics::Reaction;
 use crate::topology::{BodyTopology, Topology};
 
 /// A static equilibrium in numbers.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct StaticState {
-    /// The largest distance of a vertex from its place at rest [m]; `index` is its number in the body, from 0.
+    /// The largest distance of a vertex from its place at rest [m]; `index` is its number in the body, from
+    /// 0.
     pub displacement: Extreme,
-    /// The largest von Mises stress of an element [Pa]; `index` is its number in the body, from 0, the place its centroid. `None`
-    /// without elements that have one.
+    /// The largest von Mises stress of an element [Pa]; `index` is its number in the body, from 0, the place
+    /// its centroid. `None` without elements that have one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub von_mises: Option<Extreme>,
     /// Sum of the forces of all pins [N]; third component 0 in 2D.
     pub reactions: [f64; 3],
-    /// The largest component of the force that is left at a coordinate that is free [N]: how well the last increment was solved.
+    /// The largest component of the force that is left at a coordinate that is free [N]: how well the last
+    /// increment was solved.
     pub residual: f64,
 }
 
@@ -33,8 +35,8 @@ pub struct Extreme {
 }
 
 impl Simulation {
-    /// The present equilibrium in numbers, `topology` being that of the same assembly; `None` unless the scheme is
-    /// [static](crate::integrator::Method::is_static), and where a force is not finite.
+    /// The present equilibrium in numbers, `topology` being that of the same assembly; `None` unless the
+    /// scheme is [static](crate::integrator::Method::is_static), and where a force is not finite.
     pub fn static_state(&mut self, topology: &Topology) -> Option<StaticState> {
         if !self.method().is_static() {
             return None;
@@ -98,7 +100,8 @@ mod tests {
     use crate::assembly::UnstableStep;
     use crate::scene::Scene;
 
-    /// Two bars of E = 1 MPa and nu = 0, the second pulled by 2 and 3 N at its right end, linear: `u = F L / (E A)`, `sigma = F / A`.
+    /// Two bars of E = 1 MPa and nu = 0, the second pulled by 2 and 3 N at its right end, linear: `u = F L /
+    /// (E A)`, `sigma = F / A`.
     #[test]
     fn a_pulled_bar_has_the_displacement_the_stress_and_the_reactions_of_the_book() {
         let bar = |name: &str, origin: f64, load: &str| {

@@ -37,9 +37,8 @@
 //! Walls act at the end of a step: the motion of every scheme is of first order where they do, its energy,
 //! less what is lost, of second at most.
 
-use super::ledger::{Flows, Looked};
+use super::{Flows, Looked, System};
 use crate::state::State;
-use crate::system::System;
 
 /// Reckons what walls take. Memory for one step.
 #[derive(Debug, Default)]
@@ -58,11 +57,11 @@ pub(crate) struct WallLosses {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallLoss {
     /// The sum of `W` over all vertices [J].
-    pub(super) energy: f64,
+    pub(crate) energy: f64,
     /// What flowed before the walls acted [W].
-    pub(super) flows: Flows,
+    pub(crate) flows: Flows,
     /// To be added to the integrals of these flows [J]: they count ways that were not gone.
-    pub(super) not_done: Flows,
+    pub(crate) not_done: Flows,
 }
 
 impl WallLosses {

@@ -1,0 +1,67 @@
+//! Energy that flows into the equations and out of them.
+
+use super::System;
+use crate::energy::{EnergyKind, EnergyTerm};
+
+/// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
+/// with time, and what is lost; zero where a scene has no such thing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Flows {
+    pub(crate) loads: f64,
+    pub(crate) gravity: f64,
+    pub(crate) ether_drag: f64,
+    pub(crate) damping: f64,
+}
+
+/// Which flows are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Looked {
+    pub(crate) loads: bool,
+    pub(crate) gravity: bool,
+    pub(crate) losses: bool,
+}
+
+impl Looked {
+    pub(crate) const ALL: Looked = Looked { loads: true, gravity: true, losses: true };
+}
+
+/// Whether energy comes in through this term otherwise than from its own store, and it is gravity.
+pub(crate) fn is_changing_gravity(term: &dyn EnergyTerm) -> bool {
+    term.kind() == EnergyKind::Gravitational && term.supplies()
+}
+
+/// The same, and it is not.
+pub(crate) fn feeds(term: &dyn EnergyTerm) -> bool {
+    term.kind() != EnergyKind::Gravitational && term.supplies()
+}
+
+impl Flows {
+    /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
+    pub(crate) fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
+        let mut flows = Flows::default();
+        if looked.loads {
+            flows.loads = system.power(feeds, x, v);
+        }
+        if looked.gravity {
+            flows.gravity = system.power(is_changing_gravity, x, v);
+        }
+        if looked.losses && system.ether_drag() != 0.0 {
+            flows.ether_drag = 2.0 * system.ether_drag() * system.kinetic(v);
+        }
+        if looked.losses && system.is_damped() {
+            flows.damping = system.dissipated_power(x, v);
+        }
+        flows
+    }
+
+    /// What forces at `x` do along the `way` [J], not at a rate: those of loads and gravity, and what was
+    /// dragged and damped.
+    pub(crate) fn along(system: &mut System, x: &[f64], way: &[f64], ether_drag: f64, damping: f64) -> Self {
+        Flows {
+            loads: system.power(feeds, x, way),
+            gravity: system.power(is_changing_gravity, x, way),
+            ether_drag,
+            damping,
+        }
+    }
+}
