@@ -1,8 +1,8 @@
 //! Golden counters: the work of solvers in the first steps of every scene whose steps are solved.
 //!
-//! `tests/data/counters.txt` has one line of integers for each scene. Counts are exact: the same program does the same work
-//! on every machine. A change that is meant is recorded by
-//! `PLIANT_RECORD_COUNTERS=1 cargo test --test pliant counters`, and shows in the diff of that file.
+//! `tests/data/counters.txt` has one line of integers for each scene. Counts are exact: the same program does
+//! the same work on every machine. A change that is meant is recorded by `PLIANT_RECORD_COUNTERS=1 cargo test
+//! --test pliant counters`, and shows in the diff of that file.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
