@@ -117,8 +117,8 @@ fn a_strand_under_its_weight_is_an_elastica() {
     }
 }
 
-/// Elastic energy of two triangles on either side of the diagonal of a unit square, normals along +z, whose wings are raised by the angle
-/// `fold` in all; the rest angle is `angle`.
+/// Elastic energy of two triangles on either side of the diagonal of a unit square, normals along +z, whose
+/// wings are raised by the angle `fold` in all; the rest angle is `angle`.
 fn energy_of_fold(angle: f64, fold: f64) -> f64 {
     let mut simulation = simulation(&json!({
         "dimension": 3,
@@ -141,7 +141,8 @@ fn energy_of_fold(angle: f64, fold: f64) -> f64 {
     simulation.diagnostics().elastic
 }
 
-// E = D/2 |e|^2 / (A_1 + A_2) (theta - theta_0)^2 with |e|^2 = 2 and areas 1/2: a positive rest angle folds a sheet to the side of its normals.
+// E = D/2 |e|^2 / (A_1 + A_2) (theta - theta_0)^2 with |e|^2 = 2 and areas 1/2: a positive rest angle folds a
+// sheet to the side of its normals.
 #[test]
 fn a_sheet_folds_by_a_positive_rest_angle_to_the_side_of_its_normals() {
     for angle in [0.5, -0.5, 2.0] {

@@ -1,11 +1,11 @@
-//! Memory: what `check` says against what a run takes, and what damaged files make it ask for.
+//! Memory that damaged files make the library ask for.
 //!
 //! A binary of its own: the allocator counts for all threads, and other tests would allocate beside these.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use peak_alloc::PeakAlloc;
@@ -28,42 +28,6 @@ fn peak<T>(work: impl FnOnce() -> T) -> (T, usize) {
     ALLOCATOR.reset_peak_usage();
     let result = work();
     (result, ALLOCATOR.peak_usage().saturating_sub(before))
-}
-
-fn scenes() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    let mut scenes: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
-        .collect();
-    scenes.sort();
-    scenes
-}
-
-/// Bytes of what does not grow with the scene: names, plans, the pools of threads.
-const SMALL: f64 = 2e5;
-
-#[test]
-fn predictions_are_what_steps_take() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut failures = vec![];
-    for path in scenes() {
-        let scene = Scene::from_path(&path).unwrap();
-        let before = ALLOCATOR.current_usage();
-        let mut assembly = scene.assemble(UnstableStep::Accept).unwrap();
-        let predicted = assembly.report.bytes as f64;
-        ALLOCATOR.reset_peak_usage();
-        for _ in 0..3 {
-            let _ = assembly.simulation.step();
-        }
-        let taken = ALLOCATOR.peak_usage().saturating_sub(before) as f64;
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        if (predicted - taken).abs() > 0.2 * taken + SMALL {
-            failures.push(format!("{name}: {predicted:.3e} B predicted, {taken:.3e} B taken"));
-        }
-    }
-    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 /// A recording of some kilobytes.

@@ -121,7 +121,8 @@ fn a_triangle_of_springs_is_as_happy_inside_out() {
     }
 }
 
-// lecture 9: every triangle of a cloth gives a third of its mass to each corner, every segment of a strand half of its own to each end.
+// lecture 9: every triangle of a cloth gives a third of its mass to each corner, every segment of a strand
+// half of its own to each end.
 #[test]
 fn the_masses_of_sheets_and_strands_are_shared_equally_by_corners() {
     let masses = |body: &str| {
@@ -135,7 +136,8 @@ fn the_masses_of_sheets_and_strands_are_shared_equally_by_corners() {
         let error = found.iter().zip(expected).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
         assert!(error < 1e-15, "{found:?} instead of {expected:?}");
     };
-    // Two cells of 1 m^2 in a row, each cut from its first corner to the one across: thirds of 0.5 m^2 of 0.6 kg/m^2 are 0.1 kg.
+    // Two cells of 1 m^2 in a row, each cut from its first corner to the one across: thirds of 0.5 m^2 of 0.6
+    // kg/m^2 are 0.1 kg.
     let mesh = "mesh = { cloth = { cells = [2, 1], origin = [0, 0, 0], u = [2, 0, 0], v = [0, 0.6, 0.8] } }";
     let cloth = [0.2, 0.1, 0.3, 0.3, 0.1, 0.2];
     is(masses(&format!("{mesh}\nsprings = {{ stiffness = 1.0 }}\nmass = {{ density = 0.6 }}")), &cloth);

@@ -16,8 +16,8 @@ mass = { density = 1000.0 }
 pin = [{ vertices = [0] }]
 "#;
 
-/// Two clockwise tetrahedra that share a side but not its vertices, and the second once more; a flat one; a node of no
-/// element in front.
+/// Two clockwise tetrahedra that share a side but not its vertices, and the second once more; a flat one; a
+/// node of no element in front.
 const PART: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n13\n\
     1 9 9 9\n2 0 0 0\n3 1 0 0\n4 0 1 0\n5 0 0 1\n6 1 0 0\n7 0 1 0\n8 0 0 1\n9 1 1 1\n\
     10 1 0 0\n11 0 1 0\n12 1 1 1\n13 0 0 1\n$EndNodes\n\

@@ -203,7 +203,8 @@ velocity = { per_vertex = [[0.0, 0.0], [0.0, 0.16]] }
     }
 }
 
-/// A block pushed by a pressure that grows from nothing: at rest at the start, with more energy in every increment.
+/// A block pushed by a pressure that grows from nothing: at rest at the start, with more energy in every
+/// increment.
 const PUSHED: &str = "dimension = 2
 time = { integrator = 'quasi-static', step = 0.1, duration = 1.0 }
 [[body]]
@@ -215,7 +216,8 @@ pin = [{ half_space = { normal = [1, 0], offset = 0.0 } }]
 load = [{ half_space = { normal = [0, -1], offset = -0.8 }, pressure = '2000*t' }]
 ";
 
-/// In statics the pressure is carried by the pin alone: as a force of 2000 Pa on 2 m, nearly down while the block has hardly turned.
+/// In statics the pressure is carried by the pin alone: as a force of 2000 Pa on 2 m, nearly down while the
+/// block has hardly turned.
 #[test]
 fn a_quasi_static_run_ends_with_what_statics_is_about() {
     let bench = Bench::new(PUSHED);
@@ -289,7 +291,8 @@ fn a_tolerance_as_large_as_the_scene_is_refused_and_one_as_large_as_a_step_warne
         text.contains("a `tolerance` of 0.016 m is too large") && text.contains("1.612e-6 m or less"),
         "{text}"
     );
-    assert_eq!(warned("'1.6 um'"), "");
+    let text = warned("'1.6 um'");
+    assert!(!text.contains("tolerance"), "{text}");
 }
 
 /// A motion by steps; and one that is not where it starts.
@@ -323,7 +326,8 @@ fn a_motion_that_jumps_is_refused_at_the_start_and_warned_of_later() {
     ]);
     let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
     assert_eq!(json["summary"]["motion_jumps"]["count"], 2);
-    // Two jumps of a spring of 100 N/m that a mass of 1 kg hardly follows in a step: their energy is known to the order of the step.
+    // Two jumps of a spring of 100 N/m that a mass of 1 kg hardly follows in a step: their energy is known to
+    // the order of the step.
     assert!(json["summary"]["relative_energy_drift"].as_f64().unwrap() < 0.05, "{json:#}");
     Bench::new(&scene("displacement = ['0.05 * smoothstep(0, 1, t)', 0]")).pliant(["scene.toml"]).succeeded();
 }

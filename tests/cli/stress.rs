@@ -11,7 +11,7 @@ fn a_row_of_the_suite_is_a_table_json_csv_and_a_page() {
     assert_eq!(csv.lines().count(), 1 + 2 + 4, "{csv}");
     assert!(csv.lines().skip(1).all(|line| line.contains(",pass,")), "{csv}");
     let html = std::fs::read_to_string(bench.path("out/stress.html")).unwrap();
-    assert!(html.starts_with("<!DOCTYPE html>") && html.contains("6 cases: 6 passed"), "{html}");
+    assert!(html.starts_with("<!doctype html>") && html.contains("6 cases: 6 passed"), "{html}");
     let json = bench.pliant(["stress", "--only", "d7", "--quick", "--json"]).succeeded().json();
     assert_eq!((&json["status"], &json["counts"]["pass"]), (&"done".into(), &12.into()));
     assert!(json["cases"][0]["error"].as_f64().unwrap() < 1e-12);

@@ -213,8 +213,9 @@ fn the_filtered_estimate_steps_over_the_fast_mode() {
     assert!((by_iterations / by_factor - 1.0).abs() < 0.05, "{by_iterations} {by_factor}");
 }
 
-// A1: both have the stability function (1 + (1 - 2 gamma) w)/(1 - gamma w)^2, and so the same error on a linear problem, to the last bit of
-// theory. A companion of order 1 made the estimate of SDIRK2 1 / (h omega) times as large.
+// A1: both have the stability function (1 + (1 - 2 gamma) w)/(1 - gamma w)^2, and so the same error on a
+// linear problem, to the last bit of theory. A companion of order 1 made the estimate of SDIRK2 1 / (h omega)
+// times as large.
 #[test]
 fn sdirk2_estimates_the_error_that_it_makes() {
     for tolerance in [1e-4, 1e-6, 1e-8] {
@@ -230,11 +231,15 @@ fn sdirk2_estimates_the_error_that_it_makes() {
     }
 }
 
-// A6: SDIRK2 is of stage order 1: in steps of 10 ms it is off by 0.17 rad. Its estimate sees that, and takes smaller ones.
+// A6: SDIRK2 is of stage order 1: in steps of 10 ms it is off by 0.17 rad. Its estimate sees that, and takes
+// smaller ones, far fewer than the fast mode would take.
 #[test]
 fn the_estimate_of_sdirk2_sees_its_order_reduction() {
-    let (angle, steps) = over_the_fast_mode("sdirk2", LinearSolver::Auto, 1e-3);
-    assert!(angle.abs() < 0.02 && steps > 2000, "off by {angle:e} rad after {steps} steps");
+    let (angle, steps) = over_the_fast_mode("sdirk2", LinearSolver::Auto, 5e-5);
+    assert!(
+        angle.abs() < 0.02 && (2000..10_000).contains(&steps),
+        "off by {angle:e} rad after {steps} steps"
+    );
 }
 
 // E: the tolerance of Newton's method is tied to the error of a step: loose steps are solved loosely, and what is left adds next to

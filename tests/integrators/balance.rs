@@ -25,7 +25,7 @@ struct Case {
     what: &'static str,
     world: &'static str,
     keys: &'static str,
-    /// Of the balance: what has to be more than 1 J.
+    /// Parts of the balance that have to be more than 0.1 J.
     much: fn(&Balance) -> [Option<f64>; 3],
     /// The order of the balance is at most this.
     order: f64,
@@ -63,7 +63,7 @@ const CASES: [Case; 10] = [
         world: "gravity = [0, -9.81], ether_drag = 0.7",
         keys: PINNED,
         much: |balance| [balance.ether_drag, None, None],
-        // Strang's splitting.
+        // At least: implicit schemes split the drag off.
         order: 2.0,
     },
     Case {
@@ -219,7 +219,7 @@ fn residual(case: &Case, method: Method, steps: usize) -> f64 {
     advance(&mut simulation, steps);
     let end = simulation.diagnostics();
     for part in (case.much)(&end.balance.unwrap()).into_iter().flatten() {
-        assert!(part.abs() > 1.0, "{}: {end:?}", case.what);
+        assert!(part.abs() > 0.1, "{}: {end:?}", case.what);
     }
     (end.conserved() - start.conserved()).abs()
 }
@@ -231,8 +231,7 @@ fn wrong_order(case: &Case, method: Method) -> Option<String> {
     // Where in a step a vertex arrives at a wall depends on the step, and with it the residual: it is the
     // mean of some steps that has an order.
     let has_walls = case.world.contains("walls");
-    let (parts, factor): (&[usize], usize) =
-        if has_walls { (&[16, 17, 18, 19, 20, 21, 22, 23], 4) } else { (&[16], 2) };
+    let (parts, factor): (&[usize], usize) = if has_walls { (&[16, 18, 20, 22], 4) } else { (&[16], 2) };
     let steps = match (documentation.order, documentation.solves, has_walls) {
         (1, 0, false) => 4000,
         (2 | 3, 0, false) => 2000,

@@ -181,7 +181,8 @@ fn masses_at_one_place_are_told_of_softening() {
     assert!(said.contains("`softening`") && said.contains("`ias15`"), "{said}");
 }
 
-// Steps that are taken back for ever come to an end: squares of distances overflow at 1e308, and no step is small enough.
+// Steps that are taken back for ever come to an end: squares of distances overflow at 1e308, and no step is
+// small enough.
 #[test]
 fn a_step_that_no_size_makes_right_is_an_error() {
     let x = [1e308, 0.0, 0.0, 0.0, 1.0, 0.0];

@@ -22,8 +22,8 @@ fn end_of_bar(scheme: &str, steps: usize, tolerance: impl Fn(&Simulation) -> Opt
     simulation
 }
 
-/// The error of the scheme is that of equations solved to rounding within a hundredth, and no step takes more iterations than at 1e-9 of the
-/// size of the scene, which is the least that the default asks for.
+/// The error of the scheme is that of equations solved to rounding within a hundredth, and no step takes more
+/// iterations than at 1e-9 of the size of the scene, which is the least that the default asks for.
 #[test]
 fn solves_leave_a_small_part_of_the_error_of_the_scheme() {
     let reference = end_of_bar("sdirk4", 800, |bar| Some(1e-13 * bar.length_scale()));

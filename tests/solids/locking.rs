@@ -162,7 +162,8 @@ fn bending_is_as_much_too_stiff_as_the_message_says() {
     }
 }
 
-// And what is named as a remedy is one: within 30 % of quadratic elements on the same two cells, where plain ones have half or less.
+// And what is named as a remedy is one: within 30 % of quadratic elements on the same two cells, where plain
+// ones have half or less.
 #[test]
 fn what_is_named_in_place_does_not_lock() {
     for poisson in [0.3, 0.49] {

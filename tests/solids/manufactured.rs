@@ -106,7 +106,8 @@ fn cube<const D: usize, const N: usize>(material: &str, n: usize) -> Solid {
     solid
 }
 
-/// Errors in the equilibrium that the quasi-static scheme finds: of displacements and of their gradients (L2 norms).
+/// Errors in the equilibrium that the quasi-static scheme finds: of displacements and of their gradients (L2
+/// norms).
 fn errors<const D: usize, const N: usize>(material: &str, n: usize) -> [f64; 2] {
     let solid = cube::<D, N>(material, n);
     let mut simulation = solid.simulation(method("quasi-static"), 1.0);
@@ -266,7 +267,8 @@ fn formulas<const D: usize>() -> Vec<String> {
     (0..3).map(component).collect()
 }
 
-/// The orders of the errors of displacements and gradients under the `body_force` of a scene, between `n` and `2 n` cells a side.
+/// The orders of the errors of displacements and gradients under the `body_force` of a scene, between `n` and
+/// `2 n` cells a side.
 fn orders<const D: usize, const N: usize>(n: usize) -> [f64; 2] {
     let errors = |n: usize| {
         let mut solid = cube::<D, N>("linear", n);
@@ -277,7 +279,8 @@ fn orders<const D: usize, const N: usize>(n: usize) -> [f64; 2] {
     [0, 1].map(|norm| f64::log2(coarse[norm] / fine[norm]))
 }
 
-// C5: the loads of scenes keep the orders of the elements; lumped ones would leave quadratic elements 1.91 and 0.91.
+// C5: the loads of scenes keep the orders of the elements; lumped ones would leave quadratic elements 1.91
+// and 0.91.
 #[test]
 fn body_forces_of_scenes_keep_the_orders_of_the_elements() {
     fn check(what: &str, orders: [f64; 2], expected: [f64; 2]) {
@@ -291,8 +294,8 @@ fn body_forces_of_scenes_keep_the_orders_of_the_elements() {
     check("quadratic tetrahedra", orders::<3, 10>(3), [3.0, 2.0]);
 }
 
-// A column that stands under its own weight, nu = 0, is shortened by `rho g / E (L y - y^2/2)`, which quadratic elements have exactly; lumped
-// weights would be off by a part of 1e-2 here.
+// A column that stands under its own weight, nu = 0, is shortened by `rho g / E (L y - y^2/2)`, which
+// quadratic elements have exactly; lumped weights would be off by a part of 1e-2 here.
 #[test]
 fn quadratic_columns_stand_under_their_weight_exactly() {
     for d in [2, 3] {

@@ -70,8 +70,9 @@ fn reactions_are_what_is_left_of_the_rate_of_momentum() {
     assert!((order - 2.0).abs() < 0.2 && fine < 0.1, "{coarse} {fine}: order {order}");
 }
 
-/// A bar that stands on the plane z = 0, pulled at one corner of its top in a direction along none of the axes: in equilibrium its foot
-/// carries minus the load and minus its moment about the middle of the foot, each to the tolerance of the solver, as deformed.
+/// A bar that stands on the plane z = 0, pulled at one corner of its top in a direction along none of the
+/// axes: in equilibrium its foot carries minus the load and minus its moment about the middle of the foot,
+/// each to the tolerance of the solver, as deformed.
 #[test]
 fn the_moments_of_a_pin_about_all_three_axes_balance_that_of_the_load() {
     let force = [30.0, -50.0, 20.0];

@@ -66,8 +66,9 @@ fn a_body_that_nothing_holds_has_no_equilibrium() {
     assert!(error.to_string().contains("without stiffness or mass"), "{error}");
 }
 
-/// A block of 2 m x 0.8 m, clamped at x = 0 unless `pin` says otherwise, with more `keys`, taken to t = 1 in `steps` increments: what is
-/// stored at the end, what loads, gravity and motion brought in, and the measurements at both ends.
+/// A block of 2 m x 0.8 m, clamped at x = 0 unless `pin` says otherwise, with more `keys`, taken to t = 1 in
+/// `steps` increments: what is stored at the end, what loads, gravity and motion brought in, and the
+/// measurements at both ends.
 fn loaded(material: &str, keys: &str, world: &str, steps: usize) -> [Diagnostics; 2] {
     let pin = if keys.contains("pin =") {
         ""
@@ -90,8 +91,9 @@ fn loaded(material: &str, keys: &str, world: &str, steps: usize) -> [Diagnostics
 const TRACTION: &str =
     "load = [{ half_space = { normal = [-1, 0], offset = -2.0 }, traction = ['3e3 * t', '-2e3 * t'] }]";
 
-/// Clapeyron: a force that grows in proportion to the displacement does half the work of the whole force on the whole way, and that is
-/// what is stored; the trapezoidal rule is exact for it, however many increments there are.
+/// Clapeyron: a force that grows in proportion to the displacement does half the work of the whole force on
+/// the whole way, and that is what is stored; the trapezoidal rule is exact for it, however many increments
+/// there are.
 #[test]
 fn the_work_of_a_load_on_a_linear_body_is_the_energy_that_it_stores() {
     for steps in [1, 2, 5] {
@@ -105,8 +107,8 @@ fn the_work_of_a_load_on_a_linear_body_is_the_energy_that_it_stores() {
     }
 }
 
-/// Energy in is energy stored to second order in the increment, whatever brings it in: pressure that follows the surface, dead loads,
-/// gravity that changes, prescribed motion, and all at once.
+/// Energy in is energy stored to second order in the increment, whatever brings it in: pressure that follows
+/// the surface, dead loads, gravity that changes, prescribed motion, and all at once.
 #[test]
 fn the_work_between_equilibria_is_exact_to_second_order() {
     let pressure = "load = [{ half_space = { normal = [0, -1], offset = -0.8 }, pressure = '2000 * t' }]";
@@ -129,11 +131,14 @@ fn the_work_between_equilibria_is_exact_to_second_order() {
         };
         let (coarse, fine) = (off(8), off(16));
         let order = (coarse / fine).log2();
-        assert!((order - 2.0).abs() < 0.2, "{what}: order {order}, {coarse:e} J, {fine:e} J");
+        // The velocities of prescribed motion are known: alone, its work is of fourth order.
+        let is_right = order > 1.8 && (what == "motion" || order < 2.2);
+        assert!(is_right, "{what}: order {order}, {coarse:e} J, {fine:e} J");
     }
 }
 
-/// Equilibria have no energy that a run could be judged by: a body loaded from nothing is no body that blows up.
+/// Equilibria have no energy that a run could be judged by: a body loaded from nothing is no body that blows
+/// up.
 #[test]
 fn a_quasi_static_run_is_not_judged_by_its_energy() {
     let mut solid = beam("stable-neo-hookean");

@@ -5,8 +5,9 @@ use std::borrow::Cow;
 /// What begins a command to a terminal.
 const ESCAPE: char = '\u{1b}';
 
-/// `text` with each character that a terminal would obey in place of showing it as an escape, `\u{1b}`: control characters but for
-/// the ends of lines and tabs, and those that change the direction of what follows.
+/// `text` with each character that a terminal would obey in place of showing it as an escape, `\u{1b}`:
+/// control characters but for the ends of lines and tabs, and those that change the direction of what
+/// follows.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
     escaped(text, |c| format!("\\u{{{:x}}}", u32::from(c)))
 }

@@ -1,5 +1,5 @@
-//! Memory that the system would hand out now, where it says so (Linux): what is free, within the limits of the control groups of the
-//! process and of its own address space.
+//! Memory that the system would hand out now, where it says so (Linux): what is free, within the limits of
+//! the control groups of the process and of its own address space.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,8 @@ fn kibibytes(text: &str, name: &str) -> Option<u64> {
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
 }
 
-/// What the groups that `membership` names, and those above them, leave; pages of files count as free, for they can be dropped.
+/// What the groups that `membership` names, and those above them, leave; pages of files count as free, for
+/// they can be dropped.
 fn of_groups(root: &Path, membership: &str) -> Option<u64> {
     let second = membership.lines().find_map(|line| line.strip_prefix("0::"));
     let first = membership.lines().find_map(|line| line.split_once(":memory:").map(|(_, group)| group));

@@ -125,7 +125,8 @@ impl Controller {
         }
     }
 
-    /// The smallest step that makes sense at `time` [s]; above 0, so that steps that are taken back again and again come to an end.
+    /// The smallest step that makes sense at `time` [s]; above 0, so that steps that are taken back again and
+    /// again come to an end.
     pub(crate) fn floor(&self, time: f64) -> f64 {
         self.control.smallest.max(LEAST_ULPS * f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE)
     }

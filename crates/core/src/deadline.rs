@@ -54,7 +54,8 @@ mod tests {
                 assert!(!stop.load(Ordering::Relaxed), "nothing is over before work begins");
                 begun.store(true, Ordering::Relaxed);
                 over.store(true, Ordering::Relaxed);
-                // Ten milliseconds, on a machine that is busy more: a minute is a deadline that does not end anything.
+                // Ten milliseconds, on a machine that is busy more: a minute is a deadline that does not end
+                // anything.
                 let start = std::time::Instant::now();
                 while !stop.load(Ordering::Relaxed) && start.elapsed() < Duration::from_secs(60) {
                     std::thread::sleep(Duration::from_millis(1));

@@ -1,4 +1,5 @@
-//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows are in the cache.
+//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows
+//! are in the cache.
 //!
 //! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a gradient on the stack,
 //! so that no array of forces is written or read, and the old state is read and the new one written once. A block does not

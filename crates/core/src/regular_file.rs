@@ -1,4 +1,5 @@
-//! Files that can be read to their end: a named pipe keeps whoever opens it waiting, a device may have no end.
+//! Files that can be read to their end: a named pipe keeps whoever opens it waiting, a device may have no
+//! end.
 
 use std::fs::{File, FileType};
 use std::io::{self, Read};

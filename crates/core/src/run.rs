@@ -46,7 +46,8 @@ pub struct Summary {
     pub start: Diagnostics,
     /// Measurements of the last good state that was measured.
     pub end: Diagnostics,
-    /// The forces with which pins hold their vertices in the last good state; empty where the energy blew up after it.
+    /// The forces with which pins hold their vertices in the last good state; empty where the energy blew up
+    /// after it.
     pub reactions: Vec<Reaction>,
     /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
     pub motion_jumps: Option<MotionJumps>,
@@ -54,7 +55,8 @@ pub struct Summary {
     pub last_frame_time: f64,
     /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
     pub largest_energy_change: f64,
-    /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no loss makes up for it.
+    /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no
+    /// loss makes up for it.
     pub largest_energy_gain: f64,
     /// Whether it went from equilibrium to equilibrium: there is no energy of motion then that could be kept.
     pub is_static: bool,
@@ -64,7 +66,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no drift. `None` in statics.
+    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no
+    /// drift. `None` in statics.
     pub fn relative_energy_drift(&self) -> Option<f64> {
         self.relative(self.end.conserved() - self.start.conserved())
     }
@@ -92,9 +95,9 @@ impl Summary {
 
 /// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
 ///
-/// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one whatever the outcome. Where a
-/// step cannot be taken, it is the state before that step. What is lost is counted as `simulation` was told to: [`count_losses_for`]
-/// asks for it only where somebody looks.
+/// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one
+/// whatever the outcome. Where a step cannot be taken, it is the state before that step. What is lost is
+/// counted as `simulation` was told to: [`count_losses_for`] asks for it only where somebody looks.
 pub fn run(
     simulation: &mut Simulation,
     plan: &Plan,
@@ -176,7 +179,8 @@ impl Run<'_, '_> {
         if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
     }
 
-    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless something else may end them already.
+    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless something else may
+    /// end them already.
     fn go_until(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
         if self.simulation.system().can_be_stopped() {
             return self.go(plan, interrupt);
@@ -283,7 +287,8 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    /// Judges the present state as a frame: its measurements where an observer reads them, its energy alone where none does.
+    /// Judges the present state as a frame: its measurements where an observer reads them, its energy alone
+    /// where none does.
     fn judge_frame(&mut self) -> Result<Option<Diagnostics>, StepError> {
         if !self.measures_frames {
             let energy = self.simulation.energy();
@@ -293,8 +298,8 @@ impl Run<'_, '_> {
         Ok(Some(self.last_good.clone()))
     }
 
-    /// One frame for every observer, if the present state is a good one. A state without a finite energy is none: an element may have
-    /// left the domain of its material in the last drift.
+    /// One frame for every observer, if the present state is a good one. A state without a finite energy is
+    /// none: an element may have left the domain of its material in the last drift.
     fn show(&mut self) -> Result<(), Outcome> {
         let diagnostics = self.judge_frame().map_err(Outcome::Failed)?;
         let reactions = self.measures_reactions.then(|| self.simulation.reactions());
@@ -323,8 +328,8 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    /// Whether this energy of the present state is one that a run can have: finite, and not grown beyond any physical cause. Statics has
-    /// no motion whose energy could grow.
+    /// Whether this energy of the present state is one that a run can have: finite, and not grown beyond any
+    /// physical cause. Statics has no motion whose energy could grow.
     fn guard(&mut self, energy: &Energy) -> Result<(), StepError> {
         if !energy.total.is_finite() {
             return Err(self.simulation.not_finite_here());
@@ -364,8 +369,9 @@ pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
     (start.kinetic + simulation.potential_scale()).max(floor).max(f64::MIN_POSITIVE)
 }
 
-/// Growth of the energy from `start` to `now` that did not come in from outside, over the `scale` [J] and what did come in; zero in statics,
-/// where there is no motion whose energy could grow, not a number where the energy is not finite.
+/// Growth of the energy from `start` to `now` that did not come in from outside, over the `scale` [J] and
+/// what did come in; zero in statics, where there is no motion whose energy could grow, not a number where
+/// the energy is not finite.
 pub(crate) fn energy_growth(
     simulation: &Simulation,
     start: &Diagnostics,

@@ -47,8 +47,8 @@ pub struct BodyTopology {
 }
 
 impl BodyTopology {
-    /// The corners of its finite elements, one element after the other, and how many corners each has; `None` without elements. In a
-    /// simulation of this `dimension`.
+    /// The corners of its finite elements, one element after the other, and how many corners each has; `None`
+    /// without elements. In a simulation of this `dimension`.
     pub fn elements(&self, dimension: usize) -> Option<(&[u32], usize)> {
         match (self.kind, dimension) {
             (BodyKind::Solid, 3) => Some((self.tetrahedra.as_flattened(), 4)),

@@ -14,12 +14,13 @@ pub(crate) fn all_finite(values: &[f64]) -> bool {
     sums.iter().sum::<f64>() + rest == 0.0
 }
 
-/// Points are one point where they differ by less than this part of their distance from the origin: rounding, of coordinates and of
-/// energies, is a thousandth of it.
+/// Points are one point where they differ by less than this part of their distance from the origin: rounding,
+/// of coordinates and of energies, is a thousandth of it.
 const ONE_POINT: f64 = 1e-12;
 
-/// The length that tolerances and energies go by [m]: the diagonal of the bounding box of points `(n, dimension)`; of a single point, or
-/// several at one place, its distance from the origin along the axis where it is farthest; at the origin, 1.
+/// The length that tolerances and energies go by [m]: the diagonal of the bounding box of points `(n,
+/// dimension)`; of a single point, or several at one place, its distance from the origin along the axis where
+/// it is farthest; at the origin, 1.
 pub(crate) fn scene_size(x: &[f64], dimension: usize) -> f64 {
     let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let diagonal = bounding_diagonal(x, dimension);

@@ -30,7 +30,8 @@ pub(super) struct Parts {
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<Held>,
     pub(super) loads: Vec<Placed>,
-    /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load asks for it [m^d].
+    /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load
+    /// asks for it [m^d].
     pub(super) shares: Vec<Vec<(u32, f64)>>,
     /// Initial positions, flat [m].
     pub(super) position: Vec<f64>,

@@ -1,8 +1,9 @@
 //! The gravity of a scene.
 //!
-//! Where there is inertia gravity pulls at the lumped masses, every vertex falls alike, to the last bit, and nothing that falls is strained.
-//! In statics there is none: the load on a vertex is `rho g` times the integral of its shape function, without which quadratic elements are
-//! of first order in the strain and not of second.
+//! Where there is inertia gravity pulls at the lumped masses, every vertex falls alike, to the last bit, and
+//! nothing that falls is strained. In statics there is none: the load on a vertex is `rho g` times the
+//! integral of its shape function, without which quadratic elements are of first order in the strain and not
+//! of second.
 
 use crate::energy::EnergyTerm;
 use crate::energy::gravity::UniformGravity;
@@ -18,7 +19,8 @@ pub(super) fn named(scene: &Scene) -> Option<&[OverTime]> {
     scene.world.gravity.as_deref().filter(|gravity| !gravity.iter().all(OverTime::is_zero))
 }
 
-/// The gravity of the scene as an energy, on vertices of these masses [kg], or in statics of these weights [kg].
+/// The gravity of the scene as an energy, on vertices of these masses [kg], or in statics of these weights
+/// [kg].
 pub(super) fn term(
     scene: &Scene,
     mass: &[f64],

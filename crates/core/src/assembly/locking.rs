@@ -5,15 +5,18 @@ use crate::material::{Lame, MaterialSpec, Plane};
 use crate::mesh::{Chord, Mesh};
 use crate::scene::{Body, Scene};
 
-/// From this Poisson's ratio on linear elements are said to lock. In plane strain the deflection of a cantilever, ten times longer than
-/// thick, of two square cells is 0.52 of theory at 0.3, 0.31 at 0.45, 0.11 at 0.49 and 0.02 at 0.4999; of four 0.81, 0.62, 0.29, 0.02.
+/// From this Poisson's ratio on linear elements are said to lock. In plane strain the deflection of a
+/// cantilever, ten times longer than thick, of two square cells is 0.52 of theory at 0.3, 0.31 at 0.45, 0.11
+/// at 0.49 and 0.02 at 0.4999; of four 0.81, 0.62, 0.29, 0.02.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
 /// Of a ratio that comes from moduli, of sums over a chord.
 const ROUNDING: f64 = 1e-9;
-/// Below so many cells through a thickness bending is noticeably too stiff: by `STIFFENING / n^2`, a quarter for four.
+/// Below so many cells through a thickness bending is noticeably too stiff: by `STIFFENING / n^2`, a quarter
+/// for four.
 const FEW: f64 = 4.0;
-/// Linear elements of cells as long as thick, `n` through the thickness, are about `1 + STIFFENING / n^2` times too stiff in bending, in 2D
-/// and in 3D: deflections at `nu = 0.3` against Timoshenko's beam, 3.6 to 4.4 for 1 to 6 of them; of cells twice as long, 6.3 to 7.7.
+/// Linear elements of cells as long as thick, `n` through the thickness, are about `1 + STIFFENING / n^2`
+/// times too stiff in bending, in 2D and in 3D: deflections at `nu = 0.3` against Timoshenko's beam, 3.6 to
+/// 4.4 for 1 to 6 of them; of cells twice as long, 6.3 to 7.7.
 const STIFFENING: f64 = 4.0;
 /// What is so many times longer than thick bends rather than shears.
 const SLENDER: f64 = 4.0;
@@ -53,7 +56,8 @@ fn of_body(spec: &Body, body: &Parts) -> Vec<String> {
     warnings
 }
 
-/// Poisson's ratio of the solid at small strains; `None` where the model has none, and in plane stress, where the thickness gives way.
+/// Poisson's ratio of the solid at small strains; `None` where the model has none, and in plane stress, where
+/// the thickness gives way.
 fn poisson(material: &MaterialSpec, mesh: &Mesh) -> Option<f64> {
     if mesh.dimension == 2 && material.plane() == Some(Plane::Stress) {
         return None;
@@ -82,8 +86,8 @@ struct Thin {
     cells: f64,
 }
 
-/// The thickness of a slender body with few cells through it: of the chords that are short beside the largest extent of the body, if they
-/// start from most of its surface, those in the middle of the order by cells.
+/// The thickness of a slender body with few cells through it: of the chords that are short beside the largest
+/// extent of the body, if they start from most of its surface, those in the middle of the order by cells.
 fn thin(mesh: &Mesh) -> Option<Thin> {
     let (lower, upper) = mesh.bounding_box();
     let length = lower.iter().zip(&upper).map(|(a, b)| b - a).fold(0.0, f64::max);

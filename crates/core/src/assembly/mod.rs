@@ -182,7 +182,8 @@ fn assemble<const D: usize, const N: usize>(
     Ok(Assembly { simulation, topology, probes, report })
 }
 
-/// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is still motion.
+/// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is
+/// still motion.
 const LARGEST_TOLERANCE: f64 = 1e-2;
 /// What is suggested in its place, as a part of that size.
 const GOOD_TOLERANCE: f64 = 1e-6;

@@ -112,8 +112,8 @@ fn contradictions(held: &[Held], dimension: usize, path: &KeyPath) -> Vec<Proble
 /// A motion begins where its body starts if it is no farther away than this part of the body's size.
 const AT_START: f64 = 1e-9;
 
-/// Motions that begin elsewhere than where the bodies start: the pins would jump before the first step, and nothing could count the
-/// energy of that.
+/// Motions that begin elsewhere than where the bodies start: the pins would jump before the first step, and
+/// nothing could count the energy of that.
 pub(super) fn jumps_at_start(bodies: &[Parts], dimension: usize) -> Vec<Problem> {
     let mut problems = vec![];
     for (b, body) in bodies.iter().enumerate() {

@@ -6,8 +6,8 @@ pub(crate) use jump::Jump;
 
 use super::Motion;
 
-/// Places nearer to each other than this part of their distance from the origin, and of the way that the velocity leads to in all the
-/// time there was, are one.
+/// Places nearer to each other than this part of their distance from the origin, and of the way that the
+/// velocity leads to in all the time there was, are one.
 const SAME_PLACE: f64 = 1e-12;
 
 /// Holds coordinates of some vertices, still or on a prescribed motion.
@@ -121,8 +121,8 @@ impl Hold {
         sum == 0.0
     }
 
-    /// Goes on with its motion from where its vertices are in `x` at `time` [s], flat `(n, dimension)` [m]. Nothing changes for those that are
-    /// where the motion has them.
+    /// Goes on with its motion from where its vertices are in `x` at `time` [s], flat `(n, dimension)` [m].
+    /// Nothing changes for those that are where the motion has them.
     pub(crate) fn go_on_from(&mut self, time: f64, dimension: usize, x: &[f64]) {
         let Some(Moved { motion, start, rest }) = &mut self.motion else { return };
         let moment = motion.at(time);
@@ -140,8 +140,8 @@ impl Hold {
         }
     }
 
-    /// How far the farthest component of any vertex is at time 0 from where it starts [m]; zero without a motion. Not a number where the
-    /// motion has no value.
+    /// How far the farthest component of any vertex is at time 0 from where it starts [m]; zero without a
+    /// motion. Not a number where the motion has no value.
     pub(crate) fn jump_at_start(&self, dimension: usize) -> f64 {
         let Some(Moved { motion, start, rest }) = &self.motion else { return 0.0 };
         let moment = motion.at(0.0);

@@ -169,7 +169,8 @@ impl Moment<'_> {
 }
 
 impl Moment<'_> {
-    /// The start from which the vertex that is at `rest` in the rest shape is at `place` now: `x(0) = c + R^T (x - sum u - c)`.
+    /// The start from which the vertex that is at `rest` in the rest shape is at `place` now: `x(0) = c + R^T
+    /// (x - sum u - c)`.
     pub(super) fn start(&self, place: [f64; 3], rest: [f64; 3]) -> [f64; 3] {
         let field = self.field.map_or([0.0; 3], |field| field(rest, self.time).0);
         let turned = [0, 1, 2].map(|c| place[c] - self.displacement.0[c] - field[c]);

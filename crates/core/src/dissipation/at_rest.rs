@@ -5,10 +5,12 @@ use std::ops::Range;
 use super::DissipativeTerm;
 use crate::energy::{Fault, Stencils};
 
-/// A dissipation function taken at the rest positions `x_0`, wherever the vertices are: `R(x_0, v)`, whose matrix is constant.
+/// A dissipation function taken at the rest positions `x_0`, wherever the vertices are: `R(x_0, v)`, whose
+/// matrix is constant.
 ///
-/// Viscosities `beta mu` and `beta lambda` of elements are Rayleigh's `C = beta K` there, with the stiffness `K` of linear elasticity. The
-/// material `linear` has that stiffness everywhere, and so it has that damping. As its forces, it is one of small rotations.
+/// Viscosities `beta mu` and `beta lambda` of elements are Rayleigh's `C = beta K` there, with the stiffness
+/// `K` of linear elasticity. The material `linear` has that stiffness everywhere, and so it has that damping.
+/// As its forces, it is one of small rotations.
 pub struct AtRest {
     term: Box<dyn DissipativeTerm>,
     /// `x_0`, flat [m].

@@ -207,7 +207,8 @@ fn damping_and_stiffness(dimension: usize, order: usize, material: &str, beta: f
     [c, k]
 }
 
-// Rayleigh's C = beta K, wherever the vertices are: the stiffness of `linear` is constant. Elements of both orders have both viscosities right.
+// Rayleigh's C = beta K, wherever the vertices are: the stiffness of `linear` is constant. Elements of both
+// orders have both viscosities right.
 #[test]
 fn damping_in_proportion_to_a_constant_stiffness_is_constant() {
     for (dimension, plane) in [(2, ""), (2, ", plane = 'stress'"), (3, "")] {

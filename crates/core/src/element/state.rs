@@ -34,8 +34,8 @@ impl ElementState {
         (f.transpose_mul(f) - Mat::identity()).scale(0.5)
     }
 
-    /// Corotated strain `S - I`, with `F = R S` the signed polar decomposition: `R` is a rotation, in 2D one of the plane, and `S` has the
-    /// negative stretch of an inverted element.
+    /// Corotated strain `S - I`, with `F = R S` the signed polar decomposition: `R` is a rotation, in 2D one
+    /// of the plane, and `S` has the negative stretch of an inverted element.
     pub fn corotated_strain(&self) -> Mat<f64, 3> {
         let f = &self.deformation_gradient;
         if !self.plane {
@@ -132,7 +132,8 @@ mod tests {
     fn corotated_strains_of_inverted_elements_in_the_plane_are_in_the_plane() {
         let turned = [[0.6, 0.8 * 1.5], [0.8, -0.6 * 1.5]];
         for state in deformed(&[&turned[0], &turned[1]], "corotated") {
-            // The smaller stretch, that along x, is the one that changes its sign; in space it would be that out of the plane.
+            // The smaller stretch, that along x, is the one that changes its sign; in space it would be that
+            // out of the plane.
             let (c, s) = (-0.6, -0.8);
             assert_close(&state.corotated_strain(), [[-2.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0; 3]], 1.0);
             let stretch = Mat([[-1.0, 0.0], [0.0, 1.5]]);

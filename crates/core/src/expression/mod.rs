@@ -144,7 +144,8 @@ impl Expression {
         self.program.iter().any(elsewhere)
     }
 
-    /// Whether nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of these.
+    /// Whether nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
+    /// these.
     pub fn is_continuous(&self) -> bool {
         let jumps =
             |operation: &Operation| matches!(operation, Operation::Call(function) if function.jumps());

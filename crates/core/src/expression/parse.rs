@@ -1,5 +1,5 @@
-//! From a text to a program in postfix order, by recursive descent. Terms and factors follow each other in loops, so that only what
-//! stands inside of something else deepens the recursion, and is counted.
+//! From a text to a program in postfix order, by recursive descent. Terms and factors follow each other in
+//! loops, so that only what stands inside of something else deepens the recursion, and is counted.
 
 use std::ops::Range;
 
@@ -7,7 +7,8 @@ use super::function::{self, FUNCTIONS, Function};
 use super::{ExpressionError, Operation, Variable};
 use crate::quantity::number_length;
 
-/// Parentheses and signed exponents nest no deeper than this: the text is the user's, the stack of the parser is not.
+/// Parentheses and signed exponents nest no deeper than this: the text is the user's, the stack of the parser
+/// is not.
 const DEEPEST: usize = 16;
 
 type Parsed<T = ()> = Result<T, ExpressionError>;

@@ -185,7 +185,8 @@ impl Method {
         matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
-    /// Whether it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name for the load.
+    /// Whether it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name
+    /// for the load.
     pub fn is_static(&self) -> bool {
         self.scheme == Scheme::QuasiStatic
     }
@@ -261,7 +262,8 @@ pub trait Integrator: Send + Sync {
     /// Bytes of scratch memory held.
     fn bytes(&self) -> usize;
 
-    /// Bytes of scratch memory held once steps have been taken from `x`, flat [m]; explicit schemes hold it from the beginning.
+    /// Bytes of scratch memory held once steps have been taken from `x`, flat [m]; explicit schemes hold it
+    /// from the beginning.
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize {
         let _ = (system, x);
         self.bytes()

@@ -1,4 +1,5 @@
-//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t) - c v)`, `c` the ether drag.
+//! Explicit Runge-Kutta methods on the first-order system `(x, v)' = (v, a(x, v, t) - c v)`, `c` the ether
+//! drag.
 
 use rayon::prelude::*;
 
@@ -37,8 +38,8 @@ impl RungeKutta {
         }
     }
 
-    /// `x = x_n + h sum_j w_j v_j`, `v = v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block by block: a
-    /// block stays in the cache while the stages are added.
+    /// `x = x_n + h sum_j w_j v_j`, `v = v_n + h sum_j w_j a_j` over the first `weights.len()` stages, block
+    /// by block: a block stays in the cache while the stages are added.
     fn combine(&mut self, state: &State, h: f64, weights: &[f64]) {
         let RungeKutta { stages: Stages { velocity, acceleration }, x, v, .. } = self;
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {

@@ -6,8 +6,9 @@
 //! force at the velocity before the kick. The force of the potentials is computed once; a stage more is one evaluation of the
 //! dissipative terms. A scene without such forces has none of this.
 //!
-//! Ether drag `c` belongs to the kick too, so that a scheme of any order keeps it: where no other force depends on velocities
-//! `v' = a(x) - c v` is solved exactly, `v(t) = exp(-c t) v + (1 - exp(-c t))/c a`; elsewhere the stages have it.
+//! Ether drag `c` belongs to the kick too, so that a scheme of any order keeps it: where no other force
+//! depends on velocities `v' = a(x) - c v` is solved exactly, `v(t) = exp(-c t) v + (1 - exp(-c t))/c a`;
+//! elsewhere the stages have it.
 
 use super::Integrator;
 use crate::lanes::Numbers;

@@ -149,8 +149,9 @@ fn companions_have_exactly_their_order() {
 type Matrix2 = nalgebra::Matrix2<f64>;
 type Vector2 = nalgebra::Vector2<f64>;
 
-/// The estimate of an implicit pair for a step of `h` of `y' = J y` from `y`: `r = h sum_i d_i J Y_i` with the stages `Y_i`, filtered by the
-/// matrix of the last stage, `(I - h a J)^-1 r`; Hosea, Shampine 1996, section 5.
+/// The estimate of an implicit pair for a step of `h` of `y' = J y` from `y`: `r = h sum_i d_i J Y_i` with
+/// the stages `Y_i`, filtered by the matrix of the last stage, `(I - h a J)^-1 r`; Hosea, Shampine 1996,
+/// section 5.
 fn filtered_estimate(
     tableau: &super::tableau::Tableau,
     difference: &[f64],
@@ -178,7 +179,8 @@ fn estimates_of_implicit_pairs_are_filtered_by_the_matrix_of_the_last_stage() {
         let Some(companion) = tableau.companion else { continue };
         count += 1;
         for h in [0.1, 1.0, 10.0, 1000.0] {
-            let mut simulation = super::oscillator(method, h);
+            let (system, state) = super::oscillator();
+            let mut simulation = crate::simulation::Simulation::new(system, state, method, h);
             simulation.set_solver(SolverOptions { tolerance: Some(1e-300), ..SolverOptions::default() });
             let tolerances = super::Tolerances { position: 1.0, velocity: 1.0, relative: 0.0 };
             let control =

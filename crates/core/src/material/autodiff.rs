@@ -23,8 +23,9 @@ pub fn autodiff_stress<S: Scalar, const D: usize, M: Material<D> + ?Sized>(
     p
 }
 
-/// `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of `F`; the stress of a model that gives
-/// its energy density alone runs on duals of duals. Negative eigenvalues are set to zero [numerically](Tangent::projected).
+/// `dP/dF` [Pa], exact to rounding, by running the stress on dual numbers along each entry of `F`; the stress
+/// of a model that gives its energy density alone runs on duals of duals. Negative eigenvalues are set to
+/// zero [numerically](Tangent::projected).
 ///
 /// Outside the domain of a barrier model the result is not finite.
 pub fn autodiff_hessian<const D: usize, M: Material<D> + ?Sized>(

@@ -42,7 +42,8 @@ pub enum Domain {
 pub enum Psd {
     /// The exact second derivative.
     Exact,
-    /// The nearest positive semi-definite matrix: by the analytic eigensystem of isotropic models, else numerically.
+    /// The nearest positive semi-definite matrix: by the analytic eigensystem of isotropic models, else
+    /// numerically.
     Projected,
 }
 
@@ -88,8 +89,9 @@ impl<const D: usize> Tangent<D> {
         r
     }
 
-    /// The nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that acts on the `D^2` numbers of `dF`:
-    /// Jacobi rotations give its eigenvalues, negative ones become zero. One that is not finite stays as it is.
+    /// The nearest symmetric positive semi-definite tensor in the Frobenius norm, as a matrix that acts on
+    /// the `D^2` numbers of `dF`: Jacobi rotations give its eigenvalues, negative ones become zero. One that
+    /// is not finite stays as it is.
     pub fn projected(&self) -> Self {
         let n = D * D;
         let mut matrix = vec![0.0; n * n];
@@ -117,8 +119,8 @@ impl<const D: usize> Tangent<D> {
 /// Written once, generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two dimensions the
 /// model is in plane strain (`F_33 = 1`), per unit thickness.
 ///
-/// The energy density is enough, for explicit and implicit schemes: stress and Hessian follow by automatic differentiation,
-/// exact to rounding. Closed forms of them are faster. What runs on lanes is to be inlined.
+/// The energy density is enough, for explicit and implicit schemes: stress and Hessian follow by automatic
+/// differentiation, exact to rounding. Closed forms of them are faster. What runs on lanes is to be inlined.
 ///
 /// ```
 /// use pliant::algebra::Mat;
@@ -155,7 +157,8 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
         autodiff_stress(self, f)
     }
 
-    /// The eigenvalues of `dP/dF` where `F` has these signed singular values; `None` for a model that does not know them.
+    /// The eigenvalues of `dP/dF` where `F` has these signed singular values; `None` for a model that does
+    /// not know them.
     fn spectrum(&self, sigma: &Vect<f64, D>) -> Option<Spectrum<D>> {
         let _ = sigma;
         None

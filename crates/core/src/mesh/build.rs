@@ -51,7 +51,8 @@ fn build_shape(
     Ok(mesh)
 }
 
-/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, then `transform`, then `repeat`.
+/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, then `transform`,
+/// then `repeat`.
 ///
 /// # Errors
 /// As [`build`]; what makes the transformation or the copies impossible.

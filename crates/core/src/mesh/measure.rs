@@ -34,8 +34,9 @@ impl Mesh {
         }
     }
 
-    /// The mass matrix for unit density by rows, `M_ab = integral of N_a N_b` over the elements [m^3 or m^2], columns ascending: see
-    /// [`MassMatrix::consistent`]. Row sums are the integrals of the shape functions. Empty rows for vertices without elements.
+    /// The mass matrix for unit density by rows, `M_ab = integral of N_a N_b` over the elements [m^3 or m^2],
+    /// columns ascending: see [`MassMatrix::consistent`]. Row sums are the integrals of the shape functions.
+    /// Empty rows for vertices without elements.
     pub fn consistent_measure(&self) -> Vec<Vec<(u32, f64)>> {
         let mut rows = vec![vec![]; self.vertex_count()];
         match (self.element_dimension(), self.dimension, self.order()) {
@@ -118,7 +119,8 @@ mod tests {
         build(&serde_json::from_value::<MeshSpec>(spec).unwrap(), dimension, Path::new(".")).unwrap()
     }
 
-    /// `integral of x^2` over the cube is the product of nodal values with the matrix; rows are symmetric and add up to the volume.
+    /// `integral of x^2` over the cube is the product of nodal values with the matrix; rows are symmetric and
+    /// add up to the volume.
     #[test]
     fn the_products_of_shape_functions_integrate_squares() {
         for d in [2, 3] {

@@ -11,8 +11,8 @@ pub struct Chord {
     pub face: f64,
     /// Length of the line [m].
     pub length: f64,
-    /// Cells on the way: the sum over the elements that it crosses of the part of it that lies in them, by their extent along it. In
-    /// a grid, however its cells are cut into simplices, the number of cells.
+    /// Cells on the way: the sum over the elements that it crosses of the part of it that lies in them, by
+    /// their extent along it. In a grid, however its cells are cut into simplices, the number of cells.
     pub cells: f64,
 }
 
@@ -23,8 +23,9 @@ const NONE: u32 = u32::MAX;
 const START: [f64; 3] = [0.347, 0.322, 0.331];
 
 impl Mesh {
-    /// Chords from the faces of the surface of a solid of linear elements, at most about `most` of them, evenly chosen; those that get
-    /// lost by rounding are left out. Empty without triangles in 2D, tetrahedra in 3D.
+    /// Chords from the faces of the surface of a solid of linear elements, at most about `most` of them,
+    /// evenly chosen; those that get lost by rounding are left out. Empty without triangles in 2D, tetrahedra
+    /// in 3D.
     pub fn chords(&self, most: usize) -> Vec<Chord> {
         match (self.dimension, self.element_dimension()) {
             (2, 2) => chords::<2, 3>(self, &self.triangles, most),

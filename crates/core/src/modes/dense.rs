@@ -9,9 +9,9 @@ use crate::solver::block_matrix::BlockMatrix;
 /// From so many free coordinates on the matrix and its vectors would not fit a small machine: 128 MB each.
 pub(super) const MOST: usize = 4000;
 
-/// All pairs of `K phi = omega^2 M phi`, `M` diagonal with zeros where nothing moves, lowest first: the dense eigenproblem of
-/// `M^-1/2 K M^-1/2`, whose eigenvectors are right to a few roundings of the largest eigenvalue. The squares are their Rayleigh quotients.
-/// `None` where the iteration fails.
+/// All pairs of `K phi = omega^2 M phi`, `M` diagonal with zeros where nothing moves, lowest first: the dense
+/// eigenproblem of `M^-1/2 K M^-1/2`, whose eigenvectors are right to a few roundings of the largest
+/// eigenvalue. The squares are their Rayleigh quotients. `None` where the iteration fails.
 pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Option<Vec<(f64, Pair)>> {
     let free: Vec<usize> = (0..mass.len()).filter(|n| mass[*n] > 0.0).collect();
     let mut place = vec![usize::MAX; mass.len()];
@@ -35,7 +35,7 @@ pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Opti
     let pair = |j: usize| {
         let mut vector = vec![0.0; mass.len()];
         free.iter().enumerate().for_each(|(i, n)| vector[*n] = eigen.U()[(i, j)] / mass[*n].sqrt());
-        let square = square(matrix, &vector);
+        let square = square(matrix, &vector, largest);
         let residual = if square == 0.0 { 0.0 } else { rounding / square.abs() };
         (square, Pair { residual, vector })
     };

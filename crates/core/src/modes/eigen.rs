@@ -9,6 +9,8 @@ use crate::solver::cholesky::Cholesky;
 use crate::solver::hessian::{Assembler, At, Weights};
 use crate::system::System;
 
+/// Free coordinates up to which all modes are found at once, where masses are lumped.
+const SMALL: usize = 300;
 /// The first shift, as a part of the mean of `K_ii / M_ii`: below any frequency that rounding leaves, for a
 /// shift far above the lowest ones sees them all as one. The second shift is the first `omega^2` that it
 /// finds above zero: far below that, rounding in the large eigenvalues of rigid motion drowns the others.
@@ -85,13 +87,16 @@ impl<const D: usize> Eigen<D> {
         if mean <= 0.0 {
             return Err(ModesError::NoStiffness);
         }
-        if count.is_some() {
-            eigen.lowest(system, asked, mean, RESIDUAL_ULPS * f64::EPSILON * largest)?;
+        // Small problems are solved as a whole: an iteration may miss copies of an eigenvalue.
+        let is_small = free_coordinates <= SMALL && !eigen.inertia.is_consistent();
+        if count.is_some() && !is_small {
+            eigen.lowest(system, asked, mean, largest)?;
         } else if free_coordinates > dense::MOST {
             return Err(ModesError::TooManyForAll { free: free_coordinates, most: dense::MOST });
         } else {
             let found = dense::all(matrix, &eigen.mass);
             eigen.pairs = found.ok_or(ModesError::NotConverged { found: 0, asked, solves: 0 })?;
+            eigen.pairs.truncate(asked);
         }
         if eigen.pairs.iter().any(|(square, _)| *square < 0.0) {
             return Err(ModesError::NotStable);
@@ -99,8 +104,8 @@ impl<const D: usize> Eigen<D> {
         Ok(eigen)
     }
 
-    /// Shift and invert, twice; `mean` is that of `K_ii / M_ii`, `rounding` of the same unit.
-    fn lowest(&mut self, system: &System, count: usize, mean: f64, rounding: f64) -> Result<(), ModesError> {
+    /// Shift and invert, twice; `mean` and `largest` are those of `K_ii / M_ii`.
+    fn lowest(&mut self, system: &System, count: usize, mean: f64, largest: f64) -> Result<(), ModesError> {
         let mut shift = FIRST_SHIFT * mean;
         let mut cholesky = loop {
             match self.shifted(system, shift) {
@@ -109,7 +114,7 @@ impl<const D: usize> Eigen<D> {
             }
         };
         for tolerance in TOLERANCES {
-            let allowed = |theta: f64| tolerance.max(rounding * theta);
+            let allowed = |theta: f64| tolerance.max(RESIDUAL_ULPS * f64::EPSILON * largest * theta);
             let found = lanczos::largest(&self.inertia, count, allowed, |b| cholesky.solve(b));
             self.solves += found.solves;
             if found.pairs.len() < count {
@@ -118,7 +123,8 @@ impl<const D: usize> Eigen<D> {
             }
             self.assemble(system, STIFFNESS);
             let matrix = self.assembler.matrix();
-            self.pairs = found.pairs.into_iter().map(|pair| (square(matrix, &pair.vector), pair)).collect();
+            self.pairs =
+                found.pairs.into_iter().map(|pair| (square(matrix, &pair.vector, largest), pair)).collect();
             self.pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
             match self.pairs.iter().find(|(square, _)| *square > 0.0) {
                 Some((square, _)) if tolerance == TOLERANCES[0] => {
@@ -181,8 +187,9 @@ impl<const D: usize> Eigen<D> {
 }
 
 /// Rayleigh's quotient `phi^T K phi` of a shape with `phi^T M phi = 1`; exactly zero where it is what
-/// rounding leaves of rigid motion.
-pub(super) fn square<const D: usize>(matrix: &BlockMatrix<D>, shape: &[f64]) -> f64 {
+/// rounding leaves of motion without stiffness: of the terms of the sum, or, the shape being right to a
+/// rounding, of the square of that times the `largest` eigenvalue.
+pub(super) fn square<const D: usize>(matrix: &BlockMatrix<D>, shape: &[f64], largest: f64) -> f64 {
     let (mut square, mut scale) = (0.0, 0.0);
     for row in 0..matrix.rows() {
         for k in 0..D {
@@ -198,7 +205,8 @@ pub(super) fn square<const D: usize>(matrix: &BlockMatrix<D>, shape: &[f64]) -> 
             scale += shape[row * D + k].abs() * sizes;
         }
     }
-    if square.abs() <= RIGID_ULPS * f64::EPSILON * scale { 0.0 } else { square }
+    let rounding = RIGID_ULPS * f64::EPSILON;
+    if square.abs() <= rounding * scale + rounding * rounding * largest { 0.0 } else { square }
 }
 
 pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {

@@ -7,12 +7,13 @@ use crate::system::System;
 /// How far lumped masses may be from those of one density for the elements to be of that density, relative.
 const SAME_DENSITY: f64 = 1e-9;
 
-/// A mass matrix in the coordinates that are free: lumped, or consistent where the elements are of second order and of one density,
-/// `M_ab = rho integral of N_a N_b`, and lumped elsewhere.
+/// A mass matrix in the coordinates that are free: lumped, or consistent where the elements are of second
+/// order and of one density, `M_ab = rho integral of N_a N_b`, and lumped elsewhere.
 pub(super) struct Inertia<const D: usize> {
     /// Lumped, of every coordinate [kg]; zero where it is held.
     lumped: Vec<f64>,
-    /// Rows of vertices with a consistent mass, columns ascending [kg]; empty for others, no rows at all where all is lumped.
+    /// Rows of vertices with a consistent mass, columns ascending [kg]; empty for others, no rows at all
+    /// where all is lumped.
     rows: Vec<Vec<(u32, f64)>>,
 }
 
@@ -96,7 +97,8 @@ impl<const D: usize> Inertia<D> {
     }
 }
 
-/// The density of elements [kg/m^3] of which the lumped masses are made; `None` where they are not, because a scene gives other ones.
+/// The density of elements [kg/m^3] of which the lumped masses are made; `None` where they are not, because a
+/// scene gives other ones.
 fn density(products: &ShapeProducts, mass: &[f64]) -> Option<f64> {
     let mut shares = vec![0.0; mass.len()];
     products.each_lumped(|vertex, share| shares[vertex as usize] += share);

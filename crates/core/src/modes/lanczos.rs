@@ -9,6 +9,12 @@ use crate::solver::conjugate_gradients::dot;
 const BLOCK: usize = 8;
 /// Directions shorter than this part of what they were are in the basis already.
 const DEPENDENT: f64 = 1e-12;
+/// Blocks that are added to the basis, the first of start vectors, before eigenvalues that have converged count.
+const CONFIRMING: usize = 2;
+/// Relative difference of an eigenvalue that has converged twice.
+const SAME: f64 = 1e-4;
+/// Residuals of small eigenvalues may be so many roundings of the largest one.
+const ROUNDING_ULPS: f64 = 64.0;
 
 /// An eigenpair of `T = A^-1 M`.
 pub(super) struct Pair {
@@ -28,6 +34,9 @@ pub(super) struct Found {
 
 /// The `count` largest eigenpairs of `A^-1 M`, `M` zero where nothing moves: those whose residual
 /// is at most `allowed(value)` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
+///
+/// A block of vectors finds no more copies of an eigenvalue than it has vectors: pairs that have converged count once new start vectors,
+/// and what the iteration makes of them, have left them as they were.
 pub(super) fn largest<const D: usize>(
     mass: &Inertia<D>,
     count: usize,
@@ -42,6 +51,8 @@ pub(super) fn largest<const D: usize>(
     let mut projected: Vec<Vec<f64>> = vec![];
     let (mut seed, seeds) = (0, 4 * BLOCK + most);
     let mut candidates: Vec<Vec<f64>> = vec![];
+    // Eigenvalues that have converged, and the size of the basis in which they have.
+    let mut converged: Option<(Vec<f64>, usize)> = None;
     loop {
         // Fill up with directions of no symmetry, where the block has run out of new ones.
         while candidates.len() < BLOCK && seed < seeds {
@@ -68,15 +79,28 @@ pub(super) fn largest<const D: usize>(
                 |j: usize| 0.5 * (dot(&basis[i].weighted, &images[j]) + dot(&basis[j].weighted, &images[i]));
             projected.push((0..=i).map(entry).collect());
         }
-        let pairs = ritz(&basis, &images, &projected, mass, count, &allowed);
+        let (values, pairs) = ritz(&basis, &images, &projected, mass, count, &allowed);
         // Where all of a block were in the basis already, as after more motions without stiffness than it
         // has vectors, new ones are tried.
         let exhausted = basis.len() == most || basis.len() == first && seed == seeds;
-        if pairs.len() == count || exhausted {
+        if exhausted || pairs.len() == count && is_confirmed(&converged, &values, basis.len()) {
             return Found { pairs, solves: images.len() };
+        }
+        let is_old = |(_, size): &(_, usize)| basis.len() >= size + CONFIRMING * BLOCK;
+        if pairs.len() == count && converged.as_ref().is_none_or(is_old) {
+            // Start vectors come next.
+            converged = Some((values, basis.len()));
+            continue;
         }
         candidates = images[first..].to_vec();
     }
+}
+
+/// Whether the eigenvalues are those that had converged before enough blocks were added to the basis.
+fn is_confirmed(converged: &Option<(Vec<f64>, usize)>, values: &[f64], size: usize) -> bool {
+    let Some((before, old)) = converged else { return false };
+    let same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * b.abs();
+    size >= old + CONFIRMING * BLOCK && before.iter().zip(values).all(same)
 }
 
 /// Component `i` of start vector `seed`: equidistributed in (-1, 1).
@@ -113,7 +137,7 @@ fn orthonormal<const D: usize>(mut v: Vec<f64>, basis: &[Direction], mass: &Iner
     Some(Direction { weighted: mass.times(&v), vector: v })
 }
 
-/// The largest Ritz pairs, as long as they have converged, at most `count`.
+/// The `count` largest Ritz values, and their pairs as long as they have converged.
 fn ritz<const D: usize>(
     basis: &[Direction],
     images: &[Vec<f64>],
@@ -121,13 +145,14 @@ fn ritz<const D: usize>(
     mass: &Inertia<D>,
     count: usize,
     allowed: &impl Fn(f64) -> f64,
-) -> Vec<Pair> {
+) -> (Vec<f64>, Vec<Pair>) {
     let k = basis.len();
     if k < count {
-        return vec![];
+        return (vec![], vec![]);
     }
     let projected = Mat::<f64>::from_fn(k, k, |i, j| projected[i.max(j)][i.min(j)]);
-    let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return vec![] };
+    let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return (vec![], vec![]) };
+    let rounding = ROUNDING_ULPS * f64::EPSILON * eigen.S()[k - 1].abs();
     let mut pairs = vec![];
     for column in (k - count..k).rev() {
         let value = eigen.S()[column];
@@ -139,10 +164,12 @@ fn ritz<const D: usize>(
         }
         rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
         let residual = dot(&mass.times(&rest), &rest).sqrt() / value.abs();
-        if residual.is_nan() || residual > allowed(value) {
+        // Images are right to roundings of the largest eigenvalue.
+        if residual.is_nan() || residual > allowed(value).max(rounding / value.abs()) {
             break;
         }
         pairs.push(Pair { residual, vector });
     }
-    pairs
+    let values = (k - count..k).rev().map(|column| eigen.S()[column]).collect();
+    (values, pairs)
 }

@@ -1,14 +1,16 @@
 //! Vibration: natural frequencies and mode shapes of a scene about where it is (lecture 2).
 //!
-//! `K phi = omega^2 M phi` with `K` the Hessian of the energy and the masses `M`, in the coordinates that are free. `M` is consistent,
-//! `rho integral of N_a N_b`, where elements are of second order and of one density: frequencies then have errors of fourth order in
-//! the size of the elements; with lumped masses, which steps have, of second. It is lumped elsewhere: linear elements are of second
-//! order either way, and a lumped mass takes back a part of what they are too stiff by.
+//! `K phi = omega^2 M phi` with `K` the Hessian of the energy and the masses `M`, in the coordinates that are
+//! free. `M` is consistent, `rho integral of N_a N_b`, where elements are of second order and of one density:
+//! frequencies then have errors of fourth order in the size of the elements; with lumped masses, which steps
+//! have, of second. It is lumped elsewhere: linear elements are of second order either way, and a lumped mass
+//! takes back a part of what they are too stiff by.
 //!
-//! The lowest modes come first: a block Lanczos method on `(K + s M)^-1 M`, whose largest eigenvalues they are, each product one solve
-//! with a sparse Cholesky factor. Ericsson, Ruhe 1980, "The spectral transformation Lanczos method for the numerical solution of large
-//! sparse generalized symmetric eigenvalue problems"; the whole basis is kept orthogonal, and blocks find modes of equal frequency,
-//! such as those of rigid motion.
+//! The lowest modes come first: a block Lanczos method on `(K + s M)^-1 M`, whose largest eigenvalues they
+//! are, each product one solve with a sparse Cholesky factor. Ericsson, Ruhe 1980, "The spectral
+//! transformation Lanczos method for the numerical solution of large sparse generalized symmetric eigenvalue
+//! problems"; the whole basis is kept orthogonal, and blocks find modes of equal frequency, such as those of
+//! rigid motion.
 
 mod dense;
 mod eigen;
@@ -49,7 +51,8 @@ pub struct Mode {
 pub enum MassMatrix {
     /// Lumped at all vertices, as steps have it.
     Lumped,
-    /// Consistent with the shape functions where elements are of second order and of one density, lumped elsewhere.
+    /// Consistent with the shape functions where elements are of second order and of one density, lumped
+    /// elsewhere.
     Consistent,
 }
 
@@ -135,7 +138,8 @@ pub enum ModesError {
 }
 
 impl Simulation {
-    /// The `count` lowest modes about the present state, with the mass matrix that [`Modes::mass_matrix`] names.
+    /// The `count` lowest modes about the present state, with the mass matrix that [`Modes::mass_matrix`]
+    /// names.
     ///
     /// # Errors
     /// [`ModesError`].

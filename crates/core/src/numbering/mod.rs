@@ -1,8 +1,9 @@
 //! The order in which a simulation keeps its vertices.
 //!
-//! A mesh whose neighbours have far-apart numbers makes every step wait for memory (a shuffled mesh of 100,000 tetrahedra:
-//! several times slower). Such bodies are renumbered along a space-filling curve when a scene is assembled; frames, messages
-//! and everything else that leaves a simulation keep the numbers of the mesh.
+//! A mesh whose neighbours have far-apart numbers makes every step wait for memory (a shuffled mesh of
+//! 100,000 tetrahedra: several times slower). Such bodies are renumbered along a space-filling curve when a
+//! scene is assembled; frames, messages and everything else that leaves a simulation keep the numbers of the
+//! mesh.
 
 mod curve;
 
@@ -13,14 +14,15 @@ pub use curve::along_curve;
 
 /// Up to so many vertices, the state of a body fits the cache in any order.
 const MIN_VERTICES: usize = 8192;
-/// A numbering is local where the vertices of a cell are at most so many layers apart, a layer being `n^((d-1)/d)` of `n`
-/// vertices in `d` dimensions: what a grid has in its best order.
+/// A numbering is local where the vertices of a cell are at most so many layers apart, a layer being
+/// `n^((d-1)/d)` of `n` vertices in `d` dimensions: what a grid has in its best order.
 const MAX_LAYERS: f64 = 8.0;
 
 /// Which vertex of the scene a vertex of the simulation is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Numbering {
-    /// `original[i]` is the number in the scene of vertex `i` of the simulation; empty where both are the same.
+    /// `original[i]` is the number in the scene of vertex `i` of the simulation; empty where both are the
+    /// same.
     original: Vec<u32>,
     /// The inverse.
     internal: Vec<u32>,
@@ -70,7 +72,8 @@ impl Numbering {
         permuted(&self.internal, rows, width)
     }
 
-    /// Writes rows of `width` numbers in the order of the simulation to `out`, in that of the scene. No allocation.
+    /// Writes rows of `width` numbers in the order of the simulation to `out`, in that of the scene. No
+    /// allocation.
     ///
     /// # Panics
     /// If `out` has another length.
@@ -97,8 +100,8 @@ fn permuted<'a>(from: &[u32], rows: &'a [f64], width: usize) -> Cow<'a, [f64]> {
     Cow::Owned(from.iter().flat_map(|&i| &rows[i as usize * width..][..width]).copied().collect())
 }
 
-/// Whether the vertices of most of these cells, of a body of `vertices` vertices in `dimension` dimensions, are numbered near
-/// one another.
+/// Whether the vertices of most of these cells, of a body of `vertices` vertices in `dimension` dimensions,
+/// are numbered near one another.
 pub(crate) fn is_local<const N: usize>(cells: &[[u32; N]], vertices: usize, dimension: usize) -> bool {
     if vertices <= MIN_VERTICES || cells.is_empty() {
         return true;

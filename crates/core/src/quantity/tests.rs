@@ -174,7 +174,8 @@ fn quantities_and_formulas_are_told_apart() {
     }
 }
 
-/// Powers are looked at before anything is multiplied so many times, and powers of powers end at the range of numbers.
+/// Powers are looked at before anything is multiplied so many times, and powers of powers end at the range of
+/// numbers.
 #[test]
 fn powers_beyond_the_range_are_refused_at_once() {
     for power in ["-2147483648", "2147483647", "10", "-10", "(-10)"] {

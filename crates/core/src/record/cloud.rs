@@ -62,7 +62,8 @@ const DATA: u8 = 6;
 /// Doubles, in the enumeration `foxglove.PackedElementField.NumericType`.
 const FLOAT_64: u64 = 8;
 
-/// A `foxglove.Pose` without displacement and rotation. One left out reads as a rotation by the quaternion 0, which viewers reject.
+/// A `foxglove.Pose` without displacement and rotation. One left out reads as a rotation by the quaternion 0,
+/// which viewers reject.
 pub(super) fn identity(pose: &mut MessageWriter<'_>) {
     pose.message(1, |_| ()).message(2, |rotation| {
         rotation.double(4, 1.0);

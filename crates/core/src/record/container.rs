@@ -188,8 +188,8 @@ impl<W: Write + Seek> Container<W> {
         Ok(())
     }
 
-    /// Number of frames that recovery finds, after writing to the journal what only memory holds: where something could not be written,
-    /// the first frame that is lost.
+    /// Number of frames that recovery finds, after writing to the journal what only memory holds: where
+    /// something could not be written, the first frame that is lost.
     pub(super) fn salvage(&mut self) -> u64 {
         salvage(self.closed_frames, self.journal.as_mut())
     }

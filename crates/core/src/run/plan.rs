@@ -6,10 +6,11 @@ const SAME_FRAME: f64 = 1e-6;
 /// How far to go and how often to show a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Simulated time [s]; the run ends with the step nearest to it, exactly there where step sizes follow the error.
+    /// Simulated time [s]; the run ends with the step nearest to it, exactly there where step sizes follow
+    /// the error.
     pub duration: f64,
-    /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`, exactly there where step sizes
-    /// follow the error, and at the end.
+    /// Frames per simulated second. A frame is taken at the step nearest to each multiple of `1 / rate`,
+    /// exactly there where step sizes follow the error, and at the end.
     pub rate: f64,
 }
 

@@ -50,7 +50,8 @@ fn watched(simulation: &mut Simulation, plan: Plan, measures: bool) -> (Witness,
     (witness, summary)
 }
 
-/// Frames 0.1 s apart are 10/3 steps of 0.03 s apart: 3.33, 6.67, 10, .. rounded. The last is at the end, wherever that is.
+/// Frames 0.1 s apart are 10/3 steps of 0.03 s apart: 3.33, 6.67, 10, .. rounded. The last is at the end,
+/// wherever that is.
 #[test]
 fn frames_are_at_the_steps_nearest_to_their_times_and_at_the_end() {
     let cases: [(f64, f64, &[u64]); 4] = [
@@ -84,8 +85,8 @@ fn frames_of_adaptive_steps_are_at_their_times_and_at_the_end() {
     assert_eq!((plan.exact_frames(), summary.last_frame_time), (8, 0.65));
 }
 
-/// Above its limit of 2, Verlet's energy grows: by `(z^2/2 - 1 + z sqrt(z^2/4 - 1))^2 = 16` in each step at z = 2.5, to more than 1e3 times
-/// that of the start in the third or fourth.
+/// Above its limit of 2, Verlet's energy grows: by `(z^2/2 - 1 + z sqrt(z^2/4 - 1))^2 = 16` in each
+/// step at z = 2.5, to more than 1e3 times that of the start in the third or fourth.
 #[test]
 fn no_frame_is_shown_of_a_run_that_blows_up_whoever_measures() {
     for measures in [false, true] {
@@ -114,7 +115,8 @@ fn a_state_that_fails_between_frames_is_not_shown() {
     assert_eq!(summary.end.total, summary.start.total);
 }
 
-/// A step of 50 overflows within 128 steps: the state before the one that cannot be taken is finite, and no good one.
+/// A step of 50 overflows within 128 steps: the state before the one that cannot be taken is finite, and no
+/// good one.
 #[test]
 fn the_state_before_a_step_that_cannot_be_taken_is_judged() {
     let mut simulation = oscillator(IntegratorSpec::VelocityVerlet, 50.0);

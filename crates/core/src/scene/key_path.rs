@@ -110,7 +110,8 @@ impl serde::Serialize for KeyPath {
     }
 }
 
-/// Steps of the longest path that a text may say. No key of a scene is half as deep; what follows a path down recurses.
+/// Steps of the longest path that a text may say. No key of a scene is half as deep; what follows a path down
+/// recurses.
 const DEEPEST: usize = 32;
 
 /// A text is not a path of keys.

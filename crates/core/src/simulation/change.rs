@@ -37,11 +37,12 @@ impl Simulation {
         }
     }
 
-    /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of the same bodies with other
-    /// parameters. Loads and motions that depend on time are at the present time; a pin whose motion is another one goes on from where it is,
-    /// with the displacement and the rotation that the new motion makes from now on. The balance of energy begins anew, as after
-    /// [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added to the simulation itself, forces from
-    /// outside and pins, is gone: it is not in `other`.
+    /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of
+    /// the same bodies with other parameters. Loads and motions that depend on time are at the present time;
+    /// a pin whose motion is another one goes on from where it is, with the displacement and the rotation
+    /// that the new motion makes from now on. The balance of energy begins anew, as after
+    /// [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added to the
+    /// simulation itself, forces from outside and pins, is gone: it is not in `other`.
     ///
     /// # Panics
     /// If `other` has other vertices: it then is not of the same bodies.

@@ -131,7 +131,7 @@ mass = { per_vertex = [3.0, 4.0, 5.0] }
     }
 }
 
-/// Tolerances are those of the start: here of 1 m, while one vertex is taken nine kilometres away before
+/// Tolerances are those of the start: here of 1 m, while one vertex is taken nine hundred thousand kilometres away before
 /// the restore.
 #[test]
 fn going_back_keeps_the_size_that_tolerances_go_by() {
@@ -148,7 +148,7 @@ load = [{ vertices = [4], force = ['20*t', '-10*t'] }]
 name = 'far'
 mesh = { inline = { points = [[0.0, 0.0]] } }
 mass = { per_vertex = 1.0 }
-pin = [{ vertices = [0], motion = { velocity = [1e4, 0.0] } }]
+pin = [{ vertices = [0], motion = { velocity = [1e9, 0.0] } }]
 ";
     let rope = || Scene::from_toml(scene).unwrap().assemble(UnstableStep::Refuse).ok().unwrap().simulation;
     let mut simulation = rope();
@@ -159,7 +159,8 @@ pin = [{ vertices = [0], motion = { velocity = [1e4, 0.0] } }]
         again.set_solver(SolverOptions { tolerance, ..SolverOptions::default() });
         again.restore(&snapshot).unwrap();
         again.step().unwrap();
-        (again.positions().into_owned(), again.work().solver)
+        // A tolerance that is given is watched: the counts of that are no work.
+        (again.positions().into_owned(), again.work().solver.unwrap().newton_iterations)
     };
     assert!(simulation.length_scale() > 500.0 * rope().length_scale());
     assert_eq!(solved(None), solved(Some(1e-9 * rope().length_scale())));
@@ -346,8 +347,8 @@ fn held(simulation: &Simulation) -> [[f64; 2]; 2] {
     [0, 1].map(|i| [0, 1].map(|c| x[2 * rows[i] as usize + c]))
 }
 
-/// A motion that takes the place of another, or of none, moves on from where the pin is: by `u(t) - u(t_0)`, and by the angle
-/// `a(t) - a(t_0)` about its point.
+/// A motion that takes the place of another, or of none, moves on from where the pin is: by `u(t) - u(t_0)`,
+/// and by the angle `a(t) - a(t_0)` about its point.
 #[test]
 fn a_changed_motion_goes_on_from_where_the_pin_is() {
     let first = "displacement = ['0.1 * sin(t)', 0], rotation = { angle = '3 * t' }";

@@ -10,8 +10,8 @@ pub struct Work {
     pub steps: u64,
     /// Evaluations of the total force.
     pub force_evaluations: u64,
-    /// Steps that were taken back because their error was too large, or that could not be taken and were tried again at a smaller
-    /// size; `None` where step sizes do not follow the error.
+    /// Steps that were taken back because their error was too large, or that could not be taken and were
+    /// tried again at a smaller size; `None` where step sizes do not follow the error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rejected_steps: Option<u64>,
     /// Steps that were not solved at once and were taken in parts; `None` where the scene allows no retries.

@@ -38,7 +38,8 @@ pub struct Analysis {
 pub struct NotPositiveDefinite;
 
 impl Analysis {
-    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where not even that fits memory.
+    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where not even that fits
+    /// memory.
     pub fn new<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
         let n = matrix.rows() * D;
         let (mut column_start, mut row) = (Vec::with_capacity(n + 1), vec![]);
@@ -94,7 +95,8 @@ impl Analysis {
 }
 
 impl Cholesky {
-    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where the factor would not fit memory.
+    /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where the factor would
+    /// not fit memory.
     pub fn new<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
         let analysis = Analysis::new(matrix, x)?;
         let memory = MemBuffer::try_new(analysis.scratch).ok()?;

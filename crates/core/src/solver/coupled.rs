@@ -72,7 +72,8 @@ pub(crate) trait CoupledNewton: Send + Sync {
     /// Bytes held, the factors of faer excepted.
     fn bytes(&self) -> usize;
 
-    /// Bytes that it holds once it has solved `stages` stages of `system` near `x`, flat [m], the factors included.
+    /// Bytes that it holds once it has solved `stages` stages of `system` near `x`, flat [m], the factors
+    /// included.
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize;
 }
 
@@ -448,11 +449,13 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
 
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize {
         let Some(structure) = Structure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
-        // Without pivoting both factors have the blocks of a Cholesky factor of one stage, each for every pair of stages.
+        // Without pivoting both factors have the blocks of a Cholesky factor of one stage, each for every
+        // pair of stages.
         let factors = Analysis::new(structure.assembler.matrix(), x)
             .map_or(usize::MAX / 4, |analysis| 2 * stages * stages * 8 * analysis.factor_entries());
         let (assembler, entries) = (structure.assembler.bytes(), structure.row.len() + structure.value.len());
-        // Residual, trial and its velocities of every stage, their right-hand side, the force and positions of one.
+        // Residual, trial and its velocities of every stage, their right-hand side, the force and positions
+        // of one.
         let vectors = 8 * x.len() * (6 * stages + 2);
         assembler + 8 * (entries + 2 * structure.column_start.len()) + vectors + factors
     }

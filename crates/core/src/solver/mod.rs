@@ -97,8 +97,8 @@ pub(crate) trait Minimizer: Send + Sync {
     /// Bytes held.
     fn bytes(&self) -> usize;
 
-    /// Bytes that it holds once it has minimised an objective of `system` near `x`, flat [m]: the structures are made and left, entries of
-    /// a factor are only counted.
+    /// Bytes that it holds once it has minimised an objective of `system` near `x`, flat [m]: the structures
+    /// are made and left, entries of a factor are only counted.
     fn predicted_bytes(&self, system: &mut System, x: &[f64]) -> usize;
 }
 
@@ -130,8 +130,9 @@ pub struct SolverWork {
     pub cg_iterations: u64,
     /// Solves by conjugate gradients that stalled and were left to a factorisation.
     pub fallbacks: u64,
-    /// Solves that the scene's own tolerance ended while a correction was more than a tenth of the motion of the step, and more than a
-    /// millionth of the size of the scene; `None` where the scene names no tolerance.
+    /// Solves that the scene's own tolerance ended while a correction was more than a tenth of the motion of
+    /// the step, and more than a millionth of the size of the scene; `None` where the scene names no
+    /// tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loose: Option<u64>,
 }
@@ -147,8 +148,9 @@ impl SolverWork {
         SolverWork { loose: options.tolerance.map(|_| 0), ..SolverWork::default() }
     }
 
-    /// Counts a solve that ended with a `correction` [m] which says that it has not settled: one that is no small part of the motion, whose
-    /// free components are these `increments` [m], in a scene of this `size` [m].
+    /// Counts a solve that ended with a `correction` [m] which says that it has not settled: one that is no
+    /// small part of the motion, whose free components are these `increments` [m], in a scene of this `size`
+    /// [m].
     pub(crate) fn note_loose(&mut self, correction: f64, increments: impl Iterator<Item = f64>, size: f64) {
         let Some(loose) = &mut self.loose else { return };
         if correction > SETTLED * size {

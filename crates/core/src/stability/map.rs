@@ -1,4 +1,5 @@
-//! Which steps a scene can take, against its stiffness, its Poisson's ratio, its density or its mutual gravity.
+//! Which steps a scene can take, against its stiffness, its Poisson's ratio, its density or its mutual
+//! gravity.
 
 use super::{Status, attempt, with_step};
 use crate::integrator::IntegratorSpec;

@@ -120,7 +120,8 @@ fn a_map_has_the_slope_of_the_limit() {
     assert!(error.contains("Young's modulus") && error.contains("mapped against density"), "{error}");
 }
 
-// Two masses at a distance r: frequencies are those of G (m_1 + m_2) / r^3, the squares of them in proportion to G and to the masses.
+// Two masses at a distance r: frequencies are those of G (m_1 + m_2) / r^3, the squares of them in proportion
+// to G and to the masses.
 #[test]
 fn orbits_are_mapped_against_what_they_have() {
     let source = Source::new(

@@ -38,8 +38,8 @@ pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone) -> Vec<String>
     said
 }
 
-/// What of `variant` makes another problem of the scene, joined as there: changes of `[time]` but for its duration solve the same problem in
-/// another way, and all others are none of a solver's.
+/// What of `variant` makes another problem of the scene, joined as there: changes of `[time]` but for its
+/// duration solve the same problem in another way, and all others are none of a solver's.
 pub(super) fn problem(variant: &str) -> String {
     let solves = |change: &&str| change.starts_with("time.") && !change.starts_with("time.duration");
     variant.split("; ").filter(|change| !solves(change)).collect::<Vec<_>>().join("; ")

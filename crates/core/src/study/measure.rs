@@ -142,7 +142,7 @@ fn record(
         err_q_rms: finite(errors.q_rms),
         err_q_max: finite(errors.q_max),
         err_v_rms: finite(errors.v_rms),
-        err_energy_max: summary.relative_energy_error().filter(|error| error.is_finite()),
+        err_energy_max: summary.relative_energy_error().and_then(finite),
         err_momentum: finite(momentum),
         err_angmom: finite(angular),
         ref_id: reference.id.clone(),

@@ -126,8 +126,9 @@ impl Results {
         self.variants.iter().flat_map(VariantResult::rows)
     }
 
-    /// What to write into the scene, as [`toml`] says it: one advice for each problem, which a variant makes that changes more than how the
-    /// same is solved. A soft material is no cheaper way to simulate a stiff one.
+    /// What to write into the scene, as [`toml`] says it: one advice for each problem, which a variant makes
+    /// that changes more than how the same is solved. A soft material is no cheaper way to simulate a stiff
+    /// one.
     pub fn recommendations(&self) -> Vec<Recommendation> {
         let mut problems: Vec<String> = vec![];
         for variant in &self.variants {
@@ -144,7 +145,8 @@ impl Results {
         problems.into_iter().map(of).collect()
     }
 
-    /// What is to be said of the machine where runs that were repeated differ much in time; `None` on a quiet one.
+    /// What is to be said of the machine where runs that were repeated differ much in time; `None` on a quiet
+    /// one.
     pub fn noise(&self) -> Option<String> {
         let repeated = self.rows().filter(|row| row.repeats > 1);
         let spread = |row: &Row| row.wall_iqr_s / row.wall_median_s;

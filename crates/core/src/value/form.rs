@@ -53,7 +53,8 @@ pub(crate) enum TextError {
     Expression(#[from] ExpressionError),
 }
 
-/// A number, or a text that begins with one. Editors do not know units: the pattern leaves these to the reader.
+/// A number, or a text that begins with one. Editors do not know units: the pattern leaves these to the
+/// reader.
 pub(crate) fn quantity_schema(kinds: &[Kind]) -> Schema {
     let unit = kinds.iter().map(|kind| kind.unit).collect::<Vec<_>>().join(" or ");
     json_schema!({

@@ -12,8 +12,8 @@ use super::measured::{Measured, ReadAs};
 use crate::expression::{Expression, Variable};
 use crate::quantity::{Kind, is_quantity};
 
-/// A number in SI units, or a formula of the time `t` [s] that gives one; where the key allows it, of the place at rest `X`, `Y`,
-/// `Z` [m] too.
+/// A number in SI units, or a formula of the time `t` [s] that gives one; where the key allows it, of the
+/// place at rest `X`, `Y`, `Z` [m] too.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OverTime {
     /// The same at all times.

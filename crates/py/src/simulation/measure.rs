@@ -58,10 +58,10 @@ impl Simulation {
     /// Energies now.
     ///
     /// Returns
-    /// -------
-    /// dict of str to float
-    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and what came in and went out since the
-    ///     start, or since the state or the scene was last changed: ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``, ``balance.damping``, ``balance.walls``.
+    /// ------- dict of str to float ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are
+    /// any), ``total`` [J], and what came in and went out since the start, or since the state or the scene
+    /// was last changed: ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``,
+    /// ``balance.damping``, ``balance.walls``.
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let measured = self.lock()?.diagnostics(py)?;
         energies(py, &measured)
@@ -156,10 +156,9 @@ impl Simulation {
     /// Forces with which pins hold their vertices and walls push, now.
     ///
     /// Returns
-    /// -------
-    /// dict of str to ndarray of float64, shape (2, 3)
-    ///     By name, ``body/pin`` or ``wall0``, the force [N] and the moment [N m]; the moment is about the mean position of the vertices, or the
-    ///     point that the pin turns about, of a wall about its point nearest to the origin.
+    /// ------- dict of str to ndarray of float64, shape (2, 3) By name, ``body/pin`` or ``wall0``, the force
+    /// [N] and the moment [N m]; the moment is about the mean position of the vertices, or the point that the
+    /// pin turns about, of a wall about its point nearest to the origin.
     fn reactions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;

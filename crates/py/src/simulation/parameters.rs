@@ -233,9 +233,9 @@ impl Simulation {
     ///     A change says how a simulation starts (meshes, initial positions and velocities).
     ///
     /// Notes
-    /// -----
-    /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set without. The balance of energy
-    /// (``balance.*`` in `energy`) begins anew. A pin whose motion is changed goes on from where it is, by what the new motion does from now on.
+    /// ----- The scene is assembled anew, which takes as long as making a simulation; forces and pins are set
+    /// without. The balance of energy (``balance.*`` in `energy`) begins anew. A pin whose motion is changed
+    /// goes on from where it is, by what the new motion does from now on.
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut inner = self.lock()?;
         inner.change(changes)?;

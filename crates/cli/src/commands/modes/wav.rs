@@ -1,7 +1,8 @@
 //! WAV files of one channel, in whole numbers of 16 or 24 bits.
 //!
-//! The format is `WAVE_FORMAT_PCM` for both: the extensible one, which Microsoft asks for above 16 bits, says nothing more of a single
-//! channel, and programs that know only the plain one, Python's `wave` before 3.12 among them, refuse it.
+//! The format is `WAVE_FORMAT_PCM` for both: the extensible one, which Microsoft asks for above 16 bits, says
+//! nothing more of a single channel, and programs that know only the plain one, Python's `wave` before 3.12
+//! among them, refuse it.
 
 use std::io;
 

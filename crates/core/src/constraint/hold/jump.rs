@@ -3,12 +3,13 @@
 use super::{Hold, Moved};
 use crate::constraint::motion::Moment;
 
-/// A motion is looked at more closely where a vertex goes farther than its velocities at both ends of a step say, by this part of that.
+/// A motion is looked at more closely where a vertex goes farther than its velocities at both ends of a step
+/// say, by this part of that.
 const SUSPICIOUS: f64 = 1e-3;
 /// And by this part of how far it is from the origin: rounding.
 const ROUNDING: f64 = 1e-12;
-/// What is left of the distance once the time between is too short to be halved, as a part of what was suspicious, is a jump; of a motion
-/// without one, next to nothing is left.
+/// What is left of the distance once the time between is too short to be halved, as a part of what was
+/// suspicious, is a jump; of a motion without one, next to nothing is left.
 const LEFT: f64 = 1e-3;
 
 /// Coordinates that a prescribed motion moves at once.
@@ -25,7 +26,8 @@ pub(crate) struct Jump {
 }
 
 impl Hold {
-    /// The largest jump of each vertex after the time `from`, at the latest at `to` [s]; `None` without any. A continuous motion is not looked at.
+    /// The largest jump of each vertex after the time `from`, at the latest at `to` [s]; `None` without any.
+    /// A continuous motion is not looked at.
     pub(crate) fn jump(&self, from: f64, to: f64, dimension: usize) -> Option<Jump> {
         let Moved { motion, start, rest } =
             self.motion.as_ref().filter(|moved| !moved.motion.is_continuous())?;
@@ -50,8 +52,8 @@ impl Hold {
     }
 }
 
-/// How much farther it is between two places than the velocities there say over `h` [s]; zero where that may be a smooth motion. Not a
-/// number is no jump: a step that leads there is not taken.
+/// How much farther it is between two places than the velocities there say over `h` [s]; zero where that may
+/// be a smooth motion. Not a number is no jump: a step that leads there is not taken.
 fn excess(before: ([f64; 3], [f64; 3]), after: ([f64; 3], [f64; 3]), h: f64) -> f64 {
     let of_component = |c: usize| {
         let smooth = 0.5 * h * (before.1[c] + after.1[c]);
@@ -62,7 +64,8 @@ fn excess(before: ([f64; 3], [f64; 3]), after: ([f64; 3], [f64; 3]), h: f64) -> 
     [0, 1, 2].map(of_component).into_iter().fold(0.0, f64::max)
 }
 
-/// Halves the time from `from` to `to` [s] to where the place goes farthest, until it cannot be halved: when that is, and how far [m].
+/// Halves the time from `from` to `to` [s] to where the place goes farthest, until it cannot be halved: when
+/// that is, and how far [m].
 fn narrowed(place: impl Fn(f64) -> [f64; 3], mut from: f64, mut to: f64) -> (f64, [f64; 3]) {
     let difference = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|c| b[c] - a[c]);
     let length = |d: [f64; 3]| d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));

@@ -65,7 +65,8 @@ pub enum MeshSpec {
     EllipticMembrane(EllipticMembraneSpec),
 }
 
-/// A box of cells. Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k`. Exactly one of `spacing` and `size`.
+/// A box of cells. Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k`. Exactly one of `spacing` and
+/// `size`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridSpec {
@@ -161,8 +162,8 @@ pub struct DiskSpec {
 pub struct FileSpec {
     /// Path, relative to the scene file.
     pub path: PathBuf,
-    /// Whether only the corners of cells of second order are used; without it such cells are an error, unless the body says
-    /// `order = 2` and uses them as they are. With both, the sides become straight.
+    /// Whether only the corners of cells of second order are used; without it such cells are an error, unless
+    /// the body says `order = 2` and uses them as they are. With both, the sides become straight.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_mid_nodes: bool,
     /// Vertices no farther than this from one before them in the file become that one [m]; 0 for those at

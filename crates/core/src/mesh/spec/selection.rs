@@ -60,7 +60,8 @@ pub struct BoxSelection {
     pub max: Vec<f64>,
 }
 
-/// A rigid half-space: a vertex with `normal . x < offset` is put back on the plane, its normal velocity zeroed.
+/// A rigid half-space: a vertex with `normal . x < offset` is put back on the plane, its normal velocity
+/// zeroed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {

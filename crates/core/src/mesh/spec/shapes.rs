@@ -106,8 +106,8 @@ pub struct AnnulusSpec {
     pub centre: Option<Vec<f64>>,
 }
 
-/// Cook's membrane in 2D, corners (0, 0), (48, 44), (48, 60), (0, 44) [m]; `transform` makes it smaller. Groups: `left`,
-/// `right`, `bottom`, `top`.
+/// Cook's membrane in 2D, corners (0, 0), (48, 44), (48, 60), (0, 44) [m]; `transform` makes it smaller.
+/// Groups: `left`, `right`, `bottom`, `top`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CooksMembraneSpec {
@@ -116,8 +116,8 @@ pub struct CooksMembraneSpec {
     pub cells: [usize; 2],
 }
 
-/// A beam in 2D along x, symmetric about `y = 0`, with a height that changes linearly. Without `length` and `heights`
-/// the membrane of NAFEMS FV32. Groups: `left`, `right`, `bottom`, `top`.
+/// A beam in 2D along x, symmetric about `y = 0`, with a height that changes linearly. Without `length` and
+/// `heights` the membrane of NAFEMS FV32. Groups: `left`, `right`, `bottom`, `top`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TaperedBeamSpec {
@@ -141,8 +141,8 @@ fn fv32_heights() -> [f64; 2] {
     [5.0, 1.0]
 }
 
-/// A beam in 2D from the origin along x, with a V-shaped notch in the middle of its upper side. Groups: `left`, `right`,
-/// `bottom`, `top`, `notch`.
+/// A beam in 2D from the origin along x, with a V-shaped notch in the middle of its upper side. Groups:
+/// `left`, `right`, `bottom`, `top`, `notch`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NotchedBeamSpec {
@@ -167,8 +167,8 @@ pub struct NotchedBeamSpec {
     pub cells: [usize; 3],
 }
 
-/// A quarter of an elliptic ring in 2D, about the origin. Without `inner` and `outer` the membrane of NAFEMS LE1.
-/// Groups: `inner`, `outer`, `bottom` (on the x-axis), `left` (on the y-axis).
+/// A quarter of an elliptic ring in 2D, about the origin. Without `inner` and `outer` the membrane of NAFEMS
+/// LE1. Groups: `inner`, `outer`, `bottom` (on the x-axis), `left` (on the y-axis).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EllipticMembraneSpec {

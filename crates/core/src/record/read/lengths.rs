@@ -1,5 +1,6 @@
-//! Records from their bytes, none of them before the lengths that it states are compared with the bytes it has: `mcap` reserves memory
-//! for a text of the stated length before it looks for its end, and takes the checksum of an attachment to be there.
+//! Records from their bytes, none of them before the lengths that it states are compared with the bytes it
+//! has: `mcap` reserves memory for a text of the stated length before it looks for its end, and takes the
+//! checksum of an attachment to be there.
 
 use mcap::records::{Record, op};
 use mcap::{McapError, McapResult, parse_record};

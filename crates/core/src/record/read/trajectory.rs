@@ -81,6 +81,9 @@ impl Trajectory {
         if !is_that_of_attachments(vertex_count, dimension, &source.summary) {
             return Err(unexpected("the number of vertices is not that of their rest positions"));
         }
+        if !is_that_of_states(vertex_count, &source.summary) {
+            return Err(unexpected("the number of vertices is not that of the rows of /state"));
+        }
 
         // Any channel that every frame is on tells when frames were.
         let channel = last_of_frame(source.summary.channels.keys().copied()).filter(|id| *id != MESH.0);
@@ -233,11 +236,19 @@ impl Trajectory {
     }
 }
 
-/// Whether so many vertices have the rest positions that are attached; without these, whether so many can be numbered.
+/// Whether so many vertices have the rest positions that are attached; without these, whether so many can be
+/// numbered.
 fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summary) -> bool {
     let numbered = u32::try_from(vertex_count).is_ok();
     let rest = summary.attachment_indexes.iter().find(|index| index.name == REST);
     numbered && rest.is_none_or(|rest| rest.data_size == (vertex_count * dimension * 8) as u64)
+}
+
+/// Whether the channel of states, if there is one, says that it has a row for each of so many vertices.
+fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
+    let states = summary.channels.values().find(|channel| channel.topic == STATE.1);
+    let rows = states.and_then(|channel| channel.metadata.get("point_count"));
+    rows.is_none_or(|rows| rows.parse() == Ok(vertex_count))
 }
 
 fn columns(rows: &[Value]) -> Vec<Column> {

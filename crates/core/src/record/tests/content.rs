@@ -95,6 +95,7 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
     let path = directory.path().join("a.mcap");
     let mut flat = topology(9);
     flat.dimension = 2;
+    flat.rest_positions.truncate(18);
     let mut recorder = McapRecorder::create(&path, &options(&ALL[..2]), &flat).unwrap();
     let x: Vec<f64> = (0..18).map(|i| f64::from(i) / 3.0).collect();
     let frame = Frame {
@@ -182,7 +183,8 @@ fn a_run_without_frames_is_a_file_too() {
 
     // Nor need there be vertices.
     let path = directory.path().join("b.mcap");
-    let empty = crate::topology::Topology { vertex_count: 0, bodies: Vec::new(), ..topology(9) };
+    let empty =
+        crate::topology::Topology { vertex_count: 0, bodies: vec![], rest_positions: vec![], ..topology(9) };
     let mut recorder = McapRecorder::create(&path, &options(&[Channel::State]), &empty).unwrap();
     let mut moment = Moment::new(0, 9);
     moment.x.clear();

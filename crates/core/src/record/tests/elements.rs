@@ -69,7 +69,8 @@ fn every_measure_of_every_element_comes_back_bit_by_bit() {
     let directory = tempfile::tempdir().unwrap();
     for dimension in [2, 3] {
         let path = directory.path().join(format!("{dimension}.mcap"));
-        let mut channels: Vec<Channel> = MEASURES.iter().map(|measure| measure.channel).collect();
+        let mut channels: Vec<Channel> =
+            MEASURES.iter().map(|measure| serde_json::from_value(measure.name.into()).unwrap()).collect();
         channels.push(Channel::State);
         let (assembly, witness, recorder) = recorded(&scene(dimension), &channels, &path);
         recorder.finish().unwrap();
@@ -111,7 +112,8 @@ fn only_measures_that_are_named_are_computed() {
     let (_, witness, recorder) = recorded(&scene(2), &[Channel::State], &path);
     recorder.finish().unwrap();
     assert!(witness.0.iter().all(Vec::is_empty));
-    let error = Trajectory::open(&path).unwrap().elements(&MEASURES[6], 0).unwrap_err();
+    let von_mises = Channel::VonMises.measure().unwrap();
+    let error = Trajectory::open(&path).unwrap().elements(von_mises, 0).unwrap_err();
     assert!(error.to_string().contains("has no channel /elements/von-mises"), "{error}");
 
     let path = directory.path().join("b.mcap");

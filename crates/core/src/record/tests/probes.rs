@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::remains;
 use crate::assembly::{Assembly, UnstableStep};
-use crate::diagnostics::{MEASURES, Measure};
+use crate::diagnostics::MEASURES;
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::probe::{Reading, Table};
 use crate::record::read::{Trajectory, info, recover};
@@ -175,7 +175,7 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
         }
         assert_eq!(columns.iter().any(|c| c.name == "green_strain[0]"), probe.point.is_some());
         if probe.point.is_some() {
-            for (c, pair) in Measure::of(Channel::CauchyStress).unwrap().fields.iter().enumerate() {
+            for (c, pair) in Channel::CauchyStress.measure().unwrap().fields.iter().enumerate() {
                 let strain = |r: &Reading| r.green_strain.unwrap()[c];
                 let corotated = |r: &Reading| r.corotated_strain.unwrap()[c];
                 let stress = |r: &Reading| r.cauchy_stress.unwrap()[c];

@@ -45,9 +45,10 @@ pub enum BendingRest {
     Mesh,
     /// Flat, straight.
     Flat,
-    /// These angles [rad], one for all or one for each hinge (edges between two triangles, in ascending order of their
-    /// vertices) or joint (vertices between two edges, ascending). A sheet folds by a positive angle to the side that the normals of its
-    /// triangles point to. A strand in 2D turns by a positive angle counter-clockwise along its way; in 3D the direction of its bend is
-    /// free, since nothing resists twist: a straight strand bends wherever it is pushed first.
+    /// These angles [rad], one for all or one for each hinge (edges between two triangles, in ascending order
+    /// of their vertices) or joint (vertices between two edges, ascending). A sheet folds by a positive angle
+    /// to the side that the normals of its triangles point to. A strand in 2D turns by a positive angle
+    /// counter-clockwise along its way; in 3D the direction of its bend is free, since nothing resists twist:
+    /// a straight strand bends wherever it is pushed first.
     Angle(#[serde(with = "As::<OneOrManyOf<Angle>>")] OneOrMany),
 }

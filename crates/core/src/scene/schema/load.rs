@@ -44,8 +44,8 @@ pub struct Load {
     )]
     #[schemars(length(min = 2, max = 3))]
     pub force_per_vertex: Option<Vec<OverTime>>,
-    /// A force per volume of the rest shape [N/m^3], interpolated between its values at the vertices as displacements are: the force
-    /// on a vertex is the integral with its shape function.
+    /// A force per volume of the rest shape [N/m^3], interpolated between its values at the vertices as
+    /// displacements are: the force on a vertex is the integral with its shape function.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",

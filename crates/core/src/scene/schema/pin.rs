@@ -53,9 +53,10 @@ pub enum Axis {
     Z,
 }
 
-/// A prescribed motion: what is held turns about a point by `rotation`, and is moved by the sum of `velocity * t`, `keyframes` and
-/// `displacement`. At least one of them. All start from where the body starts: at `t = 0` they are zero. A jump later on, as by `step`, is
-/// taken in one step, counted as work and warned of. A motion that is changed while a simulation runs goes on from where the pin is.
+/// A prescribed motion: what is held turns about a point by `rotation`, and is moved by the sum of
+/// `velocity * t`, `keyframes` and `displacement`. At least one of them. All start from where the body starts: at
+/// `t = 0` they are zero. A jump later on, as by `step`, is taken in one step, counted as work and warned of.
+/// A motion that is changed while a simulation runs goes on from where the pin is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {

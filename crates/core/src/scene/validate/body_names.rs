@@ -8,7 +8,8 @@ use crate::scene::key_path::KeyPath;
 use crate::scene::schema::Scene;
 use crate::scene::suggest;
 
-/// More bodies than these are not compared with a name that is none of theirs: every such name would be compared with all of them.
+/// More bodies than these are not compared with a name that is none of theirs: every such name would be
+/// compared with all of them.
 const MOST_SUGGESTED: usize = 100;
 
 /// The names of all bodies.

@@ -173,7 +173,8 @@ impl Chart {
         Ok(())
     }
 
-    /// Labels beside their points, in the colours of their lines; one that had to go far away is joined to its point.
+    /// Labels beside their points, in the colours of their lines; one that had to go far away is joined to
+    /// its point.
     fn draw_labels(&self, chart: &Axes<'_, '_>) -> Drawn {
         let area = chart.plotting_area();
         let (pixels, (left, top)) = (area.strip_coord_spec(), area.get_base_pixel());

@@ -10,8 +10,8 @@ const GAP: i32 = 6;
 /// Lines above or below its point that a label may be away.
 const FARTHEST: i32 = 9;
 
-/// Upper left corner of each label beside its point, in pixels; `None` where all places near it are taken, or outside of `size`. Labels that
-/// come first have the first choice.
+/// Upper left corner of each label beside its point, in pixels; `None` where all places near it are taken, or
+/// outside of `size`. Labels that come first have the first choice.
 pub(super) fn places(labels: &[((i32, i32), &str)], size: (i32, i32)) -> Vec<Option<(i32, i32)>> {
     let mut taken: Vec<[i32; 4]> = vec![];
     let place = |taken: &mut Vec<[i32; 4]>, ((x, y), text): ((i32, i32), &str)| {

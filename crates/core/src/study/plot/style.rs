@@ -39,7 +39,8 @@ pub(super) fn color(i: usize) -> RGBColor {
     COLORS[i % COLORS.len()]
 }
 
-/// Widths by which lines are told apart until they are dashed, and how: the library knows no dashes. Nothing else is so wide.
+/// Widths by which lines are told apart until they are dashed, and how: the library knows no dashes. Nothing
+/// else is so wide.
 const DASHES: [(u32, &str); 3] =
     [(2, ""), (3, " stroke-dasharray=\"9 4\""), (4, " stroke-dasharray=\"2 4\"")];
 

@@ -116,7 +116,7 @@ fn as_many_lines_as_there_are_schemes_can_be_told_apart() {
         assert_eq!(legend.len(), 23, "colour and dashes alone tell {legend:?}");
         let labels: Vec<(i32, i32)> = document
             .descendants()
-            .filter(|node| node.text().is_some_and(|text| text.trim() == "1.25 ms"))
+            .filter(|node| node.is_element() && node.text().is_some_and(|text| text.trim() == "1.25 ms"))
             .map(|node| ["x", "y"].map(|key| node.attribute(key).unwrap().parse::<i32>().unwrap()).into())
             .collect();
         assert!(labels.len() >= 15, "{labels:?}");
