@@ -25,7 +25,9 @@ def test_a_run_writes_the_file_of_the_command_line(name: str, programs: list[str
         warnings.simplefilter("always")
         summary = simulation.run(record=tmp_path / "python.mcap")
     assert [str(warning.message) for warning in issued] == summary.warnings
-    assert len(issued) == (1 if name == "cloth_implicit" else 0)
+    # One loses energy by its scheme, the others bend few elements or are nearly incompressible.
+    warned = {"cloth_implicit", "cantilever_fem_2d", "twisted_bar", "settling_beam_2d"}
+    assert len(issued) == (1 if name in warned else 0)
     ours = (tmp_path / "python.mcap").read_bytes()
     for number, program in enumerate(programs):
         out = tmp_path / f"{number}.mcap"
