@@ -1,5 +1,5 @@
 //! Memory that the system would hand out now, where it says so (Linux): what is free, within the limits of
-//! the control groups of the process and of its own address space.
+//! the control groups of the process and of its own address space. Memory that the process has used.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,12 +9,24 @@ const GROUPS: &str = "/sys/fs/cgroup";
 
 /// Bytes that could be allocated now; `None` where the system does not say.
 pub(crate) fn available() -> Option<u64> {
+    available_beside(0)
+}
+
+/// The same beside so many bytes that are to be reserved and hardly touched: they take address space alone.
+pub(crate) fn available_beside(reserved: u64) -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").and_then(|text| kibibytes(&text, "MemAvailable:"));
     let groups = read("/proc/self/cgroup").and_then(|text| of_groups(Path::new(GROUPS), &text));
     let address = read("/proc/self/limits").zip(read("/proc/self/status"));
     let address = address.and_then(|(limits, status)| of_address_space(&limits, &status));
+    let address = address.map(|left| left.saturating_sub(reserved));
     [free, groups, address].into_iter().flatten().min()
+}
+
+/// The most bytes of memory that this process has had in use (the peak of its resident set); `None` where the
+/// system does not say.
+pub fn peak() -> Option<u64> {
+    kibibytes(&fs::read_to_string("/proc/self/status").ok()?, "VmHWM:")
 }
 
 /// The number of kB after `name`, in bytes.

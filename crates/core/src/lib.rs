@@ -38,7 +38,7 @@
 
 pub mod algebra;
 pub mod assembly;
-mod available_memory;
+pub mod available_memory;
 mod base64;
 pub mod benchmark;
 pub mod constraint;

@@ -2,8 +2,9 @@
 
 use crate::available_memory;
 use crate::energy::nbody::TreeGravity;
+use crate::energy::patch::Workspace;
 use crate::mesh::{MeshSize, predicted_body_size};
-use crate::scene::{KeyPath, Problem, Scene};
+use crate::scene::{Body, KeyPath, Problem, Scene};
 use crate::simulation::Simulation;
 
 /// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
@@ -20,7 +21,7 @@ const BYTES_PER_COORDINATE: u64 = 120;
 
 /// Refuses a scene that asks for more memory than there is.
 pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
-    let (mut total, mut problems) = (0u64, vec![]);
+    let (mut total, mut reserved, mut problems) = (0u64, 0u64, vec![]);
     let (mut vertices, mut particles) = (0u64, 0u64);
     for (i, body) in scene.body.iter().enumerate() {
         let path = KeyPath::root().key("body").index(i).key("mesh");
@@ -28,6 +29,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
             Ok(size) => {
                 let nodal = body.nodal_integration.is_some();
                 total = total.saturating_add(predicted_bytes(&size, scene.dimension, nodal));
+                reserved = reserved.saturating_add(reserved_bytes(body, &size, scene.dimension));
                 vertices = vertices.saturating_add(size.vertices);
                 if body.elastic.is_none() && body.springs.is_none() {
                     particles = particles.saturating_add(size.vertices);
@@ -42,7 +44,7 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
             format!("the bodies together have {vertices} vertices; at most {} can be numbered", u32::MAX);
         problems.push(Problem::semantic(KeyPath::root().key("body"), message));
     }
-    if let Some(available) = available_memory::available()
+    if let Some(available) = available_memory::available_beside(reserved)
         && total > available
         && problems.is_empty()
     {
@@ -94,6 +96,17 @@ fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
         Some(by_tree) => tree(by_tree.opening_angle),
         None => n * 8 * 18 * scene.dimension as u64 + tree(0.5),
     }
+}
+
+/// Bytes of address space that the elements of a body of this size reserve for their forces, and for those of
+/// their damping.
+fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
+    let (cells, dissipates) = (size.triangles.max(size.tetrahedra), body.damping.is_some());
+    let workspace = match dimension {
+        2 => Workspace::<2>::reserved_bytes(cells),
+        _ => Workspace::<3>::reserved_bytes(cells),
+    };
+    if body.elastic.is_some() { workspace * (1 + u64::from(dissipates)) } else { 0 }
 }
 
 /// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.

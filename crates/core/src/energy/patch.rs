@@ -68,7 +68,7 @@ impl<const D: usize> Workspace<D> {
     /// What `patches` need.
     pub fn new<const N: usize>(patches: &Patches<N>) -> Self {
         let count = patches.patches.len();
-        let tasks = if count < PARALLEL_FROM_PATCHES { 1 } else { count.min(MAX_TASKS) };
+        let tasks = tasks(count);
         let (sums, parts) = (filled(0.0, count * patches.per_patch::<D>()), vec![0.0; count]);
         Workspace {
             scratch: (0..tasks).map(|_| Scratch::new()).collect(),
@@ -82,6 +82,18 @@ impl<const D: usize> Workspace<D> {
     pub fn bytes(&self) -> usize {
         self.bytes
     }
+
+    /// Bytes of address space that the scratch memory for so many stencils reserves, most of which is never
+    /// backed by memory.
+    pub fn reserved_bytes(stencils: u64) -> u64 {
+        let patches = usize::try_from(stencils.div_ceil(PATCH_STENCILS as u64)).unwrap_or(usize::MAX);
+        tasks(patches) as u64 * 3 * Rows::<D>::BYTES as u64
+    }
+}
+
+/// Tasks among which so many patches are dealt out.
+fn tasks(patches: usize) -> usize {
+    if patches < PARALLEL_FROM_PATCHES { 1 } else { patches.min(MAX_TASKS) }
 }
 
 /// One patch.

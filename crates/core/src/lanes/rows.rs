@@ -23,6 +23,8 @@ pub struct Rows<const D: usize> {
 impl<const D: usize> Rows<D> {
     /// Numbers per row: a power of two, so that a row is one vector load.
     pub const STRIDE: usize = RowSlice::<D>::STRIDE;
+    /// Bytes reserved.
+    pub const BYTES: usize = 8 * (LENGTH + LINE);
     /// Rows to be used.
     pub const CAPACITY: usize = CAPACITY - 1;
     /// One more, for what has to be added somewhere but is not wanted.

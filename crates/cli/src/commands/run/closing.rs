@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use pliant::assembly::Report;
+use pliant::available_memory;
 use pliant::integrator::amplification;
 use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
@@ -334,6 +335,8 @@ impl<'a> Closing<'a> {
                 "retried": work.retried,
                 "force_evaluations": work.force_evaluations,
                 "solver": work.solver,
+                "predicted_memory_bytes": self.report.bytes,
+                "peak_memory_bytes": available_memory::peak(),
                 "wall_seconds": self.wall.as_secs_f64(),
                 "steps_per_second": self.steps_per_second(),
                 "relative_energy_drift": self.summary.relative_energy_drift(),
