@@ -1,6 +1,7 @@
 //! The eigenproblem `K phi = omega^2 M phi` of a simulation where it is.
 
 use super::inertia::Inertia;
+use super::lanczos::Lanczos;
 use super::{ModesError, dense, lanczos};
 use crate::material::Psd;
 use crate::simulation::Simulation;
@@ -9,8 +10,6 @@ use crate::solver::cholesky::Cholesky;
 use crate::solver::hessian::{Assembler, At, Weights};
 use crate::system::System;
 
-/// Free coordinates up to which all modes are found at once, where masses are lumped.
-const SMALL: usize = 300;
 /// The first shift, as a part of the mean of `K_ii / M_ii`: below any frequency that rounding leaves, for a
 /// shift far above the lowest ones sees them all as one. The second shift is the first `omega^2` that it
 /// finds above zero: far below that, rounding in the large eigenvalues of rigid motion drowns the others.
@@ -21,6 +20,10 @@ const LAST_SHIFT: f64 = 1e-3;
 /// Bounds of the relative residual, with the first shift, which finds out where the frequencies are, and
 /// with the second.
 const TOLERANCES: [f64; 2] = [1e-3, 1e-10];
+/// Where modes are counted, eigenvalues nearer to each other than this part of themselves, or than so many
+/// bounds of their residuals, are one.
+const APART: f64 = 1e-6;
+const APART_RESIDUALS: f64 = 16.0;
 /// The residual of an eigenvalue `theta` of `(K + s M)^-1 M` may be so many roundings of `theta max K_ii /
 /// M_ii`.
 const RESIDUAL_ULPS: f64 = 16.0;
@@ -87,9 +90,7 @@ impl<const D: usize> Eigen<D> {
         if mean <= 0.0 {
             return Err(ModesError::NoStiffness);
         }
-        // Small problems are solved as a whole: an iteration may miss copies of an eigenvalue.
-        let is_small = free_coordinates <= SMALL && !eigen.inertia.is_consistent();
-        if count.is_some() && !is_small {
+        if count.is_some() {
             eigen.lowest(system, asked, mean, largest)?;
         } else if free_coordinates > dense::MOST {
             return Err(ModesError::TooManyForAll { free: free_coordinates, most: dense::MOST });
@@ -107,34 +108,80 @@ impl<const D: usize> Eigen<D> {
     /// Shift and invert, twice; `mean` and `largest` are those of `K_ii / M_ii`.
     fn lowest(&mut self, system: &System, count: usize, mean: f64, largest: f64) -> Result<(), ModesError> {
         let mut shift = FIRST_SHIFT * mean;
-        let mut cholesky = loop {
+        let cholesky = loop {
             match self.shifted(system, shift) {
                 Err(ModesError::NotStable) if shift < LAST_SHIFT * mean => shift *= RAISE,
                 factor => break factor?,
             }
         };
-        for tolerance in TOLERANCES {
-            let allowed = |theta: f64| tolerance.max(RESIDUAL_ULPS * f64::EPSILON * largest * theta);
-            let found = lanczos::largest(&self.inertia, count, allowed, |b| cholesky.solve(b));
-            self.solves += found.solves;
-            if found.pairs.len() < count {
-                let (found, solves) = (found.pairs.len(), self.solves);
+        let bound = |tolerance| Bound { tolerance, rounding: RESIDUAL_ULPS * f64::EPSILON * largest };
+        let mut by = Transformation { shift, cholesky, bound: bound(TOLERANCES[0]), largest };
+        let mut search = Lanczos::new(&self.inertia, count);
+        self.pairs = self.converged(&mut search, &mut by)?;
+        self.solves += search.solves();
+        let Some((first, _)) = self.pairs.iter().find(|(square, _)| *square > 0.0) else {
+            // Rigid motion alone was asked for.
+            return Ok(());
+        };
+        let shift = *first;
+        by = Transformation {
+            shift,
+            cholesky: self.shifted(system, shift)?,
+            bound: bound(TOLERANCES[1]),
+            largest,
+        };
+        let mut search = Lanczos::new(&self.inertia, count);
+        loop {
+            self.pairs = self.converged(&mut search, &mut by)?;
+            let missing = self.missing(&by)?;
+            if missing == 0 {
+                break;
+            }
+            if search.is_exhausted() {
+                let (found, solves) = (count.saturating_sub(missing), self.solves + search.solves());
                 return Err(ModesError::NotConverged { found, asked: count, solves });
             }
-            self.assemble(system, STIFFNESS);
-            let matrix = self.assembler.matrix();
-            self.pairs =
-                found.pairs.into_iter().map(|pair| (square(matrix, &pair.vector, largest), pair)).collect();
-            self.pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-            match self.pairs.iter().find(|(square, _)| *square > 0.0) {
-                Some((square, _)) if tolerance == TOLERANCES[0] => {
-                    cholesky = self.shifted(system, *square)?
-                }
-                // Rigid motion alone was asked for.
-                _ => break,
-            }
         }
+        self.solves += search.solves();
         Ok(())
+    }
+
+    /// The modes that the iteration goes on to, ascending. The matrix is the stiffness.
+    fn converged(
+        &self,
+        search: &mut Lanczos<'_, D>,
+        by: &mut Transformation,
+    ) -> Result<Vec<(f64, lanczos::Pair)>, ModesError> {
+        let bound = by.bound;
+        let found = search.run(|theta| bound.at(theta), |b| by.cholesky.solve(b));
+        if found.len() < search.count() {
+            let (found, solves) = (found.len(), self.solves + search.solves());
+            return Err(ModesError::NotConverged { found, asked: search.count(), solves });
+        }
+        let matrix = self.assembler.matrix();
+        let with_square = |pair: lanczos::Pair| (square(matrix, &pair.vector, by.largest), pair);
+        let mut pairs: Vec<_> = found.into_iter().map(with_square).collect();
+        pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        Ok(pairs)
+    }
+
+    /// Number of modes below the highest that was found, or below those as high, that were not found.
+    ///
+    /// By Sylvester's law of inertia `K - sigma M` has as many negative eigenvalues as there are modes below
+    /// `sigma`. Grimes, Lewis, Simon 1994, "A shifted block Lanczos algorithm for solving sparse symmetric
+    /// generalized eigenproblems", section 4. The matrix is the stiffness.
+    fn missing(&self, by: &Transformation) -> Result<usize, ModesError> {
+        let squares: Vec<f64> = self.pairs.iter().map(|(square, _)| *square).collect();
+        let is_apart = |n: usize| squares[n] - squares[n - 1] > 2.0 * by.apart(squares[n]);
+        let found = (1..squares.len()).rev().find(|n| is_apart(*n)).unwrap_or(0);
+        if squares[found] <= 0.0 {
+            // Nothing is lower than rigid motion.
+            return Ok(0);
+        }
+        let mut matrix = self.assembler.matrix().clone();
+        self.inertia.add_to(by.apart(squares[found]) - squares[found], &mut matrix);
+        let below = by.cholesky.analysis().negative_eigenvalues(&matrix).ok_or(ModesError::NotFinite)?;
+        Ok(below.saturating_sub(found))
     }
 
     /// A factor of `K + shift M`.
@@ -183,6 +230,40 @@ impl<const D: usize> Eigen<D> {
             }
         }
         ((0..modes).map(|j| alone(j).max(0.0) + drag).collect(), coupling)
+    }
+}
+
+/// Shift and invert: `K phi = omega^2 M phi` as `theta phi = (K + shift M)^-1 M phi`, `theta = 1 / (omega^2 +
+/// shift)`.
+struct Transformation {
+    shift: f64,
+    /// Factor of `K + shift M`.
+    cholesky: Cholesky,
+    /// Bound of residuals.
+    bound: Bound,
+    /// The largest `K_ii / M_ii`.
+    largest: f64,
+}
+
+impl Transformation {
+    /// Distance from `omega^2` of eigenvalues that count as the same.
+    fn apart(&self, square: f64) -> f64 {
+        let theta = 1.0 / (square + self.shift);
+        APART.max(APART_RESIDUALS * self.bound.at(theta)).min(0.25) / theta
+    }
+}
+
+/// Bound of the relative residual of an eigenvalue `theta`.
+#[derive(Clone, Copy)]
+struct Bound {
+    tolerance: f64,
+    /// Of `theta = 1`.
+    rounding: f64,
+}
+
+impl Bound {
+    fn at(self, theta: f64) -> f64 {
+        self.tolerance.max(self.rounding * theta)
     }
 }
 

@@ -1,20 +1,20 @@
 //! Block Lanczos with a basis that is kept orthogonal.
 
 use faer::{Mat, Side};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
 
 use super::inertia::Inertia;
 use crate::solver::conjugate_gradients::dot;
 
-/// Vectors in a block: modes of equal frequency that are found at once.
+/// Vectors in a block.
 const BLOCK: usize = 8;
 /// Directions shorter than this part of what they were are in the basis already.
 const DEPENDENT: f64 = 1e-12;
-/// Blocks that are added to the basis, the first of start vectors, before eigenvalues that have converged count.
-const CONFIRMING: usize = 2;
-/// Relative difference of an eigenvalue that has converged twice.
-const SAME: f64 = 1e-4;
 /// Residuals of small eigenvalues may be so many roundings of the largest one.
 const ROUNDING_ULPS: f64 = 64.0;
+/// State and stream of the generator that start vectors come from.
+const GENERATOR: [u128; 2] = [1, 2];
 
 /// An eigenpair of `T = A^-1 M`.
 pub(super) struct Pair {
@@ -24,92 +24,146 @@ pub(super) struct Pair {
     pub(super) vector: Vec<f64>,
 }
 
-/// What was found.
-pub(super) struct Found {
-    /// The largest pairs, largest first.
-    pub(super) pairs: Vec<Pair>,
-    /// Products with `A^-1`.
-    pub(super) solves: usize,
+/// Iteration for the `count` largest eigenpairs of `T = A^-1 M`, `M` zero where nothing moves.
+///
+/// The space that it searches is spanned by start vectors and their images under powers of `T`, and so has
+/// no more copies of an eigenvalue than start vectors. Whether copies are missing is not seen from within:
+/// [`run`](Self::run) starts from further vectors each time it is called.
+pub(super) struct Lanczos<'a, const D: usize> {
+    mass: &'a Inertia<D>,
+    count: usize,
+    /// Vectors that the basis may have.
+    most: usize,
+    basis: Vec<Direction>,
+    /// `T q` of the basis.
+    images: Vec<Vec<f64>>,
+    /// Rows `q_i^T M T q_j`, j <= i.
+    projected: Vec<Vec<f64>>,
+    /// Of start vectors, and how many more there may be.
+    random: Pcg64,
+    starts: usize,
+    /// Size of the basis before its last block.
+    last: usize,
 }
 
-/// The `count` largest eigenpairs of `A^-1 M`, `M` zero where nothing moves: those whose residual
-/// is at most `allowed(value)` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
-///
-/// A block of vectors finds no more copies of an eigenvalue than it has vectors: pairs that have converged count once new start vectors,
-/// and what the iteration makes of them, have left them as they were.
-pub(super) fn largest<const D: usize>(
-    mass: &Inertia<D>,
-    count: usize,
-    allowed: impl Fn(f64) -> f64,
-    mut solve: impl FnMut(&mut [f64]),
-) -> Found {
-    let free = mass.diagonal().iter().filter(|m| **m > 0.0).count();
-    let most = free.min(20 * count + 200);
-    // The basis q_k, and T q_k.
-    let (mut basis, mut images): (Vec<Direction>, Vec<Vec<f64>>) = (vec![], vec![]);
-    // The rows `q_i^T M T q_j`, j <= i.
-    let mut projected: Vec<Vec<f64>> = vec![];
-    let (mut seed, seeds) = (0, 4 * BLOCK + most);
-    let mut candidates: Vec<Vec<f64>> = vec![];
-    // Eigenvalues that have converged, and the size of the basis in which they have.
-    let mut converged: Option<(Vec<f64>, usize)> = None;
-    loop {
-        // Fill up with directions of no symmetry, where the block has run out of new ones.
-        while candidates.len() < BLOCK && seed < seeds {
-            candidates.push(start(mass.diagonal(), seed));
-            seed += 1;
+impl<'a, const D: usize> Lanczos<'a, D> {
+    pub(super) fn new(mass: &'a Inertia<D>, count: usize) -> Self {
+        let free = mass.diagonal().iter().filter(|m| **m > 0.0).count();
+        let most = free.min(20 * count + 200);
+        Lanczos {
+            mass,
+            count,
+            most,
+            basis: vec![],
+            images: vec![],
+            projected: vec![],
+            random: Pcg64::new(GENERATOR[0], GENERATOR[1]),
+            starts: 4 * BLOCK + most,
+            last: 0,
         }
-        let first = basis.len();
-        for candidate in candidates.drain(..) {
-            if basis.len() < most
-                && let Some(q) = orthonormal(candidate, &basis, mass)
-            {
-                basis.push(q);
+    }
+
+    /// Pairs that are searched.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Products with `A^-1`.
+    pub(super) fn solves(&self) -> usize {
+        self.images.len()
+    }
+
+    /// Whether no new direction is left.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.basis.len() == self.most || self.last == self.basis.len() && self.starts == 0
+    }
+
+    /// Goes on from new start vectors until the `count` largest pairs have residuals of at most
+    /// `allowed(value)` times the eigenvalue, or no direction is left; the pairs that have, largest first.
+    /// `solve` overwrites `b` by `A^-1 b`.
+    pub(super) fn run(
+        &mut self,
+        allowed: impl Fn(f64) -> f64,
+        mut solve: impl FnMut(&mut [f64]),
+    ) -> Vec<Pair> {
+        self.extend(vec![], &mut solve);
+        loop {
+            let images = self.images[self.last..].to_vec();
+            self.extend(images, &mut solve);
+            let pairs = self.ritz(&allowed);
+            if pairs.len() == self.count || self.is_exhausted() {
+                return pairs;
             }
         }
-        for q in &basis[first..] {
+    }
+
+    /// Adds a block to the basis: of these candidates, and of start vectors where they are too few, as where
+    /// the last block lay in the basis already.
+    fn extend(&mut self, mut candidates: Vec<Vec<f64>>, solve: &mut impl FnMut(&mut [f64])) {
+        while candidates.len() < BLOCK && self.starts > 0 {
+            candidates.push(start(self.mass.diagonal(), &mut self.random));
+            self.starts -= 1;
+        }
+        self.last = self.basis.len();
+        for candidate in candidates {
+            if self.basis.len() < self.most
+                && let Some(q) = orthonormal(candidate, &self.basis, self.mass)
+            {
+                self.basis.push(q);
+            }
+        }
+        for q in &self.basis[self.last..] {
             let mut image = q.weighted.clone();
             solve(&mut image);
-            image.iter_mut().zip(mass.diagonal()).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
-            images.push(image);
+            let held = self.mass.diagonal().iter().map(|m| *m == 0.0);
+            image.iter_mut().zip(held).filter(|(_, held)| *held).for_each(|(y, _)| *y = 0.0);
+            self.images.push(image);
         }
-        for i in first..basis.len() {
+        for i in self.last..self.basis.len() {
             // Symmetric but for rounding.
-            let entry =
-                |j: usize| 0.5 * (dot(&basis[i].weighted, &images[j]) + dot(&basis[j].weighted, &images[i]));
-            projected.push((0..=i).map(entry).collect());
+            let half = |i: usize, j: usize| 0.5 * dot(&self.basis[i].weighted, &self.images[j]);
+            self.projected.push((0..=i).map(|j| half(i, j) + half(j, i)).collect());
         }
-        let (values, pairs) = ritz(&basis, &images, &projected, mass, count, &allowed);
-        // Where all of a block were in the basis already, as after more motions without stiffness than it
-        // has vectors, new ones are tried.
-        let exhausted = basis.len() == most || basis.len() == first && seed == seeds;
-        if exhausted || pairs.len() == count && is_confirmed(&converged, &values, basis.len()) {
-            return Found { pairs, solves: images.len() };
+    }
+
+    /// The `count` largest Ritz pairs, as long as they have converged.
+    fn ritz(&self, allowed: &impl Fn(f64) -> f64) -> Vec<Pair> {
+        let k = self.basis.len();
+        if k < self.count {
+            return vec![];
         }
-        let is_old = |(_, size): &(_, usize)| basis.len() >= size + CONFIRMING * BLOCK;
-        if pairs.len() == count && converged.as_ref().is_none_or(is_old) {
-            // Start vectors come next.
-            converged = Some((values, basis.len()));
-            continue;
+        let projected = Mat::<f64>::from_fn(k, k, |i, j| self.projected[i.max(j)][i.min(j)]);
+        let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return vec![] };
+        // Images are right to roundings of the largest eigenvalue.
+        let rounding = ROUNDING_ULPS * f64::EPSILON * eigen.S()[k - 1].abs();
+        let pair = |column: usize| {
+            let value = eigen.S()[column];
+            let weights = (0..k).map(|i| eigen.U()[(i, column)]);
+            let pair = self.pair(value, weights);
+            (pair.residual <= allowed(value).max(rounding / value.abs())).then_some(pair)
+        };
+        (k - self.count..k).rev().map_while(pair).collect()
+    }
+
+    /// The pair whose vector has these weights in the basis.
+    fn pair(&self, value: f64, weights: impl Iterator<Item = f64>) -> Pair {
+        let zeros = || vec![0.0; self.mass.diagonal().len()];
+        let (mut vector, mut rest) = (zeros(), zeros());
+        for ((q, image), weight) in self.basis.iter().zip(&self.images).zip(weights) {
+            vector.iter_mut().zip(&q.vector).for_each(|(s, q)| *s += weight * q);
+            rest.iter_mut().zip(image).for_each(|(s, image)| *s += weight * image);
         }
-        candidates = images[first..].to_vec();
+        rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
+        let residual = dot(&self.mass.times(&rest), &rest).sqrt() / value.abs();
+        Pair { residual, vector }
     }
 }
 
-/// Whether the eigenvalues are those that had converged before enough blocks were added to the basis.
-fn is_confirmed(converged: &Option<(Vec<f64>, usize)>, values: &[f64], size: usize) -> bool {
-    let Some((before, old)) = converged else { return false };
-    let same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * b.abs();
-    size >= old + CONFIRMING * BLOCK && before.iter().zip(values).all(same)
-}
-
-/// Component `i` of start vector `seed`: equidistributed in (-1, 1).
-fn start(mass: &[f64], seed: usize) -> Vec<f64> {
-    let component = |i: usize| {
-        let n = (i * 64 + seed % 64) as f64 + 1.0 + seed as f64 * 0.37;
-        2.0 * (0.5 + n * 0.754_877_666_246_692_7).fract() - 1.0
-    };
-    mass.iter().enumerate().map(|(i, m)| if *m > 0.0 { component(i) } else { 0.0 }).collect()
+/// Start vector, uniform in (-1, 1) where coordinates are free. Random, so that any number of them is
+/// independent: of equidistributed sequences the differences are step functions of few steps.
+fn start(mass: &[f64], random: &mut Pcg64) -> Vec<f64> {
+    let mut uniform = || (random.next_u64() >> 11) as f64 * (2.0 / (1_u64 << 53) as f64) - 1.0;
+    mass.iter().map(|m| if *m > 0.0 { uniform() } else { 0.0 }).collect()
 }
 
 /// A vector `q` of the basis, with `M q`.
@@ -137,39 +191,28 @@ fn orthonormal<const D: usize>(mut v: Vec<f64>, basis: &[Direction], mass: &Iner
     Some(Direction { weighted: mass.times(&v), vector: v })
 }
 
-/// The `count` largest Ritz values, and their pairs as long as they have converged.
-fn ritz<const D: usize>(
-    basis: &[Direction],
-    images: &[Vec<f64>],
-    projected: &[Vec<f64>],
-    mass: &Inertia<D>,
-    count: usize,
-    allowed: &impl Fn(f64) -> f64,
-) -> (Vec<f64>, Vec<Pair>) {
-    let k = basis.len();
-    if k < count {
-        return (vec![], vec![]);
-    }
-    let projected = Mat::<f64>::from_fn(k, k, |i, j| projected[i.max(j)][i.min(j)]);
-    let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return (vec![], vec![]) };
-    let rounding = ROUNDING_ULPS * f64::EPSILON * eigen.S()[k - 1].abs();
-    let mut pairs = vec![];
-    for column in (k - count..k).rev() {
-        let value = eigen.S()[column];
-        let (mut vector, mut rest) = (vec![0.0; mass.diagonal().len()], vec![0.0; mass.diagonal().len()]);
-        for (i, (q, image)) in basis.iter().zip(images).enumerate() {
-            let weight = eigen.U()[(i, column)];
-            vector.iter_mut().zip(&q.vector).for_each(|(s, q)| *s += weight * q);
-            rest.iter_mut().zip(image).for_each(|(s, image)| *s += weight * image);
+#[cfg(test)]
+mod tests {
+    use super::{GENERATOR, Pcg64, dot, start};
+
+    /// Each of `n` random vectors has a part that is orthogonal to those before it; that of the last is one
+    /// component of `n`, `1 / sqrt(n) = 0.13` of its length in the root of the mean square.
+    #[test]
+    fn as_many_start_vectors_as_coordinates_are_independent() {
+        let n = 63;
+        let mut random = Pcg64::new(GENERATOR[0], GENERATOR[1]);
+        let mut basis: Vec<Vec<f64>> = vec![];
+        for number in 0..n {
+            let mut v = start(&vec![1.0; n], &mut random);
+            let before = dot(&v, &v).sqrt();
+            for q in basis.iter().chain(&basis) {
+                let part = dot(q, &v);
+                v.iter_mut().zip(q).for_each(|(v, q)| *v -= part * q);
+            }
+            let length = dot(&v, &v).sqrt();
+            assert!(length > 1e-3 * before, "vector {number}: {length} of {before} is new");
+            v.iter_mut().for_each(|v| *v /= length);
+            basis.push(v);
         }
-        rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
-        let residual = dot(&mass.times(&rest), &rest).sqrt() / value.abs();
-        // Images are right to roundings of the largest eigenvalue.
-        if residual.is_nan() || residual > allowed(value).max(rounding / value.abs()) {
-            break;
-        }
-        pairs.push(Pair { residual, vector });
     }
-    let values = (k - count..k).rev().map(|column| eigen.S()[column]).collect();
-    (values, pairs)
 }

@@ -1,6 +1,7 @@
 //! Sparse Cholesky factorisation by faer, on a nested-dissection order; the symbolic part is kept.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::perm::PermRef;
 use faer::sparse::linalg::cholesky::{
@@ -80,6 +81,77 @@ impl Analysis {
         self.symbolic.len_val()
     }
 
+    /// Number of negative eigenvalues of `matrix`, which has the structure that was analysed: that of the
+    /// negative pivots of `L D L^T`, by Sylvester's law of inertia. `None` where a pivot vanishes, or the
+    /// factor does not fit memory.
+    pub fn negative_eigenvalues<const D: usize>(&self, matrix: &BlockMatrix<D>) -> Option<usize> {
+        let scratch = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+        let mut memory = MemBuffer::try_new(scratch).ok()?;
+        let (mut entries, mut factor) = (zeros(self.row.len())?, zeros(self.symbolic.len_val())?);
+        self.read(matrix, &mut entries);
+        let a = SparseColMatRef::new(self.structure(), &entries);
+        let stack = MemStack::new(&mut memory);
+        let no_help = LdltRegularization::default();
+        self.symbolic
+            .factorize_numeric_ldlt(&mut factor, a, Side::Lower, no_help, Par::Seq, stack, Default::default())
+            .ok()?;
+        let mut negative = 0;
+        for at in self.pivots() {
+            if factor[at] == 0.0 || !factor[at].is_finite() {
+                return None;
+            }
+            negative += usize::from(factor[at] < 0.0);
+        }
+        Some(negative)
+    }
+
+    /// Writes the lower triangle of `matrix`.
+    fn read<const D: usize>(&self, matrix: &BlockMatrix<D>, entries: &mut [f64]) {
+        let mut next = entries.iter_mut();
+        for vertex in 0..matrix.rows() {
+            for k in 0..D {
+                for (c, block) in matrix.row(vertex) {
+                    let from = if c < vertex {
+                        D
+                    } else if c == vertex {
+                        k
+                    } else {
+                        0
+                    };
+                    for (entry, next) in block[k][from.min(D)..].iter().zip(&mut next) {
+                        *next = *entry;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Places of the entries of the lower triangle.
+    fn structure(&self) -> SymbolicSparseColMatRef<'_, usize> {
+        let n = self.column_start.len() - 1;
+        SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
+    }
+
+    /// Places of the diagonal in the entries of the factor.
+    fn pivots(&self) -> Vec<usize> {
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(factor) => {
+                let n = self.column_start.len() - 1;
+                factor.factor().col_ptr()[..n].to_vec()
+            }
+            // Supernodes are dense columns of one length, the square of their own rows first.
+            SymbolicCholeskyRaw::Supernodal(factor) => {
+                let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
+                let of_node = |node: usize| {
+                    let (start, columns) = (factor.col_ptr_for_val()[node], end[node] - begin[node]);
+                    let rows = (factor.col_ptr_for_val()[node + 1] - start) / columns;
+                    (0..columns).map(move |column| start + column * (rows + 1))
+                };
+                (0..factor.n_supernodes()).flat_map(of_node).collect()
+            }
+        }
+    }
+
     /// Indices that the structure of the factor takes, and the permutation in both directions.
     fn indices(&self) -> usize {
         let n = self.column_start.len() - 1;
@@ -109,31 +181,13 @@ impl Cholesky {
     /// # Errors
     /// [`NotPositiveDefinite`].
     pub fn factorize<const D: usize>(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
-        let mut next = self.entries.iter_mut();
-        for vertex in 0..matrix.rows() {
-            for k in 0..D {
-                for (c, block) in matrix.row(vertex) {
-                    let from = if c < vertex {
-                        D
-                    } else if c == vertex {
-                        k
-                    } else {
-                        0
-                    };
-                    for (entry, next) in block[k][from.min(D)..].iter().zip(&mut next) {
-                        *next = *entry;
-                    }
-                }
-            }
-        }
-        let Analysis { column_start, row, symbolic, .. } = &self.analysis;
-        let n = column_start.len() - 1;
-        let structure = SymbolicSparseColMatRef::new_checked(n, n, column_start, None, row);
-        let a = SparseColMatRef::new(structure, &self.entries);
+        self.analysis.read(matrix, &mut self.entries);
+        let a = SparseColMatRef::new(self.analysis.structure(), &self.entries);
         let stack = MemStack::new(&mut self.memory);
         let no_help =
             LltRegularization { dynamic_regularization_delta: 0.0, dynamic_regularization_epsilon: 0.0 };
-        symbolic
+        self.analysis
+            .symbolic
             .factorize_numeric_llt(
                 &mut self.factor,
                 a,
@@ -153,6 +207,11 @@ impl Cholesky {
         let n = b.len();
         let stack = MemStack::new(&mut self.memory);
         llt.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, n, 1), Par::Seq, stack);
+    }
+
+    /// Structure of the matrix and of the factor.
+    pub fn analysis(&self) -> &Analysis {
+        &self.analysis
     }
 
     /// Entries of the factor.
