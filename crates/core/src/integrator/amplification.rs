@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use faer::c64;
+use num_complex::Complex64 as c64;
 
 use super::Method;
 use crate::dissipation::{DissipativeTerm, MassProportional};

@@ -1,6 +1,6 @@
 //! All modes at once.
 
-use faer::{Mat, Side};
+use pliant_sparse::symmetric_eigen;
 
 use super::eigen::square;
 use super::lanczos::Pair;
@@ -16,25 +16,26 @@ pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Opti
     let free: Vec<usize> = (0..mass.len()).filter(|n| mass[*n] > 0.0).collect();
     let mut place = vec![usize::MAX; mass.len()];
     free.iter().enumerate().for_each(|(at, n)| place[*n] = at);
-    let mut scaled = Mat::<f64>::zeros(free.len(), free.len());
+    let n = free.len();
+    let mut scaled = vec![0.0; n * n];
     for row in 0..matrix.rows() {
         for (column, block) in matrix.row(row) {
             for k in 0..D {
                 for l in 0..D {
                     let (i, j) = (row * D + k, column * D + l);
                     if mass[i] > 0.0 && mass[j] > 0.0 {
-                        scaled[(place[i], place[j])] = block[k][l] / (mass[i] * mass[j]).sqrt();
+                        scaled[place[i] * n + place[j]] = block[k][l] / (mass[i] * mass[j]).sqrt();
                     }
                 }
             }
         }
     }
-    let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-    let largest = (0..free.len()).fold(0.0, |m: f64, j| m.max(eigen.S()[j].abs()));
+    let eigen = symmetric_eigen(n, |i, j| scaled[i * n + j])?;
+    let largest = eigen.values.iter().fold(0.0, |m: f64, value| m.max(value.abs()));
     let rounding = 64.0 * free.len() as f64 * f64::EPSILON * largest;
     let pair = |j: usize| {
         let mut vector = vec![0.0; mass.len()];
-        free.iter().enumerate().for_each(|(i, n)| vector[*n] = eigen.U()[(i, j)] / mass[*n].sqrt());
+        free.iter().enumerate().for_each(|(i, n)| vector[*n] = eigen.vector(i, j) / mass[*n].sqrt());
         let square = square(matrix, &vector, largest);
         let residual = if square == 0.0 { 0.0 } else { rounding / square.abs() };
         (square, Pair { residual, vector })

@@ -180,7 +180,7 @@ impl<const D: usize> Eigen<D> {
         }
         let mut matrix = self.assembler.matrix().clone();
         self.inertia.add_to(by.apart(squares[found]) - squares[found], &mut matrix);
-        let below = by.cholesky.analysis().negative_eigenvalues(&matrix).ok_or(ModesError::NotFinite)?;
+        let below = by.cholesky.negative_eigenvalues(&matrix).ok_or(ModesError::NotFinite)?;
         Ok(below.saturating_sub(found))
     }
 

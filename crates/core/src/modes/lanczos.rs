@@ -1,6 +1,6 @@
 //! Block Lanczos with a basis that is kept orthogonal.
 
-use faer::{Mat, Side};
+use pliant_sparse::symmetric_eigen;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -132,13 +132,12 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         if k < self.count {
             return vec![];
         }
-        let projected = Mat::<f64>::from_fn(k, k, |i, j| self.projected[i.max(j)][i.min(j)]);
-        let Ok(eigen) = projected.self_adjoint_eigen(Side::Lower) else { return vec![] };
+        let Some(eigen) = symmetric_eigen(k, |i, j| self.projected[i][j]) else { return vec![] };
         // Images are right to roundings of the largest eigenvalue.
-        let rounding = ROUNDING_ULPS * f64::EPSILON * eigen.S()[k - 1].abs();
+        let rounding = ROUNDING_ULPS * f64::EPSILON * eigen.values[k - 1].abs();
         let pair = |column: usize| {
-            let value = eigen.S()[column];
-            let weights = (0..k).map(|i| eigen.U()[(i, column)]);
+            let value = eigen.values[column];
+            let weights = (0..k).map(|i| eigen.vector(i, column));
             let pair = self.pair(value, weights);
             (pair.residual <= allowed(value).max(rounding / value.abs())).then_some(pair)
         };

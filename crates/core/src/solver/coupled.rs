@@ -1,12 +1,9 @@
 //! Newton's method for stages that are solved together.
 
-use faer::MatMut;
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use pliant_sparse::{Lu, SymbolicLu};
 
 use super::StepFault;
-use super::cholesky::Analysis;
+use super::cholesky;
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
 use super::{SolveError, SolverOptions, SolverWork, Verdict, scene_size};
@@ -69,7 +66,7 @@ pub(crate) trait CoupledNewton: Send + Sync {
     /// Work done so far.
     fn work(&self) -> SolverWork;
 
-    /// Bytes held, the factors of faer excepted.
+    /// Bytes held, the factors excepted.
     fn bytes(&self) -> usize;
 
     /// Bytes that it holds once it has solved `stages` stages of `system` near `x`, flat [m], the factors
@@ -90,7 +87,7 @@ struct Coupled<const D: usize> {
     options: SolverOptions,
     size: f64,
     structure: Option<Structure<D>>,
-    lu: Option<Lu<usize, f64>>,
+    lu: Option<Lu>,
     /// The step that `lu` is for.
     factorized: f64,
     residual: Vec<Vec<f64>>,
@@ -110,10 +107,8 @@ struct Structure<const D: usize> {
     damped: bool,
     /// Place of each vertex in the order of elimination.
     place: Vec<usize>,
-    column_start: Vec<usize>,
-    row: Vec<usize>,
     value: Vec<f64>,
-    symbolic: SymbolicLu<usize>,
+    symbolic: SymbolicLu,
 }
 
 impl<const D: usize> Structure<D> {
@@ -144,12 +139,9 @@ impl<const D: usize> Structure<D> {
                 }
             }
         }
-        let n = column_start.len() - 1;
-        let symbolic =
-            SymbolicLu::try_new(SymbolicSparseColMatRef::new_checked(n, n, &column_start, None, &row))
-                .ok()?;
         let value = vec![0.0; row.len()];
-        Some(Structure { stages, assembler, damped, place, column_start, row, value, symbolic })
+        let symbolic = SymbolicLu::new(column_start, row)?;
+        Some(Structure { stages, assembler, damped, place, value, symbolic })
     }
 
     /// Stages are joined by masses and by damping; the Hessians are of each alone.
@@ -166,9 +158,8 @@ impl<const D: usize> Structure<D> {
                     for c in 0..D {
                         let row = (self.place[vertex] * s + i) * D + r;
                         let column = (self.place[other] * s + j) * D + c;
-                        let entries = self.column_start[column]..self.column_start[column + 1];
-                        let at = self.row[entries.clone()].binary_search(&row);
-                        self.value[entries.start + at.expect("the structure has it")] += factor * block[r][c];
+                        let at = self.symbolic.entry(row, column).expect("the structure has it");
+                        self.value[at] += factor * block[r][c];
                     }
                 }
             }
@@ -179,9 +170,8 @@ impl<const D: usize> Structure<D> {
     fn add_diagonal(&mut self, vertex: usize, c: usize, (i, j): (usize, usize), m: f64) {
         let row = (self.place[vertex] * self.stages + i) * D + c;
         let column = (self.place[vertex] * self.stages + j) * D + c;
-        let entries = self.column_start[column]..self.column_start[column + 1];
-        let at = self.row[entries.clone()].binary_search(&row);
-        self.value[entries.start + at.expect("the structure has it")] += m;
+        let at = self.symbolic.entry(row, column).expect("the structure has it");
+        self.value[at] += m;
     }
 }
 
@@ -281,11 +271,7 @@ impl<const D: usize> Coupled<D> {
         }
         self.work.hessians += s as u64;
         self.work.factorizations += 1;
-        let n = structure.column_start.len() - 1;
-        let pattern =
-            SymbolicSparseColMatRef::new_checked(n, n, &structure.column_start, None, &structure.row);
-        let matrix = SparseColMatRef::new(pattern, &structure.value);
-        self.lu = Lu::try_new_with_symbolic(structure.symbolic.clone(), matrix).ok();
+        self.lu = structure.symbolic.factorize(&structure.value);
         self.factorized = h;
         self.structure = Some(structure);
         self.lu.is_some()
@@ -300,8 +286,7 @@ impl<const D: usize> Coupled<D> {
                 self.right[place(n, i)] = -r * system.mass()[n / D];
             }
         }
-        let n = self.right.len();
-        lu.solve_in_place(MatMut::from_column_major_slice_mut(&mut self.right, n, 1));
+        lu.solve(&mut self.right);
         // In the order of the residual again.
         for i in 0..stages {
             for n in 0..self.residual[i].len() {
@@ -442,7 +427,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         let rows =
             [&self.residual, &self.trial, &self.trial_v].map(|rows| rows.iter().map(Vec::len).sum::<usize>());
         let structure = self.structure.as_ref().map_or(0, |s| {
-            s.assembler.bytes() + 8 * (s.place.len() + s.column_start.len() + s.row.len() + s.value.len())
+            s.assembler.bytes() + 8 * (s.place.len() + s.value.len()) + s.symbolic.bytes()
         });
         8 * (rows.iter().sum::<usize>() + self.force.len() + self.right.len()) + structure
     }
@@ -451,12 +436,12 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         let Some(structure) = Structure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
         // Without pivoting both factors have the blocks of a Cholesky factor of one stage, each for every
         // pair of stages.
-        let factors = Analysis::new(structure.assembler.matrix(), x)
-            .map_or(usize::MAX / 4, |analysis| 2 * stages * stages * 8 * analysis.factor_entries());
-        let (assembler, entries) = (structure.assembler.bytes(), structure.row.len() + structure.value.len());
+        let factors = cholesky::structure(structure.assembler.matrix(), x)
+            .map_or(usize::MAX / 4, |factor| 2 * stages * stages * 8 * factor.factor_entries());
+        let matrix = structure.assembler.bytes() + structure.symbolic.bytes() + 8 * structure.value.len();
         // Residual, trial and its velocities of every stage, their right-hand side, the force and positions
         // of one.
         let vectors = 8 * x.len() * (6 * stages + 2);
-        assembler + 8 * (entries + 2 * structure.column_start.len()) + vectors + factors
+        matrix + vectors + factors
     }
 }

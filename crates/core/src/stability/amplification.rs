@@ -1,6 +1,6 @@
 //! What schemes do to the oscillator `x'' = -omega^2 x`, measured by running them, beside the formulas.
 
-use faer::c64;
+use num_complex::Complex64 as c64;
 
 use crate::integrator::{
     self, IntegratorSpec, Method, Scheme, alpha::AlphaCoefficients, amplification, modulus, spectral_radius,

@@ -5,7 +5,7 @@ mod linear;
 mod search;
 mod tolerance;
 
-use super::cholesky::{Analysis, Cholesky};
+use super::cholesky::{self, Cholesky};
 use super::conjugate_gradients::{self, CgEnd, ConjugateGradients, dot};
 use super::hessian::{Assembler, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
@@ -311,7 +311,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         };
         let matrix = assembler.matrix();
         let rest = system.rest_positions().unwrap_or(x);
-        let factor = |x: &[f64]| Analysis::new(matrix, x).map_or(usize::MAX / 2, |analysis| analysis.bytes());
+        let factor = |x: &[f64]| cholesky::structure(matrix, x).map_or(usize::MAX / 2, |structure| structure.bytes());
         let linear = match linear {
             LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
             LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held())

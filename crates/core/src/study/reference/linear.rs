@@ -1,6 +1,6 @@
 //! Linear systems: superposition of their modes.
 
-use faer::{Mat, Side};
+use pliant_sparse::symmetric_eigen;
 
 use super::{Reference, Search};
 use crate::study::StudyError;
@@ -32,29 +32,29 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
         return Ok(None);
     }
     // M^-1/2 K M^-1/2, column by column.
-    let mut scaled = Mat::<f64>::zeros(n, n);
+    let mut scaled = vec![0.0; n * n];
     let (mut unit, mut image) = (vec![0.0; x0.len()], vec![0.0; x0.len()]);
     for (column, &j) in free.iter().enumerate() {
         unit[j] = 1.0;
         system.hessian_product(&x0, &unit, &mut image);
         unit[j] = 0.0;
         for (row, &i) in free.iter().enumerate() {
-            scaled[(row, column)] = image[i] * (weight[i] * weight[j]).sqrt();
+            scaled[row * n + column] = image[i] * (weight[i] * weight[j]).sqrt();
         }
     }
-    let stiffness = Mat::<f64>::from_fn(n, n, |i, j| 0.5 * (scaled[(i, j)] + scaled[(j, i)]));
-    let Ok(eigen) = stiffness.self_adjoint_eigen(Side::Lower) else { return Ok(None) };
+    let stiffness = |i: usize, j: usize| 0.5 * (scaled[i * n + j] + scaled[j * n + i]);
+    let Some(eigen) = symmetric_eigen(n, stiffness) else { return Ok(None) };
     let mut gradient = vec![0.0; x0.len()];
     system.gradient(&x0, &mut gradient);
     // Of every mode: omega^2, the force and the velocity at the start.
     let project = |column: usize, of: &dyn Fn(usize) -> f64| -> f64 {
-        free.iter().enumerate().map(|(row, &i)| eigen.U()[(row, column)] * of(i)).sum()
+        free.iter().enumerate().map(|(row, &i)| eigen.vector(row, column) * of(i)).sum()
     };
     let modes: Vec<(f64, f64, f64)> = (0..n)
         .map(|column| {
             let force = project(column, &|i| -gradient[i] * weight[i].sqrt());
             let velocity = project(column, &|i| v0[i] / weight[i].sqrt());
-            (eigen.S()[column], force, velocity)
+            (eigen.values[column], force, velocity)
         })
         .collect();
     let highest = modes.iter().map(|mode| mode.0).fold(0.0, f64::max);
@@ -70,7 +70,7 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
         for (row, &i) in free.iter().enumerate() {
             let (mut u, mut du, mut pull) = (0.0, 0.0, 0.0);
             for (column, (q, dq)) in amplitudes.iter().enumerate() {
-                let shape = eigen.U()[(row, column)];
+                let shape = eigen.vector(row, column);
                 u += shape * q;
                 du += shape * dq;
                 pull += shape * q * modes[column].0;

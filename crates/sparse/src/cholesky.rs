@@ -1,0 +1,239 @@
+//! Sparse Cholesky factorisation in a given order; the symbolic part is kept.
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::perm::PermRef;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+
+/// Structure of a symmetric matrix and of its factor, before there is memory for their entries.
+pub struct Structure {
+    /// The lower triangle by columns; by symmetry the upper one by rows.
+    column_start: Vec<usize>,
+    row: Vec<usize>,
+    symbolic: SymbolicCholesky<usize>,
+    /// Memory of the factorisation beside the factor.
+    scratch: StackReq,
+}
+
+/// The matrix is not positive definite: a pivot is not positive, or not a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the matrix is not positive definite")]
+pub struct NotPositiveDefinite;
+
+impl Structure {
+    /// Analyses a symmetric matrix of `n` rows whose lower triangle has entries in rows
+    /// `row[column_start[j]..column_start[j + 1]]` of column `j`, ascending. Row `order[k]` is eliminated
+    /// `k`-th. `None` where not even the structure of the factor fits memory.
+    ///
+    /// # Panics
+    /// If `column_start` and `row` are not the structure of a matrix, or `order` is no permutation of its
+    /// rows.
+    pub fn new(column_start: Vec<usize>, row: Vec<usize>, order: &[usize]) -> Option<Self> {
+        let n = column_start.len() - 1;
+        let mut inverse = vec![0; n];
+        order.iter().enumerate().for_each(|(k, v)| inverse[*v] = k);
+        let symbolic = factorize_symbolic_cholesky(
+            SymbolicSparseColMatRef::new_checked(n, n, &column_start, None, &row),
+            Side::Lower,
+            SymmetricOrdering::Custom(PermRef::new_checked(order, &inverse, n)),
+            CholeskySymbolicParams::default(),
+        )
+        .ok()?;
+        let numeric = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let scratch = numeric.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        Some(Structure { column_start, row, symbolic, scratch })
+    }
+
+    /// Bytes that a [`Cholesky`] of this structure holds.
+    pub fn bytes(&self) -> usize {
+        let numbers = self.column_start.len() + 2 * self.row.len() + self.symbolic.len_val();
+        8 * (numbers + self.indices()) + self.scratch.unaligned_bytes_required()
+    }
+
+    /// Entries of the lower triangle of the matrix.
+    pub fn entries(&self) -> usize {
+        self.row.len()
+    }
+
+    /// Entries of the factor.
+    pub fn factor_entries(&self) -> usize {
+        self.symbolic.len_val()
+    }
+
+    /// Number of negative eigenvalues of the matrix with these entries of its lower triangle: that of the
+    /// negative pivots of `L D L^T`, by Sylvester's law of inertia. `None` where a pivot vanishes, or the
+    /// factor does not fit memory.
+    ///
+    /// # Panics
+    /// If there are more or fewer than [`entries`](Self::entries).
+    pub fn negative_eigenvalues(&self, entries: &[f64]) -> Option<usize> {
+        let scratch = self.symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
+        let mut memory = MemBuffer::try_new(scratch).ok()?;
+        let mut factor = zeros(self.symbolic.len_val())?;
+        let a = SparseColMatRef::new(self.pattern(), entries);
+        let stack = MemStack::new(&mut memory);
+        let no_help = LdltRegularization::default();
+        self.symbolic
+            .factorize_numeric_ldlt(&mut factor, a, Side::Lower, no_help, Par::Seq, stack, Default::default())
+            .ok()?;
+        let pivots = self.pivots();
+        let sound = |at: &usize| factor[*at] != 0.0 && factor[*at].is_finite();
+        pivots.iter().all(sound).then(|| pivots.iter().filter(|at| factor[**at] < 0.0).count())
+    }
+
+    fn pattern(&self) -> SymbolicSparseColMatRef<'_, usize> {
+        let n = self.column_start.len() - 1;
+        SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
+    }
+
+    /// Places of the diagonal in the entries of the factor.
+    fn pivots(&self) -> Vec<usize> {
+        match self.symbolic.raw() {
+            SymbolicCholeskyRaw::Simplicial(factor) => {
+                let n = self.column_start.len() - 1;
+                factor.factor().col_ptr()[..n].to_vec()
+            }
+            // Supernodes are dense columns of one length, the square of their own rows first.
+            SymbolicCholeskyRaw::Supernodal(factor) => {
+                let (begin, end) = (factor.supernode_begin(), factor.supernode_end());
+                let of_node = |node: usize| {
+                    let (start, columns) = (factor.col_ptr_for_val()[node], end[node] - begin[node]);
+                    let rows = (factor.col_ptr_for_val()[node + 1] - start) / columns;
+                    (0..columns).map(move |column| start + column * (rows + 1))
+                };
+                (0..factor.n_supernodes()).flat_map(of_node).collect()
+            }
+        }
+    }
+
+    /// Indices that the structure of the factor takes, and the permutation in both directions.
+    fn indices(&self) -> usize {
+        let n = self.column_start.len() - 1;
+        2 * n
+            + match self.symbolic.raw() {
+                SymbolicCholeskyRaw::Simplicial(factor) => factor.row_idx().len() + 2 * n,
+                // The rows of supernodes, by columns and by rows.
+                SymbolicCholeskyRaw::Supernodal(factor) => {
+                    2 * factor.row_idx().len() + 4 * factor.n_supernodes()
+                }
+            }
+    }
+}
+
+/// `A = L L^T`.
+pub struct Cholesky {
+    structure: Structure,
+    entries: Vec<f64>,
+    factor: Vec<f64>,
+    memory: MemBuffer,
+}
+
+impl Cholesky {
+    /// Memory for a matrix of this structure and its factor; `None` where there is too little.
+    pub fn new(structure: Structure) -> Option<Self> {
+        let memory = MemBuffer::try_new(structure.scratch).ok()?;
+        let (entries, factor) = (zeros(structure.row.len())?, zeros(structure.symbolic.len_val())?);
+        Some(Cholesky { structure, entries, factor, memory })
+    }
+
+    /// Structure of the matrix and of its factor.
+    pub fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    /// Entries of the lower triangle of the matrix, column by column, for [`factorize`](Self::factorize).
+    pub fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.entries
+    }
+
+    /// Factorises the matrix of the present entries.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`]; there is no factor then.
+    pub fn factorize(&mut self) -> Result<(), NotPositiveDefinite> {
+        let a = SparseColMatRef::new(self.structure.pattern(), &self.entries);
+        let stack = MemStack::new(&mut self.memory);
+        let no_help =
+            LltRegularization { dynamic_regularization_delta: 0.0, dynamic_regularization_epsilon: 0.0 };
+        let factor = &mut self.factor;
+        self.structure
+            .symbolic
+            .factorize_numeric_llt(factor, a, Side::Lower, no_help, Par::Seq, stack, Default::default())
+            .map(|_| ())
+            .map_err(|_| NotPositiveDefinite)
+    }
+
+    /// Solves `A x = b` with the factor last computed; `b` is overwritten by `x`.
+    ///
+    /// # Panics
+    /// If `b` has not a number for each row.
+    pub fn solve(&mut self, b: &mut [f64]) {
+        let llt = LltRef::new(&self.structure.symbolic, &self.factor);
+        let n = b.len();
+        let stack = MemStack::new(&mut self.memory);
+        llt.solve_in_place_with_conj(Conj::No, MatMut::from_column_major_slice_mut(b, n, 1), Par::Seq, stack);
+    }
+}
+
+/// So many zeros; `None` where they do not fit memory.
+fn zeros(count: usize) -> Option<Vec<f64>> {
+    let mut zeros = Vec::new();
+    zeros.try_reserve_exact(count).ok()?;
+    zeros.resize(count, 0.0);
+    Some(zeros)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `tridiag(-1, diagonal, -1)` of 40 rows, eliminated from both ends to the middle.
+    fn structure() -> Structure {
+        let n = 40;
+        let column_start: Vec<usize> = (0..=n).map(|j| if j == n { 2 * n - 1 } else { 2 * j }).collect();
+        let row = (0..n).flat_map(|j| [j, j + 1]).filter(|i| *i < n).collect();
+        let order: Vec<usize> = (0..n).map(|k| if k % 2 == 0 { k / 2 } else { n - 1 - k / 2 }).collect();
+        Structure::new(column_start, row, &order).unwrap()
+    }
+
+    fn entries(structure: &Structure, diagonal: f64) -> Vec<f64> {
+        (0..structure.entries()).map(|k| if k % 2 == 0 { diagonal } else { -1.0 }).collect()
+    }
+
+    /// `A 1` is 1 at both ends and 0 between them, for `diagonal = 2`.
+    #[test]
+    fn a_chain_is_solved_and_one_that_buckles_is_not() {
+        let mut cholesky = Cholesky::new(structure()).unwrap();
+        let of = |diagonal| entries(&structure(), diagonal);
+        cholesky.entries_mut().copy_from_slice(&of(2.0));
+        cholesky.factorize().unwrap();
+        let mut b = vec![0.0; 40];
+        (b[0], b[39]) = (1.0, 1.0);
+        cholesky.solve(&mut b);
+        // The condition number is 4 / (pi / 41)^2 = 680.
+        assert!(b.iter().all(|x| (x - 1.0).abs() < 680.0 * 40.0 * f64::EPSILON), "{b:?}");
+        cholesky.entries_mut().copy_from_slice(&of(1.9));
+        assert_eq!(cholesky.factorize(), Err(NotPositiveDefinite));
+        cholesky.entries_mut().copy_from_slice(&of(f64::NAN));
+        assert_eq!(cholesky.factorize(), Err(NotPositiveDefinite));
+    }
+
+    /// Eigenvalues are `diagonal - 2 cos(j pi / 41)`: negative up to `j < 41/pi acos(diagonal / 2)`.
+    #[test]
+    fn negative_pivots_count_negative_eigenvalues() {
+        let structure = structure();
+        for diagonal in [2.1_f64, 1.9, 1.0, 0.1, -1.0] {
+            let negative =
+                (1..=40).filter(|j| diagonal < 2.0 * (f64::from(*j) * std::f64::consts::PI / 41.0).cos());
+            let counted = structure.negative_eigenvalues(&entries(&structure, diagonal));
+            assert_eq!(counted, Some(negative.count()), "{diagonal}");
+        }
+        assert_eq!(structure.negative_eigenvalues(&entries(&structure, f64::NAN)), None);
+    }
+}

@@ -1,0 +1,26 @@
+//! Factorisations of sparse and dense matrices of `f64`: faer behind plain functions and slices.
+//!
+//! Everything here is sequential: the parallel factorisations of faer do not give the same bits for any number
+//! of threads. Where a factor does not fit memory, the answer is `None`, not an abort.
+//!
+//! ```
+//! use pliant_sparse::{Cholesky, Structure};
+//!
+//! // [4 1; 1 3] by the columns of its lower triangle, eliminated in the order of its rows.
+//! let structure = Structure::new(vec![0, 2, 3], vec![0, 1, 1], &[0, 1]).ok_or("no memory")?;
+//! let mut cholesky = Cholesky::new(structure).ok_or("no memory")?;
+//! cholesky.entries_mut().copy_from_slice(&[4.0, 1.0, 3.0]);
+//! cholesky.factorize()?;
+//! let mut x = [1.0, 2.0];
+//! cholesky.solve(&mut x);
+//! assert!((x[0] - 1.0 / 11.0).abs() < 1e-15 && (x[1] - 7.0 / 11.0).abs() < 1e-15);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod cholesky;
+mod lu;
+mod symmetric;
+
+pub use cholesky::{Cholesky, NotPositiveDefinite, Structure};
+pub use lu::{Lu, SymbolicLu};
+pub use symmetric::{Eigen, symmetric_eigen};
