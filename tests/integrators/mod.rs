@@ -12,6 +12,7 @@ mod pendulum;
 mod prescribed_motion;
 mod retries;
 mod ring;
+mod spurious;
 mod stiff;
 mod three_bodies;
 mod tolerance;
