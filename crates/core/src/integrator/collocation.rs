@@ -149,6 +149,8 @@ impl Integrator for Collocation {
             self.next.v.copy_from_slice(&self.v[last]);
             force = system.force();
         }
+        // What is moved has moved, too.
+        system.prescribe(state.time + h, &mut self.next.x, &mut self.next.v);
         self.energy.end(system, state, h, &self.next, self.options.size)?;
         self.next.commit(system, state, h, force)
     }
