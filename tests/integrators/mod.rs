@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod balance;
+mod balance_orders;
 mod chain;
 mod gauss_radau;
 mod gravity_over_time;

@@ -13,7 +13,7 @@ use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 use crate::state::State;
 
-pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity};
+pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -40,6 +40,8 @@ pub struct System {
     walls: Vec<Wall>,
     /// Reckons what they take, where that is counted.
     wall_losses: Option<Box<WallLosses>>,
+    /// Whether the walls last applied put any vertex back.
+    put_back: bool,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
@@ -88,6 +90,7 @@ impl System {
             changes_with_time: false,
             walls: vec![],
             wall_losses: None,
+            put_back: false,
             ether_drag: 0.0,
             force: ForceId::NONE,
             force_evaluations: 0,
@@ -331,7 +334,14 @@ impl System {
             losses.after(self, from, h, x, v);
         }
         self.wall_losses = losses;
+        self.put_back = moved;
         moved
+    }
+
+    /// Whether the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and no
+    /// polynomial goes through states before and after.
+    pub(crate) fn walls_have_acted(&self) -> bool {
+        self.put_back
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
