@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Jump, Wall};
+use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
@@ -51,7 +52,7 @@ pub struct System {
     /// Energy of each term that came with that force [J]; empty if none was asked for.
     energies: Vec<Option<f64>>,
     /// Set from elsewhere where solves are to end, solved or not.
-    stop: Option<Arc<AtomicBool>>,
+    stop: Stop,
 }
 
 /// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
@@ -96,7 +97,7 @@ impl System {
             force_evaluations: 0,
             to_be_measured: false,
             energies: vec![],
-            stop: None,
+            stop: Stop::default(),
         }
     }
 
@@ -428,19 +429,24 @@ impl System {
         terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
     }
 
-    /// Solves end, solved or not, while this is set.
+    /// Ends solves and searches, done or not, while this is set.
     pub(crate) fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
-        self.stop = stop;
+        self.stop = Stop::new(stop);
     }
 
     /// Whether there is a flag that ends solves.
     pub(crate) fn can_be_stopped(&self) -> bool {
-        self.stop.is_some()
+        self.stop.is_there()
     }
 
     /// Whether solves are to end.
     pub(crate) fn is_stopped(&self) -> bool {
-        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+        self.stop.is_set()
+    }
+
+    /// The flag that ends solves, for those who do not see the system.
+    pub(crate) fn stop(&self) -> Stop {
+        self.stop.clone()
     }
 
     /// Says whether the states that come next will be measured.

@@ -87,6 +87,9 @@ impl<const D: usize> Eigen<D> {
         if mean <= 0.0 {
             return Err(ModesError::NoStiffness);
         }
+        if system.is_stopped() {
+            return Err(ModesError::Stopped);
+        }
         // Small problems are solved as a whole: an iteration may miss copies of an eigenvalue.
         let is_small = free_coordinates <= SMALL && !eigen.inertia.is_consistent();
         if count.is_some() && !is_small {
@@ -115,7 +118,9 @@ impl<const D: usize> Eigen<D> {
         };
         for tolerance in TOLERANCES {
             let allowed = |theta: f64| tolerance.max(RESIDUAL_ULPS * f64::EPSILON * largest * theta);
-            let found = lanczos::largest(&self.inertia, count, allowed, |b| cholesky.solve(b));
+            let (solve, is_stopped) = (|b: &mut [f64]| cholesky.solve(b), || system.is_stopped());
+            let found = lanczos::largest(&self.inertia, count, allowed, solve, is_stopped);
+            let found = found.ok_or(ModesError::Stopped)?;
             self.solves += found.solves;
             if found.pairs.len() < count {
                 let (found, solves) = (found.pairs.len(), self.solves);
@@ -139,6 +144,9 @@ impl<const D: usize> Eigen<D> {
 
     /// A factor of `K + shift M`.
     pub(super) fn shifted(&mut self, system: &System, shift: f64) -> Result<Cholesky, ModesError> {
+        if system.is_stopped() {
+            return Err(ModesError::Stopped);
+        }
         self.assemble(system, STIFFNESS);
         let mut matrix = self.assembler.matrix().clone();
         self.inertia.add_to(shift, &mut matrix);

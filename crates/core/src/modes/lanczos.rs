@@ -33,7 +33,8 @@ pub(super) struct Found {
 }
 
 /// The `count` largest eigenpairs of `A^-1 M`, `M` zero where nothing moves: those whose residual
-/// is at most `allowed(value)` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`.
+/// is at most `allowed(value)` times the eigenvalue. `solve` overwrites `b` by `A^-1 b`. `None` where
+/// `is_stopped`, which is asked before every solve, says so.
 ///
 /// A block of vectors finds no more copies of an eigenvalue than it has vectors: pairs that have converged count once new start vectors,
 /// and what the iteration makes of them, have left them as they were.
@@ -42,7 +43,8 @@ pub(super) fn largest<const D: usize>(
     count: usize,
     allowed: impl Fn(f64) -> f64,
     mut solve: impl FnMut(&mut [f64]),
-) -> Found {
+    is_stopped: impl Fn() -> bool,
+) -> Option<Found> {
     let free = mass.diagonal().iter().filter(|m| **m > 0.0).count();
     let most = free.min(20 * count + 200);
     // The basis q_k, and T q_k.
@@ -69,6 +71,9 @@ pub(super) fn largest<const D: usize>(
         }
         for q in &basis[first..] {
             let mut image = q.weighted.clone();
+            if is_stopped() {
+                return None;
+            }
             solve(&mut image);
             image.iter_mut().zip(mass.diagonal()).filter(|(_, m)| **m == 0.0).for_each(|(y, _)| *y = 0.0);
             images.push(image);
@@ -84,7 +89,7 @@ pub(super) fn largest<const D: usize>(
         // has vectors, new ones are tried.
         let exhausted = basis.len() == most || basis.len() == first && seed == seeds;
         if exhausted || pairs.len() == count && is_confirmed(&converged, &values, basis.len()) {
-            return Found { pairs, solves: images.len() };
+            return Some(Found { pairs, solves: images.len() });
         }
         let is_old = |(_, size): &(_, usize)| basis.len() >= size + CONFIRMING * BLOCK;
         if pairs.len() == count && converged.as_ref().is_none_or(is_old) {
