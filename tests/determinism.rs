@@ -57,7 +57,7 @@ fn solids_give_the_same_bits_on_any_number_of_threads() {
         let elastic = isotropic(name, 1e5, 0.4);
         // The fastest motion is that of a few cells.
         let few = Solid::grid(&vec![2; d], &vec![0.2; d], elastic.clone());
-        let h = 0.3 * few.simulation(method("velocity-verlet"), 1.0).stability_limit(1.0).step;
+        let h = 0.3 * few.simulation(method("velocity-verlet"), 1.0).stability_limit(1.0).unwrap().step;
         let mut solid = Solid::grid(cells, size, elastic);
         solid.pin = at_zero(d, 0);
         solid.gravity = Some(vec![0.3; d]);

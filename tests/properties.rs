@@ -171,7 +171,7 @@ proptest! {
         solid.mass = json!({ "density": 1e3 });
         // Models that are not invariant push, but a sum they have not.
         for method in methods() {
-            let limit = solid.simulation(method, 1.0).stability_limit(1.0).frequency;
+            let limit = solid.simulation(method, 1.0).stability_limit(1.0).unwrap().frequency;
             let mut simulation = solid.simulation(method, 0.1 / limit);
             solve_to_rounding(&mut simulation);
             let w = sample.angle;

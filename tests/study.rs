@@ -67,7 +67,7 @@ fn error_at_end(results: &Results, scheme: &str, step: f64) -> f64 {
     record.errors.last().unwrap().q_rms
 }
 
-/// Checks errors at the end of runs in so many steps, which the plan has divided by `part`.
+/// Checks errors at the end of runs in so many steps, which the study has divided by `part`.
 fn errors_are(source: &Source, duration: f64, rows: &[(&str, &[(f64, f64)])], part: f64) {
     for (scheme, expected) in rows {
         let steps: Vec<f64> = expected.iter().map(|(count, _)| duration / count).collect();
@@ -125,7 +125,7 @@ fn reference(name: &str, duration: f64, vertex: usize) -> (Vec<f64>, f64) {
     (place.to_vec(), reference.error)
 }
 
-/// Name, time, vertex, place, how well the plan knows it [m], how well the reference is to know itself.
+/// Name, time, vertex, place, how well docs/verification.md knows it [m], how well the reference is to know itself.
 type Case<'a> = (&'a str, f64, usize, &'a [f64], f64, f64);
 
 // A2, A5, C13: closed forms and references of other codes.

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod balance;
+mod balance_orders;
 mod chain;
 mod gauss_radau;
 mod gravity_over_time;
@@ -12,6 +13,7 @@ mod pendulum;
 mod prescribed_motion;
 mod retries;
 mod ring;
+mod spurious;
 mod stiff;
 mod three_bodies;
 mod tolerance;

@@ -55,7 +55,7 @@ fn explicit_schemes_hold_the_stiff_pendulum_below_their_limit_and_report_above()
         assert!(error < 1e-6, "{name} is off by {error:e}");
 
         let mut simulation = spring_pendulum(method(name), 1e6, above);
-        let limit = simulation.stability_limit(10.0).step;
+        let limit = simulation.stability_limit(10.0).unwrap().step;
         assert!(below < limit && limit < above, "{name}: the limit {limit:e} is between the two");
         let summary = run_watched(&mut simulation, 10.0, 60.0);
         let Outcome::Failed(error) = summary.outcome else {

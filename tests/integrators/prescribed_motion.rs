@@ -149,7 +149,7 @@ fn single_coordinates_are_held() {
 fn the_stability_limit_is_that_after_the_release() {
     let limit = |until: f64| {
         let mut simulation = on_a_spring(IntegratorSpec::VelocityVerlet, 0.01, |hold, _| hold.until(until));
-        simulation.stability_limit(1.0).frequency
+        simulation.stability_limit(1.0).unwrap().frequency
     };
     assert!((limit(f64::INFINITY) - OMEGA).abs() < 1e-6);
     assert!((limit(0.3) - (STIFFNESS * 1.5_f64).sqrt()).abs() < 1e-6);

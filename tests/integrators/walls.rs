@@ -91,6 +91,22 @@ fn what_falls_on_a_floor_loses_its_energy_of_arrival_by_every_scheme() {
     }
 }
 
+/// By schemes of several steps too: velocities from before the impact would throw it up again.
+#[test]
+fn what_has_fallen_on_a_floor_stays_there() {
+    // By forward Euler what rests falls for a step before it is put back.
+    for method in methods().filter(|method| method.documentation.name != "forward-euler") {
+        let mut simulation = mass(method, 0.01, [[0.0, 0.7], [3.0, 0.0]], FLOOR, "");
+        advance(&mut simulation, 39);
+        for _ in 0..20 {
+            advance(&mut simulation, 1);
+            let (height, speed) = (simulation.positions()[1], simulation.velocities()[1]);
+            let name = method.documentation.name;
+            assert!(height.abs() < 1e-15 && speed == 0.0, "{name}: {height} m, {speed} m/s");
+        }
+    }
+}
+
 /// On a slope of 3 to 4, where the wall pushes and nothing is lost.
 #[test]
 fn what_slides_down_a_slope_loses_nothing_by_any_scheme() {

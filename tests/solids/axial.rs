@@ -63,7 +63,7 @@ fn consistent_frequency<const D: usize, const N: usize>(solid: &Solid) -> f64 {
     (u.dot(&(&stiffness * &u)) / u.dot(&(&mass * &u))).sqrt() / TAU
 }
 
-/// The frequency [Hz] of the mode `j` of a line of `n` elements of this order with consistent masses. Linear: the formula of the plan.
+/// The frequency [Hz] of the mode `j` of a line of `n` elements of this order with consistent masses. Linear: the formula of C7.
 /// Quadratic: the matrices `E/3h [7 1 -8; 1 7 -8; -8 -8 16]` and `rho h/30 [4 -1 2; -1 4 2; 2 2 16]`, the node in the middle eliminated,
 /// give `a + b cos kh = 0` in `(omega h / c)^2`.
 fn line_frequency(order: u8, n: usize, j: usize) -> f64 {
@@ -91,8 +91,8 @@ fn line_frequency(order: u8, n: usize, j: usize) -> f64 {
 #[test]
 fn the_first_axial_frequency_is_between_that_of_the_continuum_and_that_of_a_line_of_elements() {
     let exact = speed() / (4.0 * LENGTH);
-    assert_relative(exact, 0.790_569_415_042_094_8, 1e-14, "the plan's number");
-    assert_relative(line_frequency(1, 10, 1), 0.791_382_435_390_347_9, 1e-14, "the plan's number");
+    assert_relative(exact, 0.790_569_415_042_094_8, 1e-14, "C7");
+    assert_relative(line_frequency(1, 10, 1), 0.791_382_435_390_347_9, 1e-14, "C7");
     for (dimension, order) in ELEMENTS {
         for n in [10, 20] {
             let solid = bar(dimension, order, n);

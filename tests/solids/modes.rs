@@ -51,7 +51,7 @@ fn the_axial_frequencies_of_a_lumped_bar_are_those_of_a_chain() {
             let k = f64::from(2 * j - 1) * PI / 20.0;
             let expected = 2.0 * c / h * (0.5 * k * h).sin() / TAU;
             if j == 1 {
-                assert_relative(expected, 0.789_756_894_082_592_2, 1e-14, "the plan's number");
+                assert_relative(expected, 0.789_756_894_082_592_2, 1e-14, "C7");
             }
             let nearest = axial.iter().fold(0.0, |best: f64, f| {
                 if (f - expected).abs() < (best - expected).abs() { *f } else { best }
@@ -102,7 +102,7 @@ fn the_largest_frequency_is_that_of_an_independent_code_in_every_material() {
             let (eigenvalues, ..) = modes(&solid);
             let dense = eigenvalues.iter().fold(0.0f64, |m, e| m.max(*e)).sqrt();
             assert_relative(dense, expected, 1e-11, &format!("{name}, dense"));
-            let lanczos = solid.probe().0.stability_limit(1.0).frequency;
+            let lanczos = solid.probe().0.stability_limit(1.0).unwrap().frequency;
             assert_relative(lanczos, expected, 1e-11, &format!("{name}, Lanczos"));
         }
     }

@@ -69,7 +69,7 @@ fn sunk(kind: Kind, n: usize, poisson: f64) -> f64 {
     1.0 - simulation.state().x()[3 * top + 2]
 }
 
-// C11 in 3D, where the plan has no figure: quadratic elements on the same cells are the measure.
+// C11 in 3D, where docs/verification.md has no figure: quadratic elements on the same cells are the measure.
 #[test]
 fn nodally_integrated_tetrahedra_do_not_lock() {
     let quadratic = sunk(Kind::Order(2), 4, 0.4999);

@@ -104,7 +104,7 @@ fn quadratic_triangles_do_not_lock() {
         assert!((quadratic / converged - 1.0).abs() < 0.05, "nu = {poisson}: {quadratic:e}");
         if let Some(expected) = expected {
             assert_relative(quadratic, expected, 2e-4, "quadratic, 20 x 2");
-            // Locked; the last digits depend on how the diagonals run, 0.0399e-3 with those of the plan.
+            // Locked; the last digits depend on how the diagonals run, 0.0399e-3 with those of C11.
             assert_relative(linear, 0.0399e-3, 2e-2, "linear, 20 x 2");
         }
     }

@@ -1,17 +1,17 @@
 //! Ctrl-C, SIGTERM and SIGHUP: the first asks the run to end well, the second ends the program.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use crate::failure::{Failure, Status};
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// The flag that signals set. Signals are caught from the first call on.
 ///
 /// # Errors
 /// The system does not let the program catch them.
-pub(crate) fn flag() -> Result<&'static AtomicBool, Failure> {
+pub(crate) fn flag() -> Result<&'static Arc<AtomicBool>, Failure> {
     static RESULT: OnceLock<Result<(), String>> = OnceLock::new();
     let result = RESULT.get_or_init(|| ctrlc::set_handler(interrupt).map_err(|error| error.to_string()));
     match result {

@@ -8,6 +8,31 @@ use std::time::Duration;
 /// How often it is looked whether the time is over.
 const LOOK: Duration = Duration::from_millis(10);
 
+/// Flag that ends work in progress once it is set; without one, nothing does.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stop(Option<Arc<AtomicBool>>);
+
+impl Stop {
+    pub(crate) fn new(flag: Option<Arc<AtomicBool>>) -> Self {
+        Stop(flag)
+    }
+
+    /// Whether there is a flag.
+    pub(crate) fn is_there(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Whether work is to end.
+    pub(crate) fn is_set(&self) -> bool {
+        self.0.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+}
+
+/// Work that ended because it was asked to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("stopped before it was done")]
+pub struct Stopped;
+
 /// Does `work` with a flag that is set as soon as `over` says so, which is asked every ten milliseconds on a thread of its own: a single
 /// step, or a solve in it, can take longer than there is time.
 pub(crate) fn until<T>(over: impl Fn() -> bool + Sync, work: impl FnOnce(&Arc<AtomicBool>) -> T) -> T {

@@ -378,7 +378,7 @@ mod tests {
     use crate::state::State;
     use crate::system::System;
 
-    // issue 3, design.md 5: what is the same for all vertices is added in the order of their components, to the last of them.
+    // The same acceleration of all vertices is added in the order of their components, to the last of them.
     #[test]
     fn every_component_falls_by_its_own_acceleration_whatever_its_mass() {
         let gravity = [1.5, -9.75, 0.375];

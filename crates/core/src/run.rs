@@ -179,10 +179,13 @@ impl Run<'_, '_> {
         if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
     }
 
-    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless something else may
-    /// end them already.
+    /// Lets steps and solves that have begun end as well once `interrupt` is set, unless the simulation has a
+    /// flag of its own. A thread looks for them, but for steps that none of them is long in.
     fn go_until(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
-        if self.simulation.system().can_be_stopped() {
+        let simulation = &self.simulation;
+        let method = simulation.method();
+        let is_brief = !method.iterates() && simulation.step_control().is_none();
+        if is_brief || simulation.system().can_be_stopped() {
             return self.go(plan, interrupt);
         }
         let outcome = until(

@@ -12,6 +12,7 @@ mod statics;
 mod tests;
 mod work;
 
+pub use crate::deadline::Stopped;
 pub use error::{Retried, StepError};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
@@ -21,6 +22,8 @@ pub use statics::{Extreme, StaticState};
 pub use work::Work;
 
 use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use crate::constraint::Jump;
 use crate::control::Controller;
@@ -496,15 +499,28 @@ impl Simulation {
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
     /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
-    pub fn stability_limit(&mut self, duration: f64) -> StabilityLimit {
+    ///
+    /// # Errors
+    /// [`Stopped`] by the flag of [`set_stop`](Self::set_stop).
+    pub fn stability_limit(&mut self, duration: f64) -> Result<StabilityLimit, Stopped> {
         // What is let go later is free to oscillate then, and the highest frequency is higher for it.
         let (x, v) = (self.state.x(), self.state.v());
         let modes = self.system.once_released(|system| mode_range(system, x, v));
+        if self.system.is_stopped() {
+            return Err(Stopped);
+        }
         let limit = stability_limit(&self.method, &modes, self.system.ether_drag(), duration);
         if self.state.step == 0 {
             self.stability = Some(limit);
         }
-        limit
+        Ok(limit)
+    }
+
+    /// Ends steps, solves, searches for modes and for the stability limit once this flag is set, solved or
+    /// not: the state is then that before the step. It is looked at directly, in every iteration. `None`:
+    /// nothing ends them.
+    pub fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
+        self.system.set_stop(stop);
     }
 
     /// Bytes held: the state, the system, the scheme's scratch memory.

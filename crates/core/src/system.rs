@@ -8,12 +8,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use crate::constraint::{Hold, Jump, Wall};
+use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 use crate::state::State;
 
-pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity};
+pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -40,6 +41,8 @@ pub struct System {
     walls: Vec<Wall>,
     /// Reckons what they take, where that is counted.
     wall_losses: Option<Box<WallLosses>>,
+    /// Whether the walls last applied put any vertex back.
+    put_back: bool,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
@@ -49,7 +52,7 @@ pub struct System {
     /// Energy of each term that came with that force [J]; empty if none was asked for.
     energies: Vec<Option<f64>>,
     /// Set from elsewhere where solves are to end, solved or not.
-    stop: Option<Arc<AtomicBool>>,
+    stop: Stop,
 }
 
 /// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
@@ -88,12 +91,13 @@ impl System {
             changes_with_time: false,
             walls: vec![],
             wall_losses: None,
+            put_back: false,
             ether_drag: 0.0,
             force: ForceId::NONE,
             force_evaluations: 0,
             to_be_measured: false,
             energies: vec![],
-            stop: None,
+            stop: Stop::default(),
         }
     }
 
@@ -331,7 +335,14 @@ impl System {
             losses.after(self, from, h, x, v);
         }
         self.wall_losses = losses;
+        self.put_back = moved;
         moved
+    }
+
+    /// Whether the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and no
+    /// polynomial goes through states before and after.
+    pub(crate) fn walls_have_acted(&self) -> bool {
+        self.put_back
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.
@@ -418,19 +429,24 @@ impl System {
         terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
     }
 
-    /// Solves end, solved or not, while this is set.
+    /// Ends solves and searches, done or not, while this is set.
     pub(crate) fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
-        self.stop = stop;
+        self.stop = Stop::new(stop);
     }
 
     /// Whether there is a flag that ends solves.
     pub(crate) fn can_be_stopped(&self) -> bool {
-        self.stop.is_some()
+        self.stop.is_there()
     }
 
     /// Whether solves are to end.
     pub(crate) fn is_stopped(&self) -> bool {
-        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+        self.stop.is_set()
+    }
+
+    /// The flag that ends solves, for those who do not see the system.
+    pub(crate) fn stop(&self) -> Stop {
+        self.stop.clone()
     }
 
     /// Says whether the states that come next will be measured.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use pliant::diagnostics::Diagnostics;
@@ -178,8 +178,9 @@ impl Simulation {
         let bar = progress.then(|| module.call_method1("Progress", (now, until))).transpose()?;
         let functions: Vec<Py<PyAny>> = bar.iter().map(|bar| bar.clone().unbind()).chain(callback).collect();
         let callback = (!functions.is_empty()).then(|| Callback { functions, raised: Mutex::new(None) });
-        let stop = AtomicBool::new(false);
+        let stop = Arc::new(AtomicBool::new(false));
         let simulation = &mut inner.simulation;
+        simulation.set_stop(Some(Arc::clone(&stop)));
         let work = || {
             let mut shown = callback.as_ref();
             let mut observers: Vec<&mut dyn Observer> = vec![];
@@ -190,7 +191,9 @@ impl Simulation {
         // A signal ends the run well: the file is finished before its exception is raised.
         let mut signal = None;
         let started = Instant::now();
-        let summary = threads::interruptible(py, &stop, &mut signal, work)?;
+        let summary = threads::interruptible(py, &stop, &mut signal, work);
+        inner.simulation.set_stop(None);
+        let summary = summary?;
         let slow = inner.additions.slowness(started.elapsed());
         if let Some(bar) = bar {
             bar.call_method0("close")?;

@@ -5,6 +5,7 @@ mod probes;
 mod statics;
 
 use std::io::IsTerminal;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pliant::assembly::{Report, UnstableStep};
@@ -56,6 +57,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
         observers.extend(table.as_mut().map(|table| table as &mut dyn Observer));
         observers.extend(progress.as_mut().map(|progress| progress as &mut dyn Observer));
         run::count_losses_for(simulation, &observers);
+        simulation.set_stop(Some(Arc::clone(interrupted)));
         run::run(simulation, &plan, &mut observers, interrupted)
     };
     let wall = started.elapsed();

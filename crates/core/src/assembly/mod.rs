@@ -162,7 +162,9 @@ fn assemble<const D: usize, const N: usize>(
     // A scheme that is stable at any step is looked at only by who wants to look.
     let limited = scene.time.step.is_some() && simulation.method().documentation.stability_limit.is_finite();
     let stability = (limited || unstable == UnstableStep::Accept)
-        .then(|| simulation.stability_limit(scene.time.duration));
+        .then(|| simulation.stability_limit(scene.time.duration))
+        // Nothing stops a simulation that is being made.
+        .and_then(Result::ok);
     if unstable == UnstableStep::Refuse
         && let Some(stability) = &stability
         && let Some(problem) = scene.unstable_step(stability)

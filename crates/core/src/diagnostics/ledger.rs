@@ -5,7 +5,7 @@ mod equilibrium;
 use super::Balance;
 use super::integral::Integral;
 use crate::energy::EnergyTerm;
-use crate::system::{Flows, ForceId, Looked, System, WallLoss, feeds, is_changing_gravity};
+use crate::system::{Flows, ForceId, Looked, System, WallLoss, feeds, is_changing_gravity, power_of_motion};
 use equilibrium::Equilibrium;
 
 /// Keeps a [`Balance`].
@@ -57,7 +57,7 @@ impl Ledger {
         }
         system.count_walls(walls);
         let motion = moves.then(|| {
-            let (power, kinetic) = motion(system, x, v);
+            let (power, kinetic) = power_of_motion(system, x, v);
             Motion { power: Integral::new(power), kinetic, less: kinetic }
         });
         let flows = Flows::of(system, looked, x, v);
@@ -86,13 +86,17 @@ impl Ledger {
 
     /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force.
     pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64]) {
+        let wall_loss = system.take_wall_loss();
         if let Some(own) = &mut self.motion {
-            let (power, kinetic) = motion(system, x, v);
-            own.power.advance(h, power);
+            let (power, kinetic) = power_of_motion(system, x, v);
+            own.power.advance(h, wall_loss.map_or(power, |loss| loss.motion));
+            if wall_loss.is_some() {
+                own.power.jump(power);
+            }
             own.kinetic = kinetic;
         }
         let flows = Flows::of(system, self.looked, x, v);
-        let Some(WallLoss { energy, flows: before, not_done }) = system.take_wall_loss() else {
+        let Some(WallLoss { energy, flows: before, not_done, .. }) = wall_loss else {
             self.each(flows, |integral, rate| integral.advance(h, rate));
             return;
         };
@@ -132,7 +136,7 @@ impl Ledger {
     /// Goes on from the same state after some of what was held has been let go.
     pub(crate) fn release(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
         if let Some(own) = &mut self.motion {
-            let (power, kinetic) = motion(system, x, v);
+            let (power, kinetic) = power_of_motion(system, x, v);
             // What flies on takes its energy along.
             own.less -= own.kinetic - kinetic;
             own.kinetic = kinetic;
@@ -176,26 +180,4 @@ impl Ledger {
 /// Potential energy [J] of what [`feeds`], and of gravity that changes; loads without a potential have none.
 fn changing(system: &mut System, x: &[f64]) -> [f64; 2] {
     [system.potential_of(feeds, x), system.potential_of(is_changing_gravity, x)]
-}
-
-/// The power of prescribed motion [W], but for what it gives to the kinetic energy of what moves; and that [J].
-fn motion(system: &mut System, x: &[f64], v: &[f64]) -> (f64, f64) {
-    let (mut power, mut kinetic) = (0.0, 0.0);
-    let (d, drag) = (system.dimension(), system.ether_drag());
-    if system.has_prescribed_motion() && system.is_damped() {
-        // What moves carries its part of these forces, as they are now.
-        system.evaluate_dissipation(x, v);
-    }
-    for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
-        let axes = hold.axes();
-        system.visit_gradient(hold.vertices(), |vertex, gradient| {
-            let m = system.mass()[vertex];
-            for c in (0..d).filter(|c| axes[*c]) {
-                let v = v[vertex * d + c];
-                power += (gradient[c] + drag * m * v) * v;
-                kinetic += 0.5 * m * v * v;
-            }
-        });
-    }
-    (power, kinetic)
 }

@@ -85,7 +85,11 @@ impl Integrator for Alpha {
         }
         let end = self.advance(system, state, h);
         if end.is_ok() {
-            self.known = Some(system.structure());
+            // Where walls have put vertices back, the acceleration is that of places beyond them. One that
+            // is of this very time is taken from the force anew.
+            let AlphaCoefficients { alpha_m, alpha_f, .. } = self.coefficients;
+            let is_elsewhere = system.walls_have_acted() && alpha_m == alpha_f;
+            self.known = (!is_elsewhere).then(|| system.structure());
             self.size = h;
         } else {
             // A step that fails leaves the memory as it was.

@@ -75,6 +75,8 @@ pub struct Bdf2 {
     after: Next,
     /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
+    /// Whether walls put vertices back at its end: history that has velocities before and after makes them bounce.
+    jumped: bool,
     z: Vec<f64>,
     w: Vec<f64>,
     acceleration: Vec<f64>,
@@ -97,6 +99,7 @@ impl Bdf2 {
             before: Next::new(unknowns),
             after: Next::new(unknowns),
             step: None,
+            jumped: false,
             z: vec![0.0; unknowns],
             w: vec![0.0; unknowns],
             acceleration: vec![0.0; unknowns],
@@ -111,14 +114,18 @@ impl Bdf2 {
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
         self.step = Some((h, system.structure()));
+        self.jumped = false;
+    }
+
+    /// Whether `before` is the history of `state`.
+    fn has_led_to(&self, state: &State) -> bool {
+        !self.jumped && *self.after.x == *state.x() && *self.after.v == *state.v()
     }
 }
 
 impl Integrator for Bdf2 {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
-        let known = self.step == Some((h, system.structure()))
-            && *self.after.x == *state.x()
-            && *self.after.v == *state.v();
+        let known = self.step == Some((h, system.structure())) && self.has_led_to(state);
         std::mem::swap(&mut self.before, &mut self.older);
         self.before.x.copy_from_slice(state.x());
         self.before.v.copy_from_slice(state.v());
@@ -126,6 +133,7 @@ impl Integrator for Bdf2 {
         if end.is_ok() {
             self.started = !known;
             self.remember(system, state, h);
+            self.jumped = system.walls_have_acted();
         } else {
             // A step that fails leaves the memory as it was.
             std::mem::swap(&mut self.before, &mut self.older);
@@ -144,12 +152,11 @@ impl Integrator for Bdf2 {
         self.after.x.copy_from_slice(state.x());
         self.after.v.copy_from_slice(state.v());
         self.step = if self.started { None } else { step };
+        self.jumped = false;
     }
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
-        let known = self.step.is_some_and(|(_, set)| set == system.structure())
-            && *self.after.x == *state.x()
-            && *self.after.v == *state.v();
+        let known = self.step.is_some_and(|(_, set)| set == system.structure()) && self.has_led_to(state);
         if known { [&self.before.x[..], &self.before.v].concat() } else { vec![] }
     }
 

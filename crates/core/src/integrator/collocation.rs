@@ -9,6 +9,9 @@
 //!
 //! They are solved by Newton's method with a sparse LU factorisation, for the matrix is not symmetric. Hairer, Wanner 1996, *Solving
 //! Ordinary Differential Equations II*, section IV.8.
+
+mod energy;
+
 use super::Integrator;
 use super::implicit::Next;
 use crate::solver::StepFault;
@@ -16,6 +19,7 @@ use crate::solver::coupled::{CoupledNewton, Stages, coupled_newton};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
+use energy::StageEnergy;
 
 /// A Butcher tableau without zeros; the nodes are the sums of the rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +43,7 @@ pub struct Collocation {
     /// Positions and accelerations of one stage.
     at: Vec<f64>,
     acceleration: Vec<f64>,
+    energy: StageEnergy,
     next: Next,
 }
 
@@ -51,6 +56,7 @@ impl Collocation {
         let stages = vec![vec![0.0; unknowns]; tableau.b.len()];
         Collocation {
             inverse: inverse(tableau.a),
+            energy: StageEnergy::new(&tableau),
             tableau,
             options,
             newton: None,
@@ -93,6 +99,8 @@ fn inverse(a: &[&[f64]]) -> Vec<Vec<f64>> {
 impl Integrator for Collocation {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let CollocationTableau { a, b } = self.tableau;
+        let last = b.len() - 1;
+        let is_last_the_end = a[last] == b;
         let nodes: Vec<f64> = a.iter().map(|row| row.iter().sum()).collect();
         let times: Vec<f64> = nodes.iter().map(|c| state.time + c * h).collect();
         for (i, time) in times.iter().enumerate() {
@@ -111,35 +119,39 @@ impl Integrator for Collocation {
         let newton = self.newton.get_or_insert_with(|| coupled_newton(system.dimension(), self.options));
         let stages = Stages { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
         newton.solve(system, &stages, &mut self.z, &mut self.v)?;
-        let last = b.len() - 1;
-        let mut force = ForceId::NONE;
-        if a[last] == b {
-            for ((x, from), z) in self.next.x.iter_mut().zip(state.x()).zip(&self.z[last]) {
-                *x = from + z;
+        self.energy.begin(system, state);
+        // By the forces at the stages, not by quotients of what they are away: increments of the velocity are small beside it.
+        self.next.x.copy_from_slice(state.x());
+        self.next.v.copy_from_slice(state.v());
+        let drag = system.ether_drag();
+        for (i, b) in b.iter().enumerate() {
+            self.at.clear();
+            self.at.extend(state.x().iter().zip(&self.z[i]).map(|(x, z)| x + z));
+            system.set_time(times[i]);
+            if system.evaluate(&self.at).is_none() {
+                return Err(StepFault::at(system, &self.at, &self.v[i]));
             }
-            self.next.v.copy_from_slice(&self.v[last]);
-            force = system.force();
-        } else {
-            // By the forces at the stages, not by quotients of what they are away: increments of the velocity are small beside it.
-            self.next.x.copy_from_slice(state.x());
-            self.next.v.copy_from_slice(state.v());
-            let drag = system.ether_drag();
-            for (i, b) in b.iter().enumerate() {
-                self.at.clear();
-                self.at.extend(state.x().iter().zip(&self.z[i]).map(|(x, z)| x + z));
-                system.set_time(times[i]);
-                if system.evaluate(&self.at).is_none() {
-                    return Err(StepFault::at(system, &self.at, &self.v[i]));
-                }
-                system.evaluate_dissipation(&self.at, &self.v[i]);
-                system.accelerations(&mut self.acceleration);
-                let weight = system.inverse_mass();
-                for n in (0..weight.len()).filter(|n| weight[*n] > 0.0) {
-                    self.next.x[n] += h * b * self.v[i][n];
-                    self.next.v[n] += h * b * (self.acceleration[n] - drag * self.v[i][n]);
-                }
+            self.energy.stage(system, h * b, &self.v[i]);
+            if is_last_the_end {
+                continue;
+            }
+            system.evaluate_dissipation(&self.at, &self.v[i]);
+            system.accelerations(&mut self.acceleration);
+            let weight = system.inverse_mass();
+            for n in (0..weight.len()).filter(|n| weight[*n] > 0.0) {
+                self.next.x[n] += h * b * self.v[i][n];
+                self.next.v[n] += h * b * (self.acceleration[n] - drag * self.v[i][n]);
             }
         }
+        let mut force = ForceId::NONE;
+        if is_last_the_end {
+            self.next.x.copy_from_slice(&self.at);
+            self.next.v.copy_from_slice(&self.v[last]);
+            force = system.force();
+        }
+        // What is moved has moved, too.
+        system.prescribe(state.time + h, &mut self.next.x, &mut self.next.v);
+        self.energy.end(system, state, h, &self.next, self.options.size)?;
         self.next.commit(system, state, h, force)
     }
 
@@ -154,6 +166,7 @@ impl Integrator for Collocation {
     fn bytes(&self) -> usize {
         16 * self.z.len() * self.next.x.len()
             + self.next.bytes()
+            + self.energy.bytes()
             + self.newton.as_ref().map_or(0, |newton| newton.bytes())
     }
 

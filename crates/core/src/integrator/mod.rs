@@ -191,6 +191,11 @@ impl Method {
         self.scheme == Scheme::QuasiStatic
     }
 
+    /// Whether a step takes as many iterations as it needs, and may be long.
+    pub fn iterates(&self) -> bool {
+        self.documentation.solves > 0 || matches!(self.scheme, Scheme::GaussRadau(_))
+    }
+
     /// Whether steps can follow the error.
     pub fn is_adaptive(&self) -> bool {
         self.error_exponent().is_some()

@@ -90,6 +90,9 @@ impl<const D: usize> Eigen<D> {
         if mean <= 0.0 {
             return Err(ModesError::NoStiffness);
         }
+        if system.is_stopped() {
+            return Err(ModesError::Stopped);
+        }
         if count.is_some() {
             eigen.lowest(system, asked, mean, largest)?;
         } else if free_coordinates > dense::MOST {
@@ -116,7 +119,7 @@ impl<const D: usize> Eigen<D> {
         };
         let bound = |tolerance| Bound { tolerance, rounding: RESIDUAL_ULPS * f64::EPSILON * largest };
         let mut by = Transformation { shift, cholesky, bound: bound(TOLERANCES[0]), largest };
-        let mut search = Lanczos::new(&self.inertia, count);
+        let mut search = Lanczos::new(&self.inertia, count, system.stop());
         self.pairs = self.converged(&mut search, &mut by)?;
         self.solves += search.solves();
         let Some((first, _)) = self.pairs.iter().find(|(square, _)| *square > 0.0) else {
@@ -130,7 +133,7 @@ impl<const D: usize> Eigen<D> {
             bound: bound(TOLERANCES[1]),
             largest,
         };
-        let mut search = Lanczos::new(&self.inertia, count);
+        let mut search = Lanczos::new(&self.inertia, count, system.stop());
         loop {
             self.pairs = self.converged(&mut search, &mut by)?;
             let missing = self.missing(&by)?;
@@ -154,6 +157,7 @@ impl<const D: usize> Eigen<D> {
     ) -> Result<Vec<(f64, lanczos::Pair)>, ModesError> {
         let bound = by.bound;
         let found = search.run(|theta| bound.at(theta), |b| by.cholesky.solve(b));
+        let found = found.ok_or(ModesError::Stopped)?;
         if found.len() < search.count() {
             let (found, solves) = (found.len(), self.solves + search.solves());
             return Err(ModesError::NotConverged { found, asked: search.count(), solves });
@@ -186,6 +190,9 @@ impl<const D: usize> Eigen<D> {
 
     /// A factor of `K + shift M`.
     pub(super) fn shifted(&mut self, system: &System, shift: f64) -> Result<Cholesky, ModesError> {
+        if system.is_stopped() {
+            return Err(ModesError::Stopped);
+        }
         self.assemble(system, STIFFNESS);
         let mut matrix = self.assembler.matrix().clone();
         self.inertia.add_to(shift, &mut matrix);

@@ -5,6 +5,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use super::inertia::Inertia;
+use crate::deadline::Stop;
 use crate::solver::conjugate_gradients::dot;
 
 /// Vectors in a block.
@@ -44,10 +45,12 @@ pub(super) struct Lanczos<'a, const D: usize> {
     starts: usize,
     /// Size of the basis before its last block.
     last: usize,
+    /// Ends the iteration between solves.
+    stop: Stop,
 }
 
 impl<'a, const D: usize> Lanczos<'a, D> {
-    pub(super) fn new(mass: &'a Inertia<D>, count: usize) -> Self {
+    pub(super) fn new(mass: &'a Inertia<D>, count: usize, stop: Stop) -> Self {
         let free = mass.diagonal().iter().filter(|m| **m > 0.0).count();
         let most = free.min(20 * count + 200);
         Lanczos {
@@ -60,6 +63,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
             random: Pcg64::new(GENERATOR[0], GENERATOR[1]),
             starts: 4 * BLOCK + most,
             last: 0,
+            stop,
         }
     }
 
@@ -80,26 +84,30 @@ impl<'a, const D: usize> Lanczos<'a, D> {
 
     /// Goes on from new start vectors until the `count` largest pairs have residuals of at most
     /// `allowed(value)` times the eigenvalue, or no direction is left; the pairs that have, largest first.
-    /// `solve` overwrites `b` by `A^-1 b`.
+    /// `solve` overwrites `b` by `A^-1 b`. `None` where it is stopped.
     pub(super) fn run(
         &mut self,
         allowed: impl Fn(f64) -> f64,
         mut solve: impl FnMut(&mut [f64]),
-    ) -> Vec<Pair> {
-        self.extend(vec![], &mut solve);
+    ) -> Option<Vec<Pair>> {
+        self.extend(vec![], &mut solve)?;
         loop {
             let images = self.images[self.last..].to_vec();
-            self.extend(images, &mut solve);
+            self.extend(images, &mut solve)?;
             let pairs = self.ritz(&allowed);
             if pairs.len() == self.count || self.is_exhausted() {
-                return pairs;
+                return Some(pairs);
             }
         }
     }
 
     /// Adds a block to the basis: of these candidates, and of start vectors where they are too few, as where
-    /// the last block lay in the basis already.
-    fn extend(&mut self, mut candidates: Vec<Vec<f64>>, solve: &mut impl FnMut(&mut [f64])) {
+    /// the last block lay in the basis already. `None` where it is stopped.
+    fn extend(
+        &mut self,
+        mut candidates: Vec<Vec<f64>>,
+        solve: &mut impl FnMut(&mut [f64]),
+    ) -> Option<()> {
         while candidates.len() < BLOCK && self.starts > 0 {
             candidates.push(start(self.mass.diagonal(), &mut self.random));
             self.starts -= 1;
@@ -114,6 +122,9 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         }
         for q in &self.basis[self.last..] {
             let mut image = q.weighted.clone();
+            if self.stop.is_set() {
+                return None;
+            }
             solve(&mut image);
             let held = self.mass.diagonal().iter().map(|m| *m == 0.0);
             image.iter_mut().zip(held).filter(|(_, held)| *held).for_each(|(y, _)| *y = 0.0);
@@ -124,6 +135,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
             let half = |i: usize, j: usize| 0.5 * dot(&self.basis[i].weighted, &self.images[j]);
             self.projected.push((0..=i).map(|j| half(i, j) + half(j, i)).collect());
         }
+        Some(())
     }
 
     /// The `count` largest Ritz pairs, as long as they have converged.

@@ -126,6 +126,9 @@ pub enum ModesError {
         /// Coordinates that can move.
         free: usize,
     },
+    /// The search was asked to end.
+    #[error("stopped before the modes were found")]
+    Stopped,
     /// The iteration ended early.
     #[error("only {found} of {asked} modes converged in {solves} solves")]
     NotConverged {

@@ -26,7 +26,7 @@ fn go(simulation: &mut Simulation, steps: usize) {
     (0..steps).for_each(|_| simulation.step().unwrap());
 }
 
-// lecture 21: reset, and what design.md says of state and time. Before, at, and after the step at which a pin lets go.
+// lecture 21: reset. Before, at, and after the step at which a pin lets go.
 #[test]
 fn going_back_goes_on_with_the_same_bits() {
     for integrator in ["symplectic-euler", "rk4", "yoshida4", "ias15"] {

@@ -2,6 +2,7 @@
 
 use super::block_matrix::{Block, BlockMatrix};
 use super::cholesky::NotPositiveDefinite;
+use crate::deadline::Stop;
 
 /// Something that approximates `A^-1`: symmetric and positive definite.
 pub trait Preconditioner<const D: usize>: Send + Sync {
@@ -91,6 +92,8 @@ pub enum CgEnd {
     Indefinite,
     /// The residual no longer falls, or the iterations are used up.
     Stalled,
+    /// It was told to end.
+    Stopped,
 }
 
 /// What conjugate gradients did.
@@ -111,9 +114,15 @@ pub struct ConjugateGradients {
     z: Vec<f64>,
     p: Vec<f64>,
     q: Vec<f64>,
+    stop: Stop,
 }
 
 impl ConjugateGradients {
+    /// Ends solves while the flag is set, which is looked at in every iteration.
+    pub(crate) fn set_stop(&mut self, stop: Stop) {
+        self.stop = stop;
+    }
+
     /// Solves `A x = b` from `x = 0` until `|b - A x| <= tolerance |b|`; Shewchuk 1994, *An introduction to the conjugate
     /// gradient method without the agonizing pain*, B3. `product(p, q)` writes `A p` to `q`.
     ///
@@ -128,7 +137,7 @@ impl ConjugateGradients {
         tolerance: f64,
         max_iterations: u64,
     ) -> CgReport {
-        let ConjugateGradients { r, z, p, q } = self;
+        let ConjugateGradients { r, z, p, q, stop } = self;
         for v in [&mut *r, &mut *z, &mut *p, &mut *q] {
             v.resize(b.len(), 0.0);
         }
@@ -147,6 +156,9 @@ impl ConjugateGradients {
         p.copy_from_slice(z);
         let mut rz = dot(r, z);
         for iteration in 1..=max_iterations {
+            if stop.is_set() {
+                return report(CgEnd::Stopped, iteration - 1, dot(r, r).sqrt());
+            }
             product(p, q);
             let curvature = dot(p, q);
             if curvature.is_nan() || curvature <= 0.0 {

@@ -4,6 +4,7 @@ use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{self, BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
 use super::hessian::Weights;
 use super::multigrid::Multigrid;
+use crate::deadline::Stop;
 use crate::material::Psd;
 
 /// The smallest relative residual that is asked of conjugate gradients.
@@ -37,11 +38,16 @@ impl<const D: usize> Iterative<D> {
         Iterative { kind: Kind::Jacobi(BlockJacobi::default()), cg: ConjugateGradients::default() }
     }
 
-    /// Arguments and result as those of [`Multigrid::new`].
-    pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
-        let levels = Box::new(Multigrid::new(matrix, x, held)?);
+    /// Arguments and result as those of [`Multigrid::until`].
+    pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
+        let levels = Box::new(Multigrid::until(matrix, x, held, stop)?);
         let kind = Kind::Multigrid { levels, made_for: None, first_rate: None };
         Some(Iterative { kind, cg: ConjugateGradients::default() })
+    }
+
+    /// Ends solves while the flag is set.
+    pub(super) fn set_stop(&mut self, stop: Stop) {
+        self.cg.set_stop(stop);
     }
 
     /// Solves `matrix solution = right` to a relative residual of `tolerance`; the matrix was made with these weights and this

@@ -191,6 +191,8 @@ pub enum Verdict {
     IterationCap,
     /// The corrections of an explicit iteration no longer shrink.
     Diverged,
+    /// The solution is none that a motion leads to: it makes energy.
+    Spurious,
     /// It was told to stop.
     Stopped,
 }
@@ -203,6 +205,7 @@ impl std::fmt::Display for Verdict {
             Verdict::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
             Verdict::LinearSolver => "the linear solver did not converge",
             Verdict::Diverged => "the iteration for the accelerations does not converge at this step",
+            Verdict::Spurious => "the solution that was found makes energy of nothing, and is not that of the motion",
             Verdict::IterationCap => "not converged within the iterations allowed",
             Verdict::Stopped => "stopped",
         })

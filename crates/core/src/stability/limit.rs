@@ -1,5 +1,8 @@
 //! The largest stable step by bisection, and the drift of energy.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::{Status, attempt, nominal_step, with_step};
 use crate::integrator::IntegratorSpec;
 use crate::run::energy_scale;
@@ -35,7 +38,7 @@ pub struct MeasuredLimit {
 /// stable, up to `largest` [s].
 ///
 /// A trial takes 1000 steps, or 100 of an implicit scheme. In a nonlinear scene larger steps go further, and may fail for what happens
-/// later.
+/// later. `None` where `stop` was set meanwhile.
 ///
 /// # Errors
 /// What is wrong with the scene.
@@ -43,10 +46,12 @@ pub fn measure_limit(
     scene: &Scene,
     integrator: IntegratorSpec,
     largest: f64,
-) -> Result<MeasuredLimit, SceneError> {
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<MeasuredLimit>, SceneError> {
     let about = integrator.method().documentation;
-    let mut simulation = with_step(scene, integrator, nominal_step(scene))?;
-    let limit = simulation.stability_limit(scene.time.duration);
+    let mut simulation = with_step(scene, integrator, nominal_step(scene), stop)?;
+    let Ok(limit) = simulation.stability_limit(scene.time.duration) else { return Ok(None) };
+    let is_stopped = || stop.load(Ordering::Relaxed);
     let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
     let mut found = MeasuredLimit {
         integrator: about.name.into(),
@@ -58,7 +63,7 @@ pub fn measure_limit(
     };
     let mut trial = |step: f64| -> Result<Status, SceneError> {
         found.trials += 1;
-        Ok(attempt(&mut with_step(scene, integrator, step)?, steps))
+        Ok(attempt(&mut with_step(scene, integrator, step, stop)?, steps))
     };
     let (mut low, mut high, mut above);
     if limit.step.is_finite() {
@@ -72,11 +77,14 @@ pub fn measure_limit(
     }
     if above == Status::Ok {
         found.measured = high;
-        return Ok(found);
+        return Ok(Some(found));
     }
     // Down to a step that works.
     loop {
         let status = trial(low)?;
+        if is_stopped() {
+            return Ok(None);
+        }
         if status == Status::Ok {
             break;
         }
@@ -84,19 +92,23 @@ pub fn measure_limit(
         low *= 0.25;
         if low < 1e-6 * limit.step.min(largest) {
             found.above = Some(above);
-            return Ok(found);
+            return Ok(Some(found));
         }
     }
     while high - low > ACCURACY * high {
         // Of the same factor, as long as they are far apart.
         let middle = if high > 2.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
-        match trial(middle)? {
+        let status = trial(middle)?;
+        if is_stopped() {
+            return Ok(None);
+        }
+        match status {
             Status::Ok => low = middle,
             status => (high, above) = (middle, status),
         }
     }
     (found.measured, found.above) = (low, Some(above));
-    Ok(found)
+    Ok(Some(found))
 }
 
 /// How energy drifts.
@@ -115,7 +127,7 @@ pub struct Drift {
     pub amplitude: f64,
 }
 
-/// Measures the drift of energy in steps of `step` [s] over `duration` [s].
+/// Measures the drift of energy in steps of `step` [s] over `duration` [s]; `None` where `stop` was set meanwhile.
 ///
 /// # Errors
 /// What is wrong with the scene.
@@ -124,8 +136,9 @@ pub fn energy_drift(
     integrator: IntegratorSpec,
     step: f64,
     duration: f64,
-) -> Result<Drift, SceneError> {
-    let mut simulation = with_step(scene, integrator, step)?;
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<Drift>, SceneError> {
+    let mut simulation = with_step(scene, integrator, step, stop)?;
     let start = simulation.diagnostics();
     let scale = energy_scale(&mut simulation, &start);
     let steps = (duration / step).round().max(1.0) as u64;
@@ -136,6 +149,9 @@ pub fn energy_drift(
         let next = every.min(steps - taken);
         status = attempt(&mut simulation, next);
         taken += next;
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
         if status == Status::Ok {
             let now = simulation.diagnostics();
             points.push((now.time, now.conserved()));
@@ -143,7 +159,8 @@ pub fn energy_drift(
     }
     let (slope, amplitude) = line(&points);
     let name = integrator.method().documentation.name.into();
-    Ok(Drift { integrator: name, step, status, per_second: slope / scale, amplitude: amplitude / scale })
+    let (per_second, amplitude) = (slope / scale, amplitude / scale);
+    Ok(Some(Drift { integrator: name, step, status, per_second, amplitude }))
 }
 
 /// Slope of the least-squares line, and the largest distance from it.

@@ -1,6 +1,9 @@
 //! Which steps a scene can take, against its stiffness, its Poisson's ratio, its density or its mutual
 //! gravity.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::{Status, attempt, with_step};
 use crate::integrator::IntegratorSpec;
 use crate::scene::{Body, KeyPath, MassSpec, NBody, OneOrMany, Problem, Scene, SceneError, Source};
@@ -68,6 +71,7 @@ pub struct Map {
 }
 
 /// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every value of what is varied.
+/// `None` where `stop` was set meanwhile.
 ///
 /// # Errors
 /// What is wrong with the scene, or that nothing in it can be varied so.
@@ -77,7 +81,8 @@ pub fn map(
     against: Against,
     around: f64,
     quick: bool,
-) -> Result<Map, SceneError> {
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<Map>, SceneError> {
     let scene = source.scene()?;
     let about = integrator.method().documentation;
     let count = if quick { 7 } else { 13 };
@@ -110,15 +115,19 @@ pub fn map(
             return Err(source.error(vec![problem]));
         }
         let varied = source.varied(&changes)?.scene()?;
-        let limit = with_step(&varied, integrator, around)?.stability_limit(scene.time.duration).step;
-        found.predicted.push(limit.is_finite().then_some(limit));
+        let limit = with_step(&varied, integrator, around, stop)?.stability_limit(scene.time.duration);
+        let Ok(limit) = limit else { return Ok(None) };
+        found.predicted.push(limit.step.is_finite().then_some(limit.step));
         let mut row = vec![];
         for step in &found.steps {
-            row.push(attempt(&mut with_step(&varied, integrator, *step)?, runs));
+            row.push(attempt(&mut with_step(&varied, integrator, *step, stop)?, runs));
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
         }
         found.status.push(row);
     }
-    Ok(found)
+    Ok(Some(found))
 }
 
 /// Paths and values that make every body so many times as stiff.

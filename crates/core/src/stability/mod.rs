@@ -13,6 +13,9 @@ pub(crate) use map::stiffness_changes;
 pub use map::{Against, Map, map};
 pub use survey::{Choice, Survey, SurveyError};
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use crate::assembly::UnstableStep;
 use crate::integrator::IntegratorSpec;
 use crate::run::{energy_growth, energy_scale};
@@ -60,16 +63,23 @@ pub fn nominal_step(scene: &Scene) -> f64 {
 ///
 /// # Errors
 /// What is wrong with the scene.
-fn with_step(scene: &Scene, integrator: IntegratorSpec, step: f64) -> Result<Simulation, SceneError> {
+fn with_step(
+    scene: &Scene,
+    integrator: IntegratorSpec,
+    step: f64,
+    stop: &Arc<AtomicBool>,
+) -> Result<Simulation, SceneError> {
     let mut scene = scene.clone();
     scene.time.integrator = integrator;
     (scene.time.step, scene.time.adaptive) = (Some(step), None);
     scene.time.allow_unstable = true;
     // The limit is not asked for.
-    Ok(scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation)
+    let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation;
+    simulation.set_stop(Some(Arc::clone(stop)));
+    Ok(simulation)
 }
 
-/// Takes up to `steps` steps.
+/// Takes up to `steps` steps, fewer where the simulation is stopped: how these ended then says nothing.
 fn attempt(simulation: &mut Simulation, steps: u64) -> Status {
     let start = simulation.diagnostics();
     simulation.count_losses(false);
@@ -79,6 +89,9 @@ fn attempt(simulation: &mut Simulation, steps: u64) -> Status {
             Ok(()) => {}
             Err(StepError::Unsolved { .. }) => return Status::Unsolved,
             Err(_) => return Status::Diverged,
+        }
+        if simulation.system().is_stopped() {
+            return Status::Unsolved;
         }
         if step % LOOK == 0 || step == steps {
             let now = simulation.diagnostics();

@@ -1,5 +1,6 @@
 //! All that is told of how large a step a scene can take.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{
@@ -60,14 +61,15 @@ pub enum SurveyError {
 }
 
 impl Survey {
-    /// Looks at a scene; `watch` is shown each scheme once it is done, `interrupt` stops between two of them.
+    /// Looks at a scene; `watch` is shown each scheme once it is done, `interrupt` ends it, in the
+    /// middle of a solve or a search for the fastest motion too: what was not done is left out.
     ///
     /// # Errors
     /// [`SurveyError`].
     pub fn of(
         source: &Source,
         choice: &Choice,
-        interrupt: &AtomicBool,
+        interrupt: &Arc<AtomicBool>,
         watch: &mut dyn FnMut(&MeasuredLimit, &Drift),
     ) -> Result<Survey, SurveyError> {
         let stopped = || interrupt.load(Ordering::Relaxed);
@@ -80,11 +82,15 @@ impl Survey {
             if stopped() {
                 return Ok(found);
             }
-            let limit = measure_limit(&scene, *integrator, largest)?;
+            let Some(limit) = measure_limit(&scene, *integrator, largest, interrupt)? else {
+                return Ok(found);
+            };
             // A step that it can take, the scene's own if that is one.
             let step = if limit.measured > 0.0 { own.min(0.5 * limit.measured) } else { own };
             let duration = scene.time.duration.min(DRIFT_STEPS * step);
-            let drift = energy_drift(&scene, *integrator, step, duration)?;
+            let Some(drift) = energy_drift(&scene, *integrator, step, duration, interrupt)? else {
+                return Ok(found);
+            };
             watch(&limit, &drift);
             found.limits.push(limit);
             found.drifts.push(drift);
@@ -95,7 +101,7 @@ impl Survey {
             let around =
                 if limit.measured > 0.0 && limit.above.is_some() { 0.9 * limit.measured } else { own };
             let against = choice.against.unwrap_or_else(|| Against::chosen(&scene));
-            found.map = Some(map(source, integrators[0], against, around, choice.quick)?);
+            found.map = map(source, integrators[0], against, around, choice.quick, interrupt)?;
         }
         found.complete = !stopped();
         Ok(found)

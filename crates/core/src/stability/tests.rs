@@ -1,5 +1,7 @@
 //! Limits, maps and amplification against closed forms.
 
+use std::sync::Arc;
+
 use super::*;
 use crate::scene::Source;
 
@@ -25,13 +27,13 @@ fn spec(name: &str) -> IntegratorSpec {
 #[test]
 fn measured_limits_of_a_linear_body_are_those_predicted() {
     for name in ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"] {
-        let found = measure_limit(&scene(name, 1e-3), spec(name), 1.0).unwrap();
+        let found = measure_limit(&scene(name, 1e-3), spec(name), 1.0, &Arc::default()).unwrap().unwrap();
         let ratio = found.measured / found.predicted.unwrap();
         assert!((ratio - 1.0).abs() < 3e-3, "{name}: {found:?}");
         assert_eq!(found.above, Some(Status::Diverged));
     }
     for name in ["implicit-euler", "tr-bdf2"] {
-        let found = measure_limit(&scene(name, 1e-3), spec(name), 10.0).unwrap();
+        let found = measure_limit(&scene(name, 1e-3), spec(name), 10.0, &Arc::default()).unwrap().unwrap();
         assert_eq!((found.predicted, found.measured, found.above), (None, 10.0, None), "{name}");
     }
 }
@@ -95,9 +97,13 @@ fn what_is_measured_is_the_formula_of_every_scheme() {
 fn a_map_has_the_slope_of_the_limit() {
     let source = Source::new("test", text("velocity-verlet", 1e-3));
     let around =
-        measure_limit(&scene("velocity-verlet", 1e-3), spec("velocity-verlet"), 1.0).unwrap().measured;
+        measure_limit(&scene("velocity-verlet", 1e-3), spec("velocity-verlet"), 1.0, &Arc::default())
+            .unwrap()
+            .unwrap()
+            .measured;
     for (against, exponent) in [(Against::Young, -0.5), (Against::Density, 0.5)] {
-        let found = map(&source, spec("velocity-verlet"), against, around, true).unwrap();
+        let found =
+            map(&source, spec("velocity-verlet"), against, around, true, &Arc::default()).unwrap().unwrap();
         for (row, value) in found.values.iter().enumerate() {
             let limit = found.predicted[row].unwrap();
             assert!((limit / (around * value.powf(exponent)) - 1.0).abs() < 3e-3, "{limit} {around}");
@@ -109,14 +115,17 @@ fn a_map_has_the_slope_of_the_limit() {
             }
         }
     }
-    let poisson = map(&source, spec("velocity-verlet"), Against::Poisson, around, true).unwrap();
+    let poisson = map(&source, spec("velocity-verlet"), Against::Poisson, around, true, &Arc::default())
+        .unwrap()
+        .unwrap();
     assert!(poisson.predicted[3] < poisson.predicted[0]);
     let particles = Source::new(
         "test",
         "dimension = 2\ntime = { integrator = 'rk4', step = 1e-3, duration = 1.0 }\n[[body]]\n\
          mesh = { inline = { points = [[0, 0]] } }\nmass = { total = 1.0 }\n",
     );
-    let error = map(&particles, spec("rk4"), Against::Young, 1e-3, true).unwrap_err().to_string();
+    let error =
+        map(&particles, spec("rk4"), Against::Young, 1e-3, true, &Arc::default()).unwrap_err().to_string();
     assert!(error.contains("Young's modulus") && error.contains("mapped against density"), "{error}");
 }
 
@@ -134,7 +143,8 @@ fn orbits_are_mapped_against_what_they_have() {
     assert_eq!(Against::of(&scene), [Against::Density, Against::Gravity]);
     assert_eq!(Against::chosen(&scene), Against::Gravity);
     for against in [Against::Density, Against::Gravity] {
-        let found = map(&source, spec("velocity-verlet"), against, 1e-3, true).unwrap();
+        let found =
+            map(&source, spec("velocity-verlet"), against, 1e-3, true, &Arc::default()).unwrap().unwrap();
         let one = found.values.iter().position(|value| *value == 1.0).unwrap();
         for (value, limit) in found.values.iter().zip(&found.predicted) {
             let ratio = limit.unwrap() / found.predicted[one].unwrap() * value.sqrt();
@@ -145,7 +155,8 @@ fn orbits_are_mapped_against_what_they_have() {
 
 #[test]
 fn a_solve_that_fails_is_told_apart_from_a_run_that_diverges() {
-    let mut simulation = with_step(&scene("implicit-euler", 1e-3), spec("implicit-euler"), 0.1).unwrap();
+    let mut simulation =
+        with_step(&scene("implicit-euler", 1e-3), spec("implicit-euler"), 0.1, &Arc::default()).unwrap();
     let none = crate::solver::SolverOptions { max_iterations: 1, tolerance: Some(0.0), ..Default::default() };
     simulation.set_solver(none);
     assert_eq!(attempt(&mut simulation, 10), Status::Unsolved);
@@ -160,10 +171,10 @@ fn energy_drifts_as_the_amplification_says() {
     let scene = Scene::from_toml(source).unwrap();
     let (step, duration) = (1e-3f64, 10.0);
     for (name, sign) in [("forward-euler", 1.0), ("implicit-euler", -1.0)] {
-        let drift = energy_drift(&scene, spec(name), step, duration).unwrap();
+        let drift = energy_drift(&scene, spec(name), step, duration, &Arc::default()).unwrap().unwrap();
         let expected = sign * step.powi(2).ln_1p() / step;
         assert!((drift.per_second / expected - 1.0).abs() < 0.02, "{name}: {drift:?} {expected}");
     }
-    let drift = energy_drift(&scene, spec("velocity-verlet"), 0.1, 1000.0).unwrap();
+    let drift = energy_drift(&scene, spec("velocity-verlet"), 0.1, 1000.0, &Arc::default()).unwrap().unwrap();
     assert!(drift.per_second.abs() < 1e-7 && drift.amplitude < 3e-3, "{drift:?}");
 }

@@ -144,7 +144,8 @@ fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     let step: f64 = advice.split("a step of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     let scene = crate::scene::Scene::from_toml(BLOCK).unwrap();
     let verlet = crate::integrator::IntegratorSpec::VelocityVerlet;
-    let limit = crate::stability::measure_limit(&scene, verlet, 1.0).unwrap().measured;
+    let limit =
+        crate::stability::measure_limit(&scene, verlet, 1.0, &Default::default()).unwrap().unwrap().measured;
     assert!((0.85..1.15).contains(&(step / limit)), "{advice}; the limit is {limit:e} s");
     assert!(advice.contains("implicit-euler"), "{advice}");
     let inverted = self::scene(BLOCK, &["implicit-euler"], &[]);

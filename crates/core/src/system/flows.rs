@@ -65,3 +65,26 @@ impl Flows {
         }
     }
 }
+
+/// The power of prescribed motion at `x`, at which `system` holds the force, and `v` [W], but for what it gives to
+/// the kinetic energy of what moves; and that [J].
+pub(crate) fn power_of_motion(system: &mut System, x: &[f64], v: &[f64]) -> (f64, f64) {
+    let (mut power, mut kinetic) = (0.0, 0.0);
+    let (d, drag) = (system.dimension(), system.ether_drag());
+    if system.has_prescribed_motion() && system.is_damped() {
+        // What moves carries its part of these forces, as they are now.
+        system.evaluate_dissipation(x, v);
+    }
+    for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
+        let axes = hold.axes();
+        system.visit_gradient(hold.vertices(), |vertex, gradient| {
+            let m = system.mass()[vertex];
+            for c in (0..d).filter(|c| axes[*c]) {
+                let v = v[vertex * d + c];
+                power += (gradient[c] + drag * m * v) * v;
+                kinetic += 0.5 * m * v * v;
+            }
+        });
+    }
+    (power, kinetic)
+}

@@ -1,7 +1,7 @@
 //! Work that shows what it finds to a function in Python, and ends when that raises something, or at Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use serde_json::Value;
@@ -14,7 +14,7 @@ pub(crate) struct Watch {
     function: Option<Py<PyAny>>,
     raised: Mutex<Option<PyErr>>,
     /// Set where the work shall end.
-    pub(crate) stop: AtomicBool,
+    pub(crate) stop: Arc<AtomicBool>,
 }
 
 impl Watch {
@@ -42,7 +42,7 @@ pub(crate) fn watched<T: Send>(
     function: Option<Py<PyAny>>,
     work: impl FnOnce(&Watch) -> T + Send,
 ) -> PyResult<T> {
-    let watch = Watch { function, raised: Mutex::default(), stop: AtomicBool::new(false) };
+    let watch = Watch { function, raised: Mutex::default(), stop: Arc::default() };
     let mut signal = None;
     let done = threads::interruptible(py, &watch.stop, &mut signal, || work(&watch))?;
     let raised = watch.raised.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1};
 use pliant::diagnostics::{Diagnostics, ElementState, MEASURES, Measure};
 use pliant::simulation::{MatrixError, SparseMatrix};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -181,7 +181,8 @@ impl Simulation {
         let mut inner = self.lock()?;
         let duration = inner.scene.scene.time.duration;
         let simulation = &mut inner.simulation;
-        Ok(py.detach(|| threads::run(|| simulation.stability_limit(duration))).step)
+        let limit = py.detach(|| threads::run(|| simulation.stability_limit(duration)));
+        limit.map(|limit| limit.step).map_err(|error| PyRuntimeError::new_err(error.to_string()))
     }
 
     /// dict of str to object: Work done so far, in counts that do not depend on the machine.

@@ -5,15 +5,19 @@ mod sound;
 mod wav;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use pliant::assembly::{Assembly, UnstableStep};
 use pliant::integrator::IntegratorSpec;
-use pliant::modes::{MassMatrix, Modes};
+use pliant::modes::{MassMatrix, Modes, ModesError};
+use pliant::simulation::StepError;
+use pliant::solver::Verdict;
 use serde_json::json;
 
 use crate::arguments::ModesArguments;
 use crate::failure::{Failure, Status};
 use crate::input::Input;
+use crate::interrupt;
 use crate::terminal::Terminal;
 use crate::text::{counted, number, table};
 
@@ -30,17 +34,18 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
         time.step.get_or_insert(time.duration);
     }
     let mut assembly = input.assemble(UnstableStep::Accept)?;
+    assembly.simulation.set_stop(Some(Arc::clone(interrupt::flag()?)));
     if arguments.equilibrium {
-        let moved = settle(&mut assembly)?;
+        let Some(moved) = settle(&mut assembly)? else { return interrupted(terminal) };
         terminal.report(&format!(
             "about the static equilibrium, {} m from where the scene starts\n",
             number(moved)
         ))?;
     }
-    let found = assembly
-        .simulation
-        .modes(arguments.count.get().into())
-        .map_err(|error| Failure::failed("modes", error.to_string()))?;
+    let found = match assembly.simulation.modes(arguments.count.get().into()) {
+        Err(ModesError::Stopped) => return interrupted(terminal),
+        found => found.map_err(|error| Failure::failed("modes", error.to_string()))?,
+    };
     terminal.report(&describe(&found))?;
     let mut document = json!({ "status": Status::Done, "scene": input.source.name(), "modes": found });
     if let Some(path) = &arguments.output {
@@ -58,6 +63,13 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
     Ok(Status::Done)
 }
 
+/// Asked to end before there is anything to tell.
+fn interrupted(terminal: Terminal) -> Result<Status, Failure> {
+    terminal.complain("interrupted: no modes were found yet");
+    terminal.document(&json!({ "status": Status::Interrupted }))?;
+    Ok(Status::Interrupted)
+}
+
 /// Before anything is computed: an output that is there, or is the scene.
 fn refuse(path: &Path, arguments: &ModesArguments) -> Result<(), Failure> {
     Failure::unless_file(path)?;
@@ -71,17 +83,21 @@ fn refuse(path: &Path, arguments: &ModesArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Steps of statics until nothing moves: what dissipates resists each. How far the farthest coordinate has come [m].
-fn settle(assembly: &mut Assembly) -> Result<f64, Failure> {
+/// Steps of statics until nothing moves: what dissipates resists each. How far the farthest coordinate has come [m];
+/// `None` where it was interrupted.
+fn settle(assembly: &mut Assembly) -> Result<Option<f64>, Failure> {
     let simulation = &mut assembly.simulation;
     let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
     let start = simulation.state().x().to_vec();
     let still = 1e-9 * simulation.length_scale();
     for _ in 0..STATIC_STEPS {
         let before = simulation.state().x().to_vec();
-        simulation.step().map_err(|error| Failure::failed("equilibrium", error.to_string()))?;
+        match simulation.step() {
+            Err(StepError::Unsolved { verdict: Verdict::Stopped, .. }) => return Ok(None),
+            step => step.map_err(|error| Failure::failed("equilibrium", error.to_string()))?,
+        }
         if largest(&before, simulation.state().x()) <= still {
-            return Ok(largest(&start, simulation.state().x()));
+            return Ok(Some(largest(&start, simulation.state().x())));
         }
     }
     let message =

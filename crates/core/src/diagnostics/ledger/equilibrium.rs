@@ -2,7 +2,7 @@
 
 use super::Ledger;
 use crate::system::System;
-use crate::system::{Flows, Looked, feeds};
+use crate::system::{Flows, Looked, feeds, power_of_motion};
 
 /// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and
 /// the next, by the mean of the forces in both.
@@ -68,7 +68,7 @@ impl Ledger {
         };
         self.each(works, |integral, work| integral.add(work));
         if let Some(own) = &mut self.motion {
-            let (power, kinetic) = super::motion(system, x, v);
+            let (power, kinetic) = power_of_motion(system, x, v);
             if system.is_damped() {
                 own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
             } else {

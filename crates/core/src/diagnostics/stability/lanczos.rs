@@ -18,7 +18,8 @@ const APPROXIMATE_TOLERANCE: f64 = 1e-4;
 
 /// The largest eigenvalue of `M^-1/2 A M^-1/2`.
 pub(super) struct Top {
-    /// NaN where products are not finite: a state outside of the domain of a material has no Hessian.
+    /// NaN where products are not finite, as outside of the domain of a material, which has no Hessian there,
+    /// and where the system was stopped.
     pub(super) value: f64,
     /// Bound of its error.
     pub(super) error: f64,
@@ -68,6 +69,9 @@ pub(super) fn largest_eigenvalue(system: &mut System, wanted: Wanted, product: P
     for step in 0..MAX_LANCZOS_STEPS {
         for i in 0..q.len() {
             scaled[i] = scale[i] * q[i];
+        }
+        if system.is_stopped() {
+            return Top { value: f64::NAN, approximate: false, ..top };
         }
         top.approximate = product(system, &scaled, &mut w);
         if top.approximate || wanted.vector {

@@ -14,6 +14,7 @@ mod smoother;
 #[cfg(test)]
 mod tests;
 
+use crate::deadline::Stop;
 use coarsest::Coarsest;
 use galerkin::Galerkin;
 use lattice::{Coarsening, coarsen, mean_edge};
@@ -65,12 +66,20 @@ impl<const D: usize> Multigrid<D> {
     /// whether its row and column are zero but for the diagonal; a vertex that is held in all its coordinates has no other block.
     /// `None` where the factor of the coarsest level would not fit memory.
     pub fn new(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
+        Self::until(matrix, x, held, &Stop::default())
+    }
+
+    /// The same; `None` too where the flag is set, which is looked at before every level.
+    pub(crate) fn until(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
         let mut positions = x.as_chunks::<D>().0.to_vec();
         let mut spacing = FIRST_SPACING * mean_edge(matrix, &positions);
         let extent = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
         let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), extent);
         let mut levels: Vec<Level<D>> = vec![];
         loop {
+            if stop.is_set() {
+                return None;
+            }
             let fine = levels.last().map_or(matrix, |level| &level.coarse);
             // Where everything is within a cube or two, a wider lattice is no coarser.
             if fine.rows() * D <= DIRECT || !(spacing > 0.0 && spacing <= 4.0 * (high - low)) {

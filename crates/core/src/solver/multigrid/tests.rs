@@ -249,7 +249,7 @@ fn iterations_do_not_grow_with_the_mesh_of_a_plate() {
     assert!(many <= 12 && (many as f64) < 1.3 * few as f64 + 1.0, "{few}, then {many}");
 }
 
-// shared: multigrid.md, robustness; 29 iterations there for 11 cells across.
+// 29 iterations in the prototype of this method, for 11 cells across.
 #[test]
 fn near_incompressibility_costs_iterations_but_converges() {
     let iterations = beam(5, 0.49).iterations();

@@ -66,12 +66,13 @@ impl<const D: usize> Newton<D> {
                     LinearSolver::Multigrid => {
                         // Where vertices are at the start may be anything; the lattices are for where they belong.
                         let rest = system.rest_positions().unwrap_or(x);
-                        Iterative::multigrid(matrix, rest, assembler.held())
+                        Iterative::multigrid(matrix, rest, assembler.held(), &system.stop())
                     }
                     _ => Some(Iterative::jacobi()),
                 };
             }
             let Some(iterative) = &mut self.iterative else { return Direction::Failed };
+            iterative.set_stop(system.stop());
             let made_for = (weights, psd);
             let report = iterative.solve(matrix, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
@@ -80,6 +81,9 @@ impl<const D: usize> Newton<D> {
                 self.by_iterations = true;
                 std::mem::swap(&mut self.direction, &mut self.solution);
                 return Direction::Descent;
+            }
+            if report.end == CgEnd::Stopped {
+                return Direction::Failed;
             }
             // Before anything else the negative eigenvalues of elements are removed.
             if report.end == CgEnd::Indefinite && psd == Psd::Exact {
@@ -109,6 +113,7 @@ impl<const D: usize> Newton<D> {
     fn matrix_free(&mut self, system: &mut System, weights: Weights, x: &[f64]) -> Direction {
         let right = std::mem::take(&mut self.direction);
         let mut solution = std::mem::take(&mut self.solution);
+        let stop = system.stop();
         let held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         let (velocity, mut damped) = (&self.velocity, vec![0.0; x.len()]);
         let product = |p: &[f64], q: &mut [f64]| {
@@ -128,6 +133,7 @@ impl<const D: usize> Newton<D> {
             }
         };
         let iterations = 10 * right.len() as u64 + 1000;
+        self.cg.set_stop(stop);
         let report =
             self.cg.solve::<D>(product, &mut Nothing, &right, &mut solution, CG_TOLERANCE, iterations);
         (self.direction, self.solution) = (solution, right);
@@ -136,7 +142,7 @@ impl<const D: usize> Newton<D> {
             CgEnd::Converged => Direction::Descent,
             // There are no elements whose negative eigenvalues could be removed.
             CgEnd::Indefinite => Direction::Truncated,
-            CgEnd::Stalled => Direction::Failed,
+            CgEnd::Stalled | CgEnd::Stopped => Direction::Failed,
         }
     }
 }

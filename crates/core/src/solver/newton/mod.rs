@@ -11,6 +11,7 @@ use super::hessian::{Assembler, Weights};
 use super::iterative::{CG_TOLERANCE, Iterative};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Iterate, Objective, SolveError, SolverWork, Verdict, scene_size};
+use crate::deadline::Stop;
 use crate::material::Psd;
 use crate::solver::StepFault;
 use crate::system::System;
@@ -164,7 +165,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                     Direction::Descent | Direction::Truncated => dot(&self.direction, &self.residual),
                     Direction::Indefinite => f64::NAN,
                     Direction::Failed => {
-                        return fail(system, at, Verdict::LinearSolver, iteration, correction);
+                        let stopped = system.is_stopped();
+                        let verdict = if stopped { Verdict::Stopped } else { Verdict::LinearSolver };
+                        return fail(system, at, verdict, iteration, correction);
                     }
                 };
                 correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -314,7 +317,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         let factor = |x: &[f64]| cholesky::structure(matrix, x).map_or(usize::MAX / 2, |structure| structure.bytes());
         let linear = match linear {
             LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
-            LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held())
+            LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held(), &Stop::default())
                 .map_or(usize::MAX / 2, |levels| levels.bytes() + conjugate_gradients::bytes(x.len())),
             LinearSolver::Cholesky | LinearSolver::Auto | LinearSolver::MatrixFree => factor(x),
         };

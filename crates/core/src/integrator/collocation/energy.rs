@@ -1,0 +1,102 @@
+//! Energy along the stages of a step, which tells the solution of the motion from others.
+//!
+//! Nonlinear equations of stages have several solutions where steps are long beside the motion, and Newton's
+//! method may end at any of them. With the energy `E` of the forces that have a potential,
+//!
+//! ```text
+//! r = E(x_(n+1)) - E(x_n) - h sum_i b_i V_i . dE/dx(X_i)
+//! ```
+//!
+//! is zero but for the error of the quadrature along the polynomial of the step. For quadratic `E` it is
+//! `-h^2/2 sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods, a loss
+//! for those that are algebraically stable; Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*,
+//! section IV.12. Where it is as large as what moves in the step, the stages are no approximation of a motion.
+
+use super::super::implicit::Next;
+use super::CollocationTableau;
+use crate::energy::EnergyTerm;
+use crate::solver::{SolveError, StepFault, Verdict, scene_size};
+use crate::state::State;
+use crate::system::System;
+
+/// The largest `r`, as a part of the energy that moves in the step, of a solution that is that of a motion.
+const LARGEST: f64 = 0.25;
+/// Motion by less than this part of the scene in a step is not looked at.
+const STILL: f64 = 1e-6;
+/// The same of energy that is stored.
+const ROUNDING: f64 = 1e-9;
+
+/// Adds up the energy of one step.
+pub(super) struct StageEnergy {
+    /// Whether the method keeps quadratic energies: then it takes none either.
+    conserves: bool,
+    /// `E(x_n)` [J].
+    start: f64,
+    /// `h sum_i b_i V_i . dE/dx(X_i)` [J].
+    stored: f64,
+    /// The largest kinetic energy so far [J].
+    kinetic: f64,
+    gradient: Vec<f64>,
+}
+
+impl StageEnergy {
+    pub(super) fn new(tableau: &CollocationTableau) -> Self {
+        let CollocationTableau { a, b } = *tableau;
+        let defect = |i: usize, j: usize| b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j];
+        let conserves = (0..b.len()).all(|i| (0..b.len()).all(|j| defect(i, j).abs() < 1e-14));
+        StageEnergy { conserves, start: 0.0, stored: 0.0, kinetic: 0.0, gradient: vec![] }
+    }
+
+    /// Begins a step from `state`.
+    pub(super) fn begin(&mut self, system: &mut System, state: &State) {
+        self.start = system.potential_of(has_potential, state.x());
+        self.stored = 0.0;
+        self.kinetic = system.kinetic(state.v());
+    }
+
+    /// Adds a stage of weight `h b_i` [s] with the velocities `v`, at whose positions `system` holds the force.
+    pub(super) fn stage(&mut self, system: &System, weight: f64, v: &[f64]) {
+        self.gradient.clear();
+        self.gradient.resize(v.len(), 0.0);
+        let terms = system.terms().iter().filter(|term| has_potential(term.as_ref()));
+        terms.for_each(|term| term.add_rows(0, &mut self.gradient));
+        self.stored += weight * self.gradient.iter().zip(v).map(|(g, v)| g * v).sum::<f64>();
+        self.kinetic = self.kinetic.max(system.kinetic(v));
+    }
+
+    /// Judges the step of `h` [s] from `state` to `end`, in a scene of this `size` [m].
+    ///
+    /// # Errors
+    /// [`Verdict::Spurious`].
+    pub(super) fn end(
+        &mut self,
+        system: &mut System,
+        state: &State,
+        h: f64,
+        end: &Next,
+        size: Option<f64>,
+    ) -> Result<(), StepFault> {
+        let now = system.potential_of(has_potential, &end.x);
+        let change = now - self.start;
+        let made = change - self.stored;
+        let still = STILL * size.unwrap_or_else(|| scene_size(state.x(), system.dimension())) / h;
+        let floor = 0.5 * system.mass().iter().sum::<f64>() * still * still
+            + ROUNDING * (now.abs() + self.start.abs());
+        let moving = self.kinetic.max(system.kinetic(&end.v)).max(change.abs()) + floor;
+        let wrong = if self.conserves { made.abs() } else { made };
+        if wrong <= LARGEST * moving || !wrong.is_finite() {
+            return Ok(());
+        }
+        let solve = SolveError { verdict: Verdict::Spurious, iterations: 0, correction: 0.0 };
+        Err(StepFault { fault: None, vertex: None, solve: Some(solve) })
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        8 * self.gradient.len()
+    }
+}
+
+/// Whether all of its energy is stored: none comes in from outside.
+fn has_potential(term: &dyn EnergyTerm) -> bool {
+    !term.supplies()
+}
