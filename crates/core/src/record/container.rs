@@ -144,6 +144,12 @@ impl<W: Write + Seek> Container<W> {
         }
     }
 
+    /// Returns when the disk has the messages of the open chunk, in the journal; the bytes of the file do not
+    /// depend on it.
+    pub(super) fn secure(&mut self) -> McapResult<()> {
+        Ok(self.journal.as_mut().map_or(Ok(()), Journal::secure)?)
+    }
+
     /// Why messages given to [`keep`](Self::keep) could not be written, once.
     pub(super) fn failure(&mut self) -> Option<McapError> {
         self.failure.take()

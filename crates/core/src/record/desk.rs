@@ -147,6 +147,28 @@ impl Desk {
         batch.clear();
     }
 
+    /// Records the messages of a frame that another recorder has encoded.
+    pub(super) fn replay(&mut self, group: &[Message<'_>]) -> McapResult<()> {
+        for message in group.iter().filter(|message| message.header.channel_id == MESH.0) {
+            if let Some(drawing) = &mut self.drawing {
+                drawing.is_due(message.header.log_time);
+            }
+        }
+        self.container.keep_frame(group, None);
+        self.failure().map_or(Ok(()), Err)
+    }
+
+    /// Goes on with frame number `frames`.
+    pub(super) fn begin_at(&mut self, frames: u64) {
+        self.frames = frames;
+    }
+
+    /// Returns when the disk has all frames, but for chunks that are closed: the file is to be synced for
+    /// them.
+    pub(super) fn secure(&mut self) -> McapResult<()> {
+        self.container.secure()
+    }
+
     /// Records a message about the run at a simulated time [s].
     pub(super) fn log(&mut self, level: Level, text: &str, time: f64) -> McapResult<()> {
         if !self.container.has_channel(LOG.0) {

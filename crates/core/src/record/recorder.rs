@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::behind::Behind;
-use super::container::Finished;
+use super::clock::seconds;
+use super::container::{Finished, Message};
 use super::desk::Desk;
 use super::error::write_error;
 use super::journal::Journal;
@@ -15,7 +16,7 @@ use super::kept::Needs;
 use super::outcome::{Outcome, Status};
 use super::sink::{Sink, Tail};
 use super::{Level, RecordError, paths};
-use crate::observer::{Frame, Observer, ObserverError};
+use crate::observer::{Frame, Notes, Observer, ObserverError};
 use crate::probe::Probe;
 use crate::scene::Channel;
 use crate::topology::Topology;
@@ -73,6 +74,8 @@ pub struct McapRecorder {
     time: f64,
     /// The first frame that is lost because writing failed.
     failed_at: Option<u64>,
+    /// `<path>.part`, to be synced at checkpoints.
+    file: Option<File>,
 }
 
 impl McapRecorder {
@@ -90,8 +93,10 @@ impl McapRecorder {
         let tail = paths::tail_of(&paths::part_of(path));
         let journal =
             File::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let synced = file.try_clone().ok();
         let sink = BufWriter::with_capacity(1 << 16, file);
-        Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))
+        let recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
+        Ok(McapRecorder { file: synced, ..recorder })
     }
 
     /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
@@ -118,6 +123,7 @@ impl McapRecorder {
             step: 0,
             time: 0.0,
             failed_at: None,
+            file: None,
         })
     }
 
@@ -146,6 +152,33 @@ impl McapRecorder {
         self.frames += 1;
         (self.step, self.time) = (frame.step, frame.time);
         Ok(())
+    }
+
+    /// Returns when the disk has every frame recorded so far: neither a kill nor a power cut loses it.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
+    pub fn secure(&mut self) -> Result<(), RecordError> {
+        self.ensure_sound()?;
+        let secured = self.behind.desk().and_then(Desk::secure);
+        let secured = secured.and_then(|()| Ok(self.file.as_ref().map_or(Ok(()), File::sync_all)?));
+        self.note_failure(secured)
+    }
+
+    /// Records the messages of a frame that another recorder has encoded.
+    pub(super) fn replay(&mut self, group: &[Message<'_>]) -> Result<(), RecordError> {
+        let replayed = self.behind.desk().and_then(|desk| desk.replay(group));
+        self.note_failure(replayed)?;
+        self.time = group.last().map_or(self.time, |message| seconds(message.header.log_time));
+        Ok(())
+    }
+
+    /// Goes on with frame number `frames`, those before being replayed.
+    pub(super) fn begin_at(&mut self, frames: u64) -> Result<(), RecordError> {
+        self.frames = frames;
+        let begun = self.behind.desk().map(|desk| desk.begin_at(frames));
+        self.note_failure(begun)?;
+        self.secure()
     }
 
     /// Records a message about the run at a simulated time [s].
@@ -187,7 +220,7 @@ impl McapRecorder {
         }
         let Finished { stream, journal, .. } = finished;
         // Windows cannot rename an open file.
-        drop(stream);
+        drop((stream, self.file));
         if !self.overwrite && self.path.exists() {
             return Err(RecordError::Exists { path: self.path });
         }
@@ -254,6 +287,10 @@ impl Observer for McapRecorder {
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         Ok(self.record(frame)?)
+    }
+
+    fn checkpoint(&mut self, _: &mut Notes) -> Result<(), ObserverError> {
+        Ok(self.secure()?)
     }
 }
 
