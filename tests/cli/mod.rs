@@ -7,6 +7,7 @@ mod failures;
 mod meshes;
 mod modes;
 mod reference;
+mod resume;
 mod run;
 mod scenes;
 mod signals;

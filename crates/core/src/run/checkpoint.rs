@@ -1,5 +1,6 @@
 //! Checkpoints of whole runs.
 
+use super::Plan;
 use crate::diagnostics::Diagnostics;
 use crate::observer::{Notes, ObserverError};
 use crate::simulation::{self, Simulation};
@@ -79,8 +80,21 @@ impl RunState {
         self.frames
     }
 
-    /// Simulated time since the start of the run at which `simulation` is [s].
-    pub fn elapsed(&self, simulation: &simulation::Checkpoint) -> f64 {
-        simulation.snapshot().time - self.first_time
+    /// Simulated time since the start of the run at which `at` is [s].
+    pub fn elapsed(&self, at: &simulation::Checkpoint) -> f64 {
+        at.snapshot().time - self.first_time
+    }
+
+    /// Whether `at` is the end of `plan`, but for its last frame; `simulation` is one of the same scene.
+    pub fn is_done(&self, at: &simulation::Checkpoint, simulation: &Simulation, plan: &Plan) -> bool {
+        match simulation.step_control() {
+            Some(_) => self.elapsed(at) >= plan.duration,
+            None => at.snapshot().step - self.first_step >= plan.steps(simulation.step_size()),
+        }
+    }
+
+    /// Measurements at the start of the run.
+    pub fn start(&self) -> &Diagnostics {
+        &self.start
     }
 }
