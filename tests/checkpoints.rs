@@ -9,8 +9,8 @@ use pliant::run::{Checkpoints, Plan, RunCheckpoint, Summary, count_losses_for, r
 use pliant::scene::{Scene, Source};
 use pliant::simulation::{Checkpoint, Simulation};
 
-use crate::support::method;
 use crate::support::particles::figure_eight;
+use crate::support::{assert_relative, method};
 
 /// All that steps may remember: two tied bodies, damped, loaded, between walls, under gravity that changes;
 /// pins that stay, that let go after 12 ms, that move, that move and jump.
@@ -67,7 +67,12 @@ fn go(simulation: &mut Simulation, steps: usize, what: &str) {
 
 /// Takes `steps` steps with a checkpoint after each of `taken`, in one go, and goes on from each of them in a
 /// simulation assembled anew.
-fn assert_resumed_is_never_stopped(what: &str, build: impl Fn() -> Simulation, taken: &[usize], steps: usize) {
+fn assert_resumed_is_never_stopped(
+    what: &str,
+    build: impl Fn() -> Simulation,
+    taken: &[usize],
+    steps: usize,
+) {
     let mut simulation = build();
     let mut checkpoints: Vec<Checkpoint> = vec![];
     for step in 0..steps {
@@ -177,7 +182,7 @@ fn every_kind_of_force_resumes_with_the_same_bits() {
         let path = format!("{}/../../scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
         let build = || assembly(&text, changes).simulation;
-        assert_resumed_is_never_stopped(name, build, &[1, 2], 4);
+        assert_resumed_is_never_stopped(name, build, &[1], 3);
     }
 }
 
@@ -266,8 +271,7 @@ fn whole_run(
         simulation.resume(&from.simulation).unwrap();
     }
     let state = from.map(|from| from.run.clone());
-    let summary =
-        run_with_checkpoints(&mut simulation, &scene.plan(), &mut observers, &stop, &mut at, state);
+    let summary = run_with_checkpoints(&mut simulation, &scene.plan(), &mut observers, &stop, &mut at, state);
     let kept = at.kept;
     (witness, summary, kept)
 }
@@ -282,7 +286,8 @@ fn a_resumed_run_shows_the_frames_and_closing_numbers_of_a_whole_one() {
     ] {
         let text = BODIES.replace("'symplectic-euler'", integrator).replace("step = 1e-3", pace);
         let scene = Scene::from_toml(&text).unwrap();
-        for step in [0, 7, 10, 20] {
+        let steps = if pace.starts_with("step") { [0, 7, 10, 20] } else { [0, 3, 6, 8] };
+        for step in steps {
             let (whole, end, _) = whole_run(&scene, &[step], None, false);
             let (mut first, stopped, kept) = whole_run(&scene, &[step], None, true);
             assert!(stopped.frames < end.frames, "{integrator} at {step}: {}", stopped.frames);
@@ -320,13 +325,20 @@ fn a_run_that_is_done_goes_on() {
 #[test]
 fn a_checkpoint_does_not_disturb_explicit_schemes() {
     let scene = Scene::from_toml(BODIES).unwrap();
-    let (checked, _, _) = whole_run(&scene, &[5, 12], None, false);
+    let (checked, with, _) = whole_run(&scene, &[5, 12], None, false);
     let mut simulation = scene.assemble(UnstableStep::Accept).ok().unwrap().simulation;
     let mut witness = Witness::default();
     let plan: Plan = scene.plan();
-    run(&mut simulation, &plan, &mut [&mut witness], &AtomicBool::new(false));
+    let without = run(&mut simulation, &plan, &mut [&mut witness], &AtomicBool::new(false));
+    assert!(with.end.balance.is_some() && with.motion_jumps.is_some());
+    assert_eq!(with.end.balance, without.end.balance);
+    assert_eq!(with.motion_jumps, without.motion_jumps);
+    assert_eq!((with.frames, with.energy_scale), (without.frames, without.energy_scale));
+    assert_relative(with.largest_energy_change, without.largest_energy_change, 1e-9, "largest change");
     let places = |frames: &Witness| -> Vec<String> {
-        let part = |frame: &String| frame[frame.find(" x: ").unwrap()..frame.find("diagnostics").unwrap()].to_owned();
+        let part = |frame: &String| {
+            frame[frame.find(" x: ").unwrap()..frame.find("diagnostics").unwrap()].to_owned()
+        };
         frames.0.iter().map(part).collect()
     };
     assert_eq!(places(&checked), places(&witness));

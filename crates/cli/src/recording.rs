@@ -97,10 +97,9 @@ impl Recording {
 fn refusal(error: &RecordError, path: &Path) -> Failure {
     let checkpoint = checkpoint_of(path);
     match error {
-        RecordError::LeftOver { .. } if checkpoint.exists() => Failure::usage(format!(
-            "{error}; `pliant resume {}` goes on with it",
-            checkpoint.display()
-        )),
+        RecordError::LeftOver { .. } if checkpoint.exists() => {
+            Failure::usage(format!("{error}; `pliant resume {}` goes on with it", checkpoint.display()))
+        }
         _ => Failure::recording(error),
     }
 }

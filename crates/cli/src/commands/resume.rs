@@ -37,7 +37,8 @@ pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result
     let recording = recording_of(arguments, &settings);
     let plan = input.scene.plan();
     let elapsed = state.elapsed(&from.simulation);
-    if plan.duration < elapsed {
+    let place = state.against(&plan, &from.simulation, &assembly.simulation);
+    if place.is_gt() {
         return Err(Failure::usage(format!(
             "{} is at t = {} s, beyond the {} s that `--until` asks for",
             path.display(),
@@ -45,7 +46,7 @@ pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result
             number(plan.duration),
         )));
     }
-    if state.is_done(&from.simulation, &assembly.simulation, &plan) && is_recorded(recording.as_deref(), state) {
+    if place.is_eq() && is_recorded(recording.as_deref(), state) {
         return complete(path, elapsed, terminal);
     }
     if terminal.verbose {
@@ -85,6 +86,12 @@ fn open(
     input: &Input,
     assembly: &Assembly,
 ) -> Result<Recording, Failure> {
+    if recording.is_some_and(|recording| keeper::is_one(recording, &arguments.file)) {
+        return Err(Failure::usage(format!(
+            "{} is the checkpoint; choose another output",
+            arguments.file.display()
+        )));
+    }
     let (Some(recording), Some(begun)) = (recording, begun) else {
         return match &arguments.output {
             Some(_) => Err(Failure::usage("`-o` has nothing to go on with: the run was not recorded")),

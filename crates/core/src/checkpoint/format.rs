@@ -44,10 +44,10 @@ pub(super) fn decode<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T
     }
     let (length, rest) = rest.split_first_chunk().ok_or_else(damaged)?;
     let (hash, body) = rest.split_first_chunk().ok_or_else(damaged)?;
-    let is_whole = u64::from_le_bytes(*length) == body.len() as u64 && u64::from_le_bytes(*hash) == fnv1a(body);
+    let is_whole =
+        u64::from_le_bytes(*length) == body.len() as u64 && u64::from_le_bytes(*hash) == fnv1a(body);
     let (length, body) = body.split_first_chunk().filter(|_| is_whole).ok_or_else(damaged)?;
-    let (version, content) =
-        body.split_at_checked(u16::from_le_bytes(*length).into()).ok_or_else(damaged)?;
+    let (version, content) = body.split_at_checked(u16::from_le_bytes(*length).into()).ok_or_else(damaged)?;
     if version != VERSION.as_bytes() {
         let found = String::from_utf8_lossy(version).into_owned();
         return Err(CheckpointError::Version { path: path(), found, expected: VERSION });

@@ -151,7 +151,8 @@ pub(super) fn build(
 
 /// The files that reading the mesh file `path` reads.
 pub fn files(path: &Path) -> Vec<PathBuf> {
-    let paths = format(path).map_or_else(|_| [path.to_path_buf(), PathBuf::new()], |format| pair(format, path));
+    let paths =
+        format(path).map_or_else(|_| [path.to_path_buf(), PathBuf::new()], |format| pair(format, path));
     paths.into_iter().filter(|path| !path.as_os_str().is_empty()).collect()
 }
 

@@ -41,7 +41,7 @@ impl McapRecorder {
         beginning: Beginning<'_>,
     ) -> Result<Self, RecordError> {
         let mut source = beginning.find()?;
-        let is_same = path == beginning.path;
+        let is_same = is_one(path, beginning.path);
         if is_same && source != path {
             recover(&source, path, true)?;
             source = path.to_owned();
@@ -55,6 +55,17 @@ impl McapRecorder {
     }
 }
 
+/// Whether recordings to these paths are written to the same file.
+fn is_one(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let directory = directory.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        let part = paths::part_of(&directory.join(path.file_name()?));
+        Some(part.canonicalize().unwrap_or(part))
+    };
+    a == b || place(a).is_some_and(|a| place(b) == Some(a))
+}
+
 impl Beginning<'_> {
     /// The file that has the frames: the unfinished one, which may be ahead, or the complete one.
     fn find(&self) -> Result<PathBuf, RecordError> {
@@ -62,7 +73,8 @@ impl Beginning<'_> {
         let mut reason = "is not there";
         for candidate in [&part, self.path].into_iter().filter(|path| path.exists()) {
             let found = Survey::of(candidate, self.frames)?;
-            if !self.scene_text.is_empty() && found.scene_text.as_deref() != Some(self.scene_text.as_bytes()) {
+            if !self.scene_text.is_empty() && found.scene_text.as_deref() != Some(self.scene_text.as_bytes())
+            {
                 reason = "was recorded with another scene";
             } else if found.frames < self.frames && found.holds_every_frame {
                 reason = "ends before the checkpoint";

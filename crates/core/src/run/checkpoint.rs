@@ -1,5 +1,7 @@
 //! Checkpoints of whole runs.
 
+use std::cmp::Ordering;
+
 use super::Plan;
 use crate::diagnostics::Diagnostics;
 use crate::observer::{Notes, ObserverError};
@@ -85,11 +87,12 @@ impl RunState {
         at.snapshot().time - self.first_time
     }
 
-    /// Whether `at` is the end of `plan`, but for its last frame; `simulation` is one of the same scene.
-    pub fn is_done(&self, at: &simulation::Checkpoint, simulation: &Simulation, plan: &Plan) -> bool {
+    /// Whether `at` is before, at or beyond the end of `plan`; `simulation` is one of the same scene. The last
+    /// frame comes after a checkpoint at the end.
+    pub fn against(&self, plan: &Plan, at: &simulation::Checkpoint, simulation: &Simulation) -> Ordering {
         match simulation.step_control() {
-            Some(_) => self.elapsed(at) >= plan.duration,
-            None => at.snapshot().step - self.first_step >= plan.steps(simulation.step_size()),
+            Some(_) => self.elapsed(at).total_cmp(&plan.duration),
+            None => (at.snapshot().step - self.first_step).cmp(&plan.steps(simulation.step_size())),
         }
     }
 

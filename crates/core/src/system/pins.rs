@@ -42,8 +42,8 @@ impl System {
     pub(crate) fn set_pin_states(&mut self, states: &[PinState]) -> bool {
         let mut order: Vec<&Hold> = self.all_holds().collect();
         order.sort_by_key(|hold| hold.rank());
-        let fits = order.len() == states.len()
-            && order.iter().zip(states).all(|(hold, state)| state.is_of(hold));
+        let fits =
+            order.len() == states.len() && order.iter().zip(states).all(|(hold, state)| state.is_of(hold));
         if !fits {
             return false;
         }

@@ -136,7 +136,8 @@ impl Additions {
         notes.insert(PINS.into(), text.map_err(|error| PyValueError::new_err(error.to_string()))?);
         if self.force.is_some() || !self.materials.is_empty() {
             let force = self.force.as_ref().map(|force| force.clone_ref(py));
-            let pickled = py.import("pickle")?.call_method1("dumps", ((force, self.copied_materials(py)),))?;
+            let pickled =
+                py.import("pickle")?.call_method1("dumps", ((force, self.copied_materials(py)),))?;
             notes.insert(FUNCTIONS.into(), pickled.extract()?);
         }
         Ok(())

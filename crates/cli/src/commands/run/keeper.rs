@@ -116,6 +116,11 @@ impl Checkpoints for Keeper {
     }
 }
 
+/// Whether both paths are one file that is there.
+pub(crate) fn is_one(a: &Path, b: &Path) -> bool {
+    same_file::is_same_file(a, b).unwrap_or(false)
+}
+
 /// `path` as the checkpoint `from` notes it: its name where both are in one directory, else all of it.
 pub(crate) fn noted(path: &Path, from: &Path) -> PathBuf {
     match path.file_name() {

@@ -84,6 +84,9 @@ fn own(path: &Path, file: &File, arguments: &RunArguments) -> Result<(), Failure
         let output = recording::output(arguments);
         taken.extend(record::files(&output).map(|file| (file, "the recording")));
     }
+    if arguments.checkpoint.is_some() {
+        taken.push((recording::checkpoint_of(&recording::output(arguments)), "the checkpoint"));
+    }
     let is_table = |other: &Path| -> std::io::Result<bool> {
         Ok(Handle::from_file(file.try_clone()?)? == Handle::from_path(other)?)
     };

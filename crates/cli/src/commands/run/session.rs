@@ -119,14 +119,9 @@ impl Session {
         }
         Ok(match &mut self.keeper {
             None => run::run(simulation, &plan, &mut observers, self.interrupted),
-            Some(keeper) => run::run_with_checkpoints(
-                simulation,
-                &plan,
-                &mut observers,
-                self.interrupted,
-                keeper,
-                state,
-            ),
+            Some(keeper) => {
+                run::run_with_checkpoints(simulation, &plan, &mut observers, self.interrupted, keeper, state)
+            }
         })
     }
 }

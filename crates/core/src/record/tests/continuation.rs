@@ -28,7 +28,12 @@ fn go_on(from: &Path, path: &Path, channels: &[Channel], vertex_count: u32, kept
 // Of 1000 vertices, 87 frames fill a chunk; of 6000, 14 and a half; of 100,000, one does.
 #[test]
 fn what_goes_on_after_a_kill_has_the_bytes_of_what_was_not_killed() {
-    let cases = [(9, 20, 30, &[0, 1, 7, 20][..]), (1000, 120, 150, &[20, 86, 87, 88, 120]), (6000, 16, 20, &[14, 15]), (100_000, 2, 3, &[1])];
+    let cases = [
+        (9, 20, 30, &[0, 1, 7, 20][..]),
+        (1000, 120, 150, &[20, 86, 87, 88, 120]),
+        (6000, 16, 20, &[14, 15]),
+        (100_000, 2, 3, &[1]),
+    ];
     for (vertex_count, recorded, frames, kept) in cases {
         let directory = tempfile::tempdir().unwrap();
         let expected = directory.path().join("expected.mcap");
@@ -72,6 +77,20 @@ fn a_finished_recording_goes_on() {
     drop(recorder);
 }
 
+/// Whatever it is called: the frames are not lost with the file that they are in.
+#[test]
+fn a_recording_goes_on_in_itself_by_another_name() {
+    let directory = tempfile::tempdir().unwrap();
+    let expected = directory.path().join("expected.mcap");
+    record(&expected, &ALL, 9, 12).finish().unwrap();
+    let recorder = record(&directory.path().join("a.mcap"), &ALL, 9, 8);
+    let path = remains(&directory.path().join("a.mcap"), "killed").with_extension("");
+    let other = directory.path().join("killed/../killed/a.mcap");
+    go_on(&path, &other, &ALL, 9, 7, 12);
+    assert!(fs::read(&path).unwrap() == fs::read(&expected).unwrap());
+    drop(recorder);
+}
+
 /// The surface is not drawn in every frame.
 #[test]
 fn a_recording_of_the_surface_alone_goes_on() {
@@ -95,8 +114,12 @@ fn recordings_without_the_frames_before_are_refused() {
     record(&path, &ALL, 9, 4).finish().unwrap();
     let whole = fs::read(&path).unwrap();
     assert!(refusal(&options(&ALL), 5).contains("a.mcap ends before the checkpoint"));
-    let mut recorder =
-        McapRecorder::create(&directory.path().join("b.mcap"), &Options { scene_text: "x = 1".into(), ..options(&ALL) }, &topology(9)).unwrap();
+    let mut recorder = McapRecorder::create(
+        &directory.path().join("b.mcap"),
+        &Options { scene_text: "x = 1".into(), ..options(&ALL) },
+        &topology(9),
+    )
+    .unwrap();
     (0..5).for_each(|index| recorder.record(&Moment::new(index, 9).frame()).unwrap());
     let other = recorder.finish().unwrap().path;
     let end = McapRecorder::resume(&path, &options(&ALL), &topology(9), beginning(&other, 3));
