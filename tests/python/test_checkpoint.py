@@ -114,7 +114,8 @@ def test_what_is_broken_is_refused(tmp_path: Path) -> None:
         pliant.Simulation.restore(path)
     pliant.Simulation(beam()).save(path)
     whole = path.read_bytes()
-    for bytes_, said in [(whole[:-1], "damaged"), (b"[time]", "is not a checkpoint"), (whole[:200] + b"?" + whole[201:], "damaged")]:
+    flipped = whole[:200] + bytes([whole[200] ^ 1]) + whole[201:]
+    for bytes_, said in [(whole[:-1], "damaged"), (b"[time]", "is not a checkpoint"), (flipped, "damaged")]:
         path.write_bytes(bytes_)
         with pytest.raises(ValueError, match=said):
             pliant.Simulation.restore(path)

@@ -2,6 +2,7 @@
 
 mod checkpoint;
 mod plan;
+mod summary;
 #[cfg(test)]
 mod tests;
 
@@ -9,91 +10,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::deadline::until;
-use crate::diagnostics::{Diagnostics, Energy, Reaction};
-use crate::observer::{Frame, Notes, Observer, ObserverError, Work};
-use crate::simulation::{MotionJumps, Simulation, StepError};
+use crate::diagnostics::{Diagnostics, Energy};
+use crate::observer::{Frame, Notes, Observer};
+use crate::simulation::{Simulation, StepError};
 
 pub use checkpoint::{Checkpoints, RunCheckpoint, RunState};
 pub use plan::Plan;
+pub use summary::{Outcome, Summary};
 
 /// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
 const GUARD_INTERVAL: u64 = 128;
 /// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
 const ENERGY_GROWTH_BOUND: f64 = 1e3;
-
-/// How a run ended.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum Outcome {
-    /// It reached its duration.
-    Done,
-    /// It was asked to stop.
-    Interrupted,
-    /// A step could not be taken, or the energy blew up.
-    Failed(StepError),
-    /// An observer could not do its work.
-    ObserverFailed(ObserverError),
-}
-
-/// What can be said at the end.
-#[derive(Debug)]
-pub struct Summary {
-    /// How it ended.
-    pub outcome: Outcome,
-    /// Frames shown.
-    pub frames: u64,
-    /// Work done in this run.
-    pub work: Work,
-    /// Measurements at the start.
-    pub start: Diagnostics,
-    /// Measurements of the last good state that was measured.
-    pub end: Diagnostics,
-    /// The forces with which pins hold their vertices in the last good state; empty where the energy blew up
-    /// after it.
-    pub reactions: Vec<Reaction>,
-    /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
-    pub motion_jumps: Option<MotionJumps>,
-    /// Simulated time of the last frame shown [s].
-    pub last_frame_time: f64,
-    /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
-    pub largest_energy_change: f64,
-    /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no
-    /// loss makes up for it.
-    pub largest_energy_gain: f64,
-    /// Whether it went from equilibrium to equilibrium: there is no energy of motion then that could be kept.
-    pub is_static: bool,
-    /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
-    /// what gravity can give over the size of the scene, and the most that came in from outside.
-    pub energy_scale: f64,
-}
-
-impl Summary {
-    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no
-    /// drift. `None` in statics.
-    pub fn relative_energy_drift(&self) -> Option<f64> {
-        self.relative(self.end.conserved() - self.start.conserved())
-    }
-
-    /// Largest `|E - E_0|` seen, over the energy scale. `None` in statics.
-    pub fn relative_energy_error(&self) -> Option<f64> {
-        self.relative(self.largest_energy_change)
-    }
-
-    /// Largest growth of the energy seen, over the energy scale. `None` in statics.
-    pub fn relative_energy_gain(&self) -> Option<f64> {
-        self.relative(self.largest_energy_gain)
-    }
-
-    fn relative(&self, energy: f64) -> Option<f64> {
-        (!self.is_static).then(|| energy.abs() / self.energy_scale)
-    }
-
-    /// `|p_end - p_0|` [kg m/s]; nothing in statics.
-    pub fn momentum_change(&self) -> f64 {
-        let d = |i: usize| self.end.linear_momentum[i] - self.start.linear_momentum[i];
-        (d(0).powi(2) + d(1).powi(2) + d(2).powi(2)).sqrt()
-    }
-}
 
 /// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
 ///
@@ -239,14 +167,20 @@ impl<'a, 'b> Run<'a, 'b> {
         step > 0 && step.is_multiple_of(GUARD_INTERVAL)
     }
 
+    /// Whether an interruption that came with a frame ends the run here. A run with checkpoints takes another
+    /// step first: its last checkpoint comes before the frame of that step.
+    fn is_interrupted_after_frame(&self, interrupt: &AtomicBool) -> bool {
+        self.checkpoints.is_none() && interrupt.load(Ordering::Relaxed)
+    }
+
     fn go_by_steps(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Result<Outcome, Outcome> {
         let h = self.simulation.step_size();
         let steps = plan.steps(h);
         loop {
             let step = self.steps();
             let is_done = step >= steps;
-            let is_interrupted = !is_done && interrupt.load(Ordering::Relaxed);
-            self.checkpoint(is_done || is_interrupted)?;
+            let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
+            self.checkpoint(is_done || is_stopping)?;
             if step == self.state.next_frame.min(steps) {
                 self.show()?;
                 while self.state.next_frame <= step {
@@ -259,7 +193,7 @@ impl<'a, 'b> Run<'a, 'b> {
             if is_done {
                 return Ok(Outcome::Done);
             }
-            if is_interrupted {
+            if is_stopping || self.is_interrupted_after_frame(interrupt) {
                 return Ok(self.end_with(Outcome::Interrupted));
             }
             let is_frame = step + 1 == self.state.next_frame.min(steps);
@@ -278,8 +212,8 @@ impl<'a, 'b> Run<'a, 'b> {
         loop {
             let (step, time) = (self.steps(), self.simulation.state().time);
             let is_done = time >= target(&self.state) && self.state.frames >= last;
-            let is_interrupted = !is_done && interrupt.load(Ordering::Relaxed);
-            self.checkpoint(is_done || is_interrupted)?;
+            let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
+            self.checkpoint(is_done || is_stopping)?;
             if Self::is_guarded(step) {
                 self.judge().map_err(Outcome::Failed)?;
             }
@@ -289,7 +223,7 @@ impl<'a, 'b> Run<'a, 'b> {
                     return Ok(Outcome::Done);
                 }
             }
-            if is_interrupted {
+            if is_stopping || self.is_interrupted_after_frame(interrupt) {
                 return Ok(self.end_with(Outcome::Interrupted));
             }
             self.simulation.set_to_be_measured(Self::is_guarded(step + 1));

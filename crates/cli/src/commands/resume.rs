@@ -1,5 +1,6 @@
 //! `pliant resume`: goes on with a run from its last checkpoint.
 
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
 use pliant::assembly::{Assembly, UnstableStep};
@@ -28,44 +29,63 @@ pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result
     let from = CheckpointFile::read(path).map_err(|error| Failure::checkpoint(&error))?;
     let (Some(state), Some(settings)) = (&from.run, Settings::of(&from)) else {
         return Err(Failure::usage(format!(
-            "{0} is a simulation that Python has saved, not a run: `pliant.Simulation.restore({0:?})` goes on from it",
+            "{0} is a simulation that Python has saved, not a run: \
+             `pliant.Simulation.restore({0:?})` goes on from it",
             path.display()
         )));
     };
     let input = Input::of(from.scene.source(), arguments.until)?;
     let assembly = input.assemble(UnstableStep::Refuse)?;
     let recording = recording_of(arguments, &settings);
-    let plan = input.scene.plan();
     let elapsed = state.elapsed(&from.simulation);
-    let place = state.against(&plan, &from.simulation, &assembly.simulation);
-    if place.is_gt() {
-        return Err(Failure::usage(format!(
-            "{} is at t = {} s, beyond the {} s that `--until` asks for",
-            path.display(),
-            number(elapsed),
-            number(plan.duration),
-        )));
-    }
-    if place.is_eq() && is_recorded(recording.as_deref(), state) {
-        return complete(path, elapsed, terminal);
+    match state.against(&input.scene.plan(), &from.simulation, &assembly.simulation) {
+        Ordering::Greater => return Err(too_far(path, elapsed, &input)),
+        Ordering::Equal if is_recorded(recording.as_deref(), state) => {
+            return complete(path, elapsed, terminal);
+        }
+        _ => {}
     }
     if terminal.verbose {
         terminal.note(&check::describe(&assembly.report, terminal.width()));
     }
     note_changes(&from, &settings, terminal);
+    session(arguments, recording.as_deref(), from, settings, input, assembly)?.run(terminal)
+}
+
+/// The rest of the run.
+fn session(
+    arguments: &ResumeArguments,
+    recording: Option<&Path>,
+    from: CheckpointFile,
+    settings: Settings,
+    input: Input,
+    assembly: Assembly,
+) -> Result<Session, Failure> {
+    let path = &arguments.file;
+    // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;
-    let table = table(path, &from, &settings, &assembly)?;
     let begun = settings.recording.as_ref().map(|noted| keeper::resolved(noted, path));
-    let opened = open(arguments, recording.as_deref(), begun.as_deref(), &from, &input, &assembly)?;
+    let opened = open(arguments, recording, begun.as_deref(), &from, &input, &assembly)?;
+    let table = table(path, &from, &settings, &assembly)?;
     let settings = Settings {
-        recording: recording.as_ref().map(|recording| keeper::noted(recording, path)),
+        recording: recording.map(|recording| keeper::noted(recording, path)),
         interval: arguments.checkpoint.unwrap_or(settings.interval),
         ..settings
     };
     let keeper = Keeper::new(path, settings, &input)?.with_table(table.as_ref().map(|(file, _)| file));
     let table = table.map(|(_, table)| table);
     let (keeper, from) = (Some(keeper), Some(from));
-    Session { input, assembly, recording: opened, table, keeper, from, interrupted }.run(terminal)
+    Ok(Session { input, assembly, recording: opened, table, keeper, from, interrupted })
+}
+
+/// The run has gone farther than it is asked to go.
+fn too_far(path: &Path, elapsed: f64, input: &Input) -> Failure {
+    Failure::usage(format!(
+        "{} is at t = {} s, beyond the {} s that `--until` asks for",
+        path.display(),
+        number(elapsed),
+        number(input.scene.plan().duration),
+    ))
 }
 
 /// The file that the run is recorded to from now on; `None` without one.

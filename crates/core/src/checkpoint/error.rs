@@ -30,15 +30,18 @@ pub enum CheckpointError {
         path: PathBuf,
     },
     /// The file is cut, or its bytes are not those that were written.
-    #[error("{} is damaged: it is cut, or its checksum is another one; nothing can go on from it", path.display())]
+    #[error(
+        "{} is damaged: it is cut, or its checksum is another one; nothing can go on from it",
+        path.display()
+    )]
     Damaged {
         /// The file.
         path: PathBuf,
     },
     /// The file has another layout.
     #[error(
-        "{} has format {found} of checkpoints, this program reads format {expected}: go on with the version of \
-         pliant that wrote it",
+        "{} has format {found} of checkpoints, this program reads format {expected}: go on with the \
+         version of pliant that wrote it",
         path.display()
     )]
     Format {
@@ -51,8 +54,8 @@ pub enum CheckpointError {
     },
     /// Another version of the program wrote the file.
     #[error(
-        "{} was written by pliant {found}, this is {expected}, whose steps may have other bits: go on with {found}, \
-         or run the scene anew",
+        "{} was written by pliant {found}, this is {expected}, whose steps may have other bits: go on with \
+         {found}, or run the scene anew",
         path.display()
     )]
     Version {

@@ -1,5 +1,7 @@
 //! Where frames become messages, and messages a file.
 
+use std::fs::File;
+
 use mcap::{McapError, McapResult};
 
 use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
@@ -163,8 +165,12 @@ impl Desk {
         self.frames = frames;
     }
 
-    /// Returns when the disk has all frames, but for chunks that are closed: the file is to be synced for
-    /// them.
+    /// Says which file the sink writes to.
+    pub(super) fn sync_with(&mut self, file: File) {
+        self.container.sync_with(file);
+    }
+
+    /// Returns when the disk has all frames.
     pub(super) fn secure(&mut self) -> McapResult<()> {
         self.container.secure()
     }

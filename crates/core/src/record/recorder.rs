@@ -74,8 +74,6 @@ pub struct McapRecorder {
     time: f64,
     /// The first frame that is lost because writing failed.
     failed_at: Option<u64>,
-    /// `<path>.part`, to be synced at checkpoints.
-    file: Option<File>,
 }
 
 impl McapRecorder {
@@ -93,10 +91,12 @@ impl McapRecorder {
         let tail = paths::tail_of(&paths::part_of(path));
         let journal =
             File::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
-        let synced = file.try_clone().ok();
+        let synced = file.try_clone();
         let sink = BufWriter::with_capacity(1 << 16, file);
-        let recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
-        Ok(McapRecorder { file: synced, ..recorder })
+        let mut recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
+        let given = recorder.behind.desk().and_then(|desk| Ok(desk.sync_with(synced?)));
+        recorder.note_failure(given)?;
+        Ok(recorder)
     }
 
     /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
@@ -123,7 +123,6 @@ impl McapRecorder {
             step: 0,
             time: 0.0,
             failed_at: None,
-            file: None,
         })
     }
 
@@ -161,7 +160,6 @@ impl McapRecorder {
     pub fn secure(&mut self) -> Result<(), RecordError> {
         self.ensure_sound()?;
         let secured = self.behind.desk().and_then(Desk::secure);
-        let secured = secured.and_then(|()| Ok(self.file.as_ref().map_or(Ok(()), File::sync_all)?));
         self.note_failure(secured)
     }
 
@@ -220,7 +218,7 @@ impl McapRecorder {
         }
         let Finished { stream, journal, .. } = finished;
         // Windows cannot rename an open file.
-        drop((stream, self.file));
+        drop(stream);
         if !self.overwrite && self.path.exists() {
             return Err(RecordError::Exists { path: self.path });
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pliant::checkpoint::{CheckpointContent, CheckpointError, CheckpointFile, SavedScene};
 use pliant::observer::Notes;
-use pliant::simulation::Checkpoint;
+use pliant::simulation::{Checkpoint, Simulation as Core};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyTuple};
@@ -199,7 +199,8 @@ impl Simulation {
         let mut inner = self.lock()?;
         let mut notes = Notes::new();
         inner.additions.note(py, &mut notes)?;
-        let written = py.detach(|| inner.written(&notes, |content| content.write(&path)));
+        let Inner { simulation, scene, .. } = &mut *inner;
+        let written = py.detach(|| written(simulation, scene, &notes, |content| content.write(&path)));
         written.map_err(|error| errors::checkpoint(&error))
     }
 
@@ -232,7 +233,8 @@ impl Simulation {
         let (py, this) = (slf.py(), slf.get());
         let (bytes, additions) = {
             let mut inner = this.lock()?;
-            let bytes = inner.written(&Notes::new(), |content| {
+            let Inner { simulation, scene, .. } = &mut *inner;
+            let bytes = written(simulation, scene, &Notes::new(), |content| {
                 let path = || PathBuf::from("a pickle");
                 content.to_bytes().map_err(|source| CheckpointError::Write { path: path(), source })
             });
@@ -252,17 +254,16 @@ impl Simulation {
     }
 }
 
-impl Inner {
-    /// A checkpoint, which `write` writes.
-    fn written<T>(
-        &mut self,
-        notes: &Notes,
-        write: impl FnOnce(&CheckpointContent<'_>) -> Result<T, CheckpointError>,
-    ) -> Result<T, CheckpointError> {
-        let scene = SavedScene::new(&self.scene.source, &self.scene.scene)?;
-        let simulation = self.simulation.checkpoint();
-        write(&CheckpointContent { scene: &scene, simulation: &simulation, run: None, notes })
-    }
+/// A checkpoint of `simulation`, which `write` writes.
+fn written<T>(
+    simulation: &mut Core,
+    scene: &Scene,
+    notes: &Notes,
+    write: impl FnOnce(&CheckpointContent<'_>) -> Result<T, CheckpointError>,
+) -> Result<T, CheckpointError> {
+    let scene = SavedScene::new(&scene.source, &scene.scene)?;
+    let simulation = simulation.checkpoint();
+    write(&CheckpointContent { scene: &scene, simulation: &simulation, run: None, notes })
 }
 
 impl Simulation {

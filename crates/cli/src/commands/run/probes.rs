@@ -62,7 +62,8 @@ pub(in crate::commands) fn resumed(
     let length = file.metadata().map_err(failed)?.len();
     if length < written {
         return Err(Failure::usage(format!(
-            "{} ends before the checkpoint, after {length} of {written} bytes; put back the table that the run wrote",
+            "{} ends before the checkpoint, after {length} of {written} bytes; put back the table that the \
+             run wrote",
             path.display()
         )));
     }
