@@ -12,6 +12,7 @@ mod support;
 mod architecture;
 mod attachments;
 mod bending;
+mod checkpoints;
 mod cli;
 mod counters;
 mod damping;

@@ -8,6 +8,7 @@ mod memory;
 mod meshes;
 mod modes;
 mod reference;
+mod resume;
 mod run;
 mod scenes;
 mod signals;

@@ -71,6 +71,8 @@ pub(crate) enum ColorChoice {
 pub(crate) enum Command {
     /// Simulate a scene and record it
     Run(RunArguments),
+    /// Go on with a run from its last checkpoint
+    Resume(ResumeArguments),
     /// Show what a scene amounts to, without running it
     Check(CheckArguments),
     /// Show the natural frequencies of a scene; play its mode shapes and its sound
@@ -121,6 +123,35 @@ pub(crate) struct RunArguments {
     /// Simulate without recording
     #[arg(long, conflicts_with = "output")]
     pub(crate) no_record: bool,
+    /// Keep a checkpoint, at most so often (60s, "5 min"), at the end and on Ctrl-C: `pliant resume` goes on
+    /// from it with the same bits. It is beside the recording, with .checkpoint in place of .mcap
+    #[arg(long, value_name = "TIME", value_parser = time_span)]
+    pub(crate) checkpoint: Option<f64>,
+}
+
+/// `pliant resume`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ResumeArguments {
+    /// Checkpoint (.checkpoint)
+    pub(crate) file: PathBuf,
+    /// Where to record, with the frames before; by default where the run has recorded so far
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Simulate until this time instead of the duration so far [s]
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds, allow_negative_numbers = true)]
+    pub(crate) until: Option<f64>,
+    /// Number of threads [default: all cores]; the result does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU16>,
+    /// Go on without recording
+    #[arg(long, conflicts_with = "output")]
+    pub(crate) no_record: bool,
+    /// Keep a checkpoint at most so often [default: as the run did]
+    #[arg(long, value_name = "TIME", value_parser = time_span)]
+    pub(crate) checkpoint: Option<f64>,
 }
 
 /// `pliant check`.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use pliant::checkpoint::CheckpointError;
 use pliant::record::RecordError;
 use pliant::scene::{Problem, SceneError};
 use serde_json::{Value, json};
@@ -69,6 +70,7 @@ impl Failure {
     pub(crate) fn recording(error: &RecordError) -> Failure {
         let avoidable = match error {
             RecordError::Exists { .. } | RecordError::LeftOver { .. } | RecordError::InUse { .. } => true,
+            RecordError::NoBeginning { .. } => true,
             RecordError::NotMcap { .. } | RecordError::NotFinished { .. } | RecordError::NoChannel { .. } => {
                 true
             }
@@ -77,6 +79,16 @@ impl Failure {
         };
         let status = if avoidable { Status::Invalid } else { Status::Failed };
         Failure { status, ..Failure::failed("recording", error.to_string()) }
+    }
+
+    /// A checkpoint could not be written or gone on from; only a disk that fails is no mistake of the user.
+    pub(crate) fn checkpoint(error: &CheckpointError) -> Failure {
+        let status = match error {
+            CheckpointError::Write { .. } => Status::Failed,
+            CheckpointError::Read { path, .. } if path.is_file() => Status::Failed,
+            _ => Status::Invalid,
+        };
+        Failure { status, ..Failure::failed("checkpoint", error.to_string()) }
     }
 
     /// Refuses a path that is there and is no file: a directory, a device.

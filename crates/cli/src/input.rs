@@ -21,10 +21,26 @@ impl Input {
     /// # Errors
     /// The scene cannot be read, changed or simulated.
     pub(crate) fn read(path: &Path, set: &[String], until: Option<f64>) -> Result<Input, Failure> {
-        let mut changes = set.iter().map(|set| change(set)).collect::<Result<Vec<_>, _>>()?;
+        let changes = set.iter().map(|set| change(set)).collect::<Result<Vec<_>, _>>()?;
+        Self::changed(Source::from_path(path)?, changes, until)
+    }
+
+    /// The scene of a checkpoint; `until` replaces its duration [s].
+    ///
+    /// # Errors
+    /// The scene cannot be simulated.
+    pub(crate) fn of(source: Source, until: Option<f64>) -> Result<Input, Failure> {
+        Self::changed(source, vec![], until)
+    }
+
+    fn changed(
+        source: Source,
+        mut changes: Vec<(String, String)>,
+        until: Option<f64>,
+    ) -> Result<Input, Failure> {
         // By the same way as `--set`, so that the recorded scene is the one that was run.
         changes.extend(until.map(|seconds| ("time.duration".to_owned(), format!("{seconds:?}"))));
-        let source = Source::from_path(path)?.with_overrides(&changes)?;
+        let source = source.with_overrides(&changes)?;
         let scene = source.scene()?;
         Ok(Input { source, scene })
     }

@@ -46,6 +46,11 @@ impl Progress {
         Progress { bar, duration, energy_scale, first_energy: None }
     }
 
+    /// Shows drift from the energy at the start of a run that goes on: this [J].
+    pub(crate) fn begin_from(&mut self, energy: f64) {
+        self.first_energy = Some(energy);
+    }
+
     /// Takes the bar away, so that what follows starts on a clean line.
     pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();

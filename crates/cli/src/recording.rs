@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pliant::assembly::Assembly;
 use pliant::observer::Observer;
-use pliant::record::{Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
+use pliant::record::{Beginning, Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
 
 use crate::arguments::RunArguments;
 use crate::failure::Failure;
@@ -32,17 +32,30 @@ impl Recording {
         if path.canonicalize().is_ok_and(|path| scene.canonicalize().is_ok_and(|scene| scene == path)) {
             return Err(Failure::usage(format!("{} is the scene; choose another output", path.display())));
         }
-        let options = Options {
-            overwrite: arguments.force,
-            channels: input.scene.output.channels.clone(),
-            title: input.scene.title.clone(),
-            probes: assembly.probes.clone(),
-            reactions: assembly.simulation.reaction_names(),
-            scene_text: input.source.text().to_owned(),
-            patience: PATIENCE,
-            ..Options::default()
-        };
+        let options = options(input, assembly, arguments.force);
         let recorder = McapRecorder::create(&path, &options, &assembly.topology);
+        recorder.map(|recorder| Recording(Some(recorder))).map_err(|error| refusal(&error, &path))
+    }
+
+    /// No recording.
+    pub(crate) fn none() -> Recording {
+        Recording(None)
+    }
+
+    /// Opens the output of a run that goes on after the frames of `beginning`.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open); the frames are not there.
+    pub(crate) fn resume(
+        path: &Path,
+        overwrite: bool,
+        input: &Input,
+        assembly: &Assembly,
+        beginning: Beginning<'_>,
+    ) -> Result<Recording, Failure> {
+        Failure::unless_file(path)?;
+        let options = options(input, assembly, overwrite);
+        let recorder = McapRecorder::resume(path, &options, &assembly.topology, beginning);
         recorder.map(|recorder| Recording(Some(recorder))).map_err(|error| Failure::recording(&error))
     }
 
@@ -77,6 +90,38 @@ impl Recording {
             };
             Failure::failed("recording", format!("{error}{advice}"))
         })
+    }
+}
+
+/// Why the recording `path` cannot be begun; where a run to it has left a checkpoint, that it can go on.
+fn refusal(error: &RecordError, path: &Path) -> Failure {
+    let checkpoint = checkpoint_of(path);
+    match error {
+        RecordError::LeftOver { .. } if checkpoint.exists() => {
+            Failure::usage(format!("{error}; `pliant resume {}` goes on with it", checkpoint.display()))
+        }
+        _ => Failure::recording(error),
+    }
+}
+
+/// The checkpoint of a recording: its name with `.checkpoint` in place of `.mcap`.
+pub(crate) fn checkpoint_of(recording: &Path) -> PathBuf {
+    let is_mcap = recording.extension().is_some_and(|extension| extension == "mcap");
+    let mut name = if is_mcap { recording.with_extension("") } else { recording.to_owned() }.into_os_string();
+    name.push(".checkpoint");
+    name.into()
+}
+
+fn options(input: &Input, assembly: &Assembly, overwrite: bool) -> Options {
+    Options {
+        overwrite,
+        channels: input.scene.output.channels.clone(),
+        title: input.scene.title.clone(),
+        probes: assembly.probes.clone(),
+        reactions: assembly.simulation.reaction_names(),
+        scene_text: input.source.text().to_owned(),
+        patience: PATIENCE,
+        ..Options::default()
     }
 }
 

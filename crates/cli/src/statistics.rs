@@ -1,7 +1,11 @@
 //! What is remembered of a run beside its end.
 
-use pliant::observer::{Frame, Observer, ObserverError};
+use pliant::observer::{Frame, Notes, Observer, ObserverError};
 use pliant::scene::{Channel, Scene};
+
+/// Names of its notes at a checkpoint.
+const MIN_J: &str = "statistics.min_j";
+const MOST_INVERTED: &str = "statistics.most_inverted";
 
 /// Extremes over the frames of a run.
 pub(crate) struct Statistics {
@@ -18,6 +22,13 @@ impl Statistics {
         let wants_diagnostics = scene.output.channels.contains(&Channel::Energy);
         Statistics { wants_diagnostics, min_j: None, most_inverted: None }
     }
+
+    /// Goes on from what was noted at a checkpoint.
+    pub(crate) fn resume(&mut self, notes: &Notes) {
+        let number = |name: &str| notes.get(name)?.as_slice().try_into().ok();
+        self.min_j = number(MIN_J).map(f64::from_le_bytes);
+        self.most_inverted = number(MOST_INVERTED).map(u64::from_le_bytes);
+    }
 }
 
 impl Observer for Statistics {
@@ -32,6 +43,12 @@ impl Observer for Statistics {
             }
             self.most_inverted = self.most_inverted.max(diagnostics.inverted);
         }
+        Ok(())
+    }
+
+    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
+        notes.extend(self.min_j.map(|j| (MIN_J.to_owned(), j.to_le_bytes().to_vec())));
+        notes.extend(self.most_inverted.map(|n| (MOST_INVERTED.to_owned(), n.to_le_bytes().to_vec())));
         Ok(())
     }
 }

@@ -1,5 +1,7 @@
 //! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
 
+use std::collections::BTreeMap;
+
 use crate::diagnostics::{Diagnostics, ElementState, Reaction};
 pub use crate::simulation::Work;
 
@@ -58,7 +60,20 @@ pub trait Observer {
     /// # Errors
     /// Whatever keeps the observer from doing its work; the run stops and reports it.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
+
+    /// Called at every checkpoint: makes what was shown so far durable, and notes what going on from here
+    /// takes.
+    ///
+    /// # Errors
+    /// Whatever keeps the observer from doing so; the run stops and reports it.
+    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
+        let _ = notes;
+        Ok(())
+    }
 }
+
+/// What observers have noted at a checkpoint, by names that they choose.
+pub type Notes = BTreeMap<String, Vec<u8>>;
 
 /// An observer could not do its work.
 #[derive(Debug, thiserror::Error)]

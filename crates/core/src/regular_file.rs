@@ -10,11 +10,7 @@ use std::path::Path;
 /// # Errors
 /// Those of the system; [`io::ErrorKind::InvalidInput`] for what is no regular file, which is not opened.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
-    let kind = std::fs::metadata(path)?.file_type();
-    if !kind.is_file() {
-        let message = format!("it is a {}, not a regular file", described(kind));
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
-    }
+    ensure_regular(std::fs::metadata(path)?.file_type())?;
     File::open(path)
 }
 
@@ -26,6 +22,23 @@ pub(crate) fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     open(path)?.read_to_end(&mut content)?;
     Ok(content)
+}
+
+/// Refuses a path at which something is that is no regular file: a rename would put a file in the place of
+/// a device.
+///
+/// # Errors
+/// [`io::ErrorKind::InvalidInput`] for such a thing.
+pub(crate) fn ensure_replaceable(path: &Path) -> io::Result<()> {
+    std::fs::metadata(path).map_or(Ok(()), |there| ensure_regular(there.file_type()))
+}
+
+fn ensure_regular(kind: FileType) -> io::Result<()> {
+    if kind.is_file() {
+        return Ok(());
+    }
+    let message = format!("it is a {}, not a regular file", described(kind));
+    Err(io::Error::new(io::ErrorKind::InvalidInput, message))
 }
 
 fn described(kind: FileType) -> &'static str {

@@ -1,6 +1,8 @@
 //! A whole run: steps, frames, observers, and how it ended.
 
+mod checkpoint;
 mod plan;
+mod summary;
 #[cfg(test)]
 mod tests;
 
@@ -8,90 +10,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::deadline::until;
-use crate::diagnostics::{Diagnostics, Energy, Reaction};
-use crate::observer::{Frame, Observer, ObserverError, Work};
-use crate::simulation::{MotionJumps, Simulation, StepError};
+use crate::diagnostics::{Diagnostics, Energy};
+use crate::observer::{Frame, Notes, Observer};
+use crate::simulation::{Simulation, StepError};
 
+pub use checkpoint::{Checkpoints, RunCheckpoint, RunState};
 pub use plan::Plan;
+pub use summary::{Outcome, Summary};
 
 /// The total energy is looked at every so many steps, frames apart: about 1 % of the work.
 const GUARD_INTERVAL: u64 = 128;
 /// A run is unstable once its energy has grown by this many times all the energy there was to begin with.
 const ENERGY_GROWTH_BOUND: f64 = 1e3;
-
-/// How a run ended.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum Outcome {
-    /// It reached its duration.
-    Done,
-    /// It was asked to stop.
-    Interrupted,
-    /// A step could not be taken, or the energy blew up.
-    Failed(StepError),
-    /// An observer could not do its work.
-    ObserverFailed(ObserverError),
-}
-
-/// What can be said at the end.
-#[derive(Debug)]
-pub struct Summary {
-    /// How it ended.
-    pub outcome: Outcome,
-    /// Frames shown.
-    pub frames: u64,
-    /// Work done in this run.
-    pub work: Work,
-    /// Measurements at the start.
-    pub start: Diagnostics,
-    /// Measurements of the last good state that was measured.
-    pub end: Diagnostics,
-    /// The forces with which pins hold their vertices in the last good state; empty where the energy blew up
-    /// after it.
-    pub reactions: Vec<Reaction>,
-    /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
-    pub motion_jumps: Option<MotionJumps>,
-    /// Simulated time of the last frame shown [s].
-    pub last_frame_time: f64,
-    /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
-    pub largest_energy_change: f64,
-    /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no
-    /// loss makes up for it.
-    pub largest_energy_gain: f64,
-    /// Whether it went from equilibrium to equilibrium: there is no energy of motion then that could be kept.
-    pub is_static: bool,
-    /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
-    /// what gravity can give over the size of the scene, and the most that came in from outside.
-    pub energy_scale: f64,
-}
-
-impl Summary {
-    /// `|E_end - E_0|` over the energy scale; what is known to have come in from outside and gone out is no
-    /// drift. `None` in statics.
-    pub fn relative_energy_drift(&self) -> Option<f64> {
-        self.relative(self.end.conserved() - self.start.conserved())
-    }
-
-    /// Largest `|E - E_0|` seen, over the energy scale. `None` in statics.
-    pub fn relative_energy_error(&self) -> Option<f64> {
-        self.relative(self.largest_energy_change)
-    }
-
-    /// Largest growth of the energy seen, over the energy scale. `None` in statics.
-    pub fn relative_energy_gain(&self) -> Option<f64> {
-        self.relative(self.largest_energy_gain)
-    }
-
-    fn relative(&self, energy: f64) -> Option<f64> {
-        (!self.is_static).then(|| energy.abs() / self.energy_scale)
-    }
-
-    /// `|p_end - p_0|` [kg m/s]; nothing in statics.
-    pub fn momentum_change(&self) -> f64 {
-        let d = |i: usize| self.end.linear_momentum[i] - self.start.linear_momentum[i];
-        (d(0).powi(2) + d(1).powi(2) + d(2).powi(2)).sqrt()
-    }
-}
 
 /// Steps `simulation` through `plan`, showing frames to `observers`, until it is done, fails, or `interrupt` is set.
 ///
@@ -104,46 +34,30 @@ pub fn run(
     observers: &mut [&mut dyn Observer],
     interrupt: &AtomicBool,
 ) -> Summary {
-    simulation.forget_motion_jumps();
-    let start = simulation.diagnostics();
-    let energy_scale = energy_scale(simulation, &start);
-    let last_good = start.clone();
-    let mut run = Run {
-        simulation,
-        measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
-        measures_points: observers.iter().any(|o| o.wants_points()),
-        measures_reactions: observers.iter().any(|o| o.wants_reactions()),
-        measures_elements: observers.iter().any(|o| o.wants_elements()),
-        observers,
-        start,
-        last_good,
-        last_frame_time: 0.0,
-        scale_at_start: energy_scale,
-        energy_scale,
-        largest_energy_change: 0.0,
-        largest_energy_gain: 0.0,
-        frames: 0,
-    };
+    let state = RunState::new(simulation);
+    let mut run = Run::new(simulation, observers, None, state);
     let outcome = run.go_until(plan, interrupt);
-    let end = run.simulation.diagnostics();
-    let (end, reactions) = match run.guard(&end.energy()) {
-        Ok(()) => (end, run.simulation.reactions()),
-        Err(_) => (run.last_good, vec![]),
-    };
-    Summary {
-        outcome,
-        frames: run.frames,
-        reactions,
-        work: run.simulation.work(),
-        largest_energy_change: run.largest_energy_change,
-        largest_energy_gain: run.largest_energy_gain,
-        is_static: run.simulation.method().is_static(),
-        motion_jumps: run.simulation.motion_jumps().cloned(),
-        start: run.start,
-        end,
-        last_frame_time: run.last_frame_time,
-        energy_scale: run.energy_scale,
-    }
+    run.summary(outcome)
+}
+
+/// The same with checkpoints, from the beginning or, with `from`, from one that `simulation` has
+/// [resumed](Simulation::resume): the frames that follow, and the summary of the whole run, have the same
+/// bits either way.
+///
+/// A checkpoint comes before the frame of its step. A step that has begun is taken to its end before
+/// `interrupt` ends the run.
+pub fn run_with_checkpoints(
+    simulation: &mut Simulation,
+    plan: &Plan,
+    observers: &mut [&mut dyn Observer],
+    interrupt: &AtomicBool,
+    checkpoints: &mut dyn Checkpoints,
+    from: Option<RunState>,
+) -> Summary {
+    let state = from.unwrap_or_else(|| RunState::new(simulation));
+    let mut run = Run::new(simulation, observers, Some(checkpoints), state);
+    let outcome = run.go(plan, interrupt);
+    run.summary(outcome)
 }
 
 /// Counts what `simulation` loses only if one of these observers reads measurements: the guard against
@@ -155,6 +69,7 @@ pub fn count_losses_for(simulation: &mut Simulation, observers: &[&mut dyn Obser
 struct Run<'a, 'b> {
     simulation: &'a mut Simulation,
     observers: &'a mut [&'b mut dyn Observer],
+    checkpoints: Option<&'a mut dyn Checkpoints>,
     /// Whether any observer reads the measurements of a frame.
     measures_frames: bool,
     /// Whether any observer reads the states at points.
@@ -163,17 +78,55 @@ struct Run<'a, 'b> {
     measures_reactions: bool,
     /// Whether any observer reads the states of elements.
     measures_elements: bool,
-    start: Diagnostics,
-    last_good: Diagnostics,
-    last_frame_time: f64,
-    scale_at_start: f64,
-    energy_scale: f64,
-    largest_energy_change: f64,
-    largest_energy_gain: f64,
-    frames: u64,
+    state: RunState,
+    /// Step of the simulation that was shown last.
+    shown: Option<u64>,
 }
 
-impl Run<'_, '_> {
+impl<'a, 'b> Run<'a, 'b> {
+    fn new(
+        simulation: &'a mut Simulation,
+        observers: &'a mut [&'b mut dyn Observer],
+        checkpoints: Option<&'a mut dyn Checkpoints>,
+        state: RunState,
+    ) -> Self {
+        Run {
+            simulation,
+            measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
+            measures_points: observers.iter().any(|o| o.wants_points()),
+            measures_reactions: observers.iter().any(|o| o.wants_reactions()),
+            measures_elements: observers.iter().any(|o| o.wants_elements()),
+            observers,
+            checkpoints,
+            state,
+            shown: None,
+        }
+    }
+
+    /// What can be said at the end.
+    fn summary(mut self, outcome: Outcome) -> Summary {
+        let end = self.simulation.diagnostics();
+        let (end, reactions) = match self.guard(&end.energy()) {
+            Ok(()) => (end, self.simulation.reactions()),
+            Err(_) => (self.state.last_good.clone(), vec![]),
+        };
+        let state = self.state;
+        Summary {
+            outcome,
+            frames: state.frames,
+            reactions,
+            work: self.simulation.work(),
+            largest_energy_change: state.largest_energy_change,
+            largest_energy_gain: state.largest_energy_gain,
+            is_static: self.simulation.method().is_static(),
+            motion_jumps: self.simulation.motion_jumps().cloned(),
+            start: state.start,
+            end,
+            last_frame_time: state.last_frame_time,
+            energy_scale: state.energy_scale,
+        }
+    }
+
     /// How a run ends whose step was not taken.
     fn not_taken(&self, error: StepError) -> Outcome {
         if self.simulation.system().is_stopped() { Outcome::Interrupted } else { Outcome::Failed(error) }
@@ -200,79 +153,108 @@ impl Run<'_, '_> {
     }
 
     fn go(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
-        if self.simulation.step_control().is_some() {
-            return self.go_by_error(plan, interrupt);
-        }
+        let end = match self.simulation.step_control() {
+            Some(_) => self.go_by_error(plan, interrupt),
+            None => self.go_by_steps(plan, interrupt),
+        };
+        end.unwrap_or_else(|outcome| outcome)
+    }
+
+    /// Steps since the start.
+    fn steps(&self) -> u64 {
+        self.simulation.state().step - self.state.first_step
+    }
+
+    /// Whether the energy is looked at after so many steps, frame or not.
+    fn is_guarded(step: u64) -> bool {
+        step > 0 && step.is_multiple_of(GUARD_INTERVAL)
+    }
+
+    /// Whether an interruption that came with a frame ends the run here. A run with checkpoints takes another
+    /// step first: its last checkpoint comes before the frame of that step.
+    fn is_interrupted_after_frame(&self, interrupt: &AtomicBool) -> bool {
+        self.checkpoints.is_none() && interrupt.load(Ordering::Relaxed)
+    }
+
+    fn go_by_steps(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Result<Outcome, Outcome> {
         let h = self.simulation.step_size();
-        let first = self.simulation.state().step;
         let steps = plan.steps(h);
-        let mut shown = 0;
-        let mut next_frame = plan.frame_step(1, h).max(1);
-        if let Err(outcome) = self.show() {
-            return outcome;
-        }
-        for step in 1..=steps {
-            if interrupt.load(Ordering::Relaxed) {
-                return self.end_with(Outcome::Interrupted, shown, step - 1);
+        loop {
+            let step = self.steps();
+            let is_done = step >= steps;
+            let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
+            self.checkpoint(is_done || is_stopping)?;
+            if step == self.state.next_frame.min(steps) {
+                self.show()?;
+                while self.state.next_frame <= step {
+                    let next = plan.frame_step(self.state.frames, h);
+                    self.state.next_frame = next.max(self.state.next_frame + 1);
+                }
+            } else if Self::is_guarded(step) {
+                self.judge().map_err(Outcome::Failed)?;
             }
-            let frame_due = step == next_frame.min(steps);
-            let guard_due = step % GUARD_INTERVAL == 0;
-            self.simulation.set_to_be_measured(guard_due || frame_due);
+            if is_done {
+                return Ok(Outcome::Done);
+            }
+            if is_stopping || self.is_interrupted_after_frame(interrupt) {
+                return Ok(self.end_with(Outcome::Interrupted));
+            }
+            let is_frame = step + 1 == self.state.next_frame.min(steps);
+            self.simulation.set_to_be_measured(is_frame || Self::is_guarded(step + 1));
             if let Err(error) = self.simulation.step() {
                 let outcome = self.not_taken(error);
-                return self.end_with(outcome, shown, step - 1);
-            }
-            debug_assert_eq!(self.simulation.state().step, first + step, "one step at a time");
-            if frame_due {
-                if let Err(outcome) = self.show() {
-                    return outcome;
-                }
-                shown = step;
-                while next_frame <= step {
-                    next_frame = plan.frame_step(self.frames, h).max(next_frame + 1);
-                }
-            } else if guard_due && let Err(error) = self.judge() {
-                return Outcome::Failed(error);
+                return Ok(self.end_with(outcome));
             }
         }
-        Outcome::Done
     }
 
     /// The same with steps whose size follows the error.
-    fn go_by_error(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Outcome {
-        let (first, start) = (self.simulation.state().step, self.simulation.state().time);
-        if let Err(outcome) = self.show() {
-            return outcome;
-        }
-        let (mut shown, mut step) = (0, 0);
-        for index in 1..plan.exact_frames() {
-            let target = start + plan.frame_time(index);
-            while self.simulation.state().time < target {
-                if interrupt.load(Ordering::Relaxed) {
-                    return self.end_with(Outcome::Interrupted, shown, step);
-                }
-                let guard_due = (step + 1) % GUARD_INTERVAL == 0;
-                self.simulation.set_to_be_measured(guard_due);
-                if let Err(error) = self.simulation.step_towards(target) {
-                    let outcome = self.not_taken(error);
-                    return self.end_with(outcome, shown, step);
-                }
-                step = self.simulation.state().step - first;
-                if guard_due && let Err(error) = self.judge() {
-                    return Outcome::Failed(error);
+    fn go_by_error(&mut self, plan: &Plan, interrupt: &AtomicBool) -> Result<Outcome, Outcome> {
+        let last = plan.exact_frames() - 1;
+        let target = |state: &RunState| state.first_time + plan.frame_time(state.frames.min(last));
+        loop {
+            let (step, time) = (self.steps(), self.simulation.state().time);
+            let is_done = time >= target(&self.state) && self.state.frames >= last;
+            let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
+            self.checkpoint(is_done || is_stopping)?;
+            if Self::is_guarded(step) {
+                self.judge().map_err(Outcome::Failed)?;
+            }
+            while time >= target(&self.state) {
+                self.show()?;
+                if self.state.frames > last {
+                    return Ok(Outcome::Done);
                 }
             }
-            if let Err(outcome) = self.show() {
-                return outcome;
+            if is_stopping || self.is_interrupted_after_frame(interrupt) {
+                return Ok(self.end_with(Outcome::Interrupted));
             }
-            shown = step;
+            self.simulation.set_to_be_measured(Self::is_guarded(step + 1));
+            if let Err(error) = self.simulation.step_towards(target(&self.state)) {
+                let outcome = self.not_taken(error);
+                return Ok(self.end_with(outcome));
+            }
         }
-        Outcome::Done
+    }
+
+    /// Takes a checkpoint if one is due, or where the run `ends`.
+    fn checkpoint(&mut self, ends: bool) -> Result<(), Outcome> {
+        let step = self.simulation.state().step;
+        let Some(checkpoints) = self.checkpoints.as_mut() else { return Ok(()) };
+        if !(checkpoints.is_due(step) || ends) {
+            return Ok(());
+        }
+        let mut notes = Notes::new();
+        let mut noted = self.observers.iter_mut().map(|observer| observer.checkpoint(&mut notes));
+        noted.try_for_each(|noted| noted).map_err(Outcome::ObserverFailed)?;
+        let simulation = self.simulation.checkpoint();
+        let checkpoint = RunCheckpoint { simulation, run: self.state.clone(), notes };
+        checkpoints.keep(&checkpoint).map_err(Outcome::ObserverFailed)
     }
 
     /// Shows the last state, if it has not been shown and is a good one, and ends.
-    fn end_with(&mut self, outcome: Outcome, shown: u64, step: u64) -> Outcome {
-        if step == shown {
+    fn end_with(&mut self, outcome: Outcome) -> Outcome {
+        if self.shown == Some(self.simulation.state().step) {
             return outcome;
         }
         match self.show() {
@@ -286,7 +268,7 @@ impl Run<'_, '_> {
     fn judge(&mut self) -> Result<(), StepError> {
         let diagnostics = self.simulation.diagnostics();
         self.guard(&diagnostics.energy())?;
-        self.last_good = diagnostics;
+        self.state.last_good = diagnostics;
         Ok(())
     }
 
@@ -298,7 +280,7 @@ impl Run<'_, '_> {
             return self.guard(&energy).map(|()| None);
         }
         self.judge()?;
-        Ok(Some(self.last_good.clone()))
+        Ok(Some(self.state.last_good.clone()))
     }
 
     /// One frame for every observer, if the present state is a good one. A state without a finite energy is
@@ -311,7 +293,7 @@ impl Run<'_, '_> {
         let elements = self.measures_elements.then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
-            index: self.frames,
+            index: self.state.frames,
             step: state.step,
             time: state.time,
             dimension: self.simulation.system().dimension(),
@@ -326,8 +308,9 @@ impl Run<'_, '_> {
         for observer in self.observers.iter_mut() {
             observer.frame(&frame).map_err(Outcome::ObserverFailed)?;
         }
-        self.frames += 1;
-        self.last_frame_time = frame.time;
+        self.state.frames += 1;
+        self.state.last_frame_time = frame.time;
+        self.shown = Some(frame.step);
         Ok(())
     }
 
@@ -340,15 +323,15 @@ impl Run<'_, '_> {
         if self.simulation.method().is_static() {
             return Ok(());
         }
-        let start = self.start.energy();
+        let start = self.state.start.energy();
         let gain = energy.gain(&start);
         let supplied = energy.balance.map_or(0.0, |balance| balance.turnover());
-        let scale = self.energy_scale.max(self.scale_at_start + supplied);
+        let scale = self.state.energy_scale.max(self.state.scale_at_start + supplied);
         if gain <= ENERGY_GROWTH_BOUND * scale {
-            self.energy_scale = scale;
+            self.state.energy_scale = scale;
             let change = (energy.conserved() - start.conserved()).abs();
-            self.largest_energy_change = self.largest_energy_change.max(change);
-            self.largest_energy_gain = self.largest_energy_gain.max(gain);
+            self.state.largest_energy_change = self.state.largest_energy_change.max(change);
+            self.state.largest_energy_gain = self.state.largest_energy_gain.max(gain);
             return Ok(());
         }
         let state = self.simulation.state();
@@ -356,7 +339,7 @@ impl Run<'_, '_> {
             step: state.step,
             time: state.time,
             energy: energy.total,
-            start: self.start.total,
+            start: self.state.start.total,
             step_size: self.simulation.step_size(),
             stable_step: self.simulation.stable_step(),
         })

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod change;
+mod checkpoint;
 mod error;
 mod material;
 mod matrices;
@@ -13,6 +14,7 @@ mod tests;
 mod work;
 
 pub use crate::deadline::Stopped;
+pub use checkpoint::Checkpoint;
 pub use error::{Retried, StepError};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
@@ -36,12 +38,12 @@ use crate::energy::Fault;
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
-use crate::solver::{SolverOptions, StepFault, Verdict, scene_size};
+use crate::solver::{SolverOptions, SolverWork, StepFault, Verdict, scene_size};
 use crate::state::State;
 use crate::system::System;
 
 /// Prescribed motion that jumps: no body moves so.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MotionJumps {
     /// The first pin that jumped, `body/pin`.
     pub pin: String,
@@ -65,6 +67,8 @@ pub struct Simulation {
     step_size: f64,
     /// Steps that were taken in parts.
     retried: RetriedSteps,
+    /// Work in solvers before the last checkpoint.
+    earlier_solver_work: SolverWork,
     /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
     /// Of energy that comes in and goes out; `None` where there is none.
@@ -115,6 +119,7 @@ impl Simulation {
             solver,
             step_size,
             retried: RetriedSteps::default(),
+            earlier_solver_work: SolverWork::default(),
             controller: None,
             ledger: None,
             opens_ledger: true,
@@ -487,7 +492,7 @@ impl Simulation {
 
     /// Work done so far.
     pub fn work(&self) -> Work {
-        let solver = (self.method.documentation.solves > 0).then(|| self.integrator.work());
+        let solver = (self.method.documentation.solves > 0).then(|| self.solver_work());
         Work {
             steps: self.state.step,
             force_evaluations: self.system.force_evaluations(),
@@ -495,6 +500,11 @@ impl Simulation {
             rejected_steps: self.controller.as_ref().map(|controller| controller.rejected),
             solver,
         }
+    }
+
+    /// Work in solvers so far.
+    fn solver_work(&self) -> SolverWork {
+        self.earlier_solver_work.plus(self.integrator.work())
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only

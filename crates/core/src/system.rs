@@ -2,6 +2,7 @@
 //! terms, dissipative terms, constraints.
 
 mod flows;
+mod pins;
 mod wall_loss;
 
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 use crate::state::State;
 
 pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity, power_of_motion};
+pub(crate) use pins::PinState;
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -132,7 +134,8 @@ impl System {
         self.moves |= hold.motion().is_some();
         self.structure = fresh();
         hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
-        self.holds.push(hold);
+        let last = self.all_holds().map(Hold::rank).max();
+        self.holds.push(hold.ranked(last.map_or(0, |last| last + 1)));
     }
 
     /// Lets go of the holds that end at or before `time` [s]; whether there were any.
@@ -154,6 +157,7 @@ impl System {
         self.let_go = gone;
         if !back.is_empty() {
             self.holds.append(&mut back);
+            self.holds.sort_by_key(Hold::rank);
             self.holds_changed();
         }
         self.release(time);
@@ -226,6 +230,11 @@ impl System {
         let found = measure(self);
         (self.inverse_mass, self.structure) = (mass, structure);
         found
+    }
+
+    /// Goes on counting evaluations of the force from `count`.
+    pub(crate) fn set_force_evaluations(&mut self, count: u64) {
+        self.force_evaluations = count;
     }
 
     /// Goes on counting where another system stopped.

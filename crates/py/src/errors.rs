@@ -2,6 +2,7 @@
 
 use std::io;
 
+use pliant::checkpoint::CheckpointError;
 use pliant::energy::Fault;
 use pliant::record::RecordError;
 use pliant::scene::{Problem, SceneError as Error};
@@ -60,6 +61,18 @@ pub(crate) fn step(error: &Step) -> PyErr {
         _ => (None, None, None),
     };
     types::StepError::new_err((error.to_string(), step, time, element, j, body, vertex, step_size, stable))
+}
+
+/// A checkpoint that could not be written or gone on from.
+pub(crate) fn checkpoint(error: &CheckpointError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        CheckpointError::Read { source, .. } if source.kind() == io::ErrorKind::NotFound => {
+            PyFileNotFoundError::new_err(message)
+        }
+        CheckpointError::Read { .. } | CheckpointError::Write { .. } => PyOSError::new_err(message),
+        _ => PyValueError::new_err(message),
+    }
 }
 
 /// An `OSError` of the right kind where a file is the trouble, an `IndexError` where a frame is, and a `KeyError` where a channel is.

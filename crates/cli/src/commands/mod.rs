@@ -7,6 +7,7 @@ mod info;
 mod list;
 mod modes;
 mod recover;
+mod resume;
 mod run;
 mod schema;
 mod stability;
@@ -37,6 +38,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
     let terminal = Terminal::new(&common);
     let result = match command {
         Command::Run(arguments) => run::execute(&arguments, terminal),
+        Command::Resume(arguments) => resume::execute(&arguments, terminal),
         Command::Check(arguments) => check::execute(&arguments, terminal),
         Command::Modes(arguments) => modes::execute(&arguments, terminal),
         Command::List(arguments) => list::execute(&arguments, terminal),

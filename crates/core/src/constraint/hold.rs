@@ -14,6 +14,8 @@ const SAME_PLACE: f64 = 1e-12;
 #[derive(Debug)]
 pub struct Hold {
     name: String,
+    /// Number among all holds of a system, in the order in which they were added.
+    rank: u32,
     /// Ascending.
     vertices: Vec<u32>,
     axes: [bool; 3],
@@ -36,7 +38,7 @@ impl Hold {
     pub fn new(name: impl Into<String>, mut vertices: Vec<u32>) -> Self {
         vertices.sort_unstable();
         vertices.dedup();
-        Hold { name: name.into(), vertices, axes: [true; 3], until: f64::INFINITY, motion: None }
+        Hold { name: name.into(), rank: 0, vertices, axes: [true; 3], until: f64::INFINITY, motion: None }
     }
 
     /// Holds only the coordinates along these of the axes x, y, z.
@@ -71,6 +73,28 @@ impl Hold {
         let (start, rest) = (points(start), points(rest));
         self.motion = Some(Moved { motion, start, rest });
         self
+    }
+
+    /// Number among all holds of a system.
+    pub(crate) fn rank(&self) -> u32 {
+        self.rank
+    }
+
+    /// The same hold as number `rank` of a system.
+    pub(crate) fn ranked(self, rank: u32) -> Self {
+        Hold { rank, ..self }
+    }
+
+    /// Where each moving vertex started [m]; empty without a motion.
+    pub(crate) fn starts(&self) -> &[[f64; 3]] {
+        self.motion.as_ref().map_or(&[], |moved| &moved.start)
+    }
+
+    /// Moves from these starts [m], one for each vertex, from now on.
+    pub(crate) fn set_starts(&mut self, starts: &[[f64; 3]]) {
+        if let Some(moved) = &mut self.motion {
+            moved.start.copy_from_slice(starts);
+        }
     }
 
     /// Its name.

@@ -9,7 +9,7 @@
 ///
 /// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step (a formula or
 /// keyframes with a kink) costs one order for each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Balance {
     /// Brought in by prescribed motion: `1/2 m v^2` of what moves now, less at the start, plus the integral of
     /// `(dE/dx + dR/dv + c m v) . v` over these coordinates.

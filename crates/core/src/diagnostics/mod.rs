@@ -1,7 +1,7 @@
 //! What is measured of a state: energies, momenta, the worst element; and the stability limit of a step.
 
 /// Measurements of one state. Sums run over all vertices in index order.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Diagnostics {
     /// Simulated time [s].
     pub time: f64,

@@ -112,15 +112,16 @@ impl Integrator for Alpha {
         let known = self.known == Some(system.structure())
             && *self.after.x == *state.x()
             && *self.after.v == *state.v();
-        if known { [&self.acceleration[..], &self.before].concat() } else { vec![] }
+        if known { [&[self.size], &self.acceleration[..], &self.before].concat() } else { vec![] }
     }
 
-    fn recall(&mut self, memory: &[f64], system: &System, state: &State, h: f64) {
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
         let n = self.acceleration.len();
-        self.known = (memory.len() == 2 * n).then(|| {
-            self.acceleration.copy_from_slice(&memory[..n]);
-            self.before.copy_from_slice(&memory[n..]);
-            self.size = h;
+        let memory = memory.split_first().filter(|(_, rows)| rows.len() == 2 * n);
+        self.known = memory.map(|(size, rows)| {
+            self.acceleration.copy_from_slice(&rows[..n]);
+            self.before.copy_from_slice(&rows[n..]);
+            self.size = *size;
             self.after.x.copy_from_slice(state.x());
             self.after.v.copy_from_slice(state.v());
             system.structure()

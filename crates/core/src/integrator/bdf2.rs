@@ -156,20 +156,19 @@ impl Integrator for Bdf2 {
     }
 
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
-        let known = self.step.is_some_and(|(_, set)| set == system.structure()) && self.has_led_to(state);
-        if known { [&self.before.x[..], &self.before.v].concat() } else { vec![] }
+        let known = self.step.filter(|(_, set)| *set == system.structure() && self.has_led_to(state));
+        known.map_or(vec![], |(h, _)| [&[h], &self.before.x[..], &self.before.v].concat())
     }
 
-    fn recall(&mut self, memory: &[f64], system: &System, state: &State, h: f64) {
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
         let n = self.z.len();
-        if memory.len() != 2 * n {
-            self.step = None;
-            return;
+        self.step = None;
+        if let Some((h, rows)) = memory.split_first().filter(|(_, rows)| rows.len() == 2 * n) {
+            self.before.x.copy_from_slice(&rows[..n]);
+            self.before.v.copy_from_slice(&rows[n..]);
+            self.started = false;
+            self.remember(system, state, *h);
         }
-        self.before.x.copy_from_slice(&memory[..n]);
-        self.before.v.copy_from_slice(&memory[n..]);
-        self.started = false;
-        self.remember(system, state, h);
     }
 
     fn work(&self) -> SolverWork {

@@ -435,7 +435,7 @@ impl Integrator for GaussRadau {
         last.map_or(vec![], |last| last.write(&self.at))
     }
 
-    fn recall(&mut self, memory: &[f64], system: &System, state: &State, _: f64) {
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
         (self.now.h, self.before.h) = (0.0, 0.0);
         if !self.now.read(memory, &mut self.at, system, state) {
             // The origin of the next step is chosen by these.

@@ -234,17 +234,18 @@ pub trait Integrator: Send + Sync {
     /// Takes back the positions and velocities of the last [`step`](Self::step), to the last bit; once.
     fn undo(&mut self, state: &mut State);
 
-    /// What the scheme remembers of the steps that led to `state`, beside it: numbers for [`recall`](Self::recall). Empty for schemes
-    /// of one step, before the first, and where the state has been changed since.
+    /// Memory of the steps that led to `state`, beside it: numbers for [`recall`](Self::recall), sizes of
+    /// steps among them. Empty for schemes of one step, before the first, and where the state has been
+    /// changed since.
     fn memory(&self, system: &System, state: &State) -> Vec<f64> {
         let _ = (system, state);
         vec![]
     }
 
-    /// Goes on from `state` with the memory of the step before, of size `h` [s], that led there; forgets everything else, and
+    /// Goes on from `state` with the memory of the steps that led there; forgets everything else, and
     /// everything where `memory` is empty or of another scheme.
-    fn recall(&mut self, memory: &[f64], system: &System, state: &State, h: f64) {
-        let _ = (memory, system, state, h);
+    fn recall(&mut self, memory: &[f64], system: &System, state: &State) {
+        let _ = (memory, system, state);
     }
 
     /// What the last [`step`](Self::step), of size `h` [s], says of its error, walls left out; `state` is the new one. `None` for

@@ -149,6 +149,21 @@ pub(super) fn build(
     read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)
 }
 
+/// The files that reading the mesh file `path` reads.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    let paths =
+        format(path).map_or_else(|_| [path.to_path_buf(), PathBuf::new()], |format| pair(format, path));
+    paths.into_iter().filter(|path| !path.as_os_str().is_empty()).collect()
+}
+
+/// The file, and that of TetGen's nodes beside it or nothing.
+fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
+    match format {
+        Format::TetGen => [path.with_extension("ele"), path.with_extension("node")],
+        _ => [path.to_path_buf(), PathBuf::new()],
+    }
+}
+
 /// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file may be named.
 ///
 /// # Errors
@@ -170,10 +185,7 @@ fn read_cleaned(
         std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
     };
     let format = format(path)?;
-    let paths = match format {
-        Format::TetGen => [path.with_extension("ele"), path.with_extension("node")],
-        _ => [path.to_path_buf(), PathBuf::new()],
-    };
+    let paths = pair(format, path);
     let bytes = contents(&paths[0])?;
     let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
     let input = Input { bytes: &bytes, nodes: &nodes, mid_nodes, spec };

@@ -75,7 +75,7 @@ pub use build::{build, build_body};
 pub use cell::{Cell, FileTag};
 pub use clean::Cleaned;
 pub use error::MeshError;
-pub use file::read;
+pub use file::{files, read};
 pub use format_error::FormatError;
 pub use pieces::Contents;
 pub use quadratic::MidNodes;

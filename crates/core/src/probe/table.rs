@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::{Probe, Reading};
-use crate::observer::{Frame, Observer, ObserverError};
+use crate::observer::{Frame, Notes, Observer, ObserverError};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// In the order of the readings.
@@ -19,13 +19,22 @@ pub struct Table<W> {
     what: String,
     probes: Vec<Probe>,
     line: String,
-    begun: bool,
+    /// Bytes written; 0 before the header.
+    written: u64,
 }
+
+/// Name of the note at a checkpoint: the bytes written until then, as eight bytes.
+const WRITTEN: &str = "probes";
 
 impl<W: Write> Table<W> {
     /// Of these probes to `out`, which `what` names in errors, e.g. `writing probes.csv`.
     pub fn new(probes: &[Probe], out: W, what: &str) -> Self {
-        Table { out, what: what.to_owned(), probes: probes.to_vec(), line: String::new(), begun: false }
+        Table { out, what: what.to_owned(), probes: probes.to_vec(), line: String::new(), written: 0 }
+    }
+
+    /// The same behind the first `written` bytes of a table, those of [`written_at`].
+    pub fn behind(probes: &[Probe], out: W, what: &str, written: u64) -> Self {
+        Table { written, ..Self::new(probes, out, what) }
     }
 
     fn header(&self, dimension: usize) -> String {
@@ -49,11 +58,10 @@ impl<W: Write> Table<W> {
     }
 
     fn write(&mut self, frame: &Frame<'_>) -> io::Result<()> {
-        if !self.begun {
-            writeln!(self.out, "{}", self.header(frame.dimension))?;
-            self.begun = true;
-        }
         self.line.clear();
+        if self.written == 0 {
+            self.line = self.header(frame.dimension) + "\n";
+        }
         self.line += &format!("{:?}", frame.time);
         for probe in &self.probes {
             let reading = probe.read(frame);
@@ -69,6 +77,7 @@ impl<W: Write> Table<W> {
         }
         self.line.push('\n');
         self.out.write_all(self.line.as_bytes())?;
+        self.written += self.line.len() as u64;
         self.out.flush()
     }
 }
@@ -81,4 +90,14 @@ impl<W: Write> Observer for Table<W> {
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.write(frame).map_err(|error| ObserverError { what: self.what.clone(), source: Box::new(error) })
     }
+
+    fn checkpoint(&mut self, notes: &mut Notes) -> Result<(), ObserverError> {
+        notes.insert(WRITTEN.to_owned(), self.written.to_le_bytes().to_vec());
+        Ok(())
+    }
+}
+
+/// Bytes of the table that had been written at a checkpoint with these notes; `None` without a table.
+pub fn written_at(notes: &Notes) -> Option<u64> {
+    notes.get(WRITTEN)?.as_slice().try_into().ok().map(u64::from_le_bytes)
 }

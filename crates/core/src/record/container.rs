@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
@@ -47,6 +48,10 @@ pub(super) struct Container<W: Write + Seek> {
     has_failed: bool,
     /// Why, until somebody asks.
     failure: Option<McapError>,
+    /// The file that the writer writes to, to be synced.
+    file: Option<File>,
+    /// Whether a checkpoint relies on what has been written: the disk must have it.
+    is_secured: bool,
 }
 
 impl<W: Write + Seek> Container<W> {
@@ -70,6 +75,8 @@ impl<W: Write + Seek> Container<W> {
             closed_frames: 0,
             has_failed: false,
             failure: None,
+            file: None,
+            is_secured: false,
         })
     }
 
@@ -144,6 +151,24 @@ impl<W: Write + Seek> Container<W> {
         }
     }
 
+    /// Says which file the writer writes to.
+    pub(super) fn sync_with(&mut self, file: File) {
+        self.file = Some(file);
+    }
+
+    /// Returns when the disk has all messages, those of the open chunk in the journal; the bytes of the file
+    /// do not depend on it. From now on a chunk that is closed is on the disk before the journal forgets it.
+    pub(super) fn secure(&mut self) -> McapResult<()> {
+        self.is_secured = true;
+        self.journal.as_mut().map_or(Ok(()), Journal::secure)?;
+        self.sync()
+    }
+
+    fn sync(&self) -> McapResult<()> {
+        let file = self.file.as_ref().filter(|_| self.is_secured);
+        Ok(file.map_or(Ok(()), File::sync_all)?)
+    }
+
     /// Why messages given to [`keep`](Self::keep) could not be written, once.
     pub(super) fn failure(&mut self) -> Option<McapError> {
         self.failure.take()
@@ -181,6 +206,7 @@ impl<W: Write + Seek> Container<W> {
         self.writer.flush()?;
         self.open_bytes = 0;
         self.closed_frames += std::mem::take(&mut self.open_frames);
+        self.sync()?;
         // Only now: between the two lines the messages are in both files, which recovery sorts out.
         if let Some(journal) = &mut self.journal {
             journal.clear()?;

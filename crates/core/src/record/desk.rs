@@ -1,5 +1,7 @@
 //! Where frames become messages, and messages a file.
 
+use std::fs::File;
+
 use mcap::{McapError, McapResult};
 
 use super::channel::{ENERGY, LOG, MESH, REACTIONS, STATE, TRANSFORM};
@@ -145,6 +147,32 @@ impl Desk {
             self.frame(&frame, is_urgent.then_some(safe));
         }
         batch.clear();
+    }
+
+    /// Records the messages of a frame that another recorder has encoded.
+    pub(super) fn replay(&mut self, group: &[Message<'_>]) -> McapResult<()> {
+        for message in group.iter().filter(|message| message.header.channel_id == MESH.0) {
+            if let Some(drawing) = &mut self.drawing {
+                drawing.is_due(message.header.log_time);
+            }
+        }
+        self.container.keep_frame(group, None);
+        self.failure().map_or(Ok(()), Err)
+    }
+
+    /// Goes on with frame number `frames`.
+    pub(super) fn begin_at(&mut self, frames: u64) {
+        self.frames = frames;
+    }
+
+    /// Says which file the sink writes to.
+    pub(super) fn sync_with(&mut self, file: File) {
+        self.container.sync_with(file);
+    }
+
+    /// Returns when the disk has all frames.
+    pub(super) fn secure(&mut self) -> McapResult<()> {
+        self.container.secure()
     }
 
     /// Records a message about the run at a simulated time [s].

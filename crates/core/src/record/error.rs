@@ -31,6 +31,18 @@ pub enum RecordError {
         /// The file.
         path: PathBuf,
     },
+    /// A recording that is to go on does not have the frames before.
+    #[error(
+        "{} {reason}: the frames before the checkpoint are missing; put back the recording that the run wrote, or \
+         go on without one (`--no-record`)",
+        path.display()
+    )]
+    NoBeginning {
+        /// The file.
+        path: PathBuf,
+        /// Reason, after the name of the file.
+        reason: &'static str,
+    },
     /// The file could not be written; with `frame`, frames before that one are recoverable.
     #[error("cannot write {}{}: {source}{}", path.display(), at_frame(*frame), advice(path, *frame))]
     Write {

@@ -93,6 +93,12 @@ impl Journal {
         result
     }
 
+    /// Writes what has been appended, and returns when it is on the disk.
+    pub(super) fn secure(&mut self) -> io::Result<()> {
+        self.write()?;
+        self.file.sync()
+    }
+
     /// Writes what has been appended; returns how many bytes of it the file took.
     fn write_pending(&mut self) -> (usize, io::Result<()>) {
         let mut written = 0;

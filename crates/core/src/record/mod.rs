@@ -28,6 +28,7 @@ mod channel;
 mod clock;
 mod cloud;
 mod container;
+mod continuation;
 mod desk;
 mod elements;
 mod energy;
@@ -52,6 +53,7 @@ mod warning;
 use std::time::Duration;
 
 pub use attachments::BodySummary;
+pub use continuation::Beginning;
 pub use elements::BodyRows;
 pub use error::RecordError;
 pub use outcome::{Outcome, Status};

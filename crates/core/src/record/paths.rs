@@ -1,11 +1,11 @@
 //! The names of a file under construction.
 
-use std::ffi::OsString;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::RecordError;
+pub(super) use crate::durable_file::{sync_directory_of, with_suffix};
 
 /// `<path>.part`: the file until it is complete.
 pub(super) fn part_of(path: &Path) -> PathBuf {
@@ -22,13 +22,6 @@ pub fn files(path: &Path) -> [PathBuf; 3] {
     let part = part_of(path);
     let tail = tail_of(&part);
     [path.to_owned(), part, tail]
-}
-
-/// The path with something appended to its last component.
-pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(suffix);
-    PathBuf::from(name)
 }
 
 /// Creates a file that is empty and that this process alone writes.
@@ -59,14 +52,5 @@ pub(super) fn ensure_unlocked(file: &File, path: &Path) -> Result<(), RecordErro
         Err(TryLockError::WouldBlock) => Err(RecordError::InUse { path: path.to_owned() }),
         // Some network file systems have no locks; then the user has to take care.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-    }
-}
-
-/// Makes a rename survive a power cut, where the system allows to sync a directory.
-pub(super) fn sync_directory_of(path: &Path) {
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    if let Ok(directory) = File::open(parent.unwrap_or(Path::new("."))) {
-        // The file itself is synced; if its directory cannot be, nothing can be done about it.
-        let _ = directory.sync_all();
     }
 }

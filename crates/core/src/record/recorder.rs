@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::behind::Behind;
-use super::container::Finished;
+use super::clock::seconds;
+use super::container::{Finished, Message};
 use super::desk::Desk;
 use super::error::write_error;
 use super::journal::Journal;
@@ -15,7 +16,7 @@ use super::kept::Needs;
 use super::outcome::{Outcome, Status};
 use super::sink::{Sink, Tail};
 use super::{Level, RecordError, paths};
-use crate::observer::{Frame, Observer, ObserverError};
+use crate::observer::{Frame, Notes, Observer, ObserverError};
 use crate::probe::Probe;
 use crate::scene::Channel;
 use crate::topology::Topology;
@@ -90,8 +91,12 @@ impl McapRecorder {
         let tail = paths::tail_of(&paths::part_of(path));
         let journal =
             File::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let synced = file.try_clone();
         let sink = BufWriter::with_capacity(1 << 16, file);
-        Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))
+        let mut recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
+        let given = recorder.behind.desk().and_then(|desk| Ok(desk.sync_with(synced?)));
+        recorder.note_failure(given)?;
+        Ok(recorder)
     }
 
     /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
@@ -146,6 +151,32 @@ impl McapRecorder {
         self.frames += 1;
         (self.step, self.time) = (frame.step, frame.time);
         Ok(())
+    }
+
+    /// Returns when the disk has every frame recorded so far: neither a kill nor a power cut loses it.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
+    pub fn secure(&mut self) -> Result<(), RecordError> {
+        self.ensure_sound()?;
+        let secured = self.behind.desk().and_then(Desk::secure);
+        self.note_failure(secured)
+    }
+
+    /// Records the messages of a frame that another recorder has encoded.
+    pub(super) fn replay(&mut self, group: &[Message<'_>]) -> Result<(), RecordError> {
+        let replayed = self.behind.desk().and_then(|desk| desk.replay(group));
+        self.note_failure(replayed)?;
+        self.time = group.last().map_or(self.time, |message| seconds(message.header.log_time));
+        Ok(())
+    }
+
+    /// Goes on with frame number `frames`, those before being replayed.
+    pub(super) fn begin_at(&mut self, frames: u64) -> Result<(), RecordError> {
+        self.frames = frames;
+        let begun = self.behind.desk().map(|desk| desk.begin_at(frames));
+        self.note_failure(begun)?;
+        self.secure()
     }
 
     /// Records a message about the run at a simulated time [s].
@@ -254,6 +285,10 @@ impl Observer for McapRecorder {
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         Ok(self.record(frame)?)
+    }
+
+    fn checkpoint(&mut self, _: &mut Notes) -> Result<(), ObserverError> {
+        Ok(self.secure()?)
     }
 }
 

@@ -14,12 +14,19 @@ pub(super) trait Sink: Write + Seek + Send {
 pub(super) trait Tail: Write + Send + Debug {
     /// Forgets everything written; the next byte is the first.
     fn empty(&mut self) -> io::Result<()>;
+
+    /// Returns when everything written is on the disk.
+    fn sync(&mut self) -> io::Result<()>;
 }
 
 impl Tail for File {
     fn empty(&mut self) -> io::Result<()> {
         self.set_len(0)?;
         self.rewind()
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        self.sync_all()
     }
 }
 

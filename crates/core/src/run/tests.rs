@@ -5,6 +5,7 @@ use crate::control::StepControl;
 use crate::energy::spring::Springs;
 use crate::integrator::IntegratorSpec;
 use crate::integrator::estimate::Tolerances;
+use crate::observer::ObserverError;
 use crate::state::State;
 use crate::system::System;
 

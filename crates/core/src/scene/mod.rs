@@ -67,6 +67,15 @@ impl Scene {
         self.directory.join(path)
     }
 
+    /// Mesh files that the scene names, relative to its directory; of TetGen's pairs both.
+    pub fn mesh_files(&self) -> Vec<PathBuf> {
+        let files = self.body.iter().filter_map(|body| match &body.mesh {
+            crate::mesh::spec::MeshSpec::File(file) => Some(crate::mesh::files(&file.path)),
+            _ => None,
+        });
+        files.flatten().collect()
+    }
+
     /// Everything that makes the scene impossible to simulate and shows without building meshes.
     pub fn validate(&self) -> Vec<Problem> {
         validate::problems(self)

@@ -4,7 +4,7 @@ use super::{Retried, Simulation};
 use crate::solver::StepFault;
 
 /// Steps that were not solved at once, in counts that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RetriedSteps {
     /// Steps that were taken in parts.
     pub steps: u64,
@@ -72,7 +72,7 @@ impl Simulation {
                     here_x.copy_from_slice(&x);
                     here_v.copy_from_slice(&v);
                     self.state.time = start;
-                    self.integrator.recall(&memory, &self.system, &self.state, h);
+                    self.integrator.recall(&memory, &self.system, &self.state);
                     self.set_ledger(ledger);
                     return Err((fault, Some(retried)));
                 }

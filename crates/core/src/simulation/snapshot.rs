@@ -3,6 +3,7 @@
 use super::{Simulation, StepError};
 use crate::control::Pace;
 use crate::diagnostics::Ledger;
+use crate::solver::SolverWork;
 use crate::system::ForceId;
 
 /// Relative; a time that a step landed on is within it.
@@ -12,8 +13,8 @@ const ROUNDING: f64 = 1e-14;
 ///
 /// Explicit schemes go on with the same bits. Implicit ones find the same solutions to the tolerance of
 /// their solver, which is that of the simulation's start wherever it goes on from, and begins without what
-/// it has learnt from earlier steps. Parameters (materials, forces, pins that were added) are no part of
-/// it.
+/// it has learnt from earlier steps: a [`Checkpoint`](super::Checkpoint) has the same bits for all.
+/// Parameters (materials, forces, pins that were added) are no part of it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Snapshot {
     /// Steps taken.
@@ -45,6 +46,9 @@ pub enum SnapshotError {
         /// Coordinates of the simulation.
         expected: usize,
     },
+    /// Its pins are others.
+    #[error("the checkpoint has other pins than the simulation: it is one of another scene")]
+    Pins,
     /// A number in it is not finite.
     #[error("the state is not finite at vertex {vertex}")]
     NotFinite {
@@ -81,6 +85,17 @@ impl Simulation {
     /// # Errors
     /// [`SnapshotError`]; nothing has changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        self.ensure_fits(snapshot)?;
+        self.hold_as_after(snapshot.step, snapshot.time);
+        self.place(snapshot);
+        self.system.go_on_from(snapshot.time, self.state.x());
+        self.begin_from(snapshot);
+        self.earlier_solver_work = SolverWork::default();
+        Ok(())
+    }
+
+    /// Refuses a snapshot of another number of coordinates, or with one that is not finite.
+    pub(super) fn ensure_fits(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (expected, d) = (self.state.x().len(), self.system.dimension());
         for values in [&snapshot.x, &snapshot.v] {
             if values.len() != expected {
@@ -90,18 +105,26 @@ impl Simulation {
                 return Err(SnapshotError::NotFinite { vertex: i / d });
             }
         }
-        self.hold_as_after(snapshot.step, snapshot.time);
+        Ok(())
+    }
+
+    /// Takes over step, time, positions and velocities of `snapshot`.
+    pub(super) fn place(&mut self, snapshot: &Snapshot) {
+        let d = self.system.dimension();
         self.state.step = snapshot.step;
         self.state.time = snapshot.time;
         self.state.x_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.x, d));
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
-        self.system.go_on_from(snapshot.time, self.state.x());
-        self.integrator = self.method.build(expected, self.solver);
-        self.integrator.recall(&snapshot.memory, &self.system, &self.state, self.step_size);
+    }
+
+    /// Begins the scheme anew from the state of `snapshot`, with its memory, balance of energy and size of
+    /// the next step.
+    pub(super) fn begin_from(&mut self, snapshot: &Snapshot) {
+        self.integrator = self.method.build(self.state.x().len(), self.solver);
+        self.integrator.recall(&snapshot.memory, &self.system, &self.state);
         self.set_ledger(snapshot.ledger.clone());
         self.set_pace(snapshot.pace);
-        Ok(())
     }
 
     /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state at the present time, in place, vertices in
@@ -126,7 +149,7 @@ impl Simulation {
         }
         self.state = state;
         self.hold_as_after(self.state.step, self.state.time);
-        self.integrator.recall(&memory, &self.system, &self.state, self.step_size);
+        self.integrator.recall(&memory, &self.system, &self.state);
         self.set_ledger(ledger);
         self.set_pace(pace);
         end

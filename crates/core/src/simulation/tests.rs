@@ -102,6 +102,44 @@ fn implicit_schemes_go_back_to_the_tolerance_of_their_solver() {
     }
 }
 
+/// After a step in parts, the last of which is shorter than a step: taken for one of a whole step, its memory
+/// would make the next step another one.
+#[test]
+fn a_memory_knows_the_size_of_the_step_it_is_of() {
+    let text = "dimension = 2
+time = { integrator = 'INTEGRATOR', step = 0.5, duration = 2.0, solver = { retries = 4, tolerance = 1e-12 } }
+[[body]]
+name = 'block'
+mesh = { grid = { cells = [4, 10], size = [0.08, 0.1] } }
+elastic = { neo-hookean = { young = 1e6, poisson = 0.45 } }
+mass = { density = 1100.0 }
+pin = [
+  { half_space = { normal = [0, 1], offset = 0 } },
+  { half_space = { normal = [0, -1], offset = -0.1 }, motion = { displacement = ['0', '-0.05 * min(t, 1)'] } },
+]
+";
+    for integrator in ["bdf2", "generalised-alpha"] {
+        let block = || {
+            let scene = Scene::from_toml(&text.replace("INTEGRATOR", integrator)).unwrap();
+            scene.assemble(UnstableStep::Accept).ok().unwrap().simulation
+        };
+        let mut simulation = block();
+        while simulation.work().retried.unwrap().steps == 0 {
+            simulation.step().unwrap();
+        }
+        let mut again = block();
+        again.restore(&simulation.snapshot()).unwrap();
+        go(&mut simulation, 1);
+        go(&mut again, 1);
+        let difference = simulation
+            .positions()
+            .iter()
+            .zip(&again.positions()[..])
+            .fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+        assert!(difference < 1e-10, "{integrator}: {difference:e}");
+    }
+}
+
 /// Three bodies that attract each other, by steps that IAS15 chooses: coefficients, compensated sums and
 /// the origin are remembered.
 #[test]

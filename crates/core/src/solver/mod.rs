@@ -114,7 +114,7 @@ pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Min
 pub(crate) use crate::algebra::scene_size;
 
 /// Work done in solvers, in counts that do not depend on the machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SolverWork {
     /// Newton iterations.
     pub newton_iterations: u64,

@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use pliant::assembly::Assembly;
 use pliant::energy::load::ExternalForce;
+use pliant::observer::Notes;
 use pliant::simulation::MaterialError;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use super::{Inner, Simulation};
 use crate::arrays;
@@ -53,6 +54,19 @@ struct AddedPin {
     name: String,
     vertices: Vec<u32>,
     axes: [bool; 3],
+}
+
+/// Pins that were added: name, vertices, axes.
+type Pins = Vec<(String, Vec<u32>, [bool; 3])>;
+
+/// Names of the notes of a checkpoint.
+const PINS: &str = "python.pins";
+const FUNCTIONS: &str = "python.functions";
+
+impl AddedPin {
+    fn of((name, vertices, axes): (String, Vec<u32>, [bool; 3])) -> Self {
+        AddedPin { name, vertices, axes }
+    }
 }
 
 impl Additions {
@@ -115,12 +129,40 @@ impl Additions {
         (pins, self.let_go.clone(), force, self.copied_materials(py)).into_pyobject(py)
     }
 
+    /// Notes them in a checkpoint: pins as text, functions and materials pickled.
+    pub(crate) fn note(&self, py: Python<'_>, notes: &mut Notes) -> PyResult<()> {
+        let pins: Vec<_> = self.pins.iter().map(|pin| (&pin.name, &pin.vertices, pin.axes)).collect();
+        let text = serde_json::to_vec(&(pins, &self.let_go));
+        notes.insert(PINS.into(), text.map_err(|error| PyValueError::new_err(error.to_string()))?);
+        if self.force.is_some() || !self.materials.is_empty() {
+            let force = self.force.as_ref().map(|force| force.clone_ref(py));
+            let pickled =
+                py.import("pickle")?.call_method1("dumps", ((force, self.copied_materials(py)),))?;
+            notes.insert(FUNCTIONS.into(), pickled.extract()?);
+        }
+        Ok(())
+    }
+
+    /// Back from these notes; nothing was added where there are none.
+    pub(crate) fn noted(py: Python<'_>, notes: &Notes) -> PyResult<Self> {
+        let mut additions = Additions::default();
+        if let Some(text) = notes.get(PINS) {
+            let noted = serde_json::from_slice::<(Pins, Vec<String>)>(text);
+            let (pins, let_go) = noted.map_err(|error| PyValueError::new_err(error.to_string()))?;
+            (additions.pins, additions.let_go) = (pins.into_iter().map(AddedPin::of).collect(), let_go);
+        }
+        if let Some(pickled) = notes.get(FUNCTIONS) {
+            let tuple = py.import("pickle")?.call_method1("loads", (PyBytes::new(py, pickled),))?;
+            (additions.force, additions.materials) = tuple.extract()?;
+        }
+        Ok(additions)
+    }
+
     /// Back from that tuple.
     pub(crate) fn unpickled(tuple: &Bound<'_, PyTuple>) -> PyResult<Self> {
-        type Pins = Vec<(String, Vec<u32>, [bool; 3])>;
         type Parts = (Pins, Vec<String>, Option<Py<PyAny>>, Vec<(String, Py<PyAny>)>);
         let (pins, let_go, force, materials): Parts = tuple.extract()?;
-        let pins = pins.into_iter().map(|(name, vertices, axes)| AddedPin { name, vertices, axes });
+        let pins = pins.into_iter().map(AddedPin::of);
         Ok(Additions { pins: pins.collect(), let_go, force, materials, ..Additions::default() })
     }
 }

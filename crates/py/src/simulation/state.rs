@@ -1,15 +1,20 @@
 //! Where a simulation is, and how that is changed.
 
+use std::path::{Path, PathBuf};
+
 use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pliant::checkpoint::{CheckpointContent, CheckpointError, CheckpointFile, SavedScene};
+use pliant::observer::Notes;
+use pliant::simulation::{Checkpoint, Simulation as Core};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyTuple};
+use pyo3::types::{PyBytes, PyList, PyTuple};
 
-use super::{Simulation, View};
+use super::{Inner, Simulation, View};
 use crate::arrays::Doubles;
 use crate::scene::Scene;
 use crate::state::State;
-use crate::{arrays, topology};
+use crate::{arrays, errors, topology};
 
 #[pymethods]
 impl Simulation {
@@ -157,11 +162,12 @@ impl Simulation {
     /// Simulation
     ///     In the same state with the same parameters, forces and pins.
     fn clone(&self, py: Python<'_>) -> PyResult<Self> {
-        let (scene, state, additions) = {
-            let inner = self.lock()?;
-            (inner.scene.clone(), inner.simulation.snapshot(), inner.additions.duplicate(py))
+        let (scene, checkpoint, additions) = {
+            let mut inner = self.lock()?;
+            let checkpoint = inner.simulation.checkpoint();
+            (inner.scene.clone(), checkpoint, inner.additions.duplicate(py))
         };
-        Simulation::rebuilt(py, scene, &State { snapshot: state, dimension: self.dimension }, additions)
+        Simulation::rebuilt(py, scene, &checkpoint, additions)
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
@@ -172,39 +178,110 @@ impl Simulation {
         self.clone(py)
     }
 
+    /// Write this moment to a file, to go on from in another process with the same bits: `restore`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///     The file; one that is there is replaced, at once and as a whole.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     The file cannot be written.
+    ///
+    /// Notes
+    /// -----
+    /// It holds the scene, the state, what was added (pins, forces, materials) and a checksum; meshes that the
+    /// scene names by their files stay where they are. Solvers of implicit schemes forget what they have learnt
+    /// from earlier steps, here as in the simulation that is restored: both go on with the same bits.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let mut notes = Notes::new();
+        inner.additions.note(py, &mut notes)?;
+        let Inner { simulation, scene, .. } = &mut *inner;
+        let written = py.detach(|| written(simulation, scene, &notes, |content| content.write(&path)));
+        written.map_err(|error| errors::checkpoint(&error))
+    }
+
+    /// Go on from a file that `save`, or ``pliant run --checkpoint``, has written.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike
+    ///     The file. Functions and materials of Python in it are pickled: read only files that you trust.
+    ///
+    /// Returns
+    /// -------
+    /// Simulation
+    ///     In the same state with the same parameters, forces and pins.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     The file cannot be read.
+    /// ValueError
+    ///     It is no checkpoint, damaged, or of another version of pliant; or a mesh file has changed since.
+    #[staticmethod]
+    fn restore(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let file = py.detach(|| CheckpointFile::read(&path)).map_err(|error| errors::checkpoint(&error))?;
+        let additions = super::Additions::noted(py, &file.notes)?;
+        Simulation::rebuilt(py, Scene::of(py, file.scene.source())?, &file.simulation, additions)
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (py, this) = (slf.py(), slf.get());
-        let (scene, additions) = {
-            let inner = this.lock()?;
-            (inner.scene.clone(), inner.additions.pickled(py)?)
+        let (bytes, additions) = {
+            let mut inner = this.lock()?;
+            let Inner { simulation, scene, .. } = &mut *inner;
+            let bytes = written(simulation, scene, &Notes::new(), |content| {
+                let path = || PathBuf::from("a pickle");
+                content.to_bytes().map_err(|source| CheckpointError::Write { path: path(), source })
+            });
+            (bytes.map_err(|error| errors::checkpoint(&error))?, inner.additions.pickled(py)?)
         };
-        let state = (scene, this.state()?, additions).into_pyobject(py)?;
+        let state = (PyBytes::new(py, &bytes), additions).into_pyobject(py)?;
         Ok((slf.get_type().getattr("_restore")?, state))
     }
 
     /// What pickle calls.
     #[staticmethod]
-    fn _restore(
-        py: Python<'_>,
-        scene: &Scene,
-        state: &State,
-        additions: &Bound<'_, PyTuple>,
-    ) -> PyResult<Self> {
-        Simulation::rebuilt(py, scene.clone(), state, super::Additions::unpickled(additions)?)
+    fn _restore(py: Python<'_>, bytes: &[u8], additions: &Bound<'_, PyTuple>) -> PyResult<Self> {
+        let file = CheckpointFile::from_bytes(Path::new("the pickle"), bytes);
+        let file = file.map_err(|error| errors::checkpoint(&error))?;
+        let additions = super::Additions::unpickled(additions)?;
+        Simulation::rebuilt(py, Scene::of(py, file.scene.source())?, &file.simulation, additions)
     }
 }
 
+/// A checkpoint of `simulation`, which `write` writes.
+fn written<T>(
+    simulation: &mut Core,
+    scene: &Scene,
+    notes: &Notes,
+    write: impl FnOnce(&CheckpointContent<'_>) -> Result<T, CheckpointError>,
+) -> Result<T, CheckpointError> {
+    let scene = SavedScene::new(&scene.source, &scene.scene)?;
+    let simulation = simulation.checkpoint();
+    write(&CheckpointContent { scene: &scene, simulation: &simulation, run: None, notes })
+}
+
 impl Simulation {
-    /// A simulation of `scene` in this state, with what was added to another.
-    fn rebuilt(py: Python<'_>, scene: Scene, state: &State, additions: super::Additions) -> PyResult<Self> {
+    /// A simulation of `scene` that goes on from a checkpoint, with what was added to another.
+    fn rebuilt(
+        py: Python<'_>,
+        scene: Scene,
+        checkpoint: &Checkpoint,
+        additions: super::Additions,
+    ) -> PyResult<Self> {
         let simulation = Simulation::assembled(py, scene)?;
         {
             let mut inner = simulation.lock()?;
             inner.additions = additions;
-            // Before the state, so that what energies remember fits the terms that there are; pins where they are held.
+            // Before the state, so that what energies remember fits the terms that there are.
             inner.apply_additions(py)?;
-            let restored = inner.simulation.restore(&state.snapshot);
-            restored.map_err(|error| PyValueError::new_err(error.to_string()))?;
+            let resumed = inner.simulation.resume(checkpoint);
+            resumed.map_err(|error| PyValueError::new_err(error.to_string()))?;
         }
         Ok(simulation)
     }

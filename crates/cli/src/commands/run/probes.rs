@@ -1,6 +1,7 @@
 //! The table that `--probes` asks for.
 
 use std::fs::{File, OpenOptions};
+use std::io::{Seek, SeekFrom};
 use std::path::Path;
 
 use pliant::assembly::Assembly;
@@ -17,7 +18,10 @@ use crate::recording;
 /// # Errors
 /// The scene has no probes; the file exists, is a directory, the scene or the recording, or cannot be
 /// written.
-pub(super) fn table(arguments: &RunArguments, assembly: &Assembly) -> Result<Option<Table<File>>, Failure> {
+pub(super) fn table(
+    arguments: &RunArguments,
+    assembly: &Assembly,
+) -> Result<Option<(File, Table<File>)>, Failure> {
     let Some(path) = &arguments.probes else { return Ok(None) };
     if assembly.probes.is_empty() {
         let message = "`--probes` has nothing to write: the scene has no [[probe]]";
@@ -37,7 +41,35 @@ pub(super) fn table(arguments: &RunArguments, assembly: &Assembly) -> Result<Opt
         // Not the link, where the path is one to a file that was not there.
         let _ = std::fs::remove_file(path.canonicalize().as_deref().unwrap_or(path));
     }
-    checked.map(|()| Some(Table::new(&assembly.probes, file, &what)))
+    checked?;
+    let written = file.try_clone().map_err(failed)?;
+    Ok(Some((file, Table::new(&assembly.probes, written, &what))))
+}
+
+/// The table at `path` behind its first `written` bytes: what follows is what the run will write again.
+///
+/// # Errors
+/// The file is not there, is no file, or is shorter.
+pub(in crate::commands) fn resumed(
+    path: &Path,
+    written: u64,
+    assembly: &Assembly,
+) -> Result<(File, Table<File>), Failure> {
+    Failure::unless_file(path)?;
+    let what = format!("writing {}", path.display());
+    let failed = |error| Failure::failed("probes", format!("{what}: {error}"));
+    let mut file = OpenOptions::new().write(true).open(path).map_err(failed)?;
+    let length = file.metadata().map_err(failed)?.len();
+    if length < written {
+        return Err(Failure::usage(format!(
+            "{} ends before the checkpoint, after {length} of {written} bytes; put back the table that the \
+             run wrote",
+            path.display()
+        )));
+    }
+    file.set_len(written).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
+    let table = Table::behind(&assembly.probes, file.try_clone().map_err(failed)?, &what, written);
+    Ok((file, table))
 }
 
 fn exists(path: &Path) -> Failure {
@@ -52,6 +84,9 @@ fn own(path: &Path, file: &File, arguments: &RunArguments) -> Result<(), Failure
     if !arguments.no_record {
         let output = recording::output(arguments);
         taken.extend(record::files(&output).map(|file| (file, "the recording")));
+    }
+    if arguments.checkpoint.is_some() {
+        taken.push((recording::checkpoint_of(&recording::output(arguments)), "the checkpoint"));
     }
     let is_table = |other: &Path| -> std::io::Result<bool> {
         Ok(Handle::from_file(file.try_clone()?)? == Handle::from_path(other)?)

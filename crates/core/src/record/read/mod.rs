@@ -12,3 +12,4 @@ mod walk;
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
 pub use rescue::{Recovered, discard, recover};
 pub use trajectory::{Column, ElementRows, Trajectory};
+pub(super) use walk::walk;

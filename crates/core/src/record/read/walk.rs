@@ -16,7 +16,7 @@ use crate::regular_file;
 /// the file does. Chunks that are incomplete or fail their checksum are not opened.
 ///
 /// Returns whether the end of the data section was reached.
-pub(super) fn walk(
+pub(in crate::record) fn walk(
     path: &Path,
     visit: &mut dyn FnMut(Record<'static>) -> Result<ControlFlow<()>, RecordError>,
 ) -> Result<bool, RecordError> {

@@ -59,6 +59,10 @@ impl Tail for SmallDisk {
         self.room.fetch_add(std::mem::take(&mut self.used), Ordering::Relaxed);
         Tail::empty(&mut self.file)
     }
+
+    fn sync(&mut self) -> io::Result<()> {
+        Tail::sync(&mut self.file)
+    }
 }
 
 /// Records until the disk is full, and finds all frames that came before the error.

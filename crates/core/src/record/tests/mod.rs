@@ -2,6 +2,7 @@
 
 mod bytes;
 mod content;
+mod continuation;
 mod damaged;
 mod disk_full;
 mod elements;

@@ -4,19 +4,12 @@ use std::path::{Path, PathBuf};
 
 use super::super::plan::Grid;
 use super::Reference;
+use crate::fnv::fnv1a;
 use crate::scene::{Body, MeshSpec, Scene, Time};
 
 /// Tells problems apart: what moves and for how long, not how it is computed or what is written.
 pub fn key(scene: &Scene, grid: &Grid) -> String {
     format!("{:016x}", fnv1a(problem(scene, grid).as_bytes()))
-}
-
-/// The hash of Fowler, Noll and Vo, variant 1a, of 64 bits: the same in every version of everything.
-/// Fowler, Noll, Vo, Eastlake 2019, *The FNV non-cryptographic hash algorithm*, IETF draft-eastlake-fnv,
-/// section 2.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    let (basis, prime) = (0xcbf2_9ce4_8422_2325, 0x0100_0000_01b3);
-    bytes.iter().fold(basis, |hash: u64, byte| (hash ^ u64::from(*byte)).wrapping_mul(prime))
 }
 
 /// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and the study; and the times.
@@ -71,20 +64,5 @@ impl Store {
         let Some(folder) = &self.0 else { return Ok(()) };
         let kept = Kept { problem: problem(scene, grid), reference: reference.clone() };
         std::fs::write(Self::path(folder, scene, grid), serde_json::to_vec(&kept)?)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fnv1a;
-
-    /// Test vectors of the draft, appendix C.
-    #[test]
-    fn names_of_references_are_hashes_that_no_version_changes() {
-        let vectors =
-            [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)];
-        for (text, expected) in vectors {
-            assert_eq!(fnv1a(text.as_bytes()), expected, "{text}");
-        }
     }
 }

@@ -1,0 +1,169 @@
+//! `pliant resume`: goes on with a run from its last checkpoint.
+
+use std::cmp::Ordering;
+use std::path::{Path, PathBuf};
+
+use pliant::assembly::{Assembly, UnstableStep};
+use pliant::checkpoint::CheckpointFile;
+use pliant::probe;
+use pliant::record::{Beginning, Status as Ending, read};
+use pliant::run::RunState;
+use pliant::scene::Source;
+use serde_json::json;
+
+use super::check;
+use super::run::keeper::{self, Keeper, Settings};
+use super::run::session::Session;
+use super::run::{probes, use_threads};
+use crate::arguments::ResumeArguments;
+use crate::failure::{Failure, Status};
+use crate::input::Input;
+use crate::interrupt;
+use crate::recording::Recording;
+use crate::terminal::Terminal;
+use crate::text::number;
+
+pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result<Status, Failure> {
+    use_threads(arguments.threads)?;
+    let path = &arguments.file;
+    let from = CheckpointFile::read(path).map_err(|error| Failure::checkpoint(&error))?;
+    let (Some(state), Some(settings)) = (&from.run, Settings::of(&from)) else {
+        return Err(Failure::usage(format!(
+            "{0} is a simulation that Python has saved, not a run: \
+             `pliant.Simulation.restore({0:?})` goes on from it",
+            path.display()
+        )));
+    };
+    let input = Input::of(from.scene.source(), arguments.until)?;
+    let assembly = input.assemble(UnstableStep::Refuse)?;
+    let recording = recording_of(arguments, &settings);
+    let elapsed = state.elapsed(&from.simulation);
+    match state.against(&input.scene.plan(), &from.simulation, &assembly.simulation) {
+        Ordering::Greater => return Err(too_far(path, elapsed, &input)),
+        Ordering::Equal if is_recorded(recording.as_deref(), state) => {
+            return complete(path, elapsed, terminal);
+        }
+        _ => {}
+    }
+    if terminal.verbose {
+        terminal.note(&check::describe(&assembly.report, terminal.width()));
+    }
+    note_changes(&from, &settings, terminal);
+    session(arguments, recording.as_deref(), from, settings, input, assembly)?.run(terminal)
+}
+
+/// The rest of the run.
+fn session(
+    arguments: &ResumeArguments,
+    recording: Option<&Path>,
+    from: CheckpointFile,
+    settings: Settings,
+    input: Input,
+    assembly: Assembly,
+) -> Result<Session, Failure> {
+    let path = &arguments.file;
+    // Before there is a file, so that no signal can leave it unfinished.
+    let interrupted = interrupt::flag()?;
+    let begun = settings.recording.as_ref().map(|noted| keeper::resolved(noted, path));
+    let opened = open(arguments, recording, begun.as_deref(), &from, &input, &assembly)?;
+    let table = table(path, &from, &settings, &assembly)?;
+    let settings = Settings {
+        recording: recording.map(|recording| keeper::noted(recording, path)),
+        interval: arguments.checkpoint.unwrap_or(settings.interval),
+        ..settings
+    };
+    let keeper = Keeper::new(path, settings, &input)?.with_table(table.as_ref().map(|(file, _)| file));
+    let table = table.map(|(_, table)| table);
+    let (keeper, from) = (Some(keeper), Some(from));
+    Ok(Session { input, assembly, recording: opened, table, keeper, from, interrupted })
+}
+
+/// The run has gone farther than it is asked to go.
+fn too_far(path: &Path, elapsed: f64, input: &Input) -> Failure {
+    Failure::usage(format!(
+        "{} is at t = {} s, beyond the {} s that `--until` asks for",
+        path.display(),
+        number(elapsed),
+        number(input.scene.plan().duration),
+    ))
+}
+
+/// The file that the run is recorded to from now on; `None` without one.
+fn recording_of(arguments: &ResumeArguments, settings: &Settings) -> Option<PathBuf> {
+    if arguments.no_record {
+        return None;
+    }
+    let begun = settings.recording.as_ref().map(|noted| keeper::resolved(noted, &arguments.file));
+    begun.map(|begun| arguments.output.clone().unwrap_or(begun))
+}
+
+/// Opens the recording behind the frames that were recorded before the checkpoint.
+fn open(
+    arguments: &ResumeArguments,
+    recording: Option<&Path>,
+    begun: Option<&Path>,
+    from: &CheckpointFile,
+    input: &Input,
+    assembly: &Assembly,
+) -> Result<Recording, Failure> {
+    if recording.is_some_and(|recording| keeper::is_one(recording, &arguments.file)) {
+        return Err(Failure::usage(format!(
+            "{} is the checkpoint; choose another output",
+            arguments.file.display()
+        )));
+    }
+    let (Some(recording), Some(begun)) = (recording, begun) else {
+        return match &arguments.output {
+            Some(_) => Err(Failure::usage("`-o` has nothing to go on with: the run was not recorded")),
+            None => Ok(Recording::none()),
+        };
+    };
+    let frames = from.run.as_ref().map_or(0, RunState::frames);
+    let beginning = Beginning { path: begun, scene_text: &from.scene.text, frames };
+    Recording::resume(recording, arguments.force, input, assembly, beginning)
+}
+
+/// The table of probes behind the rows written before the checkpoint.
+fn table(
+    path: &Path,
+    from: &CheckpointFile,
+    settings: &Settings,
+    assembly: &Assembly,
+) -> Result<Option<(std::fs::File, probe::Table<std::fs::File>)>, Failure> {
+    let Some(noted) = &settings.probes else { return Ok(None) };
+    let written = probe::written_at(&from.notes).unwrap_or(0);
+    probes::resumed(&keeper::resolved(noted, path), written, assembly).map(Some)
+}
+
+/// Whether the recording, if there is one, has its last frame too.
+fn is_recorded(recording: Option<&Path>, state: &RunState) -> bool {
+    recording.is_none_or(|recording| {
+        let found = read::info(recording).ok();
+        let outcome = found.and_then(|info| info.outcome);
+        outcome.is_some_and(|outcome| outcome.status == Ending::Completed && state.frames() > 0)
+    })
+}
+
+/// Says that nothing is left to be done.
+fn complete(path: &Path, elapsed: f64, terminal: Terminal) -> Result<Status, Failure> {
+    terminal.report(&format!(
+        "the run of {} is complete: it reached t = {} s; `--until` takes it further",
+        path.display(),
+        number(elapsed),
+    ))?;
+    terminal.document(&json!({ "status": Status::Done, "complete": true, "time": elapsed }))?;
+    Ok(Status::Done)
+}
+
+/// Says that the scene file has changed: the run goes on with the scene that the checkpoint holds.
+fn note_changes(from: &CheckpointFile, settings: &Settings, terminal: Terminal) {
+    let name = Path::new(&from.scene.name).file_name().unwrap_or_default();
+    let place = from.scene.directory.join(name);
+    let now = Source::from_path(&place);
+    if now.is_ok_and(|now| now.text() != settings.written) {
+        terminal.note(&format!(
+            "{} has changed since; the run goes on with the scene that it began with",
+            place.display()
+        ));
+    }
+}

@@ -1,0 +1,135 @@
+//! The checkpoints of a run.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use pliant::checkpoint::{CheckpointContent, CheckpointFile, SavedScene};
+use pliant::observer::{Notes, ObserverError};
+use pliant::run::{Checkpoints, RunCheckpoint};
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::input::Input;
+
+/// Name of the note of the command line.
+const SETTINGS: &str = "command line";
+
+/// What the command line of a run said, and how long it has taken: noted in every checkpoint.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Settings {
+    /// Recording; relative to the checkpoint where it is beside it, `None` without one.
+    pub(crate) recording: Option<PathBuf>,
+    /// Table of probes, likewise.
+    pub(crate) probes: Option<PathBuf>,
+    /// Time between checkpoints [s].
+    pub(crate) interval: f64,
+    /// Time that steps and recording have taken [s].
+    pub(crate) wall: f64,
+    /// Text of the scene file, before changes on the command line.
+    pub(crate) written: String,
+}
+
+impl Settings {
+    /// Those noted in a checkpoint; `None` where another program than the command line has kept it.
+    pub(crate) fn of(file: &CheckpointFile) -> Option<Settings> {
+        serde_json::from_slice(file.notes.get(SETTINGS)?).ok()
+    }
+}
+
+/// Keeps one checkpoint, the last.
+pub(crate) struct Keeper {
+    path: PathBuf,
+    scene: SavedScene,
+    settings: Settings,
+    /// Table of probes, to be on the disk before a checkpoint is.
+    table: Option<File>,
+    started: Instant,
+    last: Instant,
+}
+
+impl Keeper {
+    /// A keeper of the checkpoint `path`.
+    ///
+    /// # Errors
+    /// `path` is a directory or a device; a mesh file cannot be read.
+    pub(crate) fn new(path: &Path, settings: Settings, input: &Input) -> Result<Keeper, Failure> {
+        Failure::unless_file(path)?;
+        let scene = SavedScene::new(&input.source, &input.scene);
+        let scene = scene.map_err(|error| Failure::checkpoint(&error))?;
+        let now = Instant::now();
+        Ok(Keeper { path: path.to_owned(), scene, settings, table: None, started: now, last: now })
+    }
+
+    /// Waits for the disk to have `table` before it keeps a checkpoint.
+    pub(crate) fn with_table(self, table: Option<&File>) -> Keeper {
+        Keeper { table: table.and_then(|table| table.try_clone().ok()), ..self }
+    }
+
+    /// Removes the checkpoint of a run that is replaced: with the recording of this one it would be nonsense.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub(crate) fn begin(&self) -> Result<(), Failure> {
+        match std::fs::remove_file(&self.path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                let message = format!("cannot replace {}: {error}", self.path.display());
+                Err(Failure::failed("checkpoint", message))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The checkpoint.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Time that steps and recording had taken before this process went on.
+    pub(crate) fn earlier(&self) -> Duration {
+        Duration::try_from_secs_f64(self.settings.wall).unwrap_or_default()
+    }
+
+    fn write(&self, checkpoint: &RunCheckpoint) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+        if let Some(table) = &self.table {
+            table.sync_all()?;
+        }
+        let wall = self.settings.wall + self.started.elapsed().as_secs_f64();
+        let mut notes: Notes = checkpoint.notes.clone();
+        notes.insert(SETTINGS.into(), serde_json::to_vec(&Settings { wall, ..self.settings.clone() })?);
+        let RunCheckpoint { simulation, run, .. } = checkpoint;
+        let content = CheckpointContent { scene: &self.scene, simulation, run: Some(run), notes: &notes };
+        Ok(content.write(&self.path)?)
+    }
+}
+
+impl Checkpoints for Keeper {
+    fn is_due(&mut self, _: u64) -> bool {
+        self.last.elapsed().as_secs_f64() >= self.settings.interval
+    }
+
+    fn keep(&mut self, checkpoint: &RunCheckpoint) -> Result<(), ObserverError> {
+        let written = self.write(checkpoint);
+        // From its end on: where the disk is slow, steps are not left behind.
+        self.last = Instant::now();
+        written.map_err(|source| ObserverError { what: "keeping a checkpoint".into(), source })
+    }
+}
+
+/// Whether both paths are one file that is there.
+pub(crate) fn is_one(a: &Path, b: &Path) -> bool {
+    same_file::is_same_file(a, b).unwrap_or(false)
+}
+
+/// `path` as the checkpoint `from` notes it: its name where both are in one directory, else all of it.
+pub(crate) fn noted(path: &Path, from: &Path) -> PathBuf {
+    match path.file_name() {
+        Some(name) if path.parent() == from.parent() => name.into(),
+        _ => std::path::absolute(path).unwrap_or_else(|_| path.to_owned()),
+    }
+}
+
+/// The path that the checkpoint `from` has noted.
+pub(crate) fn resolved(noted: &Path, from: &Path) -> PathBuf {
+    from.parent().map_or_else(|| noted.to_owned(), |directory| directory.join(noted))
+}

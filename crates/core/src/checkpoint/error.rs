@@ -1,0 +1,79 @@
+//! What is wrong with a checkpoint file.
+
+use std::io;
+use std::path::PathBuf;
+
+/// A checkpoint could not be written, or not be gone on from.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Reason that the system gives.
+        source: io::Error,
+    },
+    /// The file could not be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Reason that the system gives.
+        source: io::Error,
+    },
+    /// The file is something else.
+    #[error("{} is not a checkpoint; `pliant run SCENE --checkpoint 60s` writes one", path.display())]
+    NotACheckpoint {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is cut, or its bytes are not those that were written.
+    #[error(
+        "{} is damaged: it is cut, or its checksum is another one; nothing can go on from it",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file has another layout.
+    #[error(
+        "{} has format {found} of checkpoints, this program reads format {expected}: go on with the \
+         version of pliant that wrote it",
+        path.display()
+    )]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Its format.
+        found: u32,
+        /// Format of this program.
+        expected: u32,
+    },
+    /// Another version of the program wrote the file.
+    #[error(
+        "{} was written by pliant {found}, this is {expected}, whose steps may have other bits: go on with \
+         {found}, or run the scene anew",
+        path.display()
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version that wrote it.
+        found: String,
+        /// This version.
+        expected: &'static str,
+    },
+    /// A mesh file is not what it was, or cannot be read.
+    #[error("{} cannot go on: the mesh file {} {reason}", path.display(), file.display())]
+    Mesh {
+        /// The checkpoint.
+        path: PathBuf,
+        /// The mesh file.
+        file: PathBuf,
+        /// Reason, after the name of the file.
+        reason: String,
+    },
+}

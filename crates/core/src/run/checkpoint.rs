@@ -1,0 +1,103 @@
+//! Checkpoints of whole runs.
+
+use std::cmp::Ordering;
+
+use super::Plan;
+use crate::diagnostics::Diagnostics;
+use crate::observer::{Notes, ObserverError};
+use crate::simulation::{self, Simulation};
+
+/// Everything that a run goes on from, beside the scene and the plan.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct RunCheckpoint {
+    /// State of the simulation.
+    pub simulation: simulation::Checkpoint,
+    /// State of the run.
+    pub run: RunState,
+    /// What observers have noted.
+    pub notes: Notes,
+}
+
+/// Decides when checkpoints are taken, and keeps them.
+pub trait Checkpoints {
+    /// Whether one is to be taken after `step` steps; asked once before every step. One more is taken where
+    /// the run ends well or is interrupted.
+    fn is_due(&mut self, step: u64) -> bool;
+
+    /// Keeps a checkpoint.
+    ///
+    /// # Errors
+    /// Whatever keeps it from being kept; the run stops and reports it.
+    fn keep(&mut self, checkpoint: &RunCheckpoint) -> Result<(), ObserverError>;
+}
+
+/// Bookkeeping of a run: frames, and the energies that later ones are compared with.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct RunState {
+    /// Step of the simulation at the start.
+    pub(super) first_step: u64,
+    /// Time of the simulation at the start [s].
+    pub(super) first_time: f64,
+    /// Frames shown.
+    pub(super) frames: u64,
+    /// Step since the start at which the next frame is due, where steps are of one size.
+    pub(super) next_frame: u64,
+    /// Time of the last frame shown [s].
+    pub(super) last_frame_time: f64,
+    /// Measurements at the start.
+    pub(super) start: Diagnostics,
+    /// Measurements of the last good state that was measured.
+    pub(super) last_good: Diagnostics,
+    /// Energy scale at the start, and with what has come in since [J].
+    pub(super) scale_at_start: f64,
+    pub(super) energy_scale: f64,
+    /// Largest change and gain of energy so far [J].
+    pub(super) largest_energy_change: f64,
+    pub(super) largest_energy_gain: f64,
+}
+
+impl RunState {
+    /// The state at the beginning of a run.
+    pub(super) fn new(simulation: &mut Simulation) -> Self {
+        simulation.forget_motion_jumps();
+        let start = simulation.diagnostics();
+        let energy_scale = super::energy_scale(simulation, &start);
+        RunState {
+            first_step: simulation.state().step,
+            first_time: simulation.state().time,
+            frames: 0,
+            next_frame: 0,
+            last_frame_time: 0.0,
+            last_good: start.clone(),
+            start,
+            scale_at_start: energy_scale,
+            energy_scale,
+            largest_energy_change: 0.0,
+            largest_energy_gain: 0.0,
+        }
+    }
+
+    /// Frames shown before this moment.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Simulated time since the start of the run at which `at` is [s].
+    pub fn elapsed(&self, at: &simulation::Checkpoint) -> f64 {
+        at.snapshot().time - self.first_time
+    }
+
+    /// Whether `at` is before, at or beyond the end of `plan`; `simulation` is one of the same scene. The last
+    /// frame comes after a checkpoint at the end.
+    pub fn against(&self, plan: &Plan, at: &simulation::Checkpoint, simulation: &Simulation) -> Ordering {
+        match simulation.step_control() {
+            Some(_) => self.elapsed(at).total_cmp(&plan.duration),
+            None => (at.snapshot().step - self.first_step).cmp(&plan.steps(simulation.step_size())),
+        }
+    }
+
+    /// Measurements at the start of the run.
+    pub fn start(&self) -> &Diagnostics {
+        &self.start
+    }
+}
