@@ -10,6 +10,7 @@
 mod support;
 
 mod architecture;
+mod attachment_limit;
 mod attachments;
 mod bending;
 mod checkpoints;

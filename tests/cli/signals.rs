@@ -108,3 +108,30 @@ fn what_a_killed_run_leaves_can_be_recovered() {
         std::fs::read(bench.path("other.mcap")).unwrap() == std::fs::read(bench.path("scene.mcap")).unwrap()
     );
 }
+
+/// Two hundred modes of a block, which take seconds at least.
+#[test]
+fn modes_that_are_asked_to_stop_end_with_130() {
+    let scene = "dimension = 3\ntime = { integrator = 'velocity-verlet', step = 1e-6, duration = 1.0 }\n[[body]]\n\
+                 mesh = { grid = { cells = [24, 6, 6], spacing = 0.1 } }\nelastic = { linear = { preset = 'steel' } }\n\
+                 mass = { preset = 'steel' }\n";
+    let bench = Bench::new(scene);
+    let mut command = Command::new(super::PLIANT);
+    command.args(["modes", "scene.toml", "--count", "200", "-v"]).current_dir(bench.directory.path());
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let running = Running(Some(command.spawn().unwrap()));
+    let id = running.0.as_ref().unwrap().id();
+    // Signals are caught once its mask of caught ones says so.
+    let catches = || {
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).map(str::trim);
+        mask.and_then(|mask| u64::from_str_radix(mask, 16).ok()).is_some_and(|mask| mask >> 14 & 1 == 1)
+    };
+    let deadline = Instant::now() + Duration::from_secs(120);
+    while !catches() {
+        assert!(Instant::now() < deadline, "no handler after two minutes");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    running.signal("TERM");
+    running.wait().ended_with(130).says(&["interrupted: no modes were found yet"]);
+}

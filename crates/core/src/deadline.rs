@@ -91,6 +91,78 @@ mod tests {
         assert!(ended);
     }
 
+    /// A clamped block of so many cells along x, with these keys of time.
+    fn block(cells: usize, time: &str) -> crate::simulation::Simulation {
+        let text = format!(
+            "dimension = 3\ntime = {{ {time}, step = 1e-3, duration = 1.0 }}\nworld = {{ gravity = [0, 0, -9.81] }}\n\
+             [[body]]\nmesh = {{ grid = {{ cells = [{cells}, 2, 2], spacing = 0.5 }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+             pin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0 }} }}]\n"
+        );
+        let scene = Scene::from_toml(&text).unwrap();
+        scene.assemble(crate::assembly::UnstableStep::Refuse).unwrap().simulation
+    }
+
+    /// Set beforehand, the flag ends them; taken back, they find what they look for.
+    #[test]
+    fn searches_end_where_they_are_stopped() {
+        let mut simulation = block(20, "integrator = 'velocity-verlet'");
+        let stop = Arc::new(AtomicBool::new(true));
+        simulation.set_stop(Some(Arc::clone(&stop)));
+        assert_eq!(simulation.stability_limit(1.0).unwrap_err(), Stopped);
+        assert_eq!(simulation.modes(4).unwrap_err(), crate::modes::ModesError::Stopped);
+        stop.store(false, Ordering::Relaxed);
+        assert!(simulation.stability_limit(1.0).unwrap().step.is_finite());
+        assert_eq!(simulation.modes(4).unwrap().modes.len(), 4);
+    }
+
+    #[test]
+    fn conjugate_gradients_end_where_they_are_stopped() {
+        use crate::solver::conjugate_gradients::{CgEnd, ConjugateGradients};
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut cg = ConjugateGradients::default();
+        cg.set_stop(Stop::new(Some(Arc::clone(&stop))));
+        let mut products = 0;
+        let product = |p: &[f64], q: &mut [f64]| {
+            products += 1;
+            stop.store(products == 3, Ordering::Relaxed);
+            (0..p.len()).for_each(|i| q[i] = (i + 1) as f64 * p[i]);
+        };
+        let (right, mut x) = (vec![1.0; 40], vec![0.0; 40]);
+        let report = cg.solve::<1>(product, &mut Same, &right, &mut x, 1e-12, 1000);
+        assert_eq!((report.end, report.iterations), (CgEnd::Stopped, 3));
+    }
+
+    struct Same;
+
+    impl crate::solver::conjugate_gradients::Preconditioner<1> for Same {
+        fn update(
+            &mut self,
+            _: &crate::solver::block_matrix::BlockMatrix<1>,
+        ) -> Result<(), crate::solver::cholesky::NotPositiveDefinite> {
+            Ok(())
+        }
+        fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+            z.copy_from_slice(r);
+        }
+        fn bytes(&self) -> usize {
+            0
+        }
+    }
+
+    /// By every linear solver, multigrid with its set-up.
+    #[test]
+    fn steps_that_are_stopped_say_so_by_every_linear_solver() {
+        for linear in ["cholesky", "cg", "multigrid", "matrix-free"] {
+            let time = format!("integrator = 'implicit-euler', solver = {{ linear = '{linear}' }}");
+            let mut simulation = block(4, &time);
+            simulation.set_stop(Some(Arc::new(AtomicBool::new(true))));
+            let error = simulation.step().unwrap_err();
+            let stopped = matches!(error, StepError::Unsolved { verdict: Verdict::Stopped, .. });
+            assert!(stopped, "{linear}: {error}");
+        }
+    }
+
     // A solve that has begun ends too, and leaves the state as it was.
     #[test]
     fn a_simulation_that_is_stopped_solves_no_more() {

@@ -166,8 +166,8 @@ fn remarks(variant: &VariantResult) -> Vec<String> {
         }
         if line.falls_short() {
             out.push(format!(
-                "{} shows order {:.1} where {} is documented: its steps do not resolve all motions yet, a solver or the \
-                 reference limits the error, or the scheme is wrong",
+                "{} shows order {:.1} where {} is documented: its steps do not resolve all motions yet, or \
+                 what limits it is a solver, the reference, or something that is not smooth: walls, loads that jump",
                 line.integrator,
                 line.order_observed.unwrap_or(f64::NAN),
                 line.order_nominal
