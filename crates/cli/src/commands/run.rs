@@ -48,7 +48,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     Session { input, assembly, recording, table, keeper, from: None, interrupted }.run(terminal)
 }
 
-/// What keeps checkpoints; `None` where nobody wants one.
+/// The keeper of checkpoints; `None` without `--checkpoint`.
 ///
 /// # Errors
 /// There is a checkpoint already, or what is there is no file.

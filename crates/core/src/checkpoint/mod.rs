@@ -42,7 +42,7 @@ pub struct CheckpointFile {
     pub simulation: Checkpoint,
     /// State of the run; `None` between steps that are taken one by one.
     pub run: Option<RunState>,
-    /// Notes of observers, and of whoever drives the simulation.
+    /// Notes of observers, of the command line and of Python.
     pub notes: Notes,
 }
 
@@ -55,7 +55,7 @@ pub struct CheckpointContent<'a> {
     pub simulation: &'a Checkpoint,
     /// State of the run; `None` between steps that are taken one by one.
     pub run: Option<&'a RunState>,
-    /// Notes of observers, and of whoever drives the simulation.
+    /// Notes of observers, of the command line and of Python.
     pub notes: &'a Notes,
 }
 

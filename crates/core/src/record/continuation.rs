@@ -42,9 +42,9 @@ impl McapRecorder {
     ) -> Result<Self, RecordError> {
         let mut source = beginning.find()?;
         let is_same = is_one(path, beginning.path);
-        if is_same && source != path {
-            recover(&source, path, true)?;
-            source = path.to_owned();
+        if is_same && source != beginning.path {
+            recover(&source, beginning.path, true)?;
+            source = beginning.path.to_owned();
         }
         let options = Options { overwrite: options.overwrite || is_same, ..options.clone() };
         let mut recorder = McapRecorder::create(path, &options, topology)?;

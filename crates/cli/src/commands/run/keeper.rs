@@ -66,7 +66,7 @@ impl Keeper {
         Keeper { table: table.and_then(|table| table.try_clone().ok()), ..self }
     }
 
-    /// Removes the checkpoint of a run that is replaced: with the recording of this one it would be nonsense.
+    /// Removes the checkpoint of a run that is replaced: it does not fit the recording of this one.
     ///
     /// # Errors
     /// It cannot be removed.

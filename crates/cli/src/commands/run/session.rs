@@ -82,7 +82,7 @@ impl Session {
         Ok(closing.status())
     }
 
-    /// The progress bar, where somebody sees it.
+    /// The progress bar; `None` where standard error is no terminal.
     fn progress(&mut self, terminal: Terminal) -> Option<Progress> {
         let wanted = std::io::stderr().is_terminal() && !terminal.quiet && !terminal.json;
         wanted.then(|| {
