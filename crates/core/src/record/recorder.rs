@@ -94,7 +94,8 @@ impl McapRecorder {
         let synced = file.try_clone();
         let sink = BufWriter::with_capacity(1 << 16, file);
         let mut recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
-        let given = recorder.behind.desk().and_then(|desk| Ok(desk.sync_with(synced?)));
+        let synced = synced.map_err(mcap::McapError::Io);
+        let given = synced.and_then(|file| recorder.behind.desk().map(|desk| desk.sync_with(file)));
         recorder.note_failure(given)?;
         Ok(recorder)
     }
