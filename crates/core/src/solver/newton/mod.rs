@@ -202,9 +202,16 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 Some(value) if !changes => value,
                 _ => self.value(system, objective, at, at),
             };
-            let slope = Slope { start, slope, correction, negligible };
+            // In a step of time a part of the direction of an earlier matrix is worth less than a new
+            // matrix; in statics it leads on from the last equilibrium.
+            let whole = old_matrix && objective.inertia > 0.0 && correction > negligible;
+            let slope = Slope { start, slope, correction, negligible, whole };
             let accepted = self.search(system, objective, at, &slope);
             let Some(Accepted { value: there, halvings, finite }) = accepted else {
+                if whole {
+                    keep = false;
+                    continue;
+                }
                 if forcing > CG_TOLERANCE {
                     // A loose solution may point nowhere: an accurate one with the same matrix comes before another matrix.
                     (forcing, correction) = (CG_TOLERANCE, f64::INFINITY);
@@ -225,6 +232,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return fail(system, at, Verdict::Stalled, iteration, correction);
             };
             self.work.halvings += u64::from(halvings);
+            let steady = keep && halvings == 0 && psd == Psd::Exact;
             keep = halvings == 0;
             if keep && correction <= NEAR * self.size {
                 // Near a minimum the exact Hessian is positive definite, and converges quadratically.
@@ -241,7 +249,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             let tolerance = self.tolerance(system, objective, at);
             let rounding = correction <= floor && correction >= 0.5 * before;
             // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
-            if (correction <= tolerance || rounding) && known && forcing <= CG_TOLERANCE {
+            let left = if steady { self.left(objective, before, correction) } else { correction };
+            if (left <= tolerance || rounding) && known && forcing <= CG_TOLERANCE {
                 self.note_loose(system, at, correction);
                 return Ok(());
             }

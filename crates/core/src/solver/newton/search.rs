@@ -29,6 +29,8 @@ pub(super) struct Slope {
     pub(super) correction: f64,
     /// Corrections of so much [m] are none.
     pub(super) negligible: f64,
+    /// Whether a step that has to be halved is none.
+    pub(super) whole: bool,
 }
 
 /// A step that is as good as its slope promises, in `trial`.
@@ -50,7 +52,7 @@ impl<const D: usize> Newton<D> {
         at: &Iterate,
         along: &Slope,
     ) -> Option<Accepted> {
-        let Slope { start, slope, correction, negligible } = *along;
+        let Slope { start, slope, correction, negligible, whole } = *along;
         let mut step = system.max_step(&at.x, &self.direction);
         let mut halvings = 0;
         loop {
@@ -74,7 +76,7 @@ impl<const D: usize> Newton<D> {
                 // The way on, or back, is from the iterate.
                 self.residual(system, objective, at);
             }
-            if halvings == MAX_HALVINGS {
+            if whole || halvings == MAX_HALVINGS {
                 return None;
             }
             halvings += 1;

@@ -7,18 +7,40 @@ use crate::system::System;
 
 /// The part of the estimated error that a solve may leave.
 const PART: f64 = 1e-3;
+/// Corrections that shrink by this factor or less do so evenly.
+const EVEN: f64 = 0.5;
+/// Up to this order of the scheme the estimate of its error is trusted to a factor: it has the power of the
+/// order. Above, the margin of one correction stays.
+const TRUSTED: u32 = 2;
 
 impl<const D: usize> Newton<D> {
-    /// The largest correction [m] that ends a solve, as the iterate shows it; the same everywhere in
-    /// statics and where options name it.
+    /// The largest distance from the solution [m] that ends a solve, as the iterate shows it; the same
+    /// everywhere in statics and where options name it.
     pub(super) fn tolerance(&self, system: &System, objective: &Objective<'_>, at: &Iterate) -> f64 {
         let least = self.options.tolerance(self.size, objective.velocity.rate);
-        match self.options.order {
-            Some(order) if self.options.follows_error() && objective.inertia > 0.0 => {
-                least.max(PART * scheme_error(system, objective, at, order))
-            }
-            _ => least,
+        match self.followed_order(objective) {
+            Some(order) => least.max(PART * scheme_error(system, objective, at, order)),
+            None => least,
         }
+    }
+
+    /// Bound of the distance of the solution [m] after a correction that followed the one `before`: the sum
+    /// of those to come if they shrink alike, `r + r^2 + ... = r / (1 - r)` of the last; Hairer, Wanner 1996,
+    /// *Solving Ordinary Differential Equations II*, section IV.8. The correction itself where they do not
+    /// shrink evenly, or where the tolerance does not follow an error that is trusted.
+    pub(super) fn left(&self, objective: &Objective<'_>, before: f64, correction: f64) -> f64 {
+        let shrink = correction / before;
+        let is_even = before.is_finite() && shrink <= EVEN;
+        if is_even && self.followed_order(objective).is_some_and(|order| order <= TRUSTED) {
+            correction * shrink / (1.0 - shrink)
+        } else {
+            correction
+        }
+    }
+
+    /// The order of the scheme whose error the tolerance follows.
+    fn followed_order(&self, objective: &Objective<'_>) -> Option<u32> {
+        self.options.order.filter(|_| self.options.follows_error() && objective.inertia > 0.0)
     }
 }
 
