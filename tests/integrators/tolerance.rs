@@ -45,9 +45,9 @@ fn solves_leave_a_small_part_of_the_error_of_the_scheme() {
     }
 }
 
-/// A level cloth of stiff springs that falls into folds, ten steps of a sixtieth of a second. The matrix of the
-/// last step leads far off at first: where its direction would have to be shortened, four halvings a step,
-/// it is made anew. (By shortened steps: 19 halvings, 29 factorisations, 76 iterations.)
+/// A level cloth of stiff springs that falls into folds, ten steps of a sixtieth of a second. The matrix of
+/// the last step leads far off at first: where its direction would have to be shortened, by four halvings in
+/// a step, it is made anew. (By shortened steps: 19 halvings, 29 factorisations, 76 iterations.)
 #[test]
 fn a_cloth_that_folds_takes_whole_steps() {
     let mut scene: Scene = serde_json::from_value(serde_json::json!({
@@ -55,7 +55,9 @@ fn a_cloth_that_folds_takes_whole_steps() {
         "time": { "integrator": "implicit-euler", "step": 1.0 / 60.0, "duration": 1.0 },
         "world": { "gravity": [0.0, 0.0, -9.81] },
         "body": [{
-            "mesh": { "cloth": { "cells": [8, 8], "origin": [-0.5, 0.0, 1.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0] } },
+            "mesh": { "cloth": {
+                "cells": [8, 8], "origin": [-0.5, 0.0, 1.0], "u": [1.0, 0.0, 0.0], "v": [0.0, 1.0, 0.0],
+            } },
             "springs": { "stiffness": 5e3 },
             "mass": { "total": 0.3 },
             "pin": [{ "vertices": [0, 72] }],

@@ -24,10 +24,10 @@ impl<const D: usize> Newton<D> {
         }
     }
 
-    /// Bound of the distance of the solution [m] after a correction that followed the one `before`: the sum of
-    /// the corrections to come if they shrink alike, `r + r^2 + ... = r / (1 - r)` of the last; Hairer, Wanner
-    /// 1996, *Solving Ordinary Differential Equations II*, section IV.8. The correction itself where they
-    /// do not shrink evenly, or where the tolerance does not follow an error that is trusted.
+    /// Bound of the distance of the solution [m] after a correction that followed the one `before`: the sum
+    /// of those to come if they shrink alike, `r + r^2 + ... = r / (1 - r)` of the last; Hairer, Wanner 1996,
+    /// *Solving Ordinary Differential Equations II*, section IV.8. The correction itself where they do not
+    /// shrink evenly, or where the tolerance does not follow an error that is trusted.
     pub(super) fn left(&self, objective: &Objective<'_>, before: f64, correction: f64) -> f64 {
         let shrink = correction / before;
         let is_even = before.is_finite() && shrink <= EVEN;
