@@ -141,6 +141,33 @@ fn rooms_use_those_below_them_only() {
     assert!(unused.is_empty(), "arrows of ARCHITECTURE.md that nothing needs: {unused:?}");
 }
 
+/// Crates of this workspace that a manifest names, those of tests included.
+fn crates_named(manifest: &Path) -> BTreeSet<String> {
+    let text = std::fs::read_to_string(manifest).unwrap();
+    let table: toml::Table = text.parse().unwrap();
+    let dependencies = ["dependencies", "dev-dependencies"].into_iter().filter_map(|key| table.get(key));
+    let names = dependencies.filter_map(|table| table.as_table()).flat_map(|table| table.keys());
+    names
+        .filter_map(|name| (name == "pliant").then_some("core").or(name.strip_prefix("pliant-")))
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn crates_use_those_below_them_only() {
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let list = page.split("<!-- crates -->").nth(1).unwrap().split("<!-- end of crates -->").next().unwrap();
+    let listed: Vec<Room> = list.lines().filter(|line| line.contains("->")).map(room).collect();
+    for (i, of) in listed.iter().enumerate() {
+        let below: BTreeSet<String> = listed[i + 1..].iter().map(|of| of.name.clone()).collect();
+        assert!(of.uses.is_subset(&below), "{} stands above what it uses in ARCHITECTURE.md", of.name);
+        let named = crates_named(&root().join("crates").join(&of.name).join("Cargo.toml"));
+        assert_eq!(named, of.uses, "crates that {} names, and those that ARCHITECTURE.md lists", of.name);
+    }
+    let folders = root().join("crates").read_dir().unwrap();
+    assert_eq!(folders.count(), listed.len(), "crates, and those that ARCHITECTURE.md lists");
+}
+
 #[test]
 fn imports_are_found_wherever_they_stand() {
     let text = "use crate::mesh::Mesh;\nuse crate::{\n    scene::{Body, Pin}, solver, record::Frame,\n};\nlet x = crate::run::run();";
