@@ -228,12 +228,14 @@ mod tests {
     #[test]
     fn negative_pivots_count_negative_eigenvalues() {
         let structure = structure();
-        for diagonal in [2.1_f64, 1.9, 1.0, 0.1, -1.0] {
+        for diagonal in [2.1_f64, 1.9, 1.03, 0.1, -1.03] {
             let negative =
                 (1..=40).filter(|j| diagonal < 2.0 * (f64::from(*j) * std::f64::consts::PI / 41.0).cos());
             let counted = structure.negative_eigenvalues(&entries(&structure, diagonal));
             assert_eq!(counted, Some(negative.count()), "{diagonal}");
         }
+        // The pivot of the neighbour of an end is 1 - 1 / 1.
+        assert_eq!(structure.negative_eigenvalues(&entries(&structure, 1.0)), None);
         assert_eq!(structure.negative_eigenvalues(&entries(&structure, f64::NAN)), None);
     }
 }
