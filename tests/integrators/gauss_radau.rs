@@ -213,3 +213,29 @@ fn a_step_that_is_taken_back_leaves_the_memory_of_the_scheme() {
     assert_eq!(simulation.state().x(), undisturbed.state().x());
     assert_eq!(simulation.state().v(), undisturbed.state().v());
 }
+
+/// Rounding of positions is large beside the acceleration of a stiff body: steps below the limit that `check`
+/// tells converge to it, and not to a part of the acceleration.
+#[test]
+fn an_elastic_beam_goes_on_in_steps_below_the_limit() {
+    let build = |h: f64| {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = {{ ias15 = {{}} }}, step = {h:?}, duration = 1.0 }}\n\
+             world = {{ gravity = [0, -9.81] }}\n[[body]]\n\
+             mesh = {{ grid = {{ cells = [8, 2], size = [1.6, 0.2], origin = [0.1, 0.6] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 3e6, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
+             pin = [{{ half_space = {{ normal = [1, 0], offset = 0.1 }} }}]\n"
+        );
+        let scene = pliant::scene::Scene::from_toml(&text).unwrap();
+        scene.assemble(pliant::assembly::UnstableStep::Refuse).unwrap().simulation
+    };
+    let limit = build(1e-6).stability_limit(1.0).unwrap().step;
+    for part in [0.45, 0.95] {
+        let mut simulation = build(part * limit);
+        let start = simulation.diagnostics();
+        advance(&mut simulation, 300);
+        let end = simulation.diagnostics();
+        let drift = (end.total - start.total).abs() / end.kinetic.max(end.elastic);
+        assert!(end.elastic > 0.1 && drift < 1e-9, "{part} of {limit} s: {drift:e}, {end:?}");
+    }
+}

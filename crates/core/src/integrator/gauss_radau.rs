@@ -30,6 +30,10 @@ const ROUNDING: f64 = 1e-12;
 /// After so many iterations the step is large, and rounding is larger.
 const LONG: u32 = 12;
 const LARGE_ROUNDING: f64 = 1e-10;
+/// So is one that moves positions by fewer of their units in the last place. Stiff forces make
+/// `(h omega)^2 <= 4` of each, a vertex has those of a dozen neighbours, and the last divided difference makes
+/// `1 / prod_j (h_7 - h_j) = 233` times that.
+const POSITION_ULPS: f64 = 16384.0;
 /// An iteration whose changes have grown so much does not converge.
 const HOPELESS: f64 = 1e6;
 /// Iterations that a step may take.
@@ -279,11 +283,17 @@ impl GaussRadau {
         true
     }
 
+    /// Whether a correction of positions [m] is within what rounding leaves of them.
+    fn is_rounding_of_positions(&self, correction: f64) -> bool {
+        let reach = self.next.x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        correction <= POSITION_ULPS * f64::EPSILON * reach
+    }
+
     /// Iterates until the polynomial goes through the accelerations that it leads to.
     fn iterate(&mut self, system: &mut System, state: &State, h: f64) -> Result<(), StepFault> {
         let wants_velocity =
             system.is_damped() || system.ether_drag() != 0.0 || system.has_prescribed_motion();
-        let (mut before, mut least) = (f64::INFINITY, f64::INFINITY);
+        let (mut before, mut least, mut correction) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
         for iteration in 1..=MAX_ITERATIONS {
             if system.is_stopped() {
                 return Err(StepFault::stopped());
@@ -299,7 +309,9 @@ impl GaussRadau {
             let error = if change == 0.0 { 0.0 } else { change / largest };
             let rounding = if iteration > LONG { LARGE_ROUNDING } else { ROUNDING };
             let stagnates = iteration > 2 && error >= before || iteration == MAX_ITERATIONS;
-            if error < CONVERGED || stagnates && error < rounding {
+            correction = h * h * change;
+            let is_rounding = || error < rounding || self.is_rounding_of_positions(correction);
+            if error < CONVERGED || stagnates && is_rounding() {
                 let last = self.now.b.iter().fold(0.0f64, |m, b| m.max(b[TERMS - 1].abs()));
                 self.last_term = if last == 0.0 { 0.0 } else { last / largest };
                 return Ok(());
@@ -307,11 +319,11 @@ impl GaussRadau {
             // The first few need not shrink.
             least = least.min(error);
             if error.is_nan() || error > HOPELESS * least {
-                return Err(diverged(iteration, h * h * change));
+                return Err(diverged(iteration, correction));
             }
             before = error;
         }
-        Err(diverged(MAX_ITERATIONS, h * h * before))
+        Err(diverged(MAX_ITERATIONS, correction))
     }
 
     /// The end of the step, added up so that little is lost to rounding, small terms first.
