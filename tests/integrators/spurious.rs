@@ -9,8 +9,8 @@ use pliant::system::System;
 
 use crate::support::method;
 
-/// Mass of 1 kg on a spring of 100 rad/s and 1 m, pressed to 0.8 m, that turns at 3 rad/s about the other end:
-/// 200 J and what it moves with.
+/// Mass of 1 kg on a spring of 100 rad/s and 1 m, pressed to 0.8 m, that turns at 3 rad/s about the other
+/// end: 200 J and what it moves with.
 fn pressed_spring(method: Method, h: f64, retries: u32) -> Simulation {
     let mut system = System::new(2, vec![1.0; 2]);
     system.add_term(Box::new(Springs::<2>::new("spring", &[[0, 1]], &[1e4], &[1.0], 2)));

@@ -63,9 +63,9 @@ fn consistent_frequency<const D: usize, const N: usize>(solid: &Solid) -> f64 {
     (u.dot(&(&stiffness * &u)) / u.dot(&(&mass * &u))).sqrt() / TAU
 }
 
-/// The frequency [Hz] of the mode `j` of a line of `n` elements of this order with consistent masses. Linear: the formula of C7.
-/// Quadratic: the matrices `E/3h [7 1 -8; 1 7 -8; -8 -8 16]` and `rho h/30 [4 -1 2; -1 4 2; 2 2 16]`, the node in the middle eliminated,
-/// give `a + b cos kh = 0` in `(omega h / c)^2`.
+/// The frequency [Hz] of the mode `j` of a line of `n` elements of this order with consistent masses.
+/// Linear: the formula of C7. Quadratic: the matrices `E/3h [7 1 -8; 1 7 -8; -8 -8 16]` and `rho h/30 [4 -1
+/// 2; -1 4 2; 2 2 16]`, the node in the middle eliminated, give `a + b cos kh = 0` in `(omega h / c)^2`.
 fn line_frequency(order: u8, n: usize, j: usize) -> f64 {
     let (c, h) = (speed(), LENGTH / n as f64);
     let kh = (2 * j - 1) as f64 * PI / (2.0 * LENGTH) * h;

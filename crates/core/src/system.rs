@@ -348,8 +348,8 @@ impl System {
         moved
     }
 
-    /// Whether the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and no
-    /// polynomial goes through states before and after.
+    /// Whether the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and
+    /// no polynomial goes through states before and after.
     pub(crate) fn walls_have_acted(&self) -> bool {
         self.put_back
     }

@@ -16,8 +16,8 @@ pub struct SymbolicLu {
 pub struct Lu(solvers::Lu<usize, f64>);
 
 impl SymbolicLu {
-    /// Analyses a square matrix with entries in rows `row[column_start[j]..column_start[j + 1]]` of column `j`,
-    /// ascending. `None` where the structure of the factors does not fit memory.
+    /// Analyses a square matrix with entries in rows `row[column_start[j]..column_start[j + 1]]` of column
+    /// `j`, ascending. `None` where the structure of the factors does not fit memory.
     ///
     /// # Panics
     /// If `column_start` and `row` are not the structure of a square matrix.
@@ -45,8 +45,8 @@ impl SymbolicLu {
         8 * (self.column_start.len() + self.row.len())
     }
 
-    /// Factorises the matrix with these entries, column by column; `None` where it is singular, or its factors
-    /// do not fit memory.
+    /// Factorises the matrix with these entries, column by column; `None` where it is singular, or its
+    /// factors do not fit memory.
     ///
     /// # Panics
     /// If there are more or fewer than [`entries`](Self::entries).

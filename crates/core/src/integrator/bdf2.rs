@@ -75,7 +75,8 @@ pub struct Bdf2 {
     after: Next,
     /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
-    /// Whether walls put vertices back at its end: history that has velocities before and after makes them bounce.
+    /// Whether walls put vertices back at its end: history that has velocities before and after makes them
+    /// bounce.
     jumped: bool,
     z: Vec<f64>,
     w: Vec<f64>,

@@ -120,7 +120,8 @@ impl Integrator for Collocation {
         let stages = Stages { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
         newton.solve(system, &stages, &mut self.z, &mut self.v)?;
         self.energy.begin(system, state);
-        // By the forces at the stages, not by quotients of what they are away: increments of the velocity are small beside it.
+        // By the forces at the stages, not by quotients of what they are away: increments of the velocity
+        // are small beside it.
         self.next.x.copy_from_slice(state.x());
         self.next.v.copy_from_slice(state.v());
         let drag = system.ether_drag();

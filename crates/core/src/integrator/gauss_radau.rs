@@ -30,9 +30,9 @@ const ROUNDING: f64 = 1e-12;
 /// After so many iterations the step is large, and rounding is larger.
 const LONG: u32 = 12;
 const LARGE_ROUNDING: f64 = 1e-10;
-/// So is one that moves positions by fewer of their units in the last place. Stiff forces make
-/// `(h omega)^2 <= 4` of each, a vertex has those of a dozen neighbours, and the last divided difference makes
-/// `1 / prod_j (h_7 - h_j) = 233` times that.
+/// So is one that moves positions by fewer of their units in the last place. Stiff forces make `(h omega)^2
+/// <= 4` of each, a vertex has those of a dozen neighbours, and the last divided difference makes `1 /
+/// prod_j (h_7 - h_j) = 233` times that.
 const POSITION_ULPS: f64 = 16384.0;
 /// An iteration whose changes have grown so much does not converge.
 const HOPELESS: f64 = 1e6;

@@ -103,11 +103,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
 
     /// Adds a block to the basis: of these candidates, and of start vectors where they are too few, as where
     /// the last block lay in the basis already. `None` where it is stopped.
-    fn extend(
-        &mut self,
-        mut candidates: Vec<Vec<f64>>,
-        solve: &mut impl FnMut(&mut [f64]),
-    ) -> Option<()> {
+    fn extend(&mut self, mut candidates: Vec<Vec<f64>>, solve: &mut impl FnMut(&mut [f64])) -> Option<()> {
         while candidates.len() < BLOCK && self.starts > 0 {
             candidates.push(start(self.mass.diagonal(), &mut self.random));
             self.starts -= 1;

@@ -8,10 +8,10 @@
 //!
 //! The lowest modes come first: a block Lanczos method on `(K + s M)^-1 M`, whose largest eigenvalues they
 //! are, each product one solve with a sparse Cholesky factor. Ericsson, Ruhe 1980, "The spectral
-//! transformation Lanczos method for the numerical solution of large sparse generalized symmetric eigenvalue
-//! problems"; the whole basis is kept orthogonal. Blocks find modes of equal frequency, such as those of rigid
-//! motion; that none is missing is proved by counting the negative pivots of `K - sigma M`, and where one is
-//! the iteration goes on from further start vectors.
+//! transformation Lanczos method for the numerical solution of large sparse generalized symmetric
+//! eigenvalue problems"; the whole basis is kept orthogonal. Blocks find modes of equal frequency, such as
+//! those of rigid motion; that none is missing is proved by counting the negative pivots of `K - sigma M`,
+//! and where one is the iteration goes on from further start vectors.
 
 mod dense;
 mod eigen;

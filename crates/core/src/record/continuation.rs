@@ -32,8 +32,8 @@ impl McapRecorder {
     /// one, which is made complete first where it is unfinished.
     ///
     /// # Errors
-    /// As `create`; [`RecordError::NoBeginning`] where the file is not there, is one of another scene, or ends
-    /// before the last of the frames; [`RecordError::Read`].
+    /// As `create`; [`RecordError::NoBeginning`] where the file is not there, is one of another scene, or
+    /// ends before the last of the frames; [`RecordError::Read`].
     pub fn resume(
         path: &Path,
         options: &Options,

@@ -87,8 +87,8 @@ impl RunState {
         at.snapshot().time - self.first_time
     }
 
-    /// Whether `at` is before, at or beyond the end of `plan`; `simulation` is one of the same scene. The last
-    /// frame comes after a checkpoint at the end.
+    /// Whether `at` is before, at or beyond the end of `plan`; `simulation` is one of the same scene. The
+    /// last frame comes after a checkpoint at the end.
     pub fn against(&self, plan: &Plan, at: &simulation::Checkpoint, simulation: &Simulation) -> Ordering {
         match simulation.step_control() {
             Some(_) => self.elapsed(at).total_cmp(&plan.duration),

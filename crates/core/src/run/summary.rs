@@ -38,15 +38,17 @@ pub struct Summary {
     pub motion_jumps: Option<MotionJumps>,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
-    /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from outside and gone out.
+    /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from
+    /// outside and gone out.
     pub largest_energy_change: f64,
     /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no
     /// loss makes up for it.
     pub largest_energy_gain: f64,
     /// Whether it went from equilibrium to equilibrium: there is no energy of motion then that could be kept.
     pub is_static: bool,
-    /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic and stored, and
-    /// what gravity can give over the size of the scene, and the most that came in from outside.
+    /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic
+    /// and stored, and what gravity can give over the size of the scene, and the most that came in from
+    /// outside.
     pub energy_scale: f64,
 }
 

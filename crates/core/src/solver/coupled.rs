@@ -426,9 +426,10 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     fn bytes(&self) -> usize {
         let rows =
             [&self.residual, &self.trial, &self.trial_v].map(|rows| rows.iter().map(Vec::len).sum::<usize>());
-        let structure = self.structure.as_ref().map_or(0, |s| {
-            s.assembler.bytes() + 8 * (s.place.len() + s.value.len()) + s.symbolic.bytes()
-        });
+        let structure = self
+            .structure
+            .as_ref()
+            .map_or(0, |s| s.assembler.bytes() + 8 * (s.place.len() + s.value.len()) + s.symbolic.bytes());
         8 * (rows.iter().sum::<usize>() + self.force.len() + self.right.len()) + structure
     }
 

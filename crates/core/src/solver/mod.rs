@@ -205,7 +205,9 @@ impl std::fmt::Display for Verdict {
             Verdict::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
             Verdict::LinearSolver => "the linear solver did not converge",
             Verdict::Diverged => "the iteration for the accelerations does not converge at this step",
-            Verdict::Spurious => "the solution that was found makes energy of nothing, and is not that of the motion",
+            Verdict::Spurious => {
+                "the solution that was found makes energy of nothing, and is not that of the motion"
+            }
             Verdict::IterationCap => "not converged within the iterations allowed",
             Verdict::Stopped => "stopped",
         })

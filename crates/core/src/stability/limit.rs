@@ -127,7 +127,8 @@ pub struct Drift {
     pub amplitude: f64,
 }
 
-/// Measures the drift of energy in steps of `step` [s] over `duration` [s]; `None` where `stop` was set meanwhile.
+/// Measures the drift of energy in steps of `step` [s] over `duration` [s]; `None` where `stop` was set
+/// meanwhile.
 ///
 /// # Errors
 /// What is wrong with the scene.

@@ -66,8 +66,8 @@ impl Flows {
     }
 }
 
-/// The power of prescribed motion at `x`, at which `system` holds the force, and `v` [W], but for what it gives to
-/// the kinetic energy of what moves; and that [J].
+/// The power of prescribed motion at `x`, at which `system` holds the force, and `v` [W], but for what it
+/// gives to the kinetic energy of what moves; and that [J].
 pub(crate) fn power_of_motion(system: &mut System, x: &[f64], v: &[f64]) -> (f64, f64) {
     let (mut power, mut kinetic) = (0.0, 0.0);
     let (d, drag) = (system.dimension(), system.ether_drag());

@@ -192,9 +192,10 @@ impl Simulation {
     ///
     /// Notes
     /// -----
-    /// It holds the scene, the state, what was added (pins, forces, materials) and a checksum; meshes that the
-    /// scene names by their files stay where they are. Solvers of implicit schemes forget what they have learnt
-    /// from earlier steps, here as in the simulation that is restored: both go on with the same bits.
+    /// It holds the scene, the state, what was added (pins, forces, materials) and a checksum; meshes that
+    /// the scene names by their files stay where they are. Solvers of implicit schemes forget what they
+    /// have learnt from earlier steps, here as in the simulation that is restored: both go on with the same
+    /// bits.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let mut inner = self.lock()?;
         let mut notes = Notes::new();

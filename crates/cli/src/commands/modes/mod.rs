@@ -83,8 +83,8 @@ fn refuse(path: &Path, arguments: &ModesArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Steps of statics until nothing moves: what dissipates resists each. How far the farthest coordinate has come [m];
-/// `None` where it was interrupted.
+/// Steps of statics until nothing moves: what dissipates resists each. How far the farthest coordinate has
+/// come [m]; `None` where it was interrupted.
 fn settle(assembly: &mut Assembly) -> Result<Option<f64>, Failure> {
     let simulation = &mut assembly.simulation;
     let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));

@@ -8,9 +8,10 @@
 //! ```
 //!
 //! is zero but for the error of the quadrature along the polynomial of the step. For quadratic `E` it is
-//! `-h^2/2 sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods, a loss
-//! for those that are algebraically stable; Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*,
-//! section IV.12. Where it is as large as what moves in the step, the stages are no approximation of a motion.
+//! `-h^2/2 sum_ij m_ij V_i . K V_j` with `m_ij = b_i a_ij + b_j a_ji - b_i b_j`: zero for Gauss methods, a
+//! loss for those that are algebraically stable; Hairer, Wanner 1996, *Solving Ordinary Differential
+//! Equations II*, section IV.12. Where it is as large as what moves in the step, the stages are no
+//! approximation of a motion.
 
 use super::super::implicit::Next;
 use super::CollocationTableau;
@@ -54,7 +55,8 @@ impl StageEnergy {
         self.kinetic = system.kinetic(state.v());
     }
 
-    /// Adds a stage of weight `h b_i` [s] with the velocities `v`, at whose positions `system` holds the force.
+    /// Adds a stage of weight `h b_i` [s] with the velocities `v`, at whose positions `system` holds the
+    /// force.
     pub(super) fn stage(&mut self, system: &System, weight: f64, v: &[f64]) {
         self.gradient.clear();
         self.gradient.resize(v.len(), 0.0);

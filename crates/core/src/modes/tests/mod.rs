@@ -130,13 +130,13 @@ fn a_slender_bar_of_tetrahedra_has_modes() {
     }
 }
 
-/// NAFEMS FV12: a free square plate of steel, 10 m x 10 m x 5 cm; 1.622, 2.360 and 2.922 Hz in *The Standard
-/// NAFEMS Benchmarks*, rev. 3, 1990. Frequencies of Kirchhoff's plate are `lambda sqrt(E t^2 / (12 (1 - nu^2)
-/// rho)) / (2 pi a^2)`, lambda = 13.468_197, 19.596_136, 24.270_201 for nu = 0.3 by Ritz's method with products
-/// of Legendre polynomials of degree up to 19 in either direction, the same digits from degree 15 on. (Beam
-/// functions give 13.489, 19.789, 24.432; Leissa 1973, "The free vibration of rectangular plates".) Elements
-/// of consistent mass come from above. Cells 33 and 17 times as wide as thick still are too stiff in twist:
-/// errors fall at least with the size.
+/// NAFEMS FV12: a free square plate of steel, 10 m x 10 m x 5 cm; 1.622, 2.360 and 2.922 Hz in *The
+/// Standard NAFEMS Benchmarks*, rev. 3, 1990. Frequencies of Kirchhoff's plate are `lambda sqrt(E t^2 / (12
+/// (1 - nu^2) rho)) / (2 pi a^2)`, lambda = 13.468_197, 19.596_136, 24.270_201 for nu = 0.3 by Ritz's
+/// method with products of Legendre polynomials of degree up to 19 in either direction, the same digits
+/// from degree 15 on. (Beam functions give 13.489, 19.789, 24.432; Leissa 1973, "The free vibration of
+/// rectangular plates".) Elements of consistent mass come from above. Cells 33 and 17 times as wide as
+/// thick still are too stiff in twist: errors fall at least with the size.
 #[test]
 fn a_free_plate_has_the_frequencies_of_nafems() {
     let frequencies = |cells: usize| {
