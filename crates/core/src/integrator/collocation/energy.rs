@@ -24,7 +24,9 @@ use crate::system::System;
 const LARGEST: f64 = 0.25;
 /// Motion by less than this part of the scene in a step is not looked at.
 const STILL: f64 = 1e-6;
-/// The same of energy that is stored.
+/// What is moved and ends farther from where its velocities lead, as a part of its way, has jumped.
+const JUMP: f64 = 0.25;
+/// Stored energy below this part is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Adds up the energy of one step.
@@ -38,6 +40,8 @@ pub(super) struct StageEnergy {
     /// The largest kinetic energy so far [J].
     kinetic: f64,
     gradient: Vec<f64>,
+    /// `h sum_i b_i V_i` [m]; empty without prescribed motion.
+    way: Vec<f64>,
 }
 
 impl StageEnergy {
@@ -45,7 +49,7 @@ impl StageEnergy {
         let CollocationTableau { a, b } = *tableau;
         let defect = |i: usize, j: usize| b[i] * a[i][j] + b[j] * a[j][i] - b[i] * b[j];
         let conserves = (0..b.len()).all(|i| (0..b.len()).all(|j| defect(i, j).abs() < 1e-14));
-        StageEnergy { conserves, start: 0.0, stored: 0.0, kinetic: 0.0, gradient: vec![] }
+        StageEnergy { conserves, start: 0.0, stored: 0.0, kinetic: 0.0, gradient: vec![], way: vec![] }
     }
 
     /// Begins a step from `state`.
@@ -53,6 +57,8 @@ impl StageEnergy {
         self.start = system.potential_of(has_potential, state.x());
         self.stored = 0.0;
         self.kinetic = system.kinetic(state.v());
+        self.way.clear();
+        self.way.resize(if system.has_prescribed_motion() { state.v().len() } else { 0 }, 0.0);
     }
 
     /// Adds a stage of weight `h b_i` [s] with the velocities `v`, at whose positions `system` holds the
@@ -64,6 +70,17 @@ impl StageEnergy {
         terms.for_each(|term| term.add_rows(0, &mut self.gradient));
         self.stored += weight * self.gradient.iter().zip(v).map(|(g, v)| g * v).sum::<f64>();
         self.kinetic = self.kinetic.max(system.kinetic(v));
+        self.way.iter_mut().zip(v).for_each(|(way, v)| *way += weight * v);
+    }
+
+    /// Whether prescribed motion jumped on the way to `end`, by more than a length of `least` [m]: the energy
+    /// that it gave is none of the stages'.
+    fn has_jumped(&self, system: &System, state: &State, end: &Next, least: f64) -> bool {
+        let moved = (0..self.way.len()).filter(|n| system.inverse_mass()[*n] == 0.0);
+        moved.map(|n| (end.x[n] - state.x()[n], self.way[n])).any(|(moved, way)| {
+            let beside = (moved - way).abs();
+            beside > JUMP * (moved.abs() + way.abs()) + least
+        })
     }
 
     /// Judges the step of `h` [s] from `state` to `end`, in a scene of this `size` [m].
@@ -81,7 +98,11 @@ impl StageEnergy {
         let now = system.potential_of(has_potential, &end.x);
         let change = now - self.start;
         let made = change - self.stored;
-        let still = STILL * size.unwrap_or_else(|| scene_size(state.x(), system.dimension())) / h;
+        let short = STILL * size.unwrap_or_else(|| scene_size(state.x(), system.dimension()));
+        if self.has_jumped(system, state, end, short) {
+            return Ok(());
+        }
+        let still = short / h;
         let floor = 0.5 * system.mass().iter().sum::<f64>() * still * still
             + ROUNDING * (now.abs() + self.start.abs());
         let moving = self.kinetic.max(system.kinetic(&end.v)).max(change.abs()) + floor;
@@ -94,7 +115,7 @@ impl StageEnergy {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        8 * self.gradient.len()
+        8 * (self.gradient.len() + self.way.len())
     }
 }
 
