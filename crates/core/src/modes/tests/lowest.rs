@@ -1,21 +1,9 @@
 //! The iteration for the lowest modes against dense eigenproblems and closed forms.
 
 use super::super::eigen::Eigen;
-use super::{simulation, strand};
+use super::{block, simulation, strand};
 use crate::simulation::Simulation;
 use crate::solver::cholesky::Cholesky;
-
-/// A free block of cells of side 0.3 m.
-fn block(dimension: usize, cells: &str) -> Simulation {
-    simulation(&format!(
-        "dimension = {dimension}
-        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}
-        [[body]]
-        mesh = {{ grid = {{ cells = {cells}, spacing = 0.3 }} }}
-        elastic = {{ stable-neo-hookean = {{ young = 1e7, poisson = 0.3 }} }}
-        mass = {{ density = 1000.0 }}"
-    ))
-}
 
 /// Points at (1, i) that move along x, each on its own spring of 100 N/m to a point at (0, i) that is held.
 fn oscillators(masses: &[f64]) -> Simulation {

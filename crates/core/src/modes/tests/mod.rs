@@ -181,18 +181,23 @@ fn a_strand_without_bending_has_all_its_loose_motions() {
     }
 }
 
+/// A free block of cells of side 0.3 m.
+fn block(dimension: usize, cells: &str) -> Simulation {
+    simulation(&format!(
+        "dimension = {dimension}
+        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}
+        [[body]]
+        mesh = {{ grid = {{ cells = {cells}, spacing = 0.3 }} }}
+        elastic = {{ stable-neo-hookean = {{ young = 1e7, poisson = 0.3 }} }}
+        mass = {{ density = 1000.0 }}"
+    ))
+}
+
 // D12: exactly three zero modes in the plane, six in space.
 #[test]
 fn a_free_body_has_the_modes_of_rigid_motion() {
     for (dimension, cells, rigid) in [(2, "[3, 3]", 3), (3, "[2, 2, 2]", 6)] {
-        let mut simulation = simulation(&format!(
-            "dimension = {dimension}
-            time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}
-            [[body]]
-            mesh = {{ grid = {{ cells = {cells}, spacing = 0.3 }} }}
-            elastic = {{ stable-neo-hookean = {{ young = 1e7, poisson = 0.3 }} }}
-            mass = {{ density = 1000.0 }}"
-        ));
+        let mut simulation = block(dimension, cells);
         let found = simulation.modes(rigid + 4).unwrap();
         let first = found.modes[rigid].omega;
         for (j, mode) in found.modes.iter().enumerate() {
