@@ -6,8 +6,8 @@
 
 use std::alloc::System;
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::{Scene, SceneError};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 
 #[global_allocator]

@@ -1,9 +1,9 @@
 //! Largest stable steps of bodies that an attachment with a dashpot holds.
 
-use pliant::assembly::UnstableStep;
 use pliant::integrator::{Method, amplification};
-use pliant::scene::{Scene, SceneError};
 use pliant::simulation::Simulation;
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
 
 use crate::support::methods;
 

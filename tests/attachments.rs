@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use pliant::assembly::{Assembly, UnstableStep};
 use pliant::diagnostics::ElementState;
-use pliant::scene::Scene;
 use pliant::topology::BodyKind;
+use pliant_scene::Scene;
+use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::{Value, json};
 
 use crate::support::{advance, assert_relative, largest_difference};

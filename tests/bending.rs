@@ -1,8 +1,8 @@
 //! Bending of sheets and strands.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
 use pliant::simulation::Simulation;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 use serde_json::{Value, json};
 
 use crate::support::{advance, assert_relative};

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pliant::assembly::{Assembly, UnstableStep};
 use pliant::integrator::IntegratorSpec;
 use pliant::observer::{Frame, Notes, Observer, ObserverError};
 use pliant::run::{Checkpoints, Plan, RunCheckpoint, Summary, count_losses_for, run, run_with_checkpoints};
-use pliant::scene::{Scene, Source};
 use pliant::simulation::{Checkpoint, Simulation};
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{Scene, Source};
 
 use crate::support::particles::figure_eight;
 use crate::support::{assert_relative, method};

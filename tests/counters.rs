@@ -7,9 +7,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
 use pliant::simulation::Simulation;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 
 /// Steps that are taken of each scene; fewer where its duration has fewer.
 const STEPS: u64 = 20;

@@ -1,14 +1,14 @@
 //! Forces that depend on velocities: what they leave alone, orders of convergence, stability.
 
-use pliant::assembly::UnstableStep;
 use pliant::dissipation::{MassProportional, MeasuredRate};
 use pliant::energy::measure::{Constants, Length};
 use pliant::energy::spring::Springs;
 use pliant::integrator::{Method, amplification};
-use pliant::scene::Scene;
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 use serde_json::{Value, json};
 
 use crate::support::particles::{chain, soft_double_pendulum};

@@ -1,6 +1,5 @@
 //! The same bits, whatever the number of threads.
 
-use pliant::assembly::UnstableStep;
 use pliant::control::StepControl;
 use pliant::energy::EnergyTerm;
 use pliant::energy::nbody::{NBody, TreeGravity};
@@ -8,10 +7,11 @@ use pliant::energy::spring::Springs;
 use pliant::integrator::IntegratorSpec;
 use pliant::integrator::estimate::Tolerances;
 use pliant::lanes::{Level, level};
-use pliant::scene::Scene;
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 
 use crate::support::solid::{Solid, at_zero, every_material, isotropic, scattered};
 use crate::support::{advance, method};

@@ -18,6 +18,7 @@ mod cli;
 mod counters;
 mod damping;
 mod determinism;
+mod engine;
 mod integrators;
 mod measuring;
 mod membranes;

@@ -1,8 +1,8 @@
 //! Membranes: sheets of finite elements in space.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
 use pliant::simulation::Simulation;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 use serde_json::{Value, json};
 
 use crate::support::{advance, assert_relative};
@@ -28,7 +28,7 @@ fn blown_up(cells: usize, poisson: f64, pressure: f64) -> [f64; 4] {
         }],
     }));
     let spec = json!({ "sphere": { "radius": 0.1, "cells": cells } });
-    let mesh = pliant::mesh::build(&serde_json::from_value(spec).unwrap(), 3, ".".as_ref()).unwrap();
+    let mesh = pliant_mesh::build(&serde_json::from_value(spec).unwrap(), 3, ".".as_ref()).unwrap();
     advance(&mut simulation, 3000);
     let x = simulation.positions();
     let point = |v: u32| [0, 1, 2].map(|c| x[3 * v as usize + c]);

@@ -9,12 +9,12 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use peak_alloc::PeakAlloc;
-use pliant::assembly::UnstableStep;
 use pliant::observer::Observer;
-use pliant::record::read::{Trajectory, info, recover};
-use pliant::record::{McapRecorder, Options};
 use pliant::run::{self, Plan};
-use pliant::scene::{Channel, Scene};
+use pliant_record::read::{Trajectory, info, recover};
+use pliant_record::{McapRecorder, Options};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Channel, Scene};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;

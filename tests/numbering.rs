@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use pliant::mesh::Mesh;
 use pliant::observer::{Frame, Observer, ObserverError};
 use pliant::run::{Plan, run};
 use pliant::simulation::StepError;
+use pliant_mesh::Mesh;
 use serde_json::json;
 
 use crate::support::method;

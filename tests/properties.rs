@@ -1,6 +1,6 @@
 //! Properties that hold for any mesh, any material that claims them, any deformation.
 
-use pliant::mesh::Mesh;
+use pliant_mesh::Mesh;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 

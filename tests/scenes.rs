@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use pliant::assembly::{Assembly, UnstableStep};
 use pliant::run::{Outcome, Plan, Summary, run};
-use pliant::scene::{OverTime, Scene};
 use pliant::simulation::StepError;
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{OverTime, Scene};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")

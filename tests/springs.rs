@@ -1,9 +1,9 @@
 //! Springs: force and stiffness as the lecture means them.
 
-use pliant::assembly::UnstableStep;
 use pliant::energy::EnergyTerm;
 use pliant::energy::spring::Springs;
-use pliant::scene::Scene;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 
 use crate::support::solid::scattered;
 

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, OnceLock};
 
 use pliant::integrator::IntegratorSpec;
-use pliant::scene::Source;
-use pliant::study::{Grid, Plan, Provenance, Results, Row, Study, WallClock};
+use pliant_lab::study::{Grid, Plan, Provenance, Results, Row, Study, WallClock};
+use pliant_scene::Source;
 use tempfile::TempDir;
 
 fn root() -> PathBuf {

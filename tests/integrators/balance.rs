@@ -1,9 +1,9 @@
 //! Where energy comes from and where it goes: what there is, less what came in, plus what was lost, stays the same to the order of the
 //! scheme, whatever a scene has in it.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::{Scene, SceneError};
 use pliant::simulation::Simulation;
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
 
 use crate::support::{advance, assert_relative, methods};
 

@@ -226,8 +226,8 @@ fn an_elastic_beam_goes_on_in_steps_below_the_limit() {
              elastic = {{ neo-hookean = {{ young = 3e6, poisson = 0.3 }} }}\nmass = {{ density = 1000.0 }}\n\
              pin = [{{ half_space = {{ normal = [1, 0], offset = 0.1 }} }}]\n"
         );
-        let scene = pliant::scene::Scene::from_toml(&text).unwrap();
-        scene.assemble(pliant::assembly::UnstableStep::Refuse).unwrap().simulation
+        let scene = pliant_scene::Scene::from_toml(&text).unwrap();
+        scene.assemble(pliant_scene::assembly::UnstableStep::Refuse).unwrap().simulation
     };
     let limit = build(1e-6).stability_limit(1.0).unwrap().step;
     for part in [0.45, 0.95] {

@@ -1,11 +1,11 @@
 //! A particle in gravity that changes with time, against its exact integral: forces are evaluated at the right stage times.
 
-use pliant::assembly::UnstableStep;
 use pliant::diagnostics::Diagnostics;
 use pliant::energy::Fault;
 use pliant::integrator::Method;
-use pliant::scene::{Problem, Scene};
 use pliant::simulation::{Simulation, StepError};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Problem, Scene};
 
 use crate::support::{advance, distance, methods, methods_of_measurable_order};
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
 use pliant::simulation::Simulation;
 use pliant::solver::SolverOptions;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 
 use crate::support::{advance, method, weighted_rms};
 

@@ -3,11 +3,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use pliant::assembly::UnstableStep;
 use pliant::integrator::{IntegratorSpec, Method};
 use pliant::run::{Outcome, Plan, Summary, run};
-use pliant::scene::{Scene, SceneError};
 use pliant::simulation::Simulation;
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
 
 use crate::support::{
     advance, assert_relative, methods, methods_of_measurable_order, run_watched, solve_to_rounding,

@@ -1,8 +1,8 @@
 //! Bending problems whose answers are known, by the quasi-static scheme.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
 use pliant::solver::SolverOptions;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 use serde_json::json;
 
 use crate::support::solid::{Solid, at_zero, isotropic};

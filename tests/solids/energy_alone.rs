@@ -6,11 +6,11 @@ use pliant::energy::elastic::Elastic;
 use pliant::energy::load::{DeadLoad, Sample};
 use pliant::material::{Domain, Isotropic, Material, Model, StableNeoHookean};
 use pliant::scalar::Scalar;
-use pliant::scene::Stress;
 use pliant::simulation::Simulation;
 use pliant::solver::SolverOptions;
 use pliant::state::State;
 use pliant::system::System;
+use pliant_scene::Stress;
 
 use crate::support::solid::{Solid, isotropic};
 use crate::support::{assert_relative, largest_difference, method};

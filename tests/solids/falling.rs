@@ -2,8 +2,8 @@
 //! independent programs agree on (`E = 5e5`, `nu = 0.4`, stable neo-Hookean with its
 //! logarithm). Lecture 6 and 22.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 
 /// Changes of the height of the corner with the largest coordinates [m] after every tenth of a second, for 6 cells across.
 const COARSE: [f64; 6] = [-0.060887098, -0.117589080, -0.075367830, -0.025263639, -0.051955755, -0.095113554];

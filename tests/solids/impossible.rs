@@ -1,7 +1,7 @@
 //! What cannot be simulated is refused with the place, the element or vertex, and the value; nothing of it becomes a NaN.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Source;
+use pliant_scene::Source;
+use pliant_scene::assembly::UnstableStep;
 
 const TRIANGLE: &str = "{ inline = { points = [[0, 0], [1, 0], [0, 1]], triangles = [[0, 1, 2]] } }";
 

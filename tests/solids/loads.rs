@@ -1,7 +1,7 @@
 //! Loads from scenes: momentum and impulse, energy, statics, places.
 
-use pliant::assembly::{Assembly, UnstableStep};
-use pliant::scene::{Scene, SceneError};
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{Scene, SceneError};
 
 use crate::support::{methods, solve_to_rounding};
 

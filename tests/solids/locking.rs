@@ -1,7 +1,7 @@
 //! What locks is said, by what it does; what does not lock is not.
 
-use pliant::assembly::{Report, UnstableStep};
-use pliant::scene::Scene;
+use pliant_scene::Scene;
+use pliant_scene::assembly::{Report, UnstableStep};
 use serde_json::{Value, json};
 
 use super::benchmarks::sheared;

@@ -1,7 +1,7 @@
 //! Nodal integration: linear elements that are nearly incompressible and do not lock.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::Scene;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 use serde_json::{Value, json};
 
 use super::benchmarks::sheared;

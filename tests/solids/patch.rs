@@ -1,7 +1,7 @@
 //! Patch tests: where the boundary of any mesh moves affinely, the interior follows exactly.
 
 use nalgebra::DVector;
-use pliant::mesh::Mesh;
+use pliant_mesh::Mesh;
 use serde_json::Value;
 
 use crate::support::largest_difference;

@@ -1,8 +1,8 @@
 //! What pins have to carry.
 
-use pliant::assembly::UnstableStep;
-use pliant::scene::{Scene, SceneError};
 use pliant::simulation::Simulation;
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
 
 fn simulation(text: &str) -> Simulation {
     let scene = Scene::from_toml(text).unwrap_or_else(|e| panic!("{e}\n{text}"));

@@ -1,11 +1,11 @@
 //! Static equilibrium, by the quasi-static scheme.
 
-use pliant::assembly::UnstableStep;
 use pliant::diagnostics::Diagnostics;
 use pliant::run::Outcome;
-use pliant::scene::{Scene, SceneError};
 use pliant::simulation::{Simulation, StepError};
 use pliant::solver::{SolverOptions, Verdict};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
 use serde_json::json;
 
 use crate::support::{largest_difference, method, run_watched};

@@ -1,12 +1,12 @@
 //! Solids of linear and quadratic elements, assembled from scenes as a user would.
 
 use nalgebra::DMatrix;
-use pliant::assembly::UnstableStep;
 use pliant::integrator::{IntegratorSpec, Method};
 use pliant::material::MaterialSpec;
-use pliant::mesh::{Mesh, build};
-use pliant::scene::{MeshSpec, Scene};
 use pliant::simulation::Simulation;
+use pliant_mesh::{Mesh, build};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{MeshSpec, Scene};
 use serde_json::{Value, json};
 
 /// A body of one material, and the world around it.

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use pliant::checkpoint::CheckpointError;
-use pliant::record::RecordError;
-use pliant::scene::{Problem, SceneError};
+use pliant_record::RecordError;
+use pliant_record::checkpoint::CheckpointError;
+use pliant_scene::{Problem, SceneError};
 use serde_json::{Value, json};
 
 use crate::printable;

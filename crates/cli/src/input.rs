@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use pliant::assembly::{Assembly, UnstableStep};
-use pliant::scene::{Problem, Scene, SceneError, Source};
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{Problem, Scene, SceneError, Source};
 
 use crate::failure::Failure;
 

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use pliant::assembly::Assembly;
 use pliant::observer::Observer;
-use pliant::record::{Beginning, Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
+use pliant_record::{Beginning, Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
+use pliant_scene::assembly::Assembly;
 
 use crate::arguments::RunArguments;
 use crate::failure::Failure;

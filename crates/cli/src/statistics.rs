@@ -1,7 +1,7 @@
 //! What is remembered of a run beside its end.
 
 use pliant::observer::{Frame, Notes, Observer, ObserverError};
-use pliant::scene::{Channel, Scene};
+use pliant_scene::{Channel, Scene};
 
 /// Names of its notes at a checkpoint.
 const MIN_J: &str = "statistics.min_j";

@@ -12,11 +12,11 @@ use pliant::algebra::{Mat, Svd, rotation, signed_svd};
 use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::Elastic;
 use pliant::lanes::{Kernel, Lanes, Pair, WIDTH, dispatch, level};
+use pliant::material::Stress;
 use pliant::material::{
     Corotated, Isotropic, Material, Model, NeoHookean, StableNeoHookean, StableNeoHookeanLog, Stvk,
 };
 use pliant::scalar::Scalar;
-use pliant::scene::Stress;
 
 const ISOTROPIC: Isotropic = Isotropic::new(5e5, 0.4);
 /// Edge of a cell [m].

@@ -8,12 +8,12 @@ use std::path::{Path, PathBuf};
 const GROUPS: &str = "/sys/fs/cgroup";
 
 /// Bytes that could be allocated now; `None` where the system does not say.
-pub(crate) fn available() -> Option<u64> {
+pub fn available() -> Option<u64> {
     available_beside(0)
 }
 
 /// The same beside so many bytes that are to be reserved and hardly touched: they take address space alone.
-pub(crate) fn available_beside(reserved: u64) -> Option<u64> {
+pub fn available_beside(reserved: u64) -> Option<u64> {
     let read = |path: &str| fs::read_to_string(path).ok();
     let free = read("/proc/meminfo").and_then(|text| kibibytes(&text, "MemAvailable:"));
     let groups = read("/proc/self/cgroup").and_then(|text| of_groups(Path::new(GROUPS), &text));

@@ -1,35 +1,44 @@
-//! `pliant`: a simulator of deformable things.
+//! The engine of `pliant`, a simulator of deformable things: from arrays to motion.
 //!
-//! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic elements, springs,
-//! gravity. Whoever adds a model writes an energy; everything else follows. All quantities are in SI units; arrays of positions
-//! and velocities are flat, `(n, dimension)`, in `f64`.
+//! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic elements,
+//! springs, gravity. A new model is an energy; everything else follows. All quantities are in SI units;
+//! arrays of positions and velocities are flat, `(n, dimension)`, in `f64`.
+//!
+//! A square of two triangles, thrown, turning and pulled down:
 //!
 //! ```
-//! use pliant::assembly::UnstableStep;
-//! use pliant::scene::{Scene, SceneError};
+//! use pliant::energy::{elastic::Elastic, gravity::UniformGravity};
+//! use pliant::integrator::IntegratorSpec;
+//! use pliant::material::{Isotropic, Model, NeoHookean, Stress};
+//! use pliant::{simulation::Simulation, state::State, system::System};
 //!
-//! let scene = Scene::from_toml(
-//!     "dimension = 2
-//!      time = { integrator = 'velocity-verlet', step = 1e-3, duration = 1.0 }
-//!      [[body]]
-//!      mesh = { grid = { cells = [4, 1], spacing = 0.1 } }
-//!      elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
-//!      mass = { density = 1000.0 }
-//!      velocity = { rigid = { linear = [1.0, 0.0] } }",
-//! )?;
-//! let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation;
+//! let rest = vec![0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
+//! let triangles = [[0, 1, 2], [0, 2, 3]];
+//! let rubber = NeoHookean::new(&Isotropic { young: 1e5, poisson: 0.4, preset: None });
+//! let mut system = System::new(2, vec![0.25; 4]);
+//! system.add_term(Box::new(Elastic::<2, 3>::linear("square", rubber, Stress::Analytic, &triangles, &rest)));
+//! system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[0.25; 4])));
+//! let velocity = vec![1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+//! let state = State::new(rest, velocity);
+//! let mut simulation = Simulation::new(system, state, IntegratorSpec::VelocityVerlet.method(), 1e-4);
 //! for _ in 0..1000 {
 //!     simulation.step()?;
 //! }
-//! assert!((simulation.state().x()[0] - 1.0).abs() < 1e-9);
+//! // The middle flies as a mass would: 0.5 m + 0.5 m/s t - g t^2 / 2.
+//! let height = simulation.positions().chunks(2).map(|x| x[1]).sum::<f64>() / 4.0;
+//! assert!((height - (0.5 + 0.5 * 0.1 - 5.0 * 0.1 * 0.1)).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # The way through
-//! [`scene`] turns text into plain data, [`assembly`] builds meshes and energies from it, [`simulation::Simulation`] takes steps,
-//! [`run::run`] drives a whole run and shows frames to [`observer::Observer`]s; [`record`] is one that writes MCAP files.
-//! [`system::System`] holds the equations, made of [`energy`] and [`dissipation`] terms; [`integrator`] the schemes, [`control`] step sizes that follow the error, [`material`] the energy densities,
-//! [`element`] and [`mesh`] the geometry. [`scalar`], [`lanes`] and [`algebra`] are what kernels are written in.
+//! [`system::System`] holds the equations, made of [`energy`] and [`dissipation`] terms; [`integrator`] has
+//! the schemes, [`control`] step sizes that follow the error, [`material`] the energy densities, [`element`]
+//! the shape functions, [`solver`] the equations of implicit steps. [`simulation::Simulation`] takes steps,
+//! [`run::run`] drives a whole run and shows frames to [`observer::Observer`]s. [`scalar`], [`lanes`] and
+//! [`algebra`] are what kernels are written in.
+//!
+//! Scenes as text, meshes, recordings and studies are crates above this one: `pliant-scene`, `pliant-mesh`,
+//! `pliant-record`, `pliant-lab`.
 
 // Inside a function the symbols of the paper are clearer than words.
 #![allow(non_snake_case)]
@@ -37,47 +46,29 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod algebra;
-pub mod assembly;
 pub mod available_memory;
-mod base64;
-pub mod benchmark;
-pub mod checkpoint;
 pub mod constraint;
 pub mod control;
-mod deadline;
+pub mod deadline;
 pub mod diagnostics;
 pub mod dissipation;
-mod durable_file;
 pub mod element;
 pub mod energy;
-#[cfg(feature = "mcap")]
-pub mod export;
 pub mod expression;
-mod fnv;
 pub mod integrator;
 pub mod lanes;
 pub mod material;
-pub mod mesh;
 pub mod modes;
 pub mod numbering;
 pub mod observer;
 mod pass;
 pub mod probe;
 pub mod quantity;
-#[cfg(feature = "mcap")]
-pub mod record;
-mod regular_file;
 pub mod run;
 pub mod scalar;
-pub mod scene;
 pub mod simulation;
 pub mod solver;
-pub mod stability;
 pub mod state;
-pub mod statistics;
-pub mod stress;
-#[cfg(feature = "study")]
-pub mod study;
 pub mod system;
 pub mod topology;
 pub mod value;

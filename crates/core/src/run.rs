@@ -358,12 +358,7 @@ pub fn energy_scale(simulation: &mut Simulation, start: &Diagnostics) -> f64 {
 /// Growth of the energy from `start` to `now` that did not come in from outside, over the `scale` [J] and
 /// what did come in; zero in statics, where there is no motion whose energy could grow, not a number where
 /// the energy is not finite.
-pub(crate) fn energy_growth(
-    simulation: &Simulation,
-    start: &Diagnostics,
-    now: &Diagnostics,
-    scale: f64,
-) -> f64 {
+pub fn energy_growth(simulation: &Simulation, start: &Diagnostics, now: &Diagnostics, scale: f64) -> f64 {
     if !now.total.is_finite() {
         return f64::NAN;
     }

@@ -9,8 +9,6 @@ mod matrices;
 mod retry;
 mod snapshot;
 mod statics;
-#[cfg(test)]
-mod tests;
 mod work;
 
 pub use crate::deadline::Stopped;
@@ -352,7 +350,7 @@ impl Simulation {
     }
 
     /// Says which vertex of the scene is which of this system and state.
-    pub(crate) fn set_numbering(&mut self, numbering: Numbering) {
+    pub fn set_numbering(&mut self, numbering: Numbering) {
         self.numbering = numbering;
     }
 
@@ -465,7 +463,7 @@ impl Simulation {
     }
 
     /// Names points of elements, each by the number of the element among [`element_states`](Self::element_states).
-    pub(crate) fn set_points(&mut self, points: Vec<(usize, Barycentric)>) {
+    pub fn set_points(&mut self, points: Vec<(usize, Barycentric)>) {
         self.points = points;
     }
 

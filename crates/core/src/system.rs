@@ -59,7 +59,7 @@ pub struct System {
 
 /// Tells one evaluation of the force from any other in this process: a state remembers the one that was at its positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ForceId(u64);
+pub struct ForceId(u64);
 
 impl ForceId {
     /// No force at all.
@@ -380,7 +380,7 @@ impl System {
     }
 
     /// Says where vertices are at rest, flat [m], for solvers that ask.
-    pub(crate) fn set_rest_positions(&mut self, rest: Vec<f64>) {
+    pub fn set_rest_positions(&mut self, rest: Vec<f64>) {
         self.rest_positions = Some(rest);
     }
 
@@ -439,7 +439,7 @@ impl System {
     }
 
     /// Ends solves and searches, done or not, while this is set.
-    pub(crate) fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
+    pub fn set_stop(&mut self, stop: Option<Arc<AtomicBool>>) {
         self.stop = Stop::new(stop);
     }
 
@@ -449,7 +449,7 @@ impl System {
     }
 
     /// Whether solves are to end.
-    pub(crate) fn is_stopped(&self) -> bool {
+    pub fn is_stopped(&self) -> bool {
         self.stop.is_set()
     }
 
@@ -507,7 +507,7 @@ impl System {
 
     /// Evaluates the force at `x`; the terms hold it until the next evaluation. `None` where it is not finite, pinned
     /// coordinates excepted: these do not feel it.
-    pub(crate) fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
+    pub fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
         let mut finite = true;
         self.energies.clear();
         for term in &mut self.terms {
@@ -561,7 +561,7 @@ impl System {
     }
 
     /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held coordinates.
-    pub(crate) fn accelerations(&self, a: &mut [f64]) {
+    pub fn accelerations(&self, a: &mut [f64]) {
         self.surroundings().accelerations(a);
     }
 

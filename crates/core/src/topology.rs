@@ -58,7 +58,7 @@ impl BodyTopology {
     }
 
     /// The largest vertex index of any cell.
-    pub(crate) fn largest_index(&self) -> Option<u32> {
+    pub fn largest_index(&self) -> Option<u32> {
         let edges = self.edges.iter().flatten();
         let triangles = self.triangles.iter().chain(&self.surface).flatten();
         let tetrahedra = self.tetrahedra.iter().flatten();

@@ -2,11 +2,11 @@
 
 use std::io;
 
-use pliant::checkpoint::CheckpointError;
 use pliant::energy::Fault;
-use pliant::record::RecordError;
-use pliant::scene::{Problem, SceneError as Error};
 use pliant::simulation::StepError as Step;
+use pliant_record::RecordError;
+use pliant_record::checkpoint::CheckpointError;
+use pliant_scene::{Problem, SceneError as Error};
 use pyo3::exceptions::{
     PyFileExistsError, PyFileNotFoundError, PyIndexError, PyKeyError, PyOSError, PyRuntimeWarning,
     PyValueError,

@@ -5,12 +5,12 @@ mod watch;
 use std::path::PathBuf;
 
 use numpy::IntoPyArray;
-use pliant::scene::vary::Axis;
 use pliant::solver::LinearSolver;
-use pliant::stability::{Against, Choice as SurveyChoice, Drift, MeasuredLimit, Survey, SurveyError};
-use pliant::stress::{self, Case, Choice, Findings, Picture};
-use pliant::study::report::{Kind, Report};
-use pliant::study::{self, Event, Plan, ReferenceChoice, Results, Row, Study, StudyError, WallClock};
+use pliant_lab::stability::{Against, Choice as SurveyChoice, Drift, MeasuredLimit, Survey, SurveyError};
+use pliant_lab::stress::{self, Case, Choice, Findings, Picture};
+use pliant_lab::study::report::{Kind, Report};
+use pliant_lab::study::{self, Event, Plan, ReferenceChoice, Results, Row, Study, StudyError, WallClock};
+use pliant_scene::vary::Axis;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use pliant::diagnostics::Diagnostics;
 use pliant::observer::{self, Observer, ObserverError};
-use pliant::record::{self, Level, McapRecorder, Options, PATIENCE, RecordError};
 use pliant::run::{self, Outcome, Plan};
+use pliant_record::{Level, McapRecorder, Options, PATIENCE, RecordError};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -260,7 +260,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
 fn finish(
     py: Python<'_>,
     mut recorder: McapRecorder,
-    (messages, outcome): &(Vec<(Level, String)>, record::Outcome),
+    (messages, outcome): &(Vec<(Level, String)>, pliant_record::Outcome),
 ) -> PyResult<PathBuf> {
     let finish = || {
         messages.iter().try_for_each(|(level, text)| recorder.log(*level, text, outcome.time))?;

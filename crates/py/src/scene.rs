@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pliant::assembly::{Assembly, UnstableStep};
-use pliant::scene::{self as core, SceneError, Source};
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{self as core, SceneError, Source};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};

@@ -9,11 +9,11 @@ use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 
 use numpy::{PyArray2, PyArrayMethods};
-use pliant::assembly::Report;
 use pliant::numbering::Numbering;
 use pliant::probe::Probe;
 use pliant::simulation::{Simulation as Core, Snapshot, StepError};
 use pliant::topology::Topology;
+use pliant_scene::assembly::Report;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

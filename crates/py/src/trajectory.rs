@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1};
-use pliant::record::RecordError;
-use pliant::record::read::{Column, Trajectory, info, recover};
+use pliant_record::RecordError;
+use pliant_record::read::{Column, Trajectory, info, recover};
 use pyo3::exceptions::{PyFileExistsError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

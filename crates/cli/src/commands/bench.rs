@@ -5,7 +5,7 @@ mod table;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pliant::benchmark::{self, Budget, Case, Measurement, Row};
+use pliant_lab::benchmark::{self, Budget, Case, Measurement, Row};
 use serde_json::{Value, json};
 
 use crate::arguments::BenchArguments;

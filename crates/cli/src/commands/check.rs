@@ -1,8 +1,8 @@
 //! `pliant check`: the assembled problem in numbers, without running it.
 
-use pliant::assembly::{BodyReport, Report, UnstableStep};
 use pliant::energy::nbody::ForceError;
-use pliant::mesh::{Cleaned, Contents};
+use pliant_mesh::{Cleaned, Contents};
+use pliant_scene::assembly::{BodyReport, Report, UnstableStep};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;

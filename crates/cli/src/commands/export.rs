@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use pliant::export::{Export, ExportError, write_pvd};
+use pliant_record::export::{Export, ExportError, write_pvd};
 use serde_json::json;
 
 use crate::arguments::{ExportArguments, ExportFormat, FrameRange};

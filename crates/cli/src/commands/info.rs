@@ -1,7 +1,7 @@
 //! `pliant info`: what a recording holds.
 
-use pliant::record::Status as Ending;
-use pliant::record::read::{self, FileInfo, FileState};
+use pliant_record::Status as Ending;
+use pliant_record::read::{self, FileInfo, FileState};
 use serde_json::json;
 
 use crate::arguments::InfoArguments;

@@ -3,7 +3,6 @@
 use pliant::element::{self, ELEMENTS};
 use pliant::integrator::{IntegratorSpec, Method};
 use pliant::material::{About, AboutPreset, Domain, MaterialSpec, PRESETS};
-use pliant::scene;
 use serde_json::{Map, Value, json};
 
 use crate::arguments::{Family, ListArguments};
@@ -176,7 +175,7 @@ fn element(about: &element::About) -> Item {
 
 /// The choices of one type of the scene, with their documentation, from the schema.
 fn choices(kind: &str) -> Vec<Item> {
-    let schema = scene::schema();
+    let schema = pliant_scene::schema();
     let definitions = &schema.as_value()["$defs"];
     let choices = definitions[kind]["oneOf"].as_array().cloned().unwrap_or_default();
     choices.iter().filter_map(|choice| self::choice(choice, definitions)).collect()

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pliant::record::read;
+use pliant_record::read;
 use serde_json::json;
 
 use crate::arguments::RecoverArguments;

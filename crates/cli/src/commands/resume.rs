@@ -3,12 +3,12 @@
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 
-use pliant::assembly::{Assembly, UnstableStep};
-use pliant::checkpoint::CheckpointFile;
 use pliant::probe;
-use pliant::record::{Beginning, Status as Ending, read};
 use pliant::run::RunState;
-use pliant::scene::Source;
+use pliant_record::checkpoint::CheckpointFile;
+use pliant_record::{Beginning, Status as Ending, read};
+use pliant_scene::Source;
+use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::json;
 
 use super::check;

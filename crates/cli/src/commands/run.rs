@@ -9,10 +9,9 @@ mod statics;
 use std::num::NonZeroU16;
 use std::time::Duration;
 
-use pliant::assembly::{Report, UnstableStep};
-use pliant::record;
 use pliant::run::Summary;
-use pliant::scene::{Scene, Source};
+use pliant_scene::assembly::{Report, UnstableStep};
+use pliant_scene::{Scene, Source};
 use rayon::ThreadPoolBuilder;
 
 use super::check;
@@ -77,7 +76,7 @@ pub fn closing(
     scene: &Scene,
     report: &Report,
     summary: &Summary,
-) -> (Vec<(record::Level, String)>, record::Outcome) {
+) -> (Vec<(pliant_record::Level, String)>, pliant_record::Outcome) {
     let statistics = Statistics::new(scene);
     let closing = Closing::new(scene, report, summary, &statistics, None, Duration::ZERO);
     (closing.messages(), closing.recorded_outcome())

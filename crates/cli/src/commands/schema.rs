@@ -2,14 +2,12 @@
 
 mod reference;
 
-use pliant::scene;
-
 use crate::arguments::{SchemaArguments, SchemaFormat};
 use crate::failure::{Failure, Status};
 use crate::terminal::Terminal;
 
 pub(crate) fn execute(arguments: &SchemaArguments, terminal: Terminal) -> Result<Status, Failure> {
-    let schema = scene::schema();
+    let schema = pliant_scene::schema();
     match arguments.format {
         // One JSON document is what `--json` promises of every command.
         SchemaFormat::Markdown if !terminal.json => terminal.print(&reference::page(schema.as_value()))?,

@@ -2,7 +2,7 @@
 
 mod report;
 
-use pliant::stability::{Against, Choice, Survey, SurveyError};
+use pliant_lab::stability::{Against, Choice, Survey, SurveyError};
 use serde_json::{Value, json};
 
 use crate::arguments::{AgainstArgument, StabilityArguments};

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use pliant::stress::{self, Case, Choice, Findings, Progress, Verdict};
+use pliant_lab::stress::{self, Case, Choice, Findings, Progress, Verdict};
 use serde_json::{Value, json};
 
 use crate::arguments::StressArguments;

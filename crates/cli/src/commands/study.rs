@@ -5,10 +5,10 @@ mod progress;
 
 use std::path::Path;
 
-use pliant::scene::Source;
-use pliant::scene::vary::Axis;
-use pliant::study::report::{Kind, Report};
-use pliant::study::{Plan, Provenance, ReferenceChoice, Results, Study, StudyError, WallClock, words};
+use pliant_lab::study::report::{Kind, Report};
+use pliant_lab::study::{Plan, Provenance, ReferenceChoice, Results, Study, StudyError, WallClock, words};
+use pliant_scene::Source;
+use pliant_scene::vary::Axis;
 use serde_json::{Value, json};
 
 use crate::arguments::{ReferenceFrom, StudyArguments};
@@ -172,8 +172,8 @@ fn describe(study: &Results) -> String {
         for row in variant.rows() {
             let short = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| format!("{value:.2e}"));
             let mark = match (row.status, row.dropped) {
-                (pliant::study::RowStatus::Ok, false) => String::new(),
-                (pliant::study::RowStatus::Ok, true) => "dropped".into(),
+                (pliant_lab::study::RowStatus::Ok, false) => String::new(),
+                (pliant_lab::study::RowStatus::Ok, true) => "dropped".into(),
                 (status, _) => status.words().into(),
             };
             rows.push(vec![
@@ -217,7 +217,7 @@ pub fn study_document(studies: &[Results]) -> Value {
                         "reference": { "id": reference.id, "how": reference.how, "error": reference.error },
                         "lines": variant.lines,
                         "rows": variant.records,
-                        "front": pliant::study::front(variant.rows()).iter().map(|row| json!({
+                        "front": pliant_lab::study::front(variant.rows()).iter().map(|row| json!({
                             "integrator": row.integrator,
                             "dt": row.dt,
                             "error": row.err_q_rms,

@@ -19,7 +19,8 @@ pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
 pub(crate) use projection::project_positive;
 pub use svd::{Svd, signed_svd};
-pub(crate) use vector::{all_finite, scene_size};
+pub(crate) use vector::all_finite;
+pub use vector::scene_size;
 
 #[cfg(test)]
 pub(crate) mod tests;

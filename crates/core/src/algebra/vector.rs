@@ -21,7 +21,7 @@ const ONE_POINT: f64 = 1e-12;
 /// The length that tolerances and energies go by [m]: the diagonal of the bounding box of points `(n,
 /// dimension)`; of a single point, or several at one place, its distance from the origin along the axis where
 /// it is farthest; at the origin, 1.
-pub(crate) fn scene_size(x: &[f64], dimension: usize) -> f64 {
+pub fn scene_size(x: &[f64], dimension: usize) -> f64 {
     let reach = x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let diagonal = bounding_diagonal(x, dimension);
     if diagonal > ONE_POINT * reach {

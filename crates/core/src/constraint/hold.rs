@@ -166,7 +166,7 @@ impl Hold {
 
     /// How far the farthest component of any vertex is at time 0 from where it starts [m]; zero without a
     /// motion. Not a number where the motion has no value.
-    pub(crate) fn jump_at_start(&self, dimension: usize) -> f64 {
+    pub fn jump_at_start(&self, dimension: usize) -> f64 {
         let Some(Moved { motion, start, rest }) = &self.motion else { return 0.0 };
         let moment = motion.at(0.0);
         let mut farthest = 0.0;

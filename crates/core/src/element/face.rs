@@ -18,7 +18,7 @@ pub struct FacePoint<const N: usize> {
 }
 
 /// Corners of the edges whose middle nodes a face of second order has, in their order.
-pub(crate) const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
+pub const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
     match (D, N) {
         (2, 2) | (3, 3) => &[],
         (2, 3) => &[[0, 1]],
@@ -79,7 +79,7 @@ pub fn face_points<const D: usize, const N: usize>() -> Vec<FacePoint<N>> {
 }
 
 /// The middle of a face, which stands for all of it.
-pub(crate) fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
+pub fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
     face_point::<D, N>(1.0, [1.0 / D as f64; 3])
 }
 
@@ -110,7 +110,7 @@ fn tangents<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &FacePoint
 }
 
 /// The derivative of [`vector_area`] by the place of node `j`, applied to `u`, or its transpose.
-pub(crate) fn area_rate<const D: usize, const N: usize>(
+pub fn area_rate<const D: usize, const N: usize>(
     x: &[[f64; D]; N],
     point: &FacePoint<N>,
     j: usize,
@@ -133,7 +133,7 @@ pub(crate) fn area_rate<const D: usize, const N: usize>(
 }
 
 /// Cross product.
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -15,13 +15,13 @@ mod tangents;
 mod validity;
 
 pub use face::{FacePoint, face_points, vector_area};
-pub(crate) use face::{area_rate, cross, face_edges, face_middle};
+pub use face::{area_rate, cross, face_edges, face_middle};
 pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{
     QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
 };
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
-pub(crate) use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
+pub use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use validity::{least_jacobian, volume};
 
 pub(crate) use quadratic::{QuadraticGradients, QuadraticPositions};

@@ -3,17 +3,17 @@
 //! With barycentric coordinates `lambda_0 .. lambda_D` and `xi_k = lambda_k`, `k = 1 .. D`:
 //! - first order, `D + 1` nodes: `N_i = lambda_i`;
 //! - second order, 6 nodes in 2D and 10 in 3D: `N_i = lambda_i (2 lambda_i - 1)` at the corners, `N_ij = 4 lambda_i lambda_j`
-//!   in the middle of the edges, corners first, then edges in the [order of VTK](crate::mesh::MidNodes).
+//!   in the middle of the edges, corners first, then edges in the order of VTK.
 //!
 //! Zienkiewicz, Taylor, Zhu 2013, *The Finite Element Method: Its Basis and Fundamentals*, section 6.3.2 and 6.3.4.
 
 use crate::algebra::Mat;
 
 /// Corners of the edges of a tetrahedron, in the order of their middle nodes.
-pub(crate) const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
+pub const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]];
 
 /// Corners of the edges of a triangle, in the order of their middle nodes.
-pub(crate) const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
+pub const TRIANGLE_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 
 /// `lambda_0 .. lambda_D`, their sum 1; in 2D the last number is 0.
 pub type Barycentric = [f64; 4];

@@ -51,14 +51,14 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
 
 /// The oscillator `x'' = -x` and its state `x = 1` at rest, to be advanced in steps of `z`: in units where
 /// omega = 1, h = z.
-pub(crate) fn oscillator() -> (System, State) {
+pub fn oscillator() -> (System, State) {
     let mut system = System::new(1, vec![1.0]);
     system.add_term(Box::<Oscillator>::default());
     (system, State::new(vec![1.0], vec![0.0]))
 }
 
 /// `lim |A^n|^(1/n)`, by repeated squaring; Gelfand 1941.
-pub(crate) fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
+pub fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
     const SQUARINGS: i32 = 40;
     let n = a.len();
     let (mut logarithm, mut weight) = (0.0, 1.0);
@@ -76,14 +76,15 @@ pub(crate) fn spectral_radius(mut a: Vec<Vec<c64>>) -> f64 {
     logarithm.exp()
 }
 
-pub(crate) fn modulus(z: c64) -> f64 {
+/// `|z|`.
+pub fn modulus(z: c64) -> f64 {
     z.re.hypot(z.im)
 }
 
 /// The largest modulus of an eigenvalue of one step of `method` on a mode with `z = h omega` and one without
 /// stiffness that a dashpot couples, `x'' = -omega^2 x - c n (n . x')` with `n = (sin angle, cos angle)` and
 /// `damping = h c`: stiffness and damping have no eigenvector in common.
-pub(crate) fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 {
+pub fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 {
     let mut matrix = vec![vec![c64::new(0.0, 0.0); 4]; 4];
     for column in 0..4 {
         let mut system = System::new(2, vec![1.0]);

@@ -24,7 +24,7 @@ use crate::state::State;
 use crate::system::System;
 
 pub use amplification::{Amplification, amplification};
-pub(crate) use amplification::{coupled_radius, modulus, oscillator, spectral_radius};
+pub use amplification::{coupled_radius, modulus, oscillator, spectral_radius};
 use estimate::{Judgement, Tolerances};
 
 /// Declares the files of this folder and everything that is known by listing them: the enum that scenes name a scheme by,

@@ -33,7 +33,7 @@ const RIGID_ULPS: f64 = 64.0;
 const STIFFNESS: Weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
 
 /// Some or all modes, in the numbering of the simulation.
-pub(super) struct Eigen<const D: usize> {
+pub struct Eigen<const D: usize> {
     pub(super) assembler: Assembler<D>,
     /// Where, flat [m].
     pub(super) x: Vec<f64>,
@@ -49,7 +49,10 @@ pub(super) struct Eigen<const D: usize> {
 
 impl<const D: usize> Eigen<D> {
     /// The `count` lowest modes, or all, with lumped masses.
-    pub(super) fn about(simulation: &mut Simulation, count: Option<usize>) -> Result<Self, ModesError> {
+    ///
+    /// # Errors
+    /// [`ModesError`].
+    pub fn about(simulation: &mut Simulation, count: Option<usize>) -> Result<Self, ModesError> {
         let inertia = Inertia::lumped(simulation.system());
         Self::with(inertia, simulation, count)
     }
@@ -182,10 +185,26 @@ impl<const D: usize> Eigen<D> {
             // Nothing is lower than rigid motion.
             return Ok(0);
         }
-        let mut matrix = self.assembler.matrix().clone();
-        self.inertia.add_to(by.apart(squares[found]) - squares[found], &mut matrix);
+        let matrix = self.shifted_matrix(by.apart(squares[found]) - squares[found]);
         let below = by.cholesky.negative_eigenvalues(&matrix).ok_or(ModesError::NotFinite)?;
         Ok(below.saturating_sub(found))
+    }
+
+    /// `omega^2` [1/s^2] of the modes, ascending; exactly zero for rigid motion.
+    pub fn squares(&self) -> impl Iterator<Item = f64> {
+        self.pairs.iter().map(|(square, _)| *square)
+    }
+
+    /// Where it was linearised, flat [m].
+    pub fn positions(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// `K + shift M` [N/m], of the stiffness last assembled.
+    pub fn shifted_matrix(&self, shift: f64) -> BlockMatrix<D> {
+        let mut matrix = self.assembler.matrix().clone();
+        self.inertia.add_to(shift, &mut matrix);
+        matrix
     }
 
     /// A factor of `K + shift M`.
@@ -194,8 +213,7 @@ impl<const D: usize> Eigen<D> {
             return Err(ModesError::Stopped);
         }
         self.assemble(system, STIFFNESS);
-        let mut matrix = self.assembler.matrix().clone();
-        self.inertia.add_to(shift, &mut matrix);
+        let matrix = self.shifted_matrix(shift);
         let mut cholesky = Cholesky::new(&matrix, &self.x).ok_or(ModesError::NotFinite)?;
         cholesky.factorize(&matrix).map_err(|_| ModesError::NotStable)?;
         Ok(cholesky)

@@ -14,14 +14,12 @@
 //! and where one is the iteration goes on from further start vectors.
 
 mod dense;
-mod eigen;
+pub mod eigen;
 mod inertia;
 mod lanczos;
 mod oscillator;
 mod sound;
 mod superposition;
-#[cfg(test)]
-mod tests;
 
 pub use oscillator::Oscillator;
 pub use sound::{Partial, Silent, Sound, SoundError, Strike};

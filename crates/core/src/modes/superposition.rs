@@ -19,22 +19,20 @@ const STATICS: f64 = 1e-12;
 /// once, evaluated at any number of times. Clough, Penzien 1993, *Dynamics of Structures*, chapter 12.
 ///
 /// ```
-/// use pliant::assembly::UnstableStep;
-/// use pliant::scene::Scene;
+/// use pliant::energy::{gravity::UniformGravity, spring::Springs};
+/// use pliant::integrator::IntegratorSpec;
+/// use pliant::{simulation::Simulation, state::State, system::System};
 ///
-/// let scene = Scene::from_toml(
-///     "dimension = 2
-///     time = { integrator = 'rk4', step = 1e-3, duration = 1.0 }
-///     world = { gravity = [0.0, -9.81] }
-///     [[body]]
-///     mesh = { grid = { cells = [2, 1], spacing = 0.1 } }
-///     elastic = { linear = { young = 1e4, poisson = 0.3 } }
-///     mass = { density = 1000.0 }
-///     pin = [{ vertices = [0, 1] }]",
-/// )?;
-/// let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(|p| p[0].message.clone())?.simulation;
+/// // A mass of 1 kg below one that is held, on a spring of 100 N/m.
+/// let start = vec![0.0, 0.0, 0.0, -1.0];
+/// let mut system = System::new(2, vec![1.0; 2]);
+/// system.add_term(Box::new(Springs::<2>::new("spring", &[[0, 1]], &[100.0], &[1.0], 2)));
+/// system.add_term(Box::new(UniformGravity::new(&[0.0, -9.81], &[1.0; 2])));
+/// system.pin(&[0]);
+/// let state = State::new(start, vec![0.0; 4]);
+/// let mut simulation = Simulation::new(system, state, IntegratorSpec::Rk4.method(), 1e-3);
 /// let exact = simulation.superposition(None)?;
-/// let (mut x, mut v) = (vec![0.0; 12], vec![0.0; 12]);
+/// let (mut x, mut v) = (vec![0.0; 4], vec![0.0; 4]);
 /// exact.state_at(0.1, &mut x, &mut v);
 /// (0..100).for_each(|_| simulation.step().unwrap());
 /// assert!(simulation.positions().iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-8));

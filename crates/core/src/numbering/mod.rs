@@ -40,7 +40,7 @@ impl Numbering {
     }
 
     /// Renumbers the vertices in `range` of `count`, at `points` (flat, those of the range), along a curve.
-    pub(crate) fn renumber<const D: usize>(&mut self, range: Range<u32>, count: usize, points: &[f64]) {
+    pub fn renumber<const D: usize>(&mut self, range: Range<u32>, count: usize, points: &[f64]) {
         if self.is_identity() {
             self.original = (0..count as u32).collect();
             self.internal = self.original.clone();
@@ -102,7 +102,7 @@ fn permuted<'a>(from: &[u32], rows: &'a [f64], width: usize) -> Cow<'a, [f64]> {
 
 /// Whether the vertices of most of these cells, of a body of `vertices` vertices in `dimension` dimensions,
 /// are numbered near one another.
-pub(crate) fn is_local<const N: usize>(cells: &[[u32; N]], vertices: usize, dimension: usize) -> bool {
+pub fn is_local<const N: usize>(cells: &[[u32; N]], vertices: usize, dimension: usize) -> bool {
     if vertices <= MIN_VERTICES || cells.is_empty() {
         return true;
     }

@@ -6,7 +6,6 @@ use crate::simulation::{MotionJumps, StepError};
 
 /// How a run ended.
 #[derive(Debug)]
-#[non_exhaustive]
 pub enum Outcome {
     /// It reached its duration.
     Done,

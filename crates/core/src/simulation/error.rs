@@ -5,7 +5,6 @@ use crate::solver::Verdict;
 
 /// A step could not be taken; the state is still the last good one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum StepError {
     /// A position, velocity or force is not finite.
     #[error(

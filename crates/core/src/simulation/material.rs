@@ -34,7 +34,7 @@ pub enum MaterialError {
 
 impl Simulation {
     /// Gives the elements of a solid another material in place of that of the scene; `topology` is that of the
-    /// [assembly](crate::assembly::Assembly). The step is judged anew when it is asked for.
+    /// assembly of the scene. The step is judged anew when it is asked for.
     ///
     /// # Errors
     /// [`MaterialError`].

@@ -11,8 +11,6 @@ pub mod multigrid;
 mod newton;
 mod options;
 pub mod ordering;
-#[cfg(test)]
-mod tests;
 
 pub use fault::StepFault;
 pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
@@ -111,7 +109,7 @@ pub(crate) fn minimizer(dimension: usize, options: SolverOptions) -> Box<dyn Min
     }
 }
 
-pub(crate) use crate::algebra::scene_size;
+pub use crate::algebra::scene_size;
 
 /// Work done in solvers, in counts that do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -7,14 +7,14 @@ use crate::expression::{ExpressionError, Variable};
 use crate::quantity::{Kind, QuantityError};
 
 /// Expectation of a key with a dimension, in the words of messages.
-pub(crate) const A_NUMBER: &str = "a number";
+pub const A_NUMBER: &str = "a number";
 
 /// Expectation of a key that takes one number for all or a list.
 pub(crate) const NUMBERS: &str = "a number or a list of numbers";
 
 /// Form of a text.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum TextForm {
+pub enum TextForm {
     /// A number with a unit of one of these kinds.
     Quantity(&'static [Kind]),
     /// The same, or a list.
@@ -25,13 +25,13 @@ pub(crate) enum TextForm {
 
 impl TextForm {
     /// The form that a type of this module asks its deserializer for by this name.
-    pub(crate) fn named(name: &str) -> Option<TextForm> {
+    pub fn named(name: &str) -> Option<TextForm> {
         // Almost all names are those of ordinary types.
         if name.starts_with("pliant::") { text_form(name) } else { None }
     }
 
     /// Expectation where the value is neither a number nor a text.
-    pub(crate) fn expected(self) -> &'static str {
+    pub fn expected(self) -> &'static str {
         match self {
             TextForm::Quantity(_) | TextForm::Formula(..) => A_NUMBER,
             TextForm::Quantities(_) => NUMBERS,
@@ -39,16 +39,18 @@ impl TextForm {
     }
 
     /// Whether a list may stand in its place.
-    pub(crate) fn may_be_list(self) -> bool {
+    pub fn may_be_list(self) -> bool {
         matches!(self, TextForm::Quantities(_))
     }
 }
 
 /// Mistake in a text of one of these forms.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(crate) enum TextError {
+pub enum TextError {
+    /// Of a number with a unit.
     #[error(transparent)]
     Quantity(#[from] QuantityError),
+    /// Of a formula.
     #[error(transparent)]
     Expression(#[from] ExpressionError),
 }

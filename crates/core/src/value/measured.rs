@@ -18,15 +18,23 @@ use crate::expression::Variable;
 use crate::quantity::{Kind, Quantity};
 
 /// Reads a field as `A`, for `#[serde(with = ...)]`.
-pub(crate) struct As<A>(PhantomData<A>);
+pub struct As<A>(PhantomData<A>);
 
 /// A type that a value of type `T` is written as.
-pub(crate) trait ReadAs<T>: Sized {
+pub trait ReadAs<T>: Sized {
+    /// Value of type `T`.
+    ///
+    /// # Errors
+    /// Those of the deserializer; another type of value; a text that is no quantity of the kind.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>;
 }
 
 impl<A> As<A> {
-    pub(crate) fn deserialize<'de, T, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>
+    /// As [`ReadAs::read`], under the name that serde asks for.
+    ///
+    /// # Errors
+    /// As for it.
+    pub fn deserialize<'de, T, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>
     where
         A: ReadAs<T>,
     {
@@ -34,10 +42,7 @@ impl<A> As<A> {
     }
 
     /// Numbers are written in SI units.
-    pub(crate) fn serialize<T: Serialize, S: Serializer>(
-        value: &T,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
+    pub fn serialize<T: Serialize, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
         value.serialize(serializer)
     }
 }
@@ -84,7 +89,7 @@ impl<T, A: ReadAs<T>> ReadAs<[T; 2]> for [A; 2] {
 }
 
 /// A number with a dimension.
-pub(crate) trait Measured {
+pub trait Measured {
     /// What it may be: one kind, unless the body decides.
     const KINDS: &'static [Kind];
     /// How the scene's own reader knows a single one.
@@ -100,8 +105,9 @@ pub(crate) trait Measured {
 macro_rules! measured {
     ($($(#[$doc:meta])* $name:ident: $($kind:ident)|+;)+) => {
         $(
+            #[doc = concat!("Key whose value is read as: ", stringify!($($kind),+), ".")]
             $(#[$doc])*
-            pub(crate) struct $name;
+            pub struct $name;
 
             impl Measured for $name {
                 const KINDS: &'static [Kind] = &[$(Kind::$kind),+];
@@ -208,7 +214,7 @@ impl<'de, M: Measured> Visitor<'de> for MeasuredVisitor<M> {
 }
 
 /// One for all, or a list with one for each.
-pub(crate) struct OneOrManyOf<A>(PhantomData<A>);
+pub struct OneOrManyOf<A>(PhantomData<A>);
 
 impl<A: JsonSchema> JsonSchema for OneOrManyOf<A> {
     fn inline_schema() -> bool {

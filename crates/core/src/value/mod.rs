@@ -10,8 +10,8 @@ mod measured;
 mod one_or_many;
 mod over_time;
 
-pub(crate) use form::{A_NUMBER, TextError, TextForm};
-pub(crate) use measured::*;
+pub use form::{A_NUMBER, TextError, TextForm};
+pub use measured::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
-pub(crate) use over_time::{OverPlaceOf, OverTimeOf};
+pub use over_time::{OverPlaceOf, OverTimeOf};

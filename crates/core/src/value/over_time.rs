@@ -27,11 +27,7 @@ impl OverTime {
     ///
     /// # Errors
     /// What is wrong with it, in one line.
-    pub(crate) fn parse(
-        kinds: &[Kind],
-        variables: &[Variable],
-        text: &str,
-    ) -> Result<OverTime, form::TextError> {
+    pub fn parse(kinds: &[Kind], variables: &[Variable], text: &str) -> Result<OverTime, form::TextError> {
         if is_quantity(text) {
             Ok(OverTime::Constant(Kind::parse_any(kinds, text)?.value))
         } else {
@@ -98,10 +94,10 @@ impl Serialize for OverTime {
 }
 
 /// Reads an [`OverTime`] of this kind, a formula of the time.
-pub(crate) struct OverTimeOf<M>(PhantomData<M>);
+pub struct OverTimeOf<M>(PhantomData<M>);
 
 /// Reads an [`OverTime`] of this kind, a formula of the time and the place at rest.
-pub(crate) struct OverPlaceOf<M>(PhantomData<M>);
+pub struct OverPlaceOf<M>(PhantomData<M>);
 
 macro_rules! reads {
     ($($reader:ident: $name:ident $variables:ident;)+) => {

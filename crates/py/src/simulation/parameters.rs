@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use pliant::assembly::Assembly;
 use pliant::energy::load::ExternalForce;
 use pliant::observer::Notes;
 use pliant::simulation::MaterialError;
+use pliant_scene::assembly::Assembly;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};

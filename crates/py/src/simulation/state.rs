@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
-use pliant::checkpoint::{CheckpointContent, CheckpointError, CheckpointFile, SavedScene};
 use pliant::observer::Notes;
 use pliant::simulation::{Checkpoint, Simulation as Core};
+use pliant_record::checkpoint::{CheckpointContent, CheckpointError, CheckpointFile, SavedScene};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyTuple};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use pliant::benchmark::{processor, triad};
 use pliant::lanes::level;
+use pliant_lab::benchmark::{processor, triad};
 
 use crate::failure::Failure;
 

@@ -1,6 +1,6 @@
 //! The table for people.
 
-use pliant::benchmark::{Case, REFERENCE_MACHINE};
+use pliant_lab::benchmark::{Case, REFERENCE_MACHINE};
 
 use super::Measured;
 use super::machine::Machine;

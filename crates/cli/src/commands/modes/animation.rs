@@ -3,11 +3,11 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use pliant::assembly::Assembly;
 use pliant::modes::{Mode, Modes};
 use pliant::observer::{Frame, Work};
-use pliant::record::{Level, McapRecorder, Options, PATIENCE, RecordError, Recorded};
-use pliant::scene::Channel;
+use pliant_record::{Level, McapRecorder, Options, PATIENCE, RecordError, Recorded};
+use pliant_scene::Channel;
+use pliant_scene::assembly::Assembly;
 use serde_json::json;
 
 use crate::arguments::ModesArguments;

@@ -7,11 +7,11 @@ mod wav;
 use std::path::Path;
 use std::sync::Arc;
 
-use pliant::assembly::{Assembly, UnstableStep};
 use pliant::integrator::IntegratorSpec;
 use pliant::modes::{MassMatrix, Modes, ModesError};
 use pliant::simulation::StepError;
 use pliant::solver::Verdict;
+use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::json;
 
 use crate::arguments::ModesArguments;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use pliant::assembly::Assembly;
 use pliant::modes::{Silent, Sound, SoundError, Strike};
+use pliant_scene::assembly::Assembly;
 use serde_json::{Value, json};
 
 use crate::arguments::{ModesArguments, Place};

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use pliant::assembly::Report;
 use pliant::available_memory;
 use pliant::integrator::amplification;
-use pliant::record::{self, Level, Recorded};
 use pliant::run::{Outcome, Summary};
-use pliant::scene::{Channel, Scene};
 use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
 use pliant::solver::SolverWork;
+use pliant_record::{Level, Recorded};
+use pliant_scene::assembly::Report;
+use pliant_scene::{Channel, Scene};
 use serde_json::{Value, json};
 
 use super::statics;
@@ -189,7 +189,6 @@ impl<'a> Closing<'a> {
             }
             Outcome::Failed(error) => Some(format!("{error}\n{}", kept(", the last good frame"))),
             Outcome::ObserverFailed(error) => Some(error.to_string()),
-            _ => Some("the run ended early".into()),
         }
     }
 
@@ -204,18 +203,17 @@ impl<'a> Closing<'a> {
     }
 
     /// How the run ended, as the file shall remember it.
-    pub(crate) fn recorded_outcome(&self) -> record::Outcome {
+    pub(crate) fn recorded_outcome(&self) -> pliant_record::Outcome {
         let (status, message) = match &self.summary.outcome {
-            Outcome::Done => (record::Status::Completed, String::new()),
+            Outcome::Done => (pliant_record::Status::Completed, String::new()),
             Outcome::Interrupted => (
-                record::Status::Interrupted,
+                pliant_record::Status::Interrupted,
                 format!("interrupted after {} of {} frames", self.summary.frames, self.report.frames),
             ),
-            Outcome::Failed(error) => (record::Status::Failed, error.to_string()),
-            Outcome::ObserverFailed(error) => (record::Status::Failed, error.to_string()),
-            _ => (record::Status::Failed, String::new()),
+            Outcome::Failed(error) => (pliant_record::Status::Failed, error.to_string()),
+            Outcome::ObserverFailed(error) => (pliant_record::Status::Failed, error.to_string()),
         };
-        record::Outcome {
+        pliant_record::Outcome {
             status,
             step: Some(self.summary.work.steps),
             time: self.summary.last_frame_time,

@@ -4,9 +4,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use pliant::checkpoint::{CheckpointContent, CheckpointFile, SavedScene};
 use pliant::observer::{Notes, ObserverError};
 use pliant::run::{Checkpoints, RunCheckpoint};
+use pliant_record::checkpoint::{CheckpointContent, CheckpointFile, SavedScene};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;

@@ -4,9 +4,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom};
 use std::path::Path;
 
-use pliant::assembly::Assembly;
 use pliant::probe::Table;
-use pliant::record;
+use pliant_scene::assembly::Assembly;
 use same_file::Handle;
 
 use crate::arguments::RunArguments;
@@ -83,7 +82,7 @@ fn own(path: &Path, file: &File, arguments: &RunArguments) -> Result<(), Failure
     let mut taken = vec![(arguments.scene.clone(), "the scene")];
     if !arguments.no_record {
         let output = recording::output(arguments);
-        taken.extend(record::files(&output).map(|file| (file, "the recording")));
+        taken.extend(pliant_record::files(&output).map(|file| (file, "the recording")));
     }
     if arguments.checkpoint.is_some() {
         taken.push((recording::checkpoint_of(&recording::output(arguments)), "the checkpoint"));

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use pliant::assembly::Assembly;
-use pliant::checkpoint::CheckpointFile;
 use pliant::observer::Observer;
 use pliant::probe::Table;
 use pliant::run::{self, Outcome, RunState, Summary};
+use pliant_record::checkpoint::CheckpointFile;
+use pliant_scene::assembly::Assembly;
 
 use super::closing::{self, Closing};
 use super::keeper::Keeper;

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use pliant::{expression, quantity};
+use pliant::expression;
+use pliant::quantity;
 use serde_json::{Map, Value};
 
 /// What the tables below take for granted.

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use pliant::stability::{Against, Map, Status, Survey};
-use pliant::study::page::{Cell, Look, Page};
-use pliant::study::plot::{AxisSpec, Chart, HeatMap, Line, Point, State};
+use pliant_lab::stability::{Against, Map, Status, Survey};
+use pliant_lab::study::page::{Cell, Look, Page};
+use pliant_lab::study::plot::{AxisSpec, Chart, HeatMap, Line, Point, State};
 use serde_json::Value;
 
 use crate::failure::Failure;

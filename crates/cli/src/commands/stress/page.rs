@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use pliant::stress::{self, Case, Verdict};
-use pliant::study::page::{Cell, Look, Page};
+use pliant_lab::stress::{self, Case, Verdict};
+use pliant_lab::study::page::{Cell, Look, Page};
 
 use super::picture::{sheet, svg};
 use super::rows::{numbers, title};

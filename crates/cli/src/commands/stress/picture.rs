@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use pliant::stress::Picture;
+use pliant_lab::stress::Picture;
 
 /// Pale where the volume is right, blue where it is small, yellow where it is large, red where it is negative.
 fn color(j: f64) -> &'static str {

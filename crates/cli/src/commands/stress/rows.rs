@@ -1,6 +1,6 @@
 //! The table for people, and the same as comma-separated values.
 
-use pliant::stress::{Findings, Verdict};
+use pliant_lab::stress::{Findings, Verdict};
 
 use super::Outcome;
 use crate::output::csv_line;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use pliant::study::report::Report;
-use pliant::study::{Results, csv};
+use pliant_lab::study::report::Report;
+use pliant_lab::study::{Results, csv};
 use serde_json::Value;
 
 use crate::arguments::StudyArguments;

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use pliant::study::Event;
+use pliant_lab::study::Event;
 
 use crate::printable;
 use crate::progress::spinner;

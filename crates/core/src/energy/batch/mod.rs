@@ -2,8 +2,6 @@
 //! Python, say. Slower than [`Elastic`](super::elastic::Elastic), which knows its material when it is compiled.
 
 mod tangent;
-#[cfg(test)]
-mod tests;
 
 use std::ops::Range;
 

@@ -10,7 +10,7 @@ mod simplex;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub(crate) use membrane::flattened;
+pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;
 pub(crate) use nodal::nodal_name;
@@ -218,7 +218,7 @@ pub(crate) fn centroids<const D: usize, const N: usize>(
 }
 
 /// The rows of `vertices` in a flat array.
-pub(crate) fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
+pub fn points_of<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
     let mut points = [[0.0; D]; N];
     for (point, &v) in points.iter_mut().zip(vertices) {
         point.copy_from_slice(&x[v as usize * D..v as usize * D + D]);

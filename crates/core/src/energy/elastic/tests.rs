@@ -8,9 +8,10 @@ use crate::material::{Isotropic, Model, NeoHookean, Parameters, Psd};
 
 /// A grid of curved elements: nodes in the middle of edges off their edge. Rest positions, flat, and the elements.
 fn curved<const D: usize, const N: usize>(cells: [usize; D]) -> (Vec<f64>, Vec<[u32; N]>) {
-    let grid = crate::scene::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
-    let spec = crate::scene::MeshSpec::Grid(grid);
-    let linear = crate::mesh::build(&spec, D, ".".as_ref()).unwrap();
+    let grid =
+        pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
+    let spec = pliant_mesh::spec::MeshSpec::Grid(grid);
+    let linear = pliant_mesh::build(&spec, D, ".".as_ref()).unwrap();
     let mut mesh = linear.promoted_to_quadratic().unwrap();
     let mut random = Random(21);
     for x in &mut mesh.points[linear.points.len()..] {

@@ -9,7 +9,7 @@ mod tests;
 pub use dead::{DeadLoad, Sample};
 pub use external::{ExternalForce, ExternalForces, ForceFunction};
 pub use pressure::{Pressure, PressureField, rim};
-pub(crate) use pressure::{image, nodes};
+pub use pressure::{image, nodes};
 
 /// A vector that differs from place to place and changes with time, by the rest position `X` [m] and the time `t` [s].
 pub type VectorField = Box<dyn Fn([f64; 3], f64) -> [f64; 3] + Send + Sync>;

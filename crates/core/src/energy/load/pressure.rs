@@ -176,7 +176,7 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
 }
 
 /// Positions of the nodes of a face.
-pub(crate) fn nodes<const D: usize, const N: usize>(x: &[f64], face: [u32; N]) -> [[f64; D]; N] {
+pub fn nodes<const D: usize, const N: usize>(x: &[f64], face: [u32; N]) -> [[f64; D]; N] {
     face.map(|v| {
         let mut node = [0.0; D];
         node.copy_from_slice(&x[v as usize * D..][..D]);
@@ -185,7 +185,7 @@ pub(crate) fn nodes<const D: usize, const N: usize>(x: &[f64], face: [u32; N]) -
 }
 
 /// Where a point of a face is; in 2D the third number is 0.
-pub(crate) fn image<const D: usize, const N: usize>(nodes: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; 3] {
+pub fn image<const D: usize, const N: usize>(nodes: &[[f64; D]; N], point: &FacePoint<N>) -> [f64; 3] {
     let mut image = [0.0; 3];
     for (node, shape) in nodes.iter().zip(&point.shape) {
         (0..D).for_each(|c| image[c] += shape * node[c]);

@@ -3,8 +3,8 @@
 use super::*;
 use crate::energy::EnergyTerm;
 use crate::material::Psd;
-use crate::mesh::Mesh;
-use crate::mesh::test_support::{build_grid, grid};
+use pliant_mesh::Mesh;
+use pliant_mesh::spec::{GridSpec, MeshSpec};
 
 /// A number in (-1, 1) that looks random.
 fn scattered(i: usize) -> f64 {
@@ -12,7 +12,8 @@ fn scattered(i: usize) -> f64 {
 }
 
 fn block<const D: usize>() -> (Mesh, Vec<f64>) {
-    let mesh = build_grid(&grid(&[2, 3, 2][..D], 0.5), D).unwrap();
+    let grid = GridSpec { cells: [2, 3, 2][..D].to_vec(), spacing: Some(0.5), ..GridSpec::default() };
+    let mesh = pliant_mesh::build(&MeshSpec::Grid(grid), D, ".".as_ref()).unwrap();
     let x = mesh.points.iter().enumerate().map(|(i, x)| 1.1 * x + 0.1 * scattered(i)).collect();
     (mesh, x)
 }

@@ -15,7 +15,7 @@ const TASK_ROWS: usize = 512;
 /// A task makes some rows of the coarse matrix, from all fine rows that they reach; a fine row that reaches rows of two tasks is
 /// multiplied twice. Every entry is a sum in the order of the fine rows, whoever makes it.
 #[derive(Debug)]
-pub(super) struct Galerkin<const D: usize> {
+pub struct Galerkin<const D: usize> {
     /// The columns of row `i` of `A P` are `start[i]..start[i + 1]`.
     start: Vec<u32>,
     column: Vec<u32>,
@@ -42,7 +42,7 @@ struct Task<const D: usize> {
 
 impl<const D: usize> Galerkin<D> {
     /// For matrices of the structure of `fine`, and the structure of the coarse matrix.
-    pub(super) fn new(fine: &BlockMatrix<D>, p: &Prolongation) -> (Self, BlockMatrix<D>) {
+    pub fn new(fine: &BlockMatrix<D>, p: &Prolongation) -> (Self, BlockMatrix<D>) {
         let coarse_rows = p.columns();
         let mut seen = vec![u32::MAX; coarse_rows];
         let (mut start, mut column) = (vec![0], vec![]);
@@ -113,7 +113,7 @@ impl<const D: usize> Galerkin<D> {
 
     /// `coarse = P^T fine P`, without the diagonal entries of `fine` at held coordinates: bit `k` of `held[i]` says that component
     /// `k` of row `i` is; an empty slice, that none is.
-    pub(super) fn compute(
+    pub fn compute(
         &mut self,
         fine: &BlockMatrix<D>,
         p: &Prolongation,

@@ -13,10 +13,11 @@ const SMALLEST_WEIGHT: f64 = 1e-5;
 const CARRIED_OVER: f64 = 0.9;
 
 /// A coarse level.
-pub(super) struct Coarsening<const D: usize> {
-    pub(super) prolongation: Prolongation,
+pub struct Coarsening<const D: usize> {
+    /// From its nodes to the rows of the finer level.
+    pub prolongation: Prolongation,
     /// Where its nodes are.
-    pub(super) positions: Vec<[f64; D]>,
+    pub positions: Vec<[f64; D]>,
 }
 
 /// The mean length of an edge; zero without edges.
@@ -33,11 +34,7 @@ pub(super) fn mean_edge<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]])
 
 /// Interpolates the rows of `matrix`, which are at `x`, from a lattice of this `spacing`. Rows without neighbours have no part in
 /// it: a smoother solves them.
-pub(super) fn coarsen<const D: usize>(
-    matrix: &BlockMatrix<D>,
-    x: &[[f64; D]],
-    spacing: f64,
-) -> Coarsening<D> {
+pub fn coarsen<const D: usize>(matrix: &BlockMatrix<D>, x: &[[f64; D]], spacing: f64) -> Coarsening<D> {
     let rows = matrix.rows();
     let mut origin = [f64::INFINITY; D];
     for x in x {

@@ -7,12 +7,10 @@
 //! chapters 3 and 10.
 
 mod coarsest;
-mod galerkin;
-mod lattice;
-mod prolongation;
+pub mod galerkin;
+pub mod lattice;
+pub mod prolongation;
 mod smoother;
-#[cfg(test)]
-mod tests;
 
 use crate::deadline::Stop;
 use coarsest::Coarsest;
@@ -20,6 +18,7 @@ use galerkin::Galerkin;
 use lattice::{Coarsening, coarsen, mean_edge};
 use prolongation::Prolongation;
 use smoother::Smoother;
+pub use smoother::TASK_ROWS;
 
 use super::block_matrix::BlockMatrix;
 use super::cholesky::NotPositiveDefinite;
@@ -53,7 +52,7 @@ struct Level<const D: usize> {
 }
 
 /// Coordinates whose rows and columns are zero but for the diagonal: they are solved for apart.
-struct Held {
+pub struct Held {
     coordinates: Vec<u32>,
     /// `1 / A_ii` of each.
     inverse: Vec<f64>,
@@ -62,6 +61,11 @@ struct Held {
 }
 
 impl<const D: usize> Multigrid<D> {
+    /// Matrix of the level below `level`, 0 being the finest, in units of [`Preconditioner::update`]'s own.
+    pub fn coarse(&self, level: usize) -> &BlockMatrix<D> {
+        &self.levels[level].coarse
+    }
+
     /// The levels for matrices of the structure of `matrix`, whose vertices are at `x` (flat). `held` says of every coordinate
     /// whether its row and column are zero but for the diagonal; a vertex that is held in all its coordinates has no other block.
     /// `None` where the factor of the coarsest level would not fit memory.
@@ -132,7 +136,8 @@ impl<const D: usize> Multigrid<D> {
 }
 
 impl Held {
-    fn new<const D: usize>(held: &[bool]) -> Self {
+    /// Those that `held` names, flat `(vertices, D)`.
+    pub fn new<const D: usize>(held: &[bool]) -> Self {
         let bits = |vertex: &[bool; D]| (0..D).map(|k| u8::from(vertex[k]) << k).sum();
         let mut mask: Vec<u8> = held.as_chunks::<D>().0.iter().map(bits).collect();
         let all = (1 << D) - 1;
@@ -141,6 +146,11 @@ impl Held {
         }
         let coordinates: Vec<u32> = (0..held.len()).filter(|i| held[*i]).map(|i| i as u32).collect();
         Held { inverse: vec![1.0; coordinates.len()], coordinates, mask }
+    }
+
+    /// Byte of each vertex, whose bit `k` says that component `k` is held; empty where no vertex is held in part.
+    pub fn mask(&self) -> &[u8] {
+        &self.mask
     }
 }
 

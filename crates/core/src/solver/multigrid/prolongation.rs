@@ -7,7 +7,7 @@ use super::smoother::{Row, TASK_ROWS};
 /// The matrix `P`, one weight for all components of a vertex: `u_fine = P u_coarse`. A fine row without entries takes no part in
 /// the coarse level.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Prolongation {
+pub struct Prolongation {
     /// Entries of fine row `i` are `start[i]..start[i + 1]`, columns ascending.
     pub(super) start: Vec<u32>,
     pub(super) column: Vec<u32>,
@@ -50,24 +50,24 @@ impl Prolongation {
     }
 
     /// Fine rows.
-    pub(super) fn rows(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.start.len() - 1
     }
 
     /// Coarse nodes.
-    pub(super) fn columns(&self) -> usize {
+    pub fn columns(&self) -> usize {
         self.transposed.start.len() - 1
     }
 
     /// The entries of fine row `i`.
     #[inline(always)]
-    pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
         let range = self.start[i] as usize..self.start[i + 1] as usize;
         self.column[range.clone()].iter().map(|c| *c as usize).zip(self.weight[range].iter().copied())
     }
 
     /// The fine rows that coarse node `c` reaches.
-    pub(super) fn support(&self, c: usize) -> &[u32] {
+    pub fn support(&self, c: usize) -> &[u32] {
         let Transposed { start, row, .. } = &self.transposed;
         &row[start[c] as usize..start[c + 1] as usize]
     }

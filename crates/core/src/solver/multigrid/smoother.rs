@@ -16,7 +16,7 @@ use crate::solver::conjugate_gradients::inverse;
 /// and residuals.
 pub(super) type Row = [f32; 4];
 /// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
-pub(super) const TASK_ROWS: usize = 1024;
+pub const TASK_ROWS: usize = 1024;
 /// What 1 is in the matrix.
 const UNIT: f32 = 32767.0;
 /// Degree of the polynomial.

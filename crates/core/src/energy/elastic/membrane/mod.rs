@@ -25,7 +25,7 @@ use crate::material::{Lame, Material, Plane, Psd};
 use crate::numbering::along_curve;
 
 /// The shape of a triangle in its own plane, the first edge along the first axis, and the axes in space.
-pub(crate) fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {
+pub fn flattened(corners: &[[f64; 3]; 3]) -> ([[f64; 2]; 3], Tangents<f64, 3, 2>) {
     let mut edges = [[0.0; 2]; 3];
     for c in 0..3 {
         edges[c] = [corners[1][c] - corners[0][c], corners[2][c] - corners[0][c]];

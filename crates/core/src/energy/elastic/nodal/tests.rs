@@ -9,12 +9,12 @@ use crate::material::Isotropic;
 /// Rest positions and elements of a grid whose vertices are off their places.
 fn grid<const D: usize, const N: usize>() -> (Vec<f64>, Vec<[u32; N]>) {
     let cells = [4, 3, 2][..D].to_vec();
-    let spec = crate::scene::MeshSpec::Grid(crate::scene::GridSpec {
+    let spec = pliant_mesh::spec::MeshSpec::Grid(pliant_mesh::spec::GridSpec {
         cells,
         spacing: Some(0.1),
         ..Default::default()
     });
-    let mut mesh = crate::mesh::build(&spec, D, ".".as_ref()).unwrap();
+    let mut mesh = pliant_mesh::build(&spec, D, ".".as_ref()).unwrap();
     let mut random = Random(7);
     mesh.points.iter_mut().for_each(|x| *x += random.uniform(-0.015, 0.015));
     let elements = mesh.elements::<N>();

@@ -1,0 +1,79 @@
+//! Files that can be read to their end: a named pipe keeps whoever opens it waiting, a device may have no
+//! end.
+
+use std::fs::{File, FileType};
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Opens a regular file, or a link to one.
+///
+/// # Errors
+/// Those of the system; [`io::ErrorKind::InvalidInput`] for what is no regular file, which is not opened.
+pub fn open(path: &Path) -> io::Result<File> {
+    ensure_regular(std::fs::metadata(path)?.file_type())?;
+    File::open(path)
+}
+
+/// The content of a regular file.
+///
+/// # Errors
+/// As [`open`].
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut content = Vec::new();
+    open(path)?.read_to_end(&mut content)?;
+    Ok(content)
+}
+
+/// Refuses a path at which something is that is no regular file: a rename would put a file in the place of
+/// a device.
+///
+/// # Errors
+/// [`io::ErrorKind::InvalidInput`] for such a thing.
+pub fn ensure_replaceable(path: &Path) -> io::Result<()> {
+    std::fs::metadata(path).map_or(Ok(()), |there| ensure_regular(there.file_type()))
+}
+
+fn ensure_regular(kind: FileType) -> io::Result<()> {
+    if kind.is_file() {
+        return Ok(());
+    }
+    let message = format!("it is a {}, not a regular file", described(kind));
+    Err(io::Error::new(io::ErrorKind::InvalidInput, message))
+}
+
+fn described(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let special = [
+            (kind.is_fifo(), "named pipe"),
+            (kind.is_char_device(), "device"),
+            (kind.is_block_device(), "device"),
+            (kind.is_socket(), "socket"),
+        ];
+        if let Some((_, name)) = special.into_iter().find(|(is, _)| *is) {
+            return name;
+        }
+    }
+    if kind.is_dir() { "directory" } else { "special file" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_regular_file_is_not_opened() {
+        let directory = tempfile::tempdir().unwrap();
+        let error = read(directory.path()).unwrap_err().to_string();
+        assert_eq!(error, "it is a directory, not a regular file");
+        let path = directory.path().join("a");
+        std::fs::write(&path, "content").unwrap();
+        assert_eq!(read(&path).unwrap(), b"content");
+        #[cfg(unix)]
+        assert_eq!(
+            read(Path::new("/dev/zero")).unwrap_err().to_string(),
+            "it is a device, not a regular file"
+        );
+    }
+}

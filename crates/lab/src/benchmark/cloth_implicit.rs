@@ -1,0 +1,44 @@
+//! Steps of the lecture's implicit cloth.
+
+use super::stepping::Stepping;
+use super::{BenchmarkError, Case, Figure, Part, Row, goal};
+use pliant_scene::Scene;
+
+pub(super) const ROW: Row = Row {
+    name: "cloth-implicit",
+    summary: "linearised implicit Euler steps of 0.01 s of the lecture's cloth of (N + 1)^2 masses, one linear solve each",
+    cases,
+};
+
+/// Masses of 1 on a square of side 0.5, structural and diagonal springs of 1000 N/m; two corners are held.
+fn cloth(n: usize, linear: &str) -> Result<Scene, BenchmarkError> {
+    let last = n * (n + 1);
+    Ok(Scene::from_toml(&format!(
+        "dimension = 3
+        time = {{ integrator = 'linearised-implicit-euler', step = 0.01, duration = 1.0, solver = {{ linear = '{linear}' }} }}
+        world = {{ gravity = [0.0, 0.0, -2.0] }}
+        [[body]]
+        mesh = {{ cloth = {{ cells = [{n}, {n}], origin = [0.0, 0.0, 0.0], u = [0.5, 0.0, 0.0], v = [0.0, 0.5, 0.0] }} }}
+        springs = {{ stiffness = 1000.0 }}
+        mass = {{ per_vertex = 1.0 }}
+        pin = [{{ vertices = [0, {last}] }}]"
+    ))?)
+}
+
+fn cases(threads: Option<usize>) -> Vec<Case> {
+    let threads = threads.unwrap_or(1);
+    let mut cases = vec![];
+    for (n, linear, reach) in
+        [(5, "cholesky", 60.0), (5, "matrix-free", 60.0), (128, "cholesky", 40e3), (128, "matrix-free", 40e3)]
+    {
+        cases.push(Case {
+            size: (n as u64 + 1).pow(2),
+            items: "masses",
+            case: linear.to_owned(),
+            figure: Figure::StepTime,
+            parts: vec![Part::new("", threads, move || Stepping::new(&cloth(n, linear)?))],
+            reference: goal(reach),
+        });
+    }
+    cases
+}

@@ -1,0 +1,238 @@
+//! Workloads of known size, to measure how fast this machine takes whole steps of them.
+//!
+//! A [`Row`] is one line of the table that `pliant bench` prints: work of one kind, in one [`Case`] or several. A case has one
+//! [`Part`] that is timed, or two that are timed in turn and compared. Nearly all of them are scenes, assembled as a user's
+//! scene is. Adding a row is one file with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks
+//! (`cargo bench -p pliant --bench rows`).
+
+mod autodiff;
+mod beam;
+mod cloth_implicit;
+mod hessian_stable_neo_hookean;
+mod implicit_euler;
+mod measure;
+mod nbody_direct;
+mod processor;
+mod recording;
+mod scatter;
+mod solve;
+mod solve_growth;
+mod springs;
+mod stepping;
+mod stream;
+mod svd;
+#[cfg(test)]
+mod tests;
+mod tet_corotated;
+mod tet_stable_neo_hookean;
+mod threads;
+mod tri_corotated;
+
+use std::time::Duration;
+
+use pliant::simulation::StepError;
+use pliant_scene::SceneError;
+
+pub use measure::{Budget, Measurement, TimedPart, measure};
+pub use processor::processor;
+pub use stream::triad;
+
+/// The table, in its order.
+pub fn rows() -> Vec<Row> {
+    vec![
+        tet_stable_neo_hookean::ROW,
+        tet_corotated::ROW,
+        tri_corotated::ROW,
+        springs::ROW,
+        nbody_direct::ROW,
+        svd::ROW,
+        autodiff::ROW,
+        solve::ROW,
+        solve_growth::ROW,
+        threads::ROW,
+        hessian_stable_neo_hookean::ROW,
+        implicit_euler::ROW,
+        cloth_implicit::ROW,
+        recording::ROW,
+    ]
+}
+
+/// What the references are: measurements on another machine, to compare with.
+pub const REFERENCE_MACHINE: &str = "2 cores of Zen 5 with AVX-512";
+
+/// Work of one kind.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The name, as in the table.
+    pub name: &'static str,
+    /// One line that says what is measured.
+    pub summary: &'static str,
+    /// Its cases, those for a first look first, all of one size; on this many threads in place of the usual number, if
+    /// there is one.
+    pub cases: fn(threads: Option<usize>) -> Vec<Case>,
+}
+
+/// One number of the table.
+#[derive(Debug)]
+pub struct Case {
+    /// How many `items` one repetition works on.
+    pub size: u64,
+    /// What is counted: `tets`, `bodies`.
+    pub items: &'static str,
+    /// What tells this case from others of the row.
+    pub case: String,
+    /// What the number is.
+    pub figure: Figure,
+    /// What is timed: one part for a rate or a time, two for a comparison.
+    pub parts: Vec<Part>,
+    /// What the number is compared with, in the unit of the figure.
+    pub reference: Option<Reference>,
+}
+
+/// A number to compare with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reference {
+    /// In the unit of the case.
+    pub value: f64,
+    /// What it is.
+    pub source: &'static str,
+}
+
+/// A figure to reach: on [`REFERENCE_MACHINE`] unless it is a ratio.
+pub(crate) const fn goal(value: f64) -> Option<Reference> {
+    Some(Reference { value, source: "figure to reach" })
+}
+
+/// How times become the number of a case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Figure {
+    /// `per_repetition` units of work in each repetition, per second, times `scale`.
+    Rate {
+        /// Units of work in one repetition.
+        per_repetition: f64,
+        /// 1e-6 for millions.
+        scale: f64,
+        /// For example `M tet-steps/s`.
+        unit: &'static str,
+    },
+    /// Microseconds a repetition takes.
+    StepTime,
+    /// Milliseconds a repetition takes, where it is no step.
+    Time,
+    /// How many times as long the first part takes as the second, where that is to be large.
+    Speedup,
+    /// How many times as long the first part takes as the second, where that is to be small.
+    Slowdown,
+    /// How much of the first part's time the second does without [%].
+    Share,
+}
+
+impl Figure {
+    /// The unit of the number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Figure::Rate { unit, .. } => unit,
+            Figure::StepTime => "us/step",
+            Figure::Time => "ms",
+            Figure::Speedup | Figure::Slowdown => "times",
+            Figure::Share => "%",
+        }
+    }
+
+    /// The number, from the seconds that a repetition of each part takes.
+    pub fn value(self, seconds: &[f64]) -> f64 {
+        match self {
+            Figure::Rate { per_repetition, scale, .. } => scale * per_repetition / seconds[0],
+            Figure::StepTime => 1e6 * seconds[0],
+            Figure::Time => 1e3 * seconds[0],
+            Figure::Speedup | Figure::Slowdown => seconds[0] / seconds[1],
+            Figure::Share => 100.0 * (1.0 - seconds[1] / seconds[0]),
+        }
+    }
+
+    /// Whether more is better.
+    pub fn more_is_better(self) -> bool {
+        matches!(self, Figure::Rate { .. } | Figure::Speedup)
+    }
+}
+
+/// Something to be timed.
+pub struct Part {
+    /// What tells it from the other part of a comparison; empty where there is one part.
+    pub name: &'static str,
+    /// Threads of the pool that it is built and run in.
+    pub threads: usize,
+    /// Makes it.
+    pub build: Box<dyn Fn() -> Result<Box<dyn Workload>, BenchmarkError> + Send + Sync>,
+}
+
+impl std::fmt::Debug for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Part")
+            .field("name", &self.name)
+            .field("threads", &self.threads)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Part {
+    pub(crate) fn new<W: Workload + 'static>(
+        name: &'static str,
+        threads: usize,
+        build: impl Fn() -> Result<W, BenchmarkError> + Send + Sync + 'static,
+    ) -> Part {
+        Part { name, threads, build: Box::new(move || Ok(Box::new(build()?) as Box<dyn Workload>)) }
+    }
+}
+
+impl Case {
+    /// Threads of the part that has most.
+    pub fn threads(&self) -> usize {
+        self.parts.iter().map(|part| part.threads).max().unwrap_or(1)
+    }
+}
+
+/// Work that can be repeated.
+pub trait Workload: Send {
+    /// How long `repetitions` take. Each call begins with the same state, put back before the clock starts.
+    ///
+    /// # Errors
+    /// What keeps the work from being done.
+    fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError>;
+
+    /// What goes into the figure: the seconds of a repetition, unless it counts something else.
+    fn quantity(&self, seconds: f64) -> f64 {
+        seconds
+    }
+
+    /// Bytes that a repetition passes through at least once; 0 where nobody counts them.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// A workload could not be measured.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BenchmarkError {
+    /// Its scene is wrong.
+    #[error("the scene of a benchmark cannot be assembled: {0}")]
+    Scene(#[from] SceneError),
+    /// A step could not be taken.
+    #[error("a benchmark stopped: {0}")]
+    Step(#[from] StepError),
+    /// A run ended otherwise than it should.
+    #[error("a benchmark's run did not end well: {0}")]
+    Run(String),
+    /// The recording failed.
+    #[error("a benchmark cannot record: {0}")]
+    Record(#[from] pliant_record::RecordError),
+    /// Its threads cannot be started.
+    #[error("cannot start {threads} threads: {source}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// Why.
+        source: rayon::ThreadPoolBuildError,
+    },
+}

@@ -1,0 +1,92 @@
+//! Whole steps of a scene.
+
+use std::time::{Duration, Instant};
+
+use super::{BenchmarkError, Workload};
+use pliant::simulation::Simulation;
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{KeyPath, PositionSpec, Problem, Scene, SceneError};
+
+/// A simulation that is stepped, as a run does it, from the same state every time.
+pub(super) struct Stepping {
+    simulation: Simulation,
+    start: Start,
+}
+
+/// A state to come back to.
+pub(super) struct Start {
+    x: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Start {
+    pub(super) fn of(simulation: &Simulation) -> Start {
+        Start { x: simulation.state().x().to_vec(), v: simulation.state().v().to_vec() }
+    }
+
+    /// Puts `simulation` back to time zero.
+    pub(super) fn restore(&self, simulation: &mut Simulation) {
+        let state = simulation.state_mut();
+        state.x_mut().copy_from_slice(&self.x);
+        state.v_mut().copy_from_slice(&self.v);
+        (state.step, state.time) = (0, 0.0);
+    }
+}
+
+impl Stepping {
+    /// Steps of `scene`.
+    pub(super) fn new(scene: &Scene) -> Result<Stepping, BenchmarkError> {
+        let mut simulation = assemble(scene)?.simulation;
+        simulation.count_losses(false);
+        let start = Start::of(&simulation);
+        Ok(Stepping { simulation, start })
+    }
+
+    #[cfg(test)]
+    pub(super) fn simulation(&mut self) -> &mut Simulation {
+        &mut self.simulation
+    }
+}
+
+impl Workload for Stepping {
+    fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
+        self.start.restore(&mut self.simulation);
+        // The first step after a change also computes the force that it begins with.
+        self.simulation.step()?;
+        let start = Instant::now();
+        for _ in 0..repetitions {
+            self.simulation.step()?;
+        }
+        Ok(start.elapsed())
+    }
+
+    fn bytes(&self) -> usize {
+        self.simulation.bytes()
+    }
+}
+
+/// Assembles as a run does, whatever the step.
+pub(super) fn assemble(scene: &Scene) -> Result<Assembly, BenchmarkError> {
+    Ok(scene.assemble(UnstableStep::Accept).map_err(SceneError::new)?)
+}
+
+/// The scene in `text`, whose one body starts where `displace` puts the points of its mesh.
+pub(super) fn displaced(text: &str, mut displace: impl FnMut(&mut [f64])) -> Result<Scene, BenchmarkError> {
+    let mut scene = Scene::from_toml(text)?;
+    let mesh = mesh_of(&scene)?;
+    let rows = mesh.points.chunks_exact(mesh.dimension).map(|point| {
+        let mut point = point.to_vec();
+        displace(&mut point);
+        point
+    });
+    scene.body[0].position = Some(PositionSpec::PerVertex(rows.collect()));
+    Ok(scene)
+}
+
+/// The mesh of a scene's first body.
+pub(super) fn mesh_of(scene: &Scene) -> Result<pliant_mesh::Mesh, BenchmarkError> {
+    pliant_mesh::build(&scene.body[0].mesh, scene.dimension, &scene.directory).map_err(|error| {
+        let path = KeyPath::root().key("body").index(0).key("mesh");
+        SceneError::new(vec![Problem::semantic(path, error.to_string())]).into()
+    })
+}

@@ -1,0 +1,178 @@
+//! The largest stable step by bisection, and the drift of energy.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{Status, attempt, nominal_step, with_step};
+use pliant::integrator::IntegratorSpec;
+use pliant::run::energy_scale;
+use pliant_scene::{Scene, SceneError};
+
+/// Steps of an explicit scheme in one trial: one part in 4000 above the limit the amplitude of the fastest motion grows from rounding to
+/// anything, `(1 + sqrt(8/4000))^1000 = 4e18`.
+const EXPLICIT_STEPS: u64 = 1000;
+/// The same of an implicit scheme.
+const IMPLICIT_STEPS: u64 = 100;
+/// Relative accuracy of the bisection.
+const ACCURACY: f64 = 1e-3;
+
+/// How large a step may be.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct MeasuredLimit {
+    /// The scheme.
+    pub integrator: String,
+    /// The limit of the scene linearised at its start [s]; `None`: any step.
+    pub predicted: Option<f64>,
+    /// Whether the scheme gains energy at any step: what is predicted is then the step at which the fastest motion doubles over the
+    /// duration.
+    pub grows_at_any_step: bool,
+    /// The largest step with which all steps of a trial were taken [s]; zero where none was found.
+    pub measured: f64,
+    /// What happens above it; `None` where the largest step tried was fine.
+    pub above: Option<Status>,
+    /// Trials.
+    pub trials: u32,
+}
+
+/// Finds the largest step of `integrator` on this scene: between half and twice what is predicted, or, where any step is predicted to be
+/// stable, up to `largest` [s].
+///
+/// A trial takes 1000 steps, or 100 of an implicit scheme. In a nonlinear scene larger steps go further, and may fail for what happens
+/// later. `None` where `stop` was set meanwhile.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub fn measure_limit(
+    scene: &Scene,
+    integrator: IntegratorSpec,
+    largest: f64,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<MeasuredLimit>, SceneError> {
+    let about = integrator.method().documentation;
+    let mut simulation = with_step(scene, integrator, nominal_step(scene), stop)?;
+    let Ok(limit) = simulation.stability_limit(scene.time.duration) else { return Ok(None) };
+    let is_stopped = || stop.load(Ordering::Relaxed);
+    let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
+    let mut found = MeasuredLimit {
+        integrator: about.name.into(),
+        predicted: limit.step.is_finite().then_some(limit.step),
+        grows_at_any_step: limit.grows_at_any_step,
+        measured: 0.0,
+        above: None,
+        trials: 0,
+    };
+    let mut trial = |step: f64| -> Result<Status, SceneError> {
+        found.trials += 1;
+        Ok(attempt(&mut with_step(scene, integrator, step, stop)?, steps))
+    };
+    let (mut low, mut high, mut above);
+    if limit.step.is_finite() {
+        high = 2.0 * limit.step;
+        above = trial(high)?;
+        low = 0.5 * limit.step;
+    } else {
+        high = largest;
+        above = trial(high)?;
+        low = nominal_step(scene).min(0.5 * largest);
+    }
+    if above == Status::Ok {
+        found.measured = high;
+        return Ok(Some(found));
+    }
+    // Down to a step that works.
+    loop {
+        let status = trial(low)?;
+        if is_stopped() {
+            return Ok(None);
+        }
+        if status == Status::Ok {
+            break;
+        }
+        (high, above) = (low, status);
+        low *= 0.25;
+        if low < 1e-6 * limit.step.min(largest) {
+            found.above = Some(above);
+            return Ok(Some(found));
+        }
+    }
+    while high - low > ACCURACY * high {
+        // Of the same factor, as long as they are far apart.
+        let middle = if high > 2.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
+        let status = trial(middle)?;
+        if is_stopped() {
+            return Ok(None);
+        }
+        match status {
+            Status::Ok => low = middle,
+            status => (high, above) = (middle, status),
+        }
+    }
+    (found.measured, found.above) = (low, Some(above));
+    Ok(Some(found))
+}
+
+/// How energy drifts.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Drift {
+    /// The scheme.
+    pub integrator: String,
+    /// The step [s].
+    pub step: f64,
+    /// How the run ended.
+    pub status: Status,
+    /// Slope of the least-squares line through the energy, less what is known to have come in and gone out, over the energy there is
+    /// to compare with [1/s].
+    pub per_second: f64,
+    /// The largest distance of the energy from that line, over the same: what oscillates.
+    pub amplitude: f64,
+}
+
+/// Measures the drift of energy in steps of `step` [s] over `duration` [s]; `None` where `stop` was set
+/// meanwhile.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub fn energy_drift(
+    scene: &Scene,
+    integrator: IntegratorSpec,
+    step: f64,
+    duration: f64,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<Drift>, SceneError> {
+    let mut simulation = with_step(scene, integrator, step, stop)?;
+    let start = simulation.diagnostics();
+    let scale = energy_scale(&mut simulation, &start);
+    let steps = (duration / step).round().max(1.0) as u64;
+    let every = (steps / 100).max(1);
+    let (mut points, mut status) = (vec![(0.0, start.conserved())], Status::Ok);
+    let mut taken = 0;
+    while taken < steps && status == Status::Ok {
+        let next = every.min(steps - taken);
+        status = attempt(&mut simulation, next);
+        taken += next;
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        if status == Status::Ok {
+            let now = simulation.diagnostics();
+            points.push((now.time, now.conserved()));
+        }
+    }
+    let (slope, amplitude) = line(&points);
+    let name = integrator.method().documentation.name.into();
+    let (per_second, amplitude) = (slope / scale, amplitude / scale);
+    Ok(Some(Drift { integrator: name, step, status, per_second, amplitude }))
+}
+
+/// Slope of the least-squares line, and the largest distance from it.
+fn line(points: &[(f64, f64)]) -> (f64, f64) {
+    let n = points.len() as f64;
+    let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
+    let (t, e) = (mean(|p| p.0), mean(|p| p.1));
+    let spread: f64 = points.iter().map(|p| (p.0 - t) * (p.0 - t)).sum();
+    if spread == 0.0 {
+        return (0.0, 0.0);
+    }
+    let slope = points.iter().map(|p| (p.0 - t) * (p.1 - e)).sum::<f64>() / spread;
+    (slope, points.iter().fold(0.0, |m: f64, p| m.max((p.1 - e - slope * (p.0 - t)).abs())))
+}

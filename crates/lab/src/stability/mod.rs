@@ -1,0 +1,105 @@
+//! How large a step a scene can take: predicted, measured, and mapped against what a scene is made of.
+
+mod amplification;
+mod limit;
+mod map;
+mod survey;
+#[cfg(test)]
+mod tests;
+
+pub use amplification::{AmplificationCurve, amplification_curve};
+pub use limit::{Drift, MeasuredLimit, energy_drift, measure_limit};
+pub(crate) use map::stiffness_changes;
+pub use map::{Against, Map, map};
+pub use survey::{Choice, Survey, SurveyError};
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use pliant::integrator::IntegratorSpec;
+use pliant::run::{energy_growth, energy_scale};
+use pliant::simulation::{Simulation, StepError};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Scene, SceneError};
+
+/// How a run of some steps ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// All steps were taken, and the energy stayed where it belongs.
+    Ok,
+    /// The energy grew beyond any physical cause, or a state was not finite.
+    Diverged,
+    /// The equations of an implicit step were not solved.
+    Unsolved,
+}
+
+impl Status {
+    /// All of them, in the order of their values.
+    pub const ALL: [Status; 3] = [Status::Ok, Status::Diverged, Status::Unsolved];
+
+    /// Name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Ok => "ok",
+            Status::Diverged => "diverged",
+            Status::Unsolved => "Newton failed",
+        }
+    }
+}
+
+/// A run has diverged once its energy has grown by so many times all the energy there was.
+const GROWTH: f64 = 10.0;
+/// The energy is looked at every so many steps.
+const LOOK: u64 = 16;
+
+/// The step of a scene [s]; of one whose steps follow the error the first that it names, or the time from frame to frame.
+pub fn nominal_step(scene: &Scene) -> f64 {
+    let first = scene.time.adaptive.as_ref().and_then(|adaptive| adaptive.first);
+    scene.time.step.or(first).unwrap_or(1.0 / scene.output.rate)
+}
+
+/// The scene with another scheme and step, whatever its limit.
+///
+/// # Errors
+/// What is wrong with the scene.
+fn with_step(
+    scene: &Scene,
+    integrator: IntegratorSpec,
+    step: f64,
+    stop: &Arc<AtomicBool>,
+) -> Result<Simulation, SceneError> {
+    let mut scene = scene.clone();
+    scene.time.integrator = integrator;
+    (scene.time.step, scene.time.adaptive) = (Some(step), None);
+    scene.time.allow_unstable = true;
+    // The limit is not asked for.
+    let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation;
+    simulation.set_stop(Some(Arc::clone(stop)));
+    Ok(simulation)
+}
+
+/// Takes up to `steps` steps, fewer where the simulation is stopped: how these ended then says nothing.
+fn attempt(simulation: &mut Simulation, steps: u64) -> Status {
+    let start = simulation.diagnostics();
+    simulation.count_losses(false);
+    let scale = energy_scale(simulation, &start);
+    for step in 1..=steps {
+        match simulation.step() {
+            Ok(()) => {}
+            Err(StepError::Unsolved { .. }) => return Status::Unsolved,
+            Err(_) => return Status::Diverged,
+        }
+        if simulation.system().is_stopped() {
+            return Status::Unsolved;
+        }
+        if step % LOOK == 0 || step == steps {
+            let now = simulation.diagnostics();
+            let growth = energy_growth(simulation, &start, &now, scale);
+            if growth.is_nan() || growth > GROWTH {
+                return Status::Diverged;
+            }
+        }
+    }
+    Status::Ok
+}

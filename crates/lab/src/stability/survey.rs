@@ -1,0 +1,131 @@
+//! All that is told of how large a step a scene can take.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{
+    Against, AmplificationCurve, Drift, Map, MeasuredLimit, amplification_curve, energy_drift, map,
+    measure_limit, nominal_step,
+};
+use pliant::integrator::{IntegratorSpec, Scheme};
+use pliant_scene::{SceneError, Source};
+
+/// Steps of the run whose drift is measured, at most.
+const DRIFT_STEPS: f64 = 2000.0;
+
+/// What to look at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Names of the schemes; without any all that move things, the scene's own first. The map is of the first.
+    pub integrators: Vec<String>,
+    /// What the map has beside the step; without it, what [`Against::chosen`] says.
+    pub against: Option<Against>,
+    /// A coarse map.
+    pub quick: bool,
+}
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Survey {
+    /// The largest step of each scheme.
+    pub limits: Vec<MeasuredLimit>,
+    /// How the energy drifts in steps that it can take.
+    #[serde(rename = "energy_drift")]
+    pub drifts: Vec<Drift>,
+    /// Which steps the first scheme can take.
+    pub map: Option<Map>,
+    /// What a step does to an oscillator.
+    pub amplification: Vec<AmplificationCurve>,
+    /// Walls of the scene, which no prediction accounts for.
+    pub walls: usize,
+    /// Whether it came to its end.
+    #[serde(skip)]
+    pub complete: bool,
+}
+
+/// A scene's steps cannot be surveyed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurveyError {
+    /// What is wrong with the scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A scheme that there is not.
+    #[error("there is no integrator `{wanted}` that moves things; there are {}", known.join(", "))]
+    NoIntegrator {
+        /// Asked for.
+        wanted: String,
+        /// Those there are.
+        known: Vec<&'static str>,
+    },
+}
+
+impl Survey {
+    /// Looks at a scene; `watch` is shown each scheme once it is done, `interrupt` ends it, in the
+    /// middle of a solve or a search for the fastest motion too: what was not done is left out.
+    ///
+    /// # Errors
+    /// [`SurveyError`].
+    pub fn of(
+        source: &Source,
+        choice: &Choice,
+        interrupt: &Arc<AtomicBool>,
+        watch: &mut dyn FnMut(&MeasuredLimit, &Drift),
+    ) -> Result<Survey, SurveyError> {
+        let stopped = || interrupt.load(Ordering::Relaxed);
+        let scene = source.scene()?;
+        let integrators = chosen(&choice.integrators, scene.time.integrator)?;
+        let own = nominal_step(&scene);
+        let largest = scene.time.duration.max(100.0 * own);
+        let mut found = Survey { walls: scene.world.walls.len(), ..Survey::default() };
+        for integrator in &integrators {
+            if stopped() {
+                return Ok(found);
+            }
+            let Some(limit) = measure_limit(&scene, *integrator, largest, interrupt)? else {
+                return Ok(found);
+            };
+            // A step that it can take, the scene's own if that is one.
+            let step = if limit.measured > 0.0 { own.min(0.5 * limit.measured) } else { own };
+            let duration = scene.time.duration.min(DRIFT_STEPS * step);
+            let Some(drift) = energy_drift(&scene, *integrator, step, duration, interrupt)? else {
+                return Ok(found);
+            };
+            watch(&limit, &drift);
+            found.limits.push(limit);
+            found.drifts.push(drift);
+            let z: Vec<f64> = (0..=60).map(|i| 10f64.powf(-2.0 + f64::from(i) / 12.0)).collect();
+            found.amplification.extend(amplification_curve(*integrator, &z));
+        }
+        if let Some(limit) = found.limits.first().filter(|_| !stopped()) {
+            let around =
+                if limit.measured > 0.0 && limit.above.is_some() { 0.9 * limit.measured } else { own };
+            let against = choice.against.unwrap_or_else(|| Against::chosen(&scene));
+            found.map = map(source, integrators[0], against, around, choice.quick, interrupt)?;
+        }
+        found.complete = !stopped();
+        Ok(found)
+    }
+}
+
+/// The schemes of these names; all that move things, the scene's own first, without names.
+fn chosen(names: &[String], own: IntegratorSpec) -> Result<Vec<IntegratorSpec>, SurveyError> {
+    let name = |spec: &IntegratorSpec| spec.method().documentation.name;
+    let moves =
+        |spec: &&IntegratorSpec| !matches!(spec.method().scheme, Scheme::QuasiStatic | Scheme::GaussRadau(_));
+    let all: Vec<IntegratorSpec> = IntegratorSpec::ALL.iter().filter(moves).copied().collect();
+    // With the parameters that the scene gives it.
+    let as_written = |spec: &IntegratorSpec| if name(spec) == name(&own) { own } else { *spec };
+    if names.is_empty() {
+        let others = all.iter().filter(|spec| name(spec) != name(&own)).copied();
+        return Ok(Some(own).filter(|own| moves(&own)).into_iter().chain(others).collect());
+    }
+    let find = |wanted: &String| {
+        let found = all.iter().find(|spec| name(spec) == wanted.as_str()).map(as_written);
+        found.ok_or_else(|| SurveyError::NoIntegrator {
+            wanted: wanted.clone(),
+            known: all.iter().map(name).collect(),
+        })
+    };
+    names.iter().map(find).collect()
+}

@@ -1,0 +1,244 @@
+//! The torture suite: states, steps, ratios and shapes that break simulators, each with what must come of it.
+//!
+//! A [`Case`] is one scene or several with a criterion; running it gives [`Findings`] with a [`Verdict`]. The numbers that the criteria
+//! go by are closed forms, or were computed by independent codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
+
+mod advice;
+mod limits;
+mod rows;
+mod scene;
+mod scenes;
+mod starts;
+#[cfg(test)]
+mod tests;
+mod torture;
+
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use limits::Limits;
+use pliant::solver::LinearSolver;
+
+pub use limits::{Progress, run_all};
+pub use scene::scene_cases;
+pub use starts::Start;
+
+/// What came of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// All that was asked for.
+    Pass,
+    /// An end that is allowed, but that a user must be told of: it is named in the notes.
+    Flagged,
+    /// Something that was asked for is missing.
+    Fail,
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Verdict::Pass => "pass",
+            Verdict::Flagged => "flagged",
+            Verdict::Fail => "FAIL",
+        })
+    }
+}
+
+/// Triangles of an end state, to be drawn.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Positions, flat [m].
+    pub x: Vec<f64>,
+    /// Corners of what is drawn: elements in 2D, faces in 3D.
+    pub triangles: Vec<[u32; 3]>,
+    /// `det F` of the element that each belongs to.
+    pub j: Vec<f64>,
+}
+
+/// The outcome of one case.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
+pub struct Findings {
+    /// Whether it is what it should be.
+    pub verdict: Verdict,
+    /// What is remarkable, most important first.
+    pub notes: Vec<String>,
+    /// Newton iterations: of the case, or of the worst step where the bar is by step.
+    pub iterations: Option<u64>,
+    /// How many there may be.
+    pub bar: Option<u64>,
+    /// Smallest `det F` at the end.
+    pub min_j: Option<f64>,
+    /// Total energy at the end over that at the start.
+    pub energy_ratio: Option<f64>,
+    /// What is compared with a reference, or what must vanish: relative, or as the notes say.
+    pub error: Option<f64>,
+    /// The largest that `error` may be.
+    pub tolerance: Option<f64>,
+    /// What would have worked, where this did not.
+    pub advice: Option<String>,
+    /// Whether it was ended before it was through, because its time was over: the notes say how far it came.
+    pub cut_short: bool,
+    /// Wall time [s]: the only number that is not the same every time.
+    pub seconds: f64,
+    /// The end state.
+    #[serde(skip)]
+    pub picture: Option<Picture>,
+}
+
+impl Default for Findings {
+    fn default() -> Self {
+        Findings {
+            verdict: Verdict::Pass,
+            notes: vec![],
+            iterations: None,
+            bar: None,
+            min_j: None,
+            energy_ratio: None,
+            error: None,
+            tolerance: None,
+            advice: None,
+            cut_short: false,
+            seconds: 0.0,
+            picture: None,
+        }
+    }
+}
+
+impl Findings {
+    /// Makes the verdict at least this bad, and says why.
+    pub(crate) fn note(&mut self, verdict: Verdict, note: impl Into<String>) {
+        let at = if verdict > self.verdict { 0 } else { self.notes.len() };
+        self.notes.insert(at, note.into());
+        self.verdict = self.verdict.max(verdict);
+    }
+
+    /// Fails unless the condition holds.
+    pub(crate) fn demand(&mut self, holds: bool, otherwise: impl FnOnce() -> String) {
+        if !holds {
+            self.note(Verdict::Fail, otherwise());
+        }
+    }
+
+    /// Compares iterations with how many there may be.
+    pub(crate) fn count(&mut self, iterations: u64, bar: Option<u64>) {
+        (self.iterations, self.bar) = (Some(iterations), bar);
+        if let Some(bar) = bar {
+            self.demand(iterations <= bar, || format!("{iterations} Newton iterations, more than {bar}"));
+        }
+    }
+
+    /// Compares an error with how large it may be; NaN is too large.
+    pub(crate) fn measure(&mut self, what: &str, error: f64, tolerance: f64) {
+        if !self.error.is_some_and(|worst| worst / self.tolerance.unwrap_or(1.0) > error / tolerance) {
+            (self.error, self.tolerance) = (Some(error), Some(tolerance));
+        }
+        let holds = error <= tolerance;
+        self.demand(holds, || format!("{what}: off by {error:.3e}, may be {tolerance:.1e}"));
+    }
+}
+
+/// One case of the suite.
+pub struct Case {
+    /// `D1` to `D13` as in the list of extreme cases, `torture` for the table of starts.
+    pub row: &'static str,
+    /// What is done, in a few words.
+    pub name: String,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// The material, or what else stores energy.
+    pub material: String,
+    /// Poisson's ratio; NaN where there is none.
+    pub poisson: Option<f64>,
+    /// The scheme.
+    pub integrator: String,
+    /// The linear solver.
+    pub solver: LinearSolver,
+    /// Whether it takes about a tenth of a second or less.
+    pub quick: bool,
+    run: Box<dyn Fn(&Limits<'_>) -> Findings + Send + Sync>,
+}
+
+impl Case {
+    /// Runs it. Findings but for the time are the same every time, whatever the number of threads.
+    pub fn run(&self) -> Findings {
+        self.run_within(None, &AtomicBool::new(false))
+    }
+
+    /// The same, in so much time at most where it is a case of a [scene](scene_cases), and until `interrupt` is set.
+    pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> Findings {
+        let start = Instant::now();
+        let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
+        Findings { seconds: start.elapsed().as_secs_f64(), ..findings }
+    }
+}
+
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} {} {}D {} {:?} {}",
+            self.row, self.name, self.dimension, self.material, self.poisson, self.integrator
+        )
+    }
+}
+
+/// What a row is about; the row itself where it is not known.
+pub fn about(row: &str) -> &str {
+    match row {
+        "torture" => "Starts that no body should start from",
+        "D1" => "D1: steps from a tenth of a millisecond to a second",
+        "D2" => "D2: an explicit scheme below and above its limit",
+        "D3" => "D3: a bar twisted by turns, and let go",
+        "D4" => "D4: masses in the ratio of a million",
+        "D5" => "D5: stiffnesses in the ratio of a million",
+        "D6" => "D6: nearly incompressible",
+        "D7" => "D7: slivers",
+        "D8" => "D8: elements without a volume",
+        "D9" => "D9: other units",
+        "D10" => "D10: numbers that cannot be",
+        "D11" => "D11: stretched tenfold, and let go",
+        "D12" => "D12: free spin",
+        "D13" => "D13: a column under twice its buckling load",
+        row => row,
+    }
+}
+
+/// Which cases to run: those that match every list that is not empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// Rows.
+    pub only: Vec<String>,
+    /// Materials. Those without numbers of their own join the table of starts if they are named here.
+    pub materials: Vec<String>,
+    /// Schemes.
+    pub integrators: Vec<String>,
+    /// Linear solvers. Those that are named go through the whole table of starts, and through every implicit scheme on a scene.
+    pub solvers: Vec<LinearSolver>,
+    /// Quick cases alone.
+    pub quick: bool,
+}
+
+impl Choice {
+    fn takes(&self, case: &Case) -> bool {
+        let listed = |list: &[String], name: &str| {
+            list.is_empty() || list.iter().any(|l| l.eq_ignore_ascii_case(name))
+        };
+        listed(&self.only, case.row)
+            && listed(&self.materials, &case.material)
+            && listed(&self.integrators, &case.integrator)
+            && (self.solvers.is_empty() || self.solvers.contains(&case.solver))
+            && (case.quick || !self.quick)
+    }
+}
+
+/// The cases of the suite that are chosen, in order.
+pub fn cases(choice: &Choice) -> Vec<Case> {
+    let mut cases = vec![];
+    torture::add(choice, &mut cases);
+    rows::add(&mut cases);
+    cases.retain(|case| choice.takes(case));
+    cases
+}

@@ -1,0 +1,59 @@
+//! The rows of single tests: one file each.
+
+mod column;
+mod dt_sweep;
+mod explicit_guard;
+mod impossible;
+mod incompressible;
+mod ratios;
+mod release;
+mod sliver;
+mod spin;
+mod twist;
+mod units;
+
+use super::{Case, Findings};
+use pliant::solver::LinearSolver;
+
+/// Adds all of them.
+pub(super) fn add(cases: &mut Vec<Case>) {
+    dt_sweep::add(cases);
+    explicit_guard::add(cases);
+    twist::add(cases);
+    ratios::add(cases);
+    incompressible::add(cases);
+    sliver::add(cases);
+    impossible::add(cases);
+    units::add(cases);
+    release::add(cases);
+    spin::add(cases);
+    column::add(cases);
+}
+
+/// What a case is about.
+struct About<'a> {
+    row: &'static str,
+    name: &'a str,
+    dimension: usize,
+    material: &'a str,
+    poisson: Option<f64>,
+    integrator: &'a str,
+    quick: bool,
+}
+
+impl About<'_> {
+    fn case(self, run: impl Fn() -> Findings + Send + Sync + 'static) -> Case {
+        let About { row, name, dimension, material, poisson, integrator, quick } = self;
+        Case {
+            row,
+            name: name.into(),
+            dimension,
+            material: material.into(),
+            poisson,
+            integrator: integrator.into(),
+            solver: LinearSolver::Auto,
+            quick,
+            run: Box::new(move |_| run()),
+        }
+    }
+}

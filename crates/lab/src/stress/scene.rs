@@ -1,0 +1,327 @@
+//! A user's scene, put out of shape in the ways of the suite.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::advice::nearest_step;
+use super::limits::Limits;
+use super::{Case, Choice, Findings, Start, Verdict, scenes};
+use pliant::deadline::until;
+use pliant::integrator::IntegratorSpec;
+use pliant::material::{Isotropic, MaterialSpec};
+use pliant::run::{energy_growth, energy_scale};
+use pliant::simulation::StepError;
+use pliant::solver::LinearSolver;
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{KeyPath, Problem, Scene, SceneError, Solver, Source};
+
+/// Steps of a run.
+const IMPLICIT_STEPS: u64 = 20;
+const EXPLICIT_STEPS: u64 = 200;
+/// How much energy may grow, over what there is.
+const GROWTH: f64 = 10.0;
+
+/// What is done to a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Ordeal {
+    /// Nothing.
+    AsItIs,
+    /// It starts somewhere else.
+    Start(Start),
+    /// Steps a hundred times as long.
+    Step,
+    /// The first body a million times as stiff.
+    Stiffness,
+    /// The second half of the vertices of every body with a millionth of their masses.
+    Mass,
+}
+
+impl Ordeal {
+    fn all() -> Vec<Ordeal> {
+        let starts = Start::ALL.map(Ordeal::Start);
+        let ratios = [Ordeal::Step, Ordeal::Stiffness, Ordeal::Mass];
+        std::iter::once(Ordeal::AsItIs).chain(starts).chain(ratios).collect()
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Ordeal::AsItIs => "as it is",
+            Ordeal::Start(start) => start.name(),
+            Ordeal::Step => "100 times the step",
+            Ordeal::Stiffness => "stiffness ratio 1e6",
+            Ordeal::Mass => "mass ratio 1e6",
+        }
+    }
+}
+
+/// The cases of a scene: everything that is done to it, with its own scheme and robust ones, or those that are chosen; implicit Euler with
+/// every linear solver.
+///
+/// # Errors
+/// What is wrong with the scene, or a scheme that there is not.
+pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneError> {
+    let scene = source.scene()?;
+    let named =
+        |name: &str| IntegratorSpec::ALL.iter().copied().find(|s| s.method().documentation.name == name);
+    let mut integrators = vec![scene.time.integrator];
+    let robust = ["velocity-verlet", "implicit-euler", "bdf2", "tr-bdf2"].map(str::to_owned);
+    for name in if choice.integrators.is_empty() { &robust[..] } else { &choice.integrators[..] } {
+        let Some(spec) = named(name) else {
+            let path = KeyPath::root().key("time").key("integrator");
+            return Err(
+                source.error(vec![Problem::semantic(path, format!("there is no integrator `{name}`"))])
+            );
+        };
+        if !integrators.iter().any(|i| i.method().documentation.name == name) {
+            integrators.push(spec);
+        }
+    }
+    if !choice.integrators.is_empty() {
+        integrators.retain(|i| choice.integrators.iter().any(|n| n == i.method().documentation.name));
+    }
+    // What cannot be assembled is said at once.
+    scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;
+    let mut cases = vec![];
+    for ordeal in Ordeal::all() {
+        let Some(scene) = altered(source, ordeal)? else { continue };
+        for integrator in &integrators {
+            let about = integrator.method().documentation;
+            let solvers: &[LinearSolver] = if !choice.solvers.is_empty() {
+                if about.solves > 0 { &choice.solvers } else { &[] }
+            } else if about.name == "implicit-euler" && !choice.quick {
+                &[LinearSolver::Auto, LinearSolver::Cg, LinearSolver::Multigrid, LinearSolver::MatrixFree]
+            } else {
+                &[LinearSolver::Auto]
+            };
+            for solver in solvers {
+                let longer = if ordeal == Ordeal::Step { 100.0 } else { 1.0 };
+                let trial = Trial {
+                    step: longer * crate::stability::nominal_step(&scene),
+                    scene: scene.clone(),
+                    ordeal,
+                    integrator: *integrator,
+                    solver: *solver,
+                };
+                cases.push(trial.case());
+            }
+        }
+    }
+    Ok(cases)
+}
+
+/// The scene with other values; `None` where there is nothing to alter.
+fn altered(source: &Source, ordeal: Ordeal) -> Result<Option<Scene>, SceneError> {
+    let scene = source.scene()?;
+    let changes = match ordeal {
+        Ordeal::Stiffness => {
+            let changes = crate::stability::stiffness_changes(&scene, 1e6);
+            changes.into_iter().filter(|(path, _)| path.starts_with("body.0.")).collect()
+        }
+        Ordeal::Mass => {
+            let topology = scene.assemble(UnstableStep::Accept).map_err(|p| source.error(p))?.topology;
+            let masses = |body: usize| {
+                let range = topology.bodies[body].vertices.clone();
+                let (start, count) = (range.start as usize, range.len());
+                let light = |i: usize| if 2 * i >= count && count > 1 { 1e-6 } else { 1.0 };
+                (0..count).map(|i| topology.masses[start + i] * light(i)).collect::<Vec<f64>>()
+            };
+            let change = |i| (format!("body.{i}.mass"), format!("{{ per_vertex = {:?} }}", masses(i)));
+            (0..scene.body.len()).map(change).collect()
+        }
+        _ => return Ok(Some(scene)),
+    };
+    if Vec::is_empty(&changes) {
+        return Ok(None);
+    }
+    Ok(Some(source.varied(&changes)?.scene()?))
+}
+
+/// A model of two constants.
+type Model = fn(Isotropic) -> MaterialSpec;
+
+/// One run.
+#[derive(Clone, Debug)]
+struct Trial {
+    scene: Scene,
+    ordeal: Ordeal,
+    integrator: IntegratorSpec,
+    solver: LinearSolver,
+    /// [s]
+    step: f64,
+}
+
+impl Trial {
+    fn case(self) -> Case {
+        let mut materials: Vec<&str> = vec![];
+        for body in &self.scene.body {
+            let elastic = body.elastic.as_ref().map(|e| e.name());
+            for name in elastic.into_iter().chain(body.springs.iter().map(|_| "springs")) {
+                if !materials.contains(&name) {
+                    materials.push(name);
+                }
+            }
+        }
+        Case {
+            row: "scene",
+            name: self.ordeal.name().into(),
+            dimension: self.scene.dimension,
+            material: materials.join(", "),
+            poisson: None,
+            integrator: self.integrator.method().documentation.name.into(),
+            solver: self.solver,
+            quick: true,
+            run: Box::new(move |limits| self.run(limits)),
+        }
+    }
+
+    fn run(&self, limits: &Limits<'_>) -> Findings {
+        let mut findings = until(|| limits.are_over(), |stop| self.attempt(stop));
+        let reported =
+            findings.verdict == Verdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported"));
+        if reported && !findings.cut_short {
+            findings.advice = until(|| limits.are_over(), |stop| self.advice(stop));
+            if limits.are_over() {
+                let and_so_far =
+                    findings.advice.take().map_or_else(String::new, |advice| format!("{advice}; "));
+                findings.advice =
+                    Some(format!("{and_so_far}the time was over before all was tried that could"));
+            }
+        }
+        findings
+    }
+
+    fn attempt(&self, stop: &Arc<AtomicBool>) -> Findings {
+        let about = self.integrator.method().documentation;
+        let mut scene = self.scene.clone();
+        scene.time.integrator = self.integrator;
+        scene.time.allow_unstable = true;
+        let own = scene.time.solver.take().unwrap_or_default();
+        if about.solves > 0 {
+            let linear = if self.solver == LinearSolver::Auto { own.linear } else { self.solver };
+            scene.time.solver = Some(Solver { linear, ..own });
+        }
+        (scene.time.step, scene.time.adaptive) = (Some(self.step), None);
+        let mut findings = Findings::default();
+        let mut assembly = match scene.assemble(UnstableStep::Refuse) {
+            Ok(assembly) => assembly,
+            Err(problems) => {
+                findings.note(Verdict::Fail, SceneError::new(problems).to_string());
+                return findings;
+            }
+        };
+        let simulation = &mut assembly.simulation;
+        if let Ordeal::Start(start) = self.ordeal {
+            scenes::put(simulation, start);
+        }
+        simulation.count_losses(false);
+        simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+        let start = simulation.diagnostics();
+        let scale = energy_scale(simulation, &start);
+        let steps = if about.solves > 0 { IMPLICIT_STEPS } else { EXPLICIT_STEPS };
+        let (mut most, mut before) = (0, 0);
+        for step in 1..=steps {
+            let taken = if stop.load(Ordering::Relaxed) { None } else { Some(simulation.step()) };
+            // A solve that is stopped fails, but says nothing.
+            if stop.load(Ordering::Relaxed) && !matches!(taken, Some(Ok(()))) {
+                findings.cut_short = true;
+                findings.note(
+                    Verdict::Flagged,
+                    format!("cut short: sound for {} of {steps} steps in the time there was", step - 1),
+                );
+                break;
+            }
+            if let Some(Err(error)) = taken {
+                // A material that has no such state says so.
+                let outside = step == 1 && matches!(&error, StepError::NotFinite { fault: Some(_), .. });
+                let flagged = outside && matches!(self.ordeal, Ordeal::Start(_));
+                let verdict = if flagged { Verdict::Flagged } else { Verdict::Fail };
+                findings.note(verdict, format!("reported: {error}"));
+                break;
+            }
+            most = most.max(scenes::iterations(simulation) - before);
+            before = scenes::iterations(simulation);
+            let now = simulation.diagnostics();
+            let grown = energy_growth(simulation, &start, &now, scale);
+            if grown.is_nan() || grown > GROWTH {
+                findings.note(
+                    Verdict::Fail,
+                    format!("unstable: at step {step} the energy has grown {grown:.1e} times"),
+                );
+                break;
+            }
+        }
+        if about.solves > 0 {
+            findings.count(most, None);
+        }
+        let end = simulation.diagnostics();
+        findings.min_j = end.min_j;
+        if start.total > 0.0 {
+            findings.energy_ratio = Some(end.total / start.total);
+        }
+        if findings.verdict == Verdict::Pass && end.inverted.is_some_and(|n| n > 0) {
+            let n = end.inverted.unwrap_or(0);
+            findings.note(Verdict::Flagged, format!("{n} elements are inverted after {steps} steps"));
+        }
+        findings.picture = Some(scenes::picture(simulation, &assembly.topology));
+        findings
+    }
+
+    /// What would have worked, each alone: the nearest step, a material, a solver, a scheme.
+    fn advice(&self, stop: &Arc<AtomicBool>) -> Option<String> {
+        let works = |trial: &Trial| {
+            let findings = trial.attempt(stop);
+            let stood = !findings.notes.first().is_some_and(|note| note.starts_with("reported"));
+            !findings.cut_short && findings.verdict != Verdict::Fail && stood
+        };
+        let mut advice = vec![];
+        if let Some(step) = nearest_step(self.step, |step| works(&Trial { step, ..self.clone() })) {
+            advice.push(format!("a step of {step:.3e} s"));
+        }
+        let models: [(&str, Model); 2] = [
+            ("stable-neo-hookean", MaterialSpec::StableNeoHookean),
+            ("fixed-corotated", MaterialSpec::FixedCorotated),
+        ];
+        let survives = |model: &(&str, Model)| self.of_material(model.1).is_some_and(|t| works(&t));
+        if let Some((name, _)) = models.into_iter().find(survives) {
+            advice.push(format!("the material {name}"));
+        }
+        if self.integrator.method().documentation.solves > 0 {
+            use LinearSolver::{Cg, Cholesky, MatrixFree, Multigrid};
+            let mut others = [Cholesky, Multigrid, Cg, MatrixFree].into_iter().filter(|s| *s != self.solver);
+            if let Some(solver) = others.find(|solver| works(&Trial { solver: *solver, ..self.clone() })) {
+                advice.push(format!("the linear solver {}", solver.name()));
+            }
+        }
+        if self.integrator != IntegratorSpec::ImplicitEuler {
+            let robust = Trial {
+                integrator: IntegratorSpec::ImplicitEuler,
+                solver: LinearSolver::Auto,
+                ..self.clone()
+            };
+            if works(&robust) {
+                advice.push("implicit-euler".into());
+            }
+        }
+        (!advice.is_empty()).then(|| advice.join(", or "))
+    }
+
+    /// The same of bodies that are all of this model, with their constants; `None` where that is what they are.
+    fn of_material(&self, model: Model) -> Option<Trial> {
+        let mut other = self.clone();
+        let mut replaced = false;
+        for elastic in other.scene.body.iter_mut().filter_map(|body| body.elastic.as_mut()) {
+            let Some((young, poisson)) = constants(elastic) else { continue };
+            let new = model(Isotropic { young, poisson, preset: None });
+            replaced |= new.name() != elastic.name();
+            *elastic = new;
+        }
+        replaced.then_some(other)
+    }
+}
+
+/// Young's modulus and Poisson's ratio of small strains.
+fn constants(elastic: &MaterialSpec) -> Option<(f64, f64)> {
+    let lame = elastic.lame()?;
+    let (lambda, mu) = (lame.lambda, lame.mu);
+    Some((mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu), 0.5 * lambda / (lambda + mu)))
+}

@@ -1,0 +1,224 @@
+//! The suite, run.
+
+use super::*;
+
+/// Runs all cases of these rows that are chosen; none may fail.
+fn stands(choice: &Choice) -> Vec<(Case, Findings)> {
+    let results: Vec<(Case, Findings)> =
+        cases(choice).into_iter().map(|case| (case.run(), case)).map(|(f, c)| (c, f)).collect();
+    assert!(!results.is_empty(), "{choice:?} names no case");
+    let failed: Vec<String> = results
+        .iter()
+        .filter(|(_, f)| f.verdict == Verdict::Fail)
+        .map(|(case, f)| format!("{case:?}: {}", f.notes.join("; ")))
+        .collect();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+    results
+}
+
+fn rows(only: &[&str]) -> Choice {
+    Choice { only: only.iter().map(|s| (*s).to_owned()).collect(), ..Choice::default() }
+}
+
+// D, table of deterministic starts: iteration bars, gradients, energies, and rest where the table says rest.
+#[test]
+fn solids_come_back_from_every_start_of_the_table() {
+    let results = stands(&rows(&["torture"]));
+    // What is not back at rest is named: St. Venant-Kirchhoff never comes back from inversion.
+    for (case, f) in &results {
+        let stuck = case.material == "stvk" && case.name == "inverted" && case.integrator == "quasi-static";
+        assert!(
+            !stuck || f.verdict == Verdict::Flagged && f.notes[0].starts_with("inverted"),
+            "{case:?}: {f:?}"
+        );
+        // Near 0.5 a step can be beyond everybody; elsewhere every one is taken.
+        assert!(case.poisson > Some(0.49) || f.min_j.is_some(), "{case:?}: {f:?}");
+    }
+    assert!(results.len() > 200);
+    let flagged =
+        |start: &str| results.iter().any(|(_, f)| f.notes.first().is_some_and(|n| n.starts_with(start)));
+    for name in ["inverted", "entangled", "reported"] {
+        assert!(flagged(name), "no case is {name}");
+    }
+}
+
+// Conjugate gradients get there as factorisations do.
+#[test]
+fn a_solver_that_is_named_goes_through_the_table() {
+    let solvers = vec![LinearSolver::Multigrid];
+    let materials = vec!["stable-neo-hookean".into(), "stvk".into()];
+    let results = stands(&Choice { solvers, materials, quick: true, ..rows(&["torture"]) });
+    assert!(results.len() >= 60, "{}", results.len());
+    assert!(results.iter().all(|(case, _)| case.solver == LinearSolver::Multigrid));
+}
+
+// D1: Newton's method needs few iterations at any step; twenty steps of a second lead to static equilibrium.
+#[test]
+fn steps_from_a_millisecond_to_a_second_are_solved() {
+    stands(&Choice { quick: true, ..rows(&["D1"]) });
+}
+
+// D2
+#[test]
+fn an_explicit_step_above_the_limit_is_stopped() {
+    stands(&rows(&["D2"]));
+}
+
+// D3
+#[test]
+fn a_bar_twisted_by_a_turn_has_the_torques_of_the_plan_and_comes_back() {
+    stands(&Choice { quick: true, ..rows(&["D3"]) });
+}
+
+// D4, D5
+#[test]
+fn masses_and_stiffnesses_in_the_ratio_of_a_million_cost_no_accuracy() {
+    stands(&rows(&["D4", "D5"]));
+}
+
+// D6: C11
+#[test]
+fn what_locks_is_named() {
+    let results = stands(&rows(&["D6"]));
+    assert!(results.iter().any(|(_, f)| f.verdict == Verdict::Flagged && f.advice.is_some()));
+}
+
+// D7
+#[test]
+fn slivers_pass_the_patch_test_to_rounding() {
+    stands(&rows(&["D7"]));
+}
+
+// D8, D9, D10
+#[test]
+fn what_cannot_be_is_refused_and_units_do_not_matter() {
+    stands(&rows(&["D8", "D9", "D10"]));
+}
+
+// D11, D12, D13
+#[test]
+fn released_spinning_and_buckling_bodies_do_what_the_plan_says() {
+    stands(&rows(&["D11", "D12", "D13"]));
+}
+
+#[test]
+fn findings_do_not_depend_on_the_run_or_on_threads() {
+    let choice = Choice { materials: vec!["fixed-corotated".into()], quick: true, ..rows(&["torture"]) };
+    let run = || -> Vec<Findings> {
+        let few = cases(&choice).into_iter().filter(|case| case.poisson == Some(0.45));
+        few.map(|case| Findings { seconds: 0.0, ..case.run() }).collect()
+    };
+    let once = run();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert!(once.len() > 5);
+    assert_eq!(once, pool.install(run));
+}
+
+/// A block that nobody holds up, of a material that has no inverted states.
+const BLOCK: &str = "dimension = 2
+    time = { integrator = 'velocity-verlet', step = 0.02, duration = 1.0, allow_unstable = true }
+    world = { gravity = [0, -9.81] }
+    [[body]]
+    mesh = { grid = { cells = [3, 2], spacing = 0.3 } }
+    elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [1, 0], offset = 0 } }]";
+
+fn scene(text: &str, integrators: &[&str], solvers: &[LinearSolver]) -> Vec<Case> {
+    let integrators = integrators.iter().map(|name| (*name).to_owned()).collect();
+    let choice = Choice { integrators, solvers: solvers.to_vec(), quick: true, ..Choice::default() };
+    scene_cases(&pliant_scene::Source::new("block", text), &choice).unwrap()
+}
+
+fn find<'a>(cases: &'a [Case], name: &str) -> &'a Case {
+    cases.iter().find(|case| case.name == name).unwrap()
+}
+
+// What is said to work is tried, and is the nearest: the step is the limit of the scheme, 2 over the highest frequency, to a tenth.
+#[test]
+fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
+    let cases = scene(BLOCK, &["velocity-verlet"], &[]);
+    let findings = find(&cases, "as it is").run();
+    assert_eq!(findings.verdict, Verdict::Fail, "{findings:?}");
+    let advice = findings.advice.unwrap();
+    let step: f64 = advice.split("a step of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let scene = pliant_scene::Scene::from_toml(BLOCK).unwrap();
+    let verlet = pliant::integrator::IntegratorSpec::VelocityVerlet;
+    let limit =
+        crate::stability::measure_limit(&scene, verlet, 1.0, &Default::default()).unwrap().unwrap().measured;
+    assert!((0.85..1.15).contains(&(step / limit)), "{advice}; the limit is {limit:e} s");
+    assert!(advice.contains("implicit-euler"), "{advice}");
+    let inverted = self::scene(BLOCK, &["implicit-euler"], &[]);
+    let findings = find(&inverted, "inverted").run();
+    assert!(findings.notes[0].starts_with("reported"), "{findings:?}");
+    assert!(findings.advice.unwrap().contains("the material stable-neo-hookean"));
+}
+
+#[test]
+fn a_run_that_is_out_of_time_says_how_far_it_came() {
+    let cases = scene(BLOCK, &["implicit-euler"], &[]);
+    let case = find(&cases, "as it is");
+    let none = case.run_within(Some(Duration::ZERO), &AtomicBool::new(false));
+    assert!(none.cut_short && none.verdict == Verdict::Flagged, "{none:?}");
+    assert!(none.notes[0].starts_with("cut short: sound for "), "{none:?}");
+    let enough = case.run_within(Some(Duration::from_secs(600)), &AtomicBool::new(false));
+    assert!(!enough.cut_short && enough.verdict == Verdict::Pass, "{enough:?}");
+}
+
+#[test]
+fn a_suite_keeps_its_budget_and_stops_when_it_is_told_to() {
+    let count = scene(BLOCK, &["implicit-euler"], &[]).len();
+    let mut begun = vec![];
+    let all =
+        run_all(scene(BLOCK, &["implicit-euler"], &[]), Some(600.0), &AtomicBool::new(false), &mut |p, f| {
+            if f.is_none() {
+                begun.push((p.finished, p.count, p.left.is_some()));
+            }
+        });
+    assert_eq!(all.len(), count);
+    // Nobody knows how long it takes before the first case.
+    assert_eq!((begun[0], begun[1]), ((0, count, false), (1, count, true)));
+    assert!(run_all(scene(BLOCK, &[], &[]), Some(0.0), &AtomicBool::new(false), &mut |_, _| {}).is_empty());
+    let interrupt = AtomicBool::new(false);
+    let some = run_all(scene(BLOCK, &["implicit-euler"], &[]), None, &interrupt, &mut |p, f| {
+        if p.finished == 1 && f.is_none() {
+            interrupt.store(true, std::sync::atomic::Ordering::Relaxed);
+        }
+    });
+    assert_eq!(some.len(), 1, "what was interrupted does not count");
+}
+
+// A criterion that cannot fail is none.
+#[test]
+fn what_is_missing_is_found() {
+    let mut findings = Findings::default();
+    findings.count(10, Some(10));
+    findings.measure("error", 1.0, 1.0);
+    assert_eq!(findings.verdict, Verdict::Pass);
+    findings.note(Verdict::Flagged, "look");
+    findings.count(11, Some(10));
+    assert_eq!(findings.verdict, Verdict::Fail);
+    assert!(findings.notes[0].contains("11 Newton iterations, more than 10"), "{findings:?}");
+    let mut findings = Findings::default();
+    findings.measure("error", f64::NAN, 1.0);
+    assert_eq!(findings.verdict, Verdict::Fail);
+}
+
+/// Slender, nearly incompressible, and a long step: without a preconditioner conjugate gradients get nowhere.
+const STRAND: &str = "dimension = 3
+    time = { integrator = 'implicit-euler', step = 0.1, duration = 0.5 }
+    world = { gravity = [0, 0, -9.81] }
+    [[body]]
+    mesh = { grid = { cells = [60, 1, 1], spacing = 0.01 } }
+    elastic = { neo-hookean = { young = 1e9, poisson = 0.49999 } }
+    mass = { density = 1000.0 }
+    pin = [{ half_space = { normal = [1, 0, 0], offset = 0 } }]";
+
+#[test]
+fn where_a_linear_solver_fails_one_is_named_that_does_not() {
+    let cases = scene(STRAND, &["implicit-euler"], &[LinearSolver::MatrixFree]);
+    let findings = find(&cases, "as it is").run();
+    assert_eq!(findings.verdict, Verdict::Fail, "{findings:?}");
+    assert!(findings.notes[0].contains("the linear solver did not converge"), "{findings:?}");
+    assert!(findings.advice.unwrap().contains("the linear solver cholesky"));
+}

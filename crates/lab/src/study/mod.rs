@@ -1,0 +1,148 @@
+//! Studies: error against run time of any scene, by many schemes and steps, beside a reference of known quality; and the charts that
+//! show it.
+//!
+//! Verification plan, section E; Hairer, Wanner 1996, *Solving ordinary differential equations II*, section IV.10 compares schemes in this
+//! way.
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use pliant_scene::Source;
+//! use crate::study::{Plan, Provenance, Study, WallClock};
+//!
+//! let source = Source::new("swing", "dimension = 2
+//!     time = { integrator = 'velocity-verlet', step = 0.01, duration = 1.0 }
+//!     world = { gravity = [0.0, -9.81] }
+//!     study = { integrators = ['velocity-verlet', 'rk4'], steps = [0.01, 0.005] }
+//!     [[body]]
+//!     mesh = { strand = { segments = 1, start = [0.0, 0.0], end = [1.0, 0.0] } }
+//!     springs = { stiffness = 100.0 }
+//!     mass = { per_vertex = 1.0 }
+//!     pin = [{ vertices = [0] }]");
+//! let plan = Plan::of(&source.scene()?).map_err(pliant_scene::SceneError::new)?;
+//! let study = Study {
+//!     source: &source,
+//!     name: "swing",
+//!     plan: &Plan { repeats: Some(1), ..plan },
+//!     folder: None,
+//!     provenance: &Provenance::here("", "", ""),
+//!     clock: &WallClock::default(),
+//!     interrupt: &AtomicBool::new(false),
+//! };
+//! let results = study.run(&mut |_| {})?;
+//! assert_eq!(results.rows().count(), 4);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod advice;
+mod clock;
+mod errors;
+mod journal;
+mod machine;
+mod measure;
+mod order;
+pub mod page;
+mod plan;
+pub mod plot;
+mod reference;
+pub mod report;
+mod results;
+mod row;
+mod sweep;
+#[cfg(test)]
+mod tests;
+mod timing;
+mod trajectory;
+
+pub use advice::{cheapest, front, toml, words};
+pub use clock::{Clock, WallClock};
+pub use errors::{Errors, TimeError, Weights};
+pub use machine::Provenance;
+pub use order::fit;
+pub use plan::{Contender, Grid, Pace, Plan, ReferenceChoice, TIMES};
+pub use reference::{Reference, key};
+pub use results::{LineResult, Recommendation, Record, Results, Stop, VariantResult};
+pub use row::{COLUMNS, Row, RowStatus, SCHEMA, columns, csv};
+pub use sweep::Study;
+pub use trajectory::{Series, Trajectory};
+
+use pliant_scene::{Problem, SceneError};
+
+/// What a study is doing, for whoever waits for it.
+#[derive(Clone, Copy, Debug)]
+pub enum Event<'a> {
+    /// A run for the reference begins.
+    Reference {
+        /// Its scheme.
+        scheme: &'static str,
+        /// Its step [s].
+        step: f64,
+    },
+    /// The reference of a variant is known.
+    Found(&'a Reference),
+    /// A row begins.
+    Begun {
+        /// The scheme.
+        scheme: &'static str,
+        /// `step` and its size [s], or `tolerance` and that.
+        pace: (&'static str, f64),
+        /// What was varied.
+        variant: &'a str,
+        /// Rows finished.
+        finished: usize,
+        /// Seconds that are likely left, where anything is known.
+        left: Option<f64>,
+    },
+    /// A row is finished.
+    Finished(&'a Row),
+}
+
+/// A study cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// The scene, or a variant of it, cannot be simulated.
+    #[error("{}", SceneError::new(.0.clone()))]
+    Scene(Vec<Problem>),
+    /// A variant is no scene.
+    #[error(transparent)]
+    Variant(#[from] SceneError),
+    /// Nothing moves.
+    #[error("`duration` is 0: there is no motion to study")]
+    NoDuration,
+    /// There is no closed solution.
+    #[error(
+        "no exact solution of this scene is known: it is neither two bodies under gravity nor a linear system without losses; \
+         leave the reference to `auto`"
+    )]
+    NotExact,
+    /// Neither scheme came to its end twice.
+    #[error(
+        "no reference was found in {seconds:.0} s, by neither an explicit nor an implicit scheme of order 4 ({reached}); give more time by \
+         --budget, a shorter duration by --set time.duration=.., or a coarser mesh"
+    )]
+    NoReference {
+        /// How long it was looked for [s].
+        seconds: f64,
+        /// How far the last run of each scheme came, or why it failed.
+        reached: String,
+    },
+    /// The threads cannot be started.
+    #[error("cannot start {threads} threads: {source}")]
+    Threads {
+        /// How many.
+        threads: usize,
+        /// Why.
+        source: rayon::ThreadPoolBuildError,
+    },
+    /// A file of the study cannot be read or written.
+    #[error("{what}: {source}")]
+    File {
+        /// What was done.
+        what: String,
+        /// Why it failed.
+        source: std::io::Error,
+    },
+    /// It was asked to stop before there was anything to show.
+    #[error("interrupted")]
+    Interrupted,
+}

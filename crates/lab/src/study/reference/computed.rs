@@ -1,0 +1,203 @@
+//! References by computing: two schemes of different families, each extrapolated to step zero, that must agree.
+
+use super::super::plan::{Contender, Pace};
+use super::super::trajectory::{Trajectory, Watched};
+use super::{Reference, Search};
+use crate::study::{Event, StudyError};
+use pliant::integrator::IntegratorSpec;
+use pliant::run::Outcome;
+use pliant::solver::SolverOptions;
+
+/// Refinements of one scheme at most.
+const MOST_LEVELS: usize = 14;
+/// No estimate below this is taken at its word: sums of many steps are rounded.
+const ROUNDING: f64 = 2e-14;
+
+/// Errors below this no longer fall because of rounding alone.
+const RESOLVED: f64 = 1e-7;
+
+/// What one scheme found.
+struct Found {
+    name: &'static str,
+    steps: u64,
+    trajectory: Trajectory,
+    error: f64,
+}
+
+/// The better of two schemes of order 4: one explicit, one that solves two coupled stages.
+///
+/// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary differential equations I*, section II.9.
+pub(super) fn reference(search: &mut Search<'_, '_>) -> Result<Reference, StudyError> {
+    let start = search.runner.clock.now();
+    let shares = [search.deadline - start, search.last - start];
+    let damped = search.scene.world.ether_drag.is_some()
+        || search.scene.body.iter().any(|body| body.damping.is_some())
+        || !search.scene.world.walls.is_empty();
+    let explicit = if damped { IntegratorSpec::Rk4 } else { IntegratorSpec::Yoshida4 };
+    let (mut found, mut reached): (Vec<Found>, Vec<String>) = (vec![], vec![]);
+    for (spec, until) in [(explicit, 0.5), (IntegratorSpec::Gauss2, 1.0)] {
+        let scheme = Contender::from(spec);
+        let symmetric = spec != IntegratorSpec::Rk4 && !damped;
+        let mut deadlines = shares.map(|share| start + until * share);
+        if !found.is_empty() {
+            // What is there can be refined no more: a second opinion is worth no more than its share.
+            deadlines[1] = deadlines[0];
+        }
+        match extrapolate(search, scheme, symmetric, deadlines)? {
+            Ok(scheme) => found.push(scheme),
+            Err(how_far) => reached.push(how_far),
+        }
+    }
+    found.sort_by(|a, b| a.error.total_cmp(&b.error));
+    let other = if found.len() > 1 { found.pop() } else { None };
+    let Some(best) = found.pop() else {
+        let seconds = search.runner.clock.now() - start;
+        return Err(StudyError::NoReference { seconds, reached: reached.join("; ") });
+    };
+    let mut error = best.error;
+    let mut how = format!("computed: {} in up to {} steps, extrapolated", best.name, best.steps);
+    if let Some(other) = other {
+        let difference = distance(search, &other.trajectory, &best.trajectory);
+        // As far apart as they say themselves, or one of them is wrong about itself.
+        if difference > 10.0 * (best.error + other.error) {
+            error = difference;
+        }
+        how += &format!("; {} agrees to {difference:.0e}", other.name);
+    }
+    Ok(Reference { id: format!("{}-extrapolated", best.name), how, error, trajectory: best.trajectory })
+}
+
+/// The larger of the relative errors of positions and velocities.
+fn distance(search: &Search<'_, '_>, a: &Trajectory, b: &Trajectory) -> f64 {
+    let errors = search.weights.errors(a, b);
+    errors.q_rms.max(errors.v_rms)
+}
+
+/// Halves steps until the extrapolated states stay where they are; where no two runs came to their end, how far the last one came.
+/// Refining ends with the first of the deadlines, looking for something to refine with the second.
+fn extrapolate(
+    search: &mut Search<'_, '_>,
+    scheme: Contender,
+    symmetric: bool,
+    [refine, give_up]: [f64; 2],
+) -> Result<Result<Found, String>, StudyError> {
+    let grid = search.grid();
+    let mut scene = search.scene.clone();
+    if scheme.method.documentation.solves > 0 {
+        // To rounding: what the solver leaves would be extrapolated too.
+        let mut solver = scene.time.solver.clone().unwrap_or_default();
+        solver.tolerance = Some(1e-15 * search.size());
+        solver.iterations.get_or_insert(SolverOptions::default().max_iterations);
+        scene.time.solver = Some(solver);
+    }
+    let limit = search.stability_limit(scheme)?;
+    let mut parts = if limit.is_finite() { grid.parts(0.5 * limit).next_power_of_two() } else { 1 };
+    // Each level's extrapolations, the highest last.
+    let mut last: Vec<Trajectory> = vec![];
+    let (mut best, mut worse) = (None::<Found>, 0);
+    let mut cost: f64 = 0.0;
+    let mut reached = format!("{} was not tried", scheme.name());
+    for _ in 0..MOST_LEVELS {
+        let clock = search.runner.clock;
+        let deadline = if best.is_some() { refine } else { give_up };
+        if clock.now() + 1.8 * cost > deadline {
+            break;
+        }
+        (search.watch)(Event::Reference { scheme: scheme.name(), step: grid.step(parts) });
+        let before = clock.now();
+        let run =
+            search.runner.watch(&scene, scheme, Pace::Parts(parts), deadline).map_err(StudyError::Scene)?;
+        cost = clock.now() - before;
+        search.unless_interrupted()?;
+        let (end, duration) = (run.assembly.simulation.state().time, grid.duration);
+        let step = grid.step(parts);
+        reached = match &run.summary.outcome {
+            Outcome::Failed(error) => format!("{}: {error}", scheme.name()),
+            _ => format!(
+                "{} in steps of {step:.3e} s came to t = {end:.3e} s of {duration} s in {cost:.1} s",
+                scheme.name()
+            ),
+        };
+        if run.out_of_time {
+            break;
+        }
+        if run.is_done() {
+            let steps = run.summary.work.steps;
+            let next = tableau(&last, run, scheme.method.documentation.order, symmetric);
+            if let (Some(coarse), Some(fine)) = (last.last(), next.last()) {
+                let change = distance(search, coarse, fine);
+                let error = change.max(ROUNDING);
+                match &best {
+                    Some(best) if best.error <= error => worse += 1,
+                    _ => {
+                        worse = 0;
+                        let trajectory = fine.clone();
+                        best = Some(Found { name: scheme.name(), steps, trajectory, error });
+                    }
+                }
+                // Fast motions that steps do not resolve leave errors that neither fall nor rise for a while.
+                let resolved = best.as_ref().is_some_and(|best| best.error < RESOLVED);
+                if change <= ROUNDING || worse == 2 && resolved || worse == 5 {
+                    break;
+                }
+            }
+            last = next;
+        } else {
+            last.clear();
+        }
+        parts *= 2;
+    }
+    Ok(best.ok_or(reached))
+}
+
+/// The next row of the tableau from the last one and a run at half the step.
+fn tableau(last: &[Trajectory], run: Watched, order: u32, symmetric: bool) -> Vec<Trajectory> {
+    let mut row = vec![run.trajectory];
+    for (j, coarse) in last.iter().enumerate() {
+        let power = order + if symmetric { 2 } else { 1 } * j as u32;
+        // Higher powers of rounding errors help nobody.
+        if power > 12 {
+            break;
+        }
+        let factor = 1.0 / (f64::from(1u32 << power) - 1.0);
+        let fine = &row[j];
+        let combine = |fine: &[Vec<f64>], coarse: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let rows = fine.iter().zip(coarse);
+            rows.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + factor * (a - b)).collect()).collect()
+        };
+        let next = Trajectory {
+            times: fine.times.clone(),
+            x: combine(&fine.x, &coarse.x),
+            v: combine(&fine.v, &coarse.v),
+        };
+        row.push(next);
+    }
+    row
+}
+
+impl Search<'_, '_> {
+    /// The size of the scene [m].
+    fn size(&self) -> f64 {
+        let scheme = self.scene.time.integrator.into();
+        let assembly = self.runner.assemble(self.scene, scheme, Pace::Parts(1));
+        assembly.map_or(1.0, |assembly| {
+            pliant::solver::scene_size(assembly.simulation.state().x(), self.scene.dimension)
+        })
+    }
+
+    /// The largest stable step of a scheme at the start [s].
+    fn stability_limit(&self, scheme: Contender) -> Result<f64, StudyError> {
+        if scheme.method.documentation.stability_limit == f64::INFINITY {
+            return Ok(f64::INFINITY);
+        }
+        let assembly = self.runner.assemble(self.scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
+        Ok(assembly.report.stability.map_or(f64::INFINITY, |stability| stability.step))
+    }
+
+    fn unless_interrupted(&self) -> Result<(), StudyError> {
+        match self.runner.interrupt.load(std::sync::atomic::Ordering::Relaxed) {
+            true => Err(StudyError::Interrupted),
+            false => Ok(()),
+        }
+    }
+}

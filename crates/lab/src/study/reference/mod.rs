@@ -1,0 +1,73 @@
+//! What runs are compared with: the exact solution where the problem has one, else one that independent schemes agree on.
+
+mod computed;
+mod kepler;
+mod linear;
+mod store;
+
+use super::errors::Weights;
+use super::plan::{Grid, ReferenceChoice};
+use super::trajectory::{Runner, Trajectory};
+use super::{Event, StudyError};
+use pliant_scene::Scene;
+
+pub(crate) use store::Store;
+pub use store::key;
+
+/// A reference, and how good it is.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Reference {
+    /// What tells it from others: how it was found, and the [`key`] of the problem.
+    pub id: String,
+    /// In words.
+    pub how: String,
+    /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities, the larger.
+    pub error: f64,
+    /// The states.
+    pub trajectory: Trajectory,
+}
+
+impl Reference {
+    /// Errors below this say more about the reference than about a scheme.
+    pub fn floor(&self) -> f64 {
+        10.0 * self.error
+    }
+}
+
+/// What is needed to find a reference.
+pub(crate) struct Search<'a, 'b> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) runner: Runner<'a>,
+    pub(crate) weights: &'a Weights,
+    pub(crate) choice: ReferenceChoice,
+    /// When to stop refining.
+    pub(crate) deadline: f64,
+    /// When to give up, where there is nothing yet that could be refined.
+    pub(crate) last: f64,
+    pub(crate) watch: &'a mut (dyn FnMut(Event<'_>) + 'b),
+}
+
+impl Search<'_, '_> {
+    pub(crate) fn grid(&self) -> Grid {
+        self.runner.grid
+    }
+
+    /// The reference.
+    pub(crate) fn find(&mut self) -> Result<Reference, StudyError> {
+        let key = key(self.scene, &self.grid());
+        if self.choice != ReferenceChoice::Computed {
+            for exact in [kepler::solution, linear::solution] {
+                if let Some(mut reference) = exact(self)? {
+                    reference.id = format!("{}-{key}", reference.id);
+                    return Ok(reference);
+                }
+            }
+        }
+        if self.choice == ReferenceChoice::Exact {
+            return Err(StudyError::NotExact);
+        }
+        let mut reference = computed::reference(self)?;
+        reference.id = format!("{}-{key}", reference.id);
+        Ok(reference)
+    }
+}

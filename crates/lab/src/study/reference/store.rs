@@ -1,0 +1,68 @@
+//! References beside a report, so that they are found once.
+
+use std::path::{Path, PathBuf};
+
+use super::super::plan::Grid;
+use super::Reference;
+use pliant_files::fnv::fnv1a;
+use pliant_scene::{Body, MeshSpec, Scene, Time};
+
+/// Tells problems apart: what moves and for how long, not how it is computed or what is written.
+pub fn key(scene: &Scene, grid: &Grid) -> String {
+    format!("{:016x}", fnv1a(problem(scene, grid).as_bytes()))
+}
+
+/// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and the study; and the times.
+fn problem(scene: &Scene, grid: &Grid) -> String {
+    let plain = Scene {
+        title: None,
+        study: None,
+        output: Default::default(),
+        probe: vec![],
+        time: Time {
+            integrator: pliant::integrator::IntegratorSpec::VelocityVerlet,
+            solver: None,
+            step: Some(1.0),
+            adaptive: None,
+            ..scene.time.clone()
+        },
+        ..scene.clone()
+    };
+    // The directory is no part of the text, but says which files are meant, if there are any.
+    let reads = |body: &Body| matches!(body.mesh, MeshSpec::File(_));
+    let directory = plain.body.iter().any(reads).then_some(&plain.directory);
+    format!("{}\n{:?}\n{:?}", plain.to_toml().unwrap_or_default(), grid, directory)
+}
+
+/// A folder of references; none without a folder.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Store(pub(crate) Option<PathBuf>);
+
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Kept {
+    problem: String,
+    reference: Reference,
+}
+
+impl Store {
+    fn path(folder: &Path, scene: &Scene, grid: &Grid) -> PathBuf {
+        folder.join(format!("reference-{}.json", key(scene, grid)))
+    }
+
+    /// The reference of this problem, if it has been kept and can be read.
+    pub(crate) fn load(&self, scene: &Scene, grid: &Grid) -> Option<Reference> {
+        let text = std::fs::read_to_string(Self::path(self.0.as_ref()?, scene, grid)).ok()?;
+        let kept: Kept = serde_json::from_str(&text).ok()?;
+        (kept.problem == problem(scene, grid)).then_some(kept.reference)
+    }
+
+    /// Keeps a reference.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub(crate) fn save(&self, scene: &Scene, grid: &Grid, reference: &Reference) -> std::io::Result<()> {
+        let Some(folder) = &self.0 else { return Ok(()) };
+        let kept = Kept { problem: problem(scene, grid), reference: reference.clone() };
+        std::fs::write(Self::path(folder, scene, grid), serde_json::to_vec(&kept)?)
+    }
+}

@@ -1,0 +1,451 @@
+//! Takes the runs: which scheme at which step next, until errors no longer fall or the budget is used up.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::clock::Clock;
+use super::errors::Weights;
+use super::journal::Journal;
+use super::machine::Provenance;
+use super::measure::{About, measure};
+use super::plan::{Contender, Grid, Pace, Plan};
+use super::reference::{Search, Store};
+use super::results::{LineResult, Record, Results, Stop, VariantResult};
+use super::row::RowStatus;
+use super::trajectory::Runner;
+use super::{Event, Reference, StudyError, order};
+use pliant_scene::{Scene, Source, vary};
+
+/// Runs of a scheme beyond its largest stable step: one or two, to see it fail.
+const BEYOND_STABILITY: f64 = 4.0;
+/// No run takes more steps.
+const MOST_STEPS: f64 = 1e8;
+/// Part of the budget that references may take.
+const FOR_REFERENCES: f64 = 0.4;
+/// The same where none has been found by then.
+const AT_MOST_FOR_REFERENCES: f64 = 0.8;
+/// The first tolerance that is chosen, and none below the other.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+const SMALLEST_TOLERANCE: f64 = 1e-13;
+/// What tells a scheme whose steps follow the error from the same at fixed steps.
+pub(super) const ADAPTIVE: &str = " (adaptive)";
+/// Seconds for each reference without a budget.
+const REFERENCE_SECONDS: f64 = 120.0;
+
+/// A study to be made.
+pub struct Study<'a> {
+    /// The scene.
+    pub source: &'a Source,
+    /// What to call it.
+    pub name: &'a str,
+    /// What to compare.
+    pub plan: &'a Plan,
+    /// Where references and finished rows are kept, to go on from; nowhere without it.
+    pub folder: Option<&'a Path>,
+    /// What is written into every row.
+    pub provenance: &'a Provenance,
+    /// Tells the time.
+    pub clock: &'a dyn Clock,
+    /// Set from elsewhere to stop.
+    pub interrupt: &'a AtomicBool,
+}
+
+/// A variant of the scene.
+struct Variant {
+    label: String,
+    scene: Scene,
+    weights: Weights,
+    reference: Reference,
+}
+
+/// One scheme on one variant.
+struct Line {
+    variant: usize,
+    contender: Contender,
+    /// Whether its steps follow the error.
+    adaptive: bool,
+    /// Those given or the next, the last first.
+    paces: Vec<Pace>,
+    /// Whether they are given.
+    given: bool,
+    records: Vec<Record>,
+    /// The last that was run.
+    last: Option<Pace>,
+    /// Seconds that the last run took, all repeats together and one alone.
+    cost: Option<(f64, f64)>,
+    stop: Option<Stop>,
+}
+
+impl Study<'_> {
+    /// Makes the study, on as many threads as the plan says.
+    ///
+    /// # Errors
+    /// [`StudyError`]; not where runs fail, which is a row of the table.
+    pub fn run(&self, watch: &mut (dyn FnMut(Event<'_>) + Send)) -> Result<Results, StudyError> {
+        let threads = self.plan.threads;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|source| StudyError::Threads { threads, source })?;
+        pool.install(|| self.run_here(watch))
+    }
+
+    fn run_here(&self, watch: &mut dyn FnMut(Event<'_>)) -> Result<Results, StudyError> {
+        let start = self.clock.now();
+        let deadline = start + self.plan.budget.unwrap_or(f64::INFINITY);
+        let base = self.source.scene()?;
+        if base.time.duration <= 0.0 {
+            return Err(StudyError::NoDuration);
+        }
+        let grid = Grid::new(base.time.duration, self.plan.times, &self.plan.steps);
+        let mut journal = Journal::open(self.folder).map_err(file("cannot read the journal"))?;
+        let combinations = vary::combinations(&self.plan.axes);
+        let mut variants = vec![];
+        for (i, changes) in combinations.iter().enumerate() {
+            let left = combinations.len() - i;
+            let now = self.clock.now();
+            let until = [FOR_REFERENCES, AT_MOST_FOR_REFERENCES].map(|part| match self.plan.budget {
+                Some(budget) => now + (start + part * budget - now).max(0.02 * budget) / left as f64,
+                None => now + REFERENCE_SECONDS,
+            });
+            variants.push(self.variant(changes, grid, until, watch)?);
+        }
+        let mut lines = self.lines(&variants, grid)?;
+        let mut finished = 0;
+        while lines.iter().any(|line| line.stop.is_none()) {
+            for i in 0..lines.len() {
+                let active = lines.iter().filter(|line| line.stop.is_none()).count();
+                let left = match self.plan.budget {
+                    Some(_) => Some((deadline - self.clock.now()).max(0.0)),
+                    None => left(&lines),
+                };
+                let line = &mut lines[i];
+                if line.stop.is_some() {
+                    continue;
+                }
+                if self.interrupt.load(Ordering::Relaxed) {
+                    line.stop = Some(Stop::Interrupted);
+                    continue;
+                }
+                let variant = &variants[line.variant];
+                self.one(variant, line, (active, left), deadline, &mut journal, &mut finished, watch)?;
+            }
+        }
+        if finished == 0 {
+            return Err(StudyError::Interrupted);
+        }
+        Ok(self.results(&base, grid, variants, lines))
+    }
+
+    /// A variant with its reference.
+    fn variant(
+        &self,
+        changes: &[(String, String)],
+        grid: Grid,
+        [deadline, last]: [f64; 2],
+        watch: &mut dyn FnMut(Event<'_>),
+    ) -> Result<Variant, StudyError> {
+        let source = self.source.varied(changes)?;
+        let scene = source.scene()?;
+        let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
+        let located = |problems| StudyError::Variant(source.error(problems));
+        let assembly = runner.assemble(&scene, self.plan.contenders[0], Pace::Parts(1)).map_err(located)?;
+        let simulation = &assembly.simulation;
+        let pinned =
+            |i: usize| simulation.system().is_pinned(simulation.numbering().internal(i as u32) as usize);
+        let start = simulation.positions();
+        let weights = Weights::new(scene.dimension, &assembly.topology.masses, pinned, &start);
+        let store = Store(self.folder.map(Path::to_owned));
+        let reference = match store.load(&scene, &grid) {
+            Some(reference) => reference,
+            None => {
+                let choice = self.plan.reference;
+                let watch = &mut *watch;
+                let mut search =
+                    Search { scene: &scene, runner, weights: &weights, choice, deadline, last, watch };
+                let found = search.find()?;
+                store.save(&scene, &grid, &found).map_err(file("cannot keep the reference"))?;
+                found
+            }
+        };
+        watch(Event::Found(&reference));
+        let label: Vec<String> = changes.iter().map(|(path, value)| format!("{path}={value}")).collect();
+        Ok(Variant { label: label.join("; "), scene, weights, reference })
+    }
+
+    /// What is to be run first of every scheme.
+    fn lines(&self, variants: &[Variant], grid: Grid) -> Result<Vec<Line>, StudyError> {
+        let mut lines = vec![];
+        let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
+        for (index, variant) in variants.iter().enumerate() {
+            for &contender in &self.plan.contenders {
+                let line = |adaptive, paces: Vec<Pace>, given| Line {
+                    variant: index,
+                    contender,
+                    adaptive,
+                    paces,
+                    given,
+                    records: vec![],
+                    last: None,
+                    cost: None,
+                    stop: None,
+                };
+                let Plan { steps, tolerances, .. } = self.plan;
+                let chosen = steps.is_empty() && tolerances.is_empty();
+                if chosen {
+                    let assembly = runner
+                        .assemble(&variant.scene, contender, Pace::Parts(1))
+                        .map_err(StudyError::Scene)?;
+                    let method = assembly.simulation.method().documentation;
+                    let limited = method.stability_limit.is_finite() && method.stability_limit > 0.0;
+                    let limit = assembly.report.stability.filter(|_| limited).map(|s| s.step);
+                    let first = limit.map_or(1, |limit| grid.parts(BEYOND_STABILITY * limit));
+                    lines.push(line(false, vec![Pace::Parts(first.next_power_of_two())], false));
+                } else if !steps.is_empty() {
+                    let mut parts: Vec<u64> = steps.iter().map(|step| grid.parts(*step)).collect();
+                    parts.sort_unstable_by(|a, b| b.cmp(a));
+                    parts.dedup();
+                    lines.push(line(false, parts.into_iter().map(Pace::Parts).collect(), true));
+                }
+                if !contender.method.is_adaptive() {
+                    continue;
+                }
+                if chosen {
+                    lines.push(line(true, vec![Pace::Tolerance(LARGEST_TOLERANCE)], false));
+                } else if !tolerances.is_empty() {
+                    let mut given = tolerances.clone();
+                    given.sort_by(f64::total_cmp);
+                    given.dedup();
+                    lines.push(line(true, given.into_iter().map(Pace::Tolerance).collect(), true));
+                }
+            }
+        }
+        Ok(lines)
+    }
+
+    /// Takes the next row of a line, or ends it.
+    #[allow(clippy::too_many_arguments, reason = "all of them change from call to call")]
+    fn one(
+        &self,
+        variant: &Variant,
+        line: &mut Line,
+        (active, left): (usize, Option<f64>),
+        deadline: f64,
+        journal: &mut Journal,
+        finished: &mut usize,
+        watch: &mut dyn FnMut(Event<'_>),
+    ) -> Result<(), StudyError> {
+        let Some(pace) = line.paces.pop() else {
+            line.stop = Some(Stop::Steps);
+            return Ok(());
+        };
+        let grid = Grid::new(variant.scene.time.duration, self.plan.times, &self.plan.steps);
+        let now = self.clock.now();
+        let share = (deadline - now) / active as f64;
+        let expected = line.cost.map(|(_, one)| 2.0 * one);
+        let key = self.key(variant, line.contender, &grid, pace);
+        let known = journal.find(&key).cloned();
+        if known.is_none() && (share <= 0.0 || expected.is_some_and(|expected| expected > share)) {
+            line.stop = Some(Stop::Budget);
+            return Ok(());
+        }
+        let scheme = line.contender.name();
+        watch(Event::Begun {
+            scheme,
+            pace: shown(pace, &grid),
+            variant: &variant.label,
+            finished: *finished,
+            left,
+        });
+        let record = match known {
+            Some(record) => record,
+            None => {
+                let about = About {
+                    study: self,
+                    scene: &variant.scene,
+                    label: &variant.label,
+                    weights: &variant.weights,
+                    reference: &variant.reference,
+                    grid,
+                };
+                // Half of what is left for this scheme: the next step takes twice as long.
+                let slice = 0.5 * share;
+                let before = self.clock.now();
+                let Some(record) = measure(&about, line.contender, pace, slice, deadline)? else {
+                    let interrupted = self.interrupt.load(Ordering::Relaxed);
+                    line.stop = Some(if interrupted { Stop::Interrupted } else { Stop::Budget });
+                    return Ok(());
+                };
+                let one = record.row.wall_median_s + record.row.setup_s;
+                line.cost = Some((self.clock.now() - before, one));
+                journal.keep(key, &record).map_err(file("cannot write the journal"))?;
+                record
+            }
+        };
+        if line.cost.is_none() {
+            line.cost = Some((0.0, record.row.wall_median_s + record.row.setup_s));
+        }
+        line.last = Some(pace);
+        *finished += 1;
+        watch(Event::Finished(&record.row));
+        line.records.push(record);
+        if !line.given {
+            let next = match pace {
+                Pace::Parts(parts) => Pace::Parts(2 * parts),
+                Pace::Tolerance(tolerance) => Pace::Tolerance(a_tenth(tolerance)),
+            };
+            line.stop = self.stop(&line.records, &grid, next);
+            line.paces.push(next);
+        }
+        Ok(())
+    }
+
+    /// Whether a smaller step is of no use.
+    fn stop(&self, records: &[Record], grid: &Grid, next: Pace) -> Option<Stop> {
+        let last = records.last()?;
+        if last.row.dropped {
+            return Some(Stop::Reference);
+        }
+        let is_last = match next {
+            Pace::Parts(parts) => {
+                let step = grid.step(parts);
+                let too_small = self.plan.smallest_step.is_some_and(|smallest| step < 0.999 * smallest);
+                too_small || grid.duration / step > MOST_STEPS
+            }
+            Pace::Tolerance(tolerance) => tolerance < SMALLEST_TOLERANCE,
+        };
+        if is_last {
+            return Some(Stop::Steps);
+        }
+        // Twice in a row no better, once it was good.
+        let errors: Vec<f64> = records.iter().rev().take(3).map_while(|record| record.row.error()).collect();
+        let stays = |pair: &[f64]| pair[0] > 0.8 * pair[1];
+        if errors.len() == 3 && errors[0] < 1e-6 && errors.windows(2).all(stays) {
+            return Some(Stop::Floor);
+        }
+        None
+    }
+
+    /// What makes a row worth using again.
+    fn key(&self, variant: &Variant, contender: Contender, grid: &Grid, pace: Pace) -> String {
+        let Provenance { commit, cpu, rustc, flags, .. } = self.provenance;
+        let solver = variant.scene.time.solver.clone().unwrap_or_default();
+        let problem = super::reference::key(&variant.scene, grid);
+        let scheme = serde_json::to_string(&contender.spec).unwrap_or_default();
+        let about = (&variant.reference.id, self.plan.repeats, self.plan.threads);
+        format!("{problem} {scheme} {pace:?} {solver:?} {about:?} {commit} {cpu} {rustc} {flags}")
+    }
+
+    fn results(&self, base: &Scene, grid: Grid, variants: Vec<Variant>, lines: Vec<Line>) -> Results {
+        let complete = lines.iter().all(|line| line.stop != Some(Stop::Interrupted));
+        let mut found: Vec<VariantResult> = variants
+            .into_iter()
+            .map(|variant| VariantResult {
+                variant: variant.label,
+                reference: variant.reference,
+                records: vec![],
+                lines: vec![],
+            })
+            .collect();
+        for mut line in lines {
+            line.records.sort_by(|a, b| b.row.dt.total_cmp(&a.row.dt));
+            let mut rows: Vec<_> = line.records.iter_mut().map(|record| &mut record.row).collect();
+            order::observe(&mut rows);
+            let variant = &mut found[line.variant];
+            variant.lines.push(LineResult {
+                integrator: integrator_name(line.contender, line.adaptive),
+                order_nominal: line.contender.method.documentation.order,
+                order_observed: order::fit(line.records.iter().map(|record| &record.row)),
+                stop: line.stop.unwrap_or(Stop::Steps),
+            });
+            variant.records.extend(line.records);
+        }
+        Results {
+            name: self.name.to_owned(),
+            title: base.title.clone().unwrap_or_else(|| self.name.to_owned()),
+            provenance: self.provenance.clone(),
+            grid,
+            error: self.plan.error,
+            variants: found,
+            complete,
+        }
+    }
+}
+
+/// A scheme's name, or as TOML with the parameters that are not the usual ones.
+pub(super) fn integrator_name(contender: Contender, adaptive: bool) -> String {
+    fixed_name(contender) + if adaptive { ADAPTIVE } else { "" }
+}
+
+fn fixed_name(contender: Contender) -> String {
+    let spec = contender.spec;
+    let is_usual = pliant::integrator::IntegratorSpec::ALL.contains(&spec);
+    let written = (!is_usual).then(|| serde_json::to_value(spec).ok()).flatten();
+    match written {
+        Some(serde_json::Value::Object(table)) => {
+            table.iter().fold(String::new(), |out, (name, parameters)| {
+                let pairs = parameters.as_object().into_iter().flatten();
+                let pairs: Vec<String> = pairs.map(|(key, value)| format!("{key} = {value}")).collect();
+                out + &format!("{{ {name} = {{ {} }} }}", pairs.join(", "))
+            })
+        }
+        _ => contender.name().to_owned(),
+    }
+}
+
+/// Seconds that all paces given will likely take: each in proportion to its steps. `None` where nothing has been run yet, or where
+/// paces are chosen.
+fn left(lines: &[Line]) -> Option<f64> {
+    let steps = |pace: &Pace| match pace {
+        Pace::Parts(parts) => *parts as f64,
+        // Of order 5, say.
+        Pace::Tolerance(tolerance) => tolerance.powf(-0.2),
+    };
+    if lines.iter().any(|line| !line.given) {
+        return None;
+    }
+    let known: Vec<f64> =
+        lines.iter().filter_map(|line| Some(line.cost?.0 / steps(line.last.as_ref()?))).collect();
+    if known.is_empty() {
+        return None;
+    }
+    let usual = known.iter().sum::<f64>() / known.len() as f64;
+    let active = lines.iter().filter(|line| line.stop.is_none());
+    let each = active.map(|line| {
+        let rate = line.cost.zip(line.last.as_ref()).map_or(usual, |((cost, _), last)| cost / steps(last));
+        rate * line.paces.iter().map(steps).sum::<f64>()
+    });
+    Some(each.sum())
+}
+
+/// Of a tolerance, as one would write it: `1e-7` and not a unit in the last place above.
+fn a_tenth(tolerance: f64) -> f64 {
+    format!("{:.12e}", 0.1 * tolerance).parse().unwrap_or(0.1 * tolerance)
+}
+
+/// The step [s] or the tolerance.
+fn shown(pace: Pace, grid: &Grid) -> (&'static str, f64) {
+    match pace {
+        Pace::Parts(parts) => ("step", grid.step(parts)),
+        Pace::Tolerance(tolerance) => ("tolerance", tolerance),
+    }
+}
+
+fn file(what: &'static str) -> impl Fn(std::io::Error) -> StudyError {
+    move |source| StudyError::File { what: what.to_owned(), source }
+}
+
+/// The status of a row whose run ended so.
+pub(super) fn status(outcome: &pliant::run::Outcome) -> Option<(RowStatus, Option<(f64, String)>)> {
+    use pliant::run::Outcome;
+    use pliant::simulation::StepError;
+    match outcome {
+        Outcome::Done => Some((RowStatus::Ok, None)),
+        Outcome::Interrupted | Outcome::ObserverFailed(_) => None,
+        Outcome::Failed(error) => Some(match error {
+            StepError::NotFinite { time, .. } => (RowStatus::Diverged, Some((*time, error.to_string()))),
+            // As small a step as there can be does not help.
+            StepError::StepTooSmall { time, .. } => (RowStatus::Diverged, Some((*time, error.to_string()))),
+            StepError::Unsolved { time, .. } => (RowStatus::NewtonFailed, Some((*time, error.to_string()))),
+            StepError::Unstable { time, .. } => (RowStatus::EnergyBlowUp, Some((*time, error.to_string()))),
+        }),
+    }
+}

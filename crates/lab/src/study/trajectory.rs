@@ -1,0 +1,217 @@
+//! Runs with a look at the state at the times of comparison.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::clock::Clock;
+use super::plan::{Contender, Grid, Pace};
+use pliant::deadline::until;
+use pliant::observer::{Frame, Observer, ObserverError};
+use pliant::run::{Outcome, Plan, Summary, run};
+use pliant_scene::assembly::{Assembly, UnstableStep};
+use pliant_scene::{Adaptive, Problem, Scene};
+
+/// What is left of a run for comparison: the state at each time, the start not among them.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Trajectory {
+    /// [s]
+    pub times: Vec<f64>,
+    /// Positions at each time, flat `(n, dimension)` [m].
+    pub x: Vec<Vec<f64>>,
+    /// Velocities at each time, flat `(n, dimension)` [m/s].
+    pub v: Vec<Vec<f64>>,
+}
+
+/// Energy and momenta at the start and at each time of comparison.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Series {
+    /// [s]
+    pub times: Vec<f64>,
+    /// Total energy, less what came in from outside and went out [J].
+    pub energy: Vec<f64>,
+    /// `sum m v` [kg m/s].
+    pub momentum: Vec<[f64; 3]>,
+    /// `sum m x cross v` [kg m^2/s].
+    pub angular_momentum: Vec<[f64; 3]>,
+}
+
+/// A run that was watched.
+pub(crate) struct Watched {
+    pub(crate) assembly: Assembly,
+    pub(crate) summary: Summary,
+    pub(crate) trajectory: Trajectory,
+    pub(crate) series: Series,
+    /// Whether it was stopped because the time for it was over.
+    pub(crate) out_of_time: bool,
+    pub(crate) setup: f64,
+    pub(crate) stepping: f64,
+}
+
+/// How one run is taken.
+#[derive(Clone, Copy)]
+pub(crate) struct Runner<'a> {
+    pub(crate) grid: Grid,
+    pub(crate) clock: &'a dyn Clock,
+    pub(crate) interrupt: &'a AtomicBool,
+}
+
+impl Runner<'_> {
+    /// The scene with this scheme and pace, assembled.
+    pub(crate) fn assemble(
+        &self,
+        scene: &Scene,
+        scheme: Contender,
+        pace: Pace,
+    ) -> Result<Assembly, Vec<Problem>> {
+        let scene = self.paced(scene, scheme, pace);
+        let mut assembly = scene.assemble(UnstableStep::Accept)?;
+        // The same, unless somebody tests a scheme that is not in the registry.
+        if scheme.method != scheme.spec.method() {
+            assembly.simulation.set_method(scheme.method);
+        }
+        Ok(assembly)
+    }
+
+    /// The scene with another scheme and pace. Explicit schemes have no solver.
+    fn paced(&self, scene: &Scene, scheme: Contender, pace: Pace) -> Scene {
+        let mut scene = scene.clone();
+        scene.time.integrator = scheme.spec;
+        (scene.time.step, scene.time.adaptive) = match pace {
+            Pace::Parts(parts) => (Some(self.grid.step(parts)), None),
+            Pace::Tolerance(tolerance) => {
+                let given = scene.time.adaptive.take().unwrap_or_default();
+                (None, Some(Adaptive { tolerance: Some(tolerance), ..given }))
+            }
+        };
+        // Frames, by which steps that follow the error go, are the times of comparison.
+        scene.output.rate = self.grid.rate();
+        if scheme.method.documentation.solves == 0 {
+            scene.time.solver = None;
+        }
+        // A row is of one step: where it is not solved, the run fails.
+        if let Some(solver) = &mut scene.time.solver {
+            solver.retries = None;
+        }
+        scene
+    }
+
+    /// A run that keeps states, until `deadline` at most.
+    pub(crate) fn watch(
+        &self,
+        scene: &Scene,
+        scheme: Contender,
+        pace: Pace,
+        deadline: f64,
+    ) -> Result<Watched, Vec<Problem>> {
+        let before = self.clock.now();
+        let mut assembly = self.assemble(scene, scheme, pace)?;
+        let setup = self.clock.now() - before;
+        let mut watcher = Watcher {
+            clock: self.clock,
+            deadline,
+            seen: Default::default(),
+            trajectory: Trajectory::default(),
+            series: Series::default(),
+            out_of_time: false,
+        };
+        let before = self.clock.now();
+        let plan = Plan { duration: self.grid.duration, rate: self.grid.rate() };
+        // Between two times of comparison there may be more work than there is time.
+        let over = || self.interrupt.load(Ordering::Relaxed) || self.clock.now() > deadline;
+        let simulation = &mut assembly.simulation;
+        let summary = until(over, |stop| {
+            simulation.system_mut().set_stop(Some(Arc::clone(stop)));
+            run(simulation, &plan, &mut [&mut watcher], stop)
+        });
+        assembly.simulation.system_mut().set_stop(None);
+        watcher.catch_up(&summary.work);
+        let stepping = self.clock.now() - before;
+        let Watcher { trajectory, series, out_of_time, .. } = watcher;
+        let stopped = matches!(summary.outcome, Outcome::Interrupted);
+        let out_of_time = out_of_time || stopped && !self.interrupt.load(Ordering::Relaxed);
+        Ok(Watched { assembly, summary, trajectory, series, out_of_time, setup, stepping })
+    }
+
+    /// Frames a second of a run that is timed: the fewest there can be, unless steps go by them.
+    fn timed_rate(&self, pace: Pace) -> f64 {
+        match pace {
+            Pace::Parts(_) => 1.0 / self.grid.duration,
+            Pace::Tolerance(_) => self.grid.rate(),
+        }
+    }
+
+    /// A run without a look at anything: seconds to assemble and to step.
+    pub(crate) fn time(
+        &self,
+        scene: &Scene,
+        scheme: Contender,
+        pace: Pace,
+    ) -> Result<(f64, f64), Vec<Problem>> {
+        let before = self.clock.now();
+        let mut assembly = self.assemble(scene, scheme, pace)?;
+        let setup = self.clock.now() - before;
+        let before = self.clock.now();
+        let plan = Plan { duration: self.grid.duration, rate: self.timed_rate(pace) };
+        assembly.simulation.count_losses(false);
+        let summary = run(&mut assembly.simulation, &plan, &mut [], self.interrupt);
+        self.clock.worked(&summary.work);
+        Ok((setup, self.clock.now() - before))
+    }
+}
+
+/// Keeps states.
+struct Watcher<'a> {
+    clock: &'a dyn Clock,
+    deadline: f64,
+    seen: pliant::observer::Work,
+    trajectory: Trajectory,
+    series: Series,
+    out_of_time: bool,
+}
+
+impl Watcher<'_> {
+    /// Tells the clock of the work since it was told last.
+    fn catch_up(&mut self, work: &pliant::observer::Work) {
+        let mut since = *work;
+        since.force_evaluations -= self.seen.force_evaluations;
+        self.seen = *work;
+        self.clock.worked(&since);
+    }
+}
+
+#[derive(Debug, thiserror::Error)]
+#[error("the time for this run is over")]
+struct OutOfTime;
+
+impl Observer for Watcher<'_> {
+    fn wants_diagnostics(&self) -> bool {
+        true
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.catch_up(&frame.work);
+        if let Some(diagnostics) = frame.diagnostics {
+            self.series.times.push(frame.time);
+            self.series.energy.push(diagnostics.conserved());
+            self.series.momentum.push(diagnostics.linear_momentum);
+            self.series.angular_momentum.push(diagnostics.angular_momentum);
+        }
+        if frame.index > 0 {
+            self.trajectory.times.push(frame.time);
+            self.trajectory.x.push(frame.x.to_vec());
+            self.trajectory.v.push(frame.v.to_vec());
+        }
+        if self.clock.now() > self.deadline {
+            self.out_of_time = true;
+            return Err(ObserverError { what: "studying".into(), source: Box::new(OutOfTime) });
+        }
+        Ok(())
+    }
+}
+
+impl Watched {
+    /// Whether it came to the end.
+    pub(crate) fn is_done(&self) -> bool {
+        matches!(self.summary.outcome, Outcome::Done)
+    }
+}

@@ -1,0 +1,100 @@
+//! From the `mesh` table of a scene to a checked mesh.
+
+use std::path::Path;
+
+use super::{
+    Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, cylinder, disk, elliptic_membrane,
+    file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, tapered_beam, transform, tube,
+};
+use crate::spec::{BodyMesh, MeshSpec};
+
+/// Builds the mesh that `spec` describes, `dimension` 2 or 3, and checks it.
+///
+/// `base` is the directory that relative paths of mesh files start from: the one of the scene file.
+///
+/// # Errors
+/// Whatever makes the specification, the file or the mesh unusable; see [`MeshError`].
+pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
+    build_shape(spec, dimension, base, false)
+}
+
+fn build_shape(
+    spec: &MeshSpec,
+    dimension: usize,
+    base: &Path,
+    keep_mid_nodes: bool,
+) -> Result<Mesh, MeshError> {
+    let size = predicted_size(spec, dimension, base)?;
+    if !matches!(spec, MeshSpec::File(_)) {
+        // The prediction for a file is a bound far above what it takes; that the file is there shows the proportion.
+        size.probe()?;
+    }
+    let mesh = match spec {
+        MeshSpec::Grid(spec) => grid::build(spec, dimension)?,
+        MeshSpec::Cloth(spec) => cloth::build(spec, dimension)?,
+        MeshSpec::Strand(spec) => strand::build(spec, dimension)?,
+        MeshSpec::Disk(spec) => disk::build(spec, dimension)?,
+        MeshSpec::Inline(spec) => inline::build(spec, dimension)?,
+        MeshSpec::Ball(spec) => ball::build(spec, dimension)?,
+        MeshSpec::Sphere(spec) => sphere::build(spec, dimension)?,
+        MeshSpec::Cylinder(spec) => cylinder::build(spec, dimension)?,
+        MeshSpec::Tube(spec) => tube::build(spec, dimension)?,
+        MeshSpec::Annulus(spec) => annulus::build(spec, dimension)?,
+        MeshSpec::CooksMembrane(spec) => cooks_membrane::build(spec, dimension)?,
+        MeshSpec::TaperedBeam(spec) => tapered_beam::build(spec, dimension)?,
+        MeshSpec::NotchedBeam(spec) => notched_beam::build(spec, dimension)?,
+        MeshSpec::EllipticMembrane(spec) => elliptic_membrane::build(spec, dimension)?,
+        // Checked there, where the places in the file are known.
+        MeshSpec::File(spec) => return file::build(spec, dimension, base, keep_mid_nodes),
+    };
+    check(&mesh)?;
+    Ok(mesh)
+}
+
+/// Builds the mesh of a body: its shape, promoted to second order where it is `quadratic`, then `transform`,
+/// then `repeat`.
+///
+/// # Errors
+/// As [`build`]; what makes the transformation or the copies impossible.
+pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
+    let mut mesh = build_shape(body.shape, dimension, base, body.quadratic)?;
+    if body.quadratic {
+        let count = 7 * mesh.element_count() as u64;
+        mesh = mesh.promoted_to_quadratic().ok_or(MeshError::TooMany { what: "vertices", count })?;
+    }
+    if let Some(spec) = body.transform {
+        transform::apply(spec, &mut mesh)?;
+    }
+    if let Some(spec) = body.repeat {
+        repeat::apply(spec, &mut mesh)?;
+    }
+    if body.transform.is_some() || body.repeat.is_some() {
+        // Large factors may leave the range of numbers, very different ones flatten.
+        check(&mesh)?;
+    }
+    Ok(mesh)
+}
+
+/// Refuses a vector of the wrong length or with a NaN or an infinity.
+pub(super) fn vector(field: &'static str, value: &[f64], dimension: usize) -> Result<(), MeshError> {
+    if value.len() != dimension {
+        return Err(MeshError::Components { field, expected: dimension, found: value.len() });
+    }
+    value.iter().try_for_each(|&value| finite(field, value))
+}
+
+/// Refuses a NaN or an infinity.
+pub(super) fn finite(field: &'static str, value: f64) -> Result<(), MeshError> {
+    if value.is_finite() { Ok(()) } else { Err(MeshError::NotFinite { field, value }) }
+}
+
+/// Refuses what is not finite and greater than zero.
+pub(super) fn positive(field: &'static str, value: f64) -> Result<(), MeshError> {
+    finite(field, value)?;
+    if value > 0.0 { Ok(()) } else { Err(MeshError::NotPositive { field, value }) }
+}
+
+/// Refuses zero.
+pub(super) fn at_least_one(field: &'static str, count: usize) -> Result<(), MeshError> {
+    if count > 0 { Ok(()) } else { Err(MeshError::ZeroCount { field }) }
+}

@@ -1,0 +1,86 @@
+//! `drop_degenerate`: no cells without a volume, and no cell twice.
+
+use super::{Cleaned, Kind, Step, consecutive};
+use crate::Mesh;
+use crate::MeshError;
+use crate::check::is_flat;
+use crate::file::FileMesh;
+use crate::topology::firsts;
+
+pub(super) const STEP: Step = Step {
+    asked: |spec| spec.drop_degenerate,
+    apply: |_, file| apply(file),
+    cures: |error| {
+        matches!(
+            error,
+            MeshError::Degenerate { .. }
+                | MeshError::RepeatedVertex { .. }
+                | MeshError::RepeatedCell { .. }
+                | MeshError::ZeroLengthEdge { .. }
+        )
+    },
+    advice: "`drop_degenerate = true` beside `path` leaves out cells without a volume, an area or a length, \
+             and cells that repeat another",
+};
+
+fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
+    let (dimension, count) = (file.mesh.element_dimension(), file.mesh.element_count());
+    let mut cleaned = Vec::new();
+    for kind in Kind::ALL {
+        let is_element = kind.dimension() == dimension;
+        let counts = of_kind(file, kind);
+        let whys = [
+            ["without a length", "without an area", "without a volume"][kind.dimension() - 1],
+            "that repeat another",
+        ];
+        for (count, why) in counts.into_iter().zip(whys) {
+            if count > 0 || (is_element && kind != Kind::Lines) {
+                cleaned
+                    .push(Cleaned { why, ..Cleaned::new("drop_degenerate", "dropped", count, kind.name()) });
+            }
+        }
+    }
+    if file.mesh.element_dimension() != dimension {
+        return Err(MeshError::NothingLeft { count });
+    }
+    Ok(cleaned)
+}
+
+/// Drops cells of a kind: how many because they are degenerate, and because they repeat another.
+fn of_kind(file: &mut FileMesh, kind: Kind) -> [usize; 2] {
+    let nodes = file.nodes(kind);
+    let flat = flat(&file.mesh, kind);
+    let mut keep: Vec<bool> =
+        nodes.iter().zip(&flat).map(|(nodes, flat)| !flat && all_differ(nodes)).collect();
+    let degenerate = keep.iter().filter(|keep| !**keep).count();
+    let firsts = match kind {
+        Kind::Edges => firsts(&file.mesh.edges, &keep),
+        Kind::Lines => firsts(&file.mesh.lines, &keep),
+        Kind::Triangles => firsts(&file.mesh.triangles, &keep),
+        Kind::Tetrahedra => firsts(&file.mesh.tetrahedra, &keep),
+    };
+    let stays = keep.clone();
+    for (cell, &first) in firsts.iter().enumerate() {
+        keep[cell] &= first as usize == cell;
+    }
+    let repeated = stays.iter().filter(|stays| **stays).count() - keep.iter().filter(|keep| **keep).count();
+    let kept = consecutive(&keep);
+    let numbers = firsts.iter().map(|&first| kept[first as usize]).collect();
+    file.retain_cells(kind, &keep, &numbers);
+    [degenerate, repeated]
+}
+
+fn all_differ(nodes: &[u32]) -> bool {
+    nodes.iter().enumerate().all(|(i, node)| !nodes[..i].contains(node))
+}
+
+/// Whether each cell of a kind is flat.
+fn flat(mesh: &Mesh, kind: Kind) -> Vec<bool> {
+    let least = mesh.diagonal();
+    match kind {
+        Kind::Edges => mesh.edges.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        Kind::Lines => mesh.lines.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        Kind::Triangles => mesh.triangles.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        Kind::Tetrahedra => mesh.tetrahedra.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+    }
+}

@@ -1,0 +1,213 @@
+//! Cleaning of mesh files: each step is a key beside `path`, and a file here with one line in [`STEPS`].
+//!
+//! Steps are taken in the order of the list: vertices are merged first, which makes cells degenerate and
+//! repeats them; these are dropped; then vertices that no cell is left to use; what remains is oriented.
+
+mod degenerate;
+mod merge;
+mod orient;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod unused;
+
+use serde::Serialize;
+
+use super::MeshError;
+use super::file::{FileMesh, Place};
+use crate::spec::FileSpec;
+
+/// The steps there are, in the order in which they are taken.
+pub(super) const STEPS: &[Step] = &[merge::STEP, degenerate::STEP, unused::STEP, orient::STEP];
+
+/// One way to mend a file.
+pub(super) struct Step {
+    /// Whether the scene asks for it.
+    pub asked: fn(&FileSpec) -> bool,
+    /// Mends the file, and counts.
+    pub apply: fn(&FileSpec, &mut FileMesh) -> Result<Vec<Cleaned>, MeshError>,
+    /// Whether it mends this fault.
+    pub cures: fn(&MeshError) -> bool,
+    /// The key, and what it does.
+    pub advice: &'static str,
+}
+
+/// Number of vertices or cells that a step of cleaning changed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Cleaned {
+    /// The key of the step: `merge`, `drop_degenerate`, `drop_unused`, `orient`.
+    pub key: &'static str,
+    /// `merged`, `dropped` or `oriented`.
+    pub verb: &'static str,
+    /// How many of them.
+    pub count: usize,
+    /// How many the step looked at, where that says something.
+    pub total: Option<usize>,
+    /// `vertices`, `triangles`, ...
+    pub what: &'static str,
+    /// Why, as the end of the sentence; may be empty.
+    pub why: &'static str,
+    /// Number of the first vertex that is gone: from it on vertices have other numbers than before the step.
+    pub first_vertex: Option<usize>,
+}
+
+impl Cleaned {
+    fn new(key: &'static str, verb: &'static str, count: usize, what: &'static str) -> Cleaned {
+        Cleaned { key, verb, count, total: None, what, why: "", first_vertex: None }
+    }
+}
+
+/// Takes the steps that the scene asks for; what they counted is in [`Mesh::cleaned`](super::Mesh::cleaned).
+pub(super) fn clean(spec: &FileSpec, file: &mut FileMesh) -> Result<(), MeshError> {
+    for step in STEPS.iter().filter(|step| (step.asked)(spec)) {
+        let cleaned = (step.apply)(spec, file)?;
+        file.mesh.cleaned.extend(cleaned);
+    }
+    Ok(())
+}
+
+/// What would mend this fault and is not asked for, in words.
+pub(super) fn cures(spec: &FileSpec, error: &MeshError) -> Vec<&'static str> {
+    let offered = STEPS.iter().filter(|step| !(step.asked)(spec) && (step.cures)(error));
+    offered.map(|step| step.advice).collect()
+}
+
+/// Cells of one kind, as the steps see them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Edges,
+    Lines,
+    Triangles,
+    Tetrahedra,
+}
+
+impl Kind {
+    const ALL: [Kind; 4] = [Kind::Edges, Kind::Lines, Kind::Triangles, Kind::Tetrahedra];
+
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Edges => "edges",
+            Kind::Lines => "lines",
+            Kind::Triangles => "triangles",
+            Kind::Tetrahedra => "tetrahedra",
+        }
+    }
+
+    fn dimension(self) -> usize {
+        match self {
+            Kind::Edges | Kind::Lines => 1,
+            Kind::Triangles => 2,
+            Kind::Tetrahedra => 3,
+        }
+    }
+}
+
+/// New numbers of things of which some are removed: `None` for those.
+type Numbers = Vec<Option<u32>>;
+
+/// Numbers of what `keep` keeps, one after the other.
+fn consecutive(keep: &[bool]) -> Numbers {
+    let mut next = 0;
+    let number = |&keep: &bool| {
+        keep.then(|| {
+            next += 1;
+            next - 1
+        })
+    };
+    keep.iter().map(number).collect()
+}
+
+/// Those of a list that `keep` keeps; all of an empty list.
+fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
+    let mut keep = keep.iter();
+    items.retain(|_| keep.next().is_none_or(|&keep| keep));
+}
+
+impl FileMesh {
+    /// All nodes of each cell of a kind: its corners, then those in the middle of its edges.
+    fn nodes(&self, kind: Kind) -> Vec<Vec<u32>> {
+        fn joined<const N: usize, const M: usize>(
+            corners: &[[u32; N]],
+            middles: &[[u32; M]],
+        ) -> Vec<Vec<u32>> {
+            let nodes = |(i, cell): (usize, &[u32; N])| {
+                let middles = middles.get(i).map_or(&[][..], |m| m);
+                [cell, middles].concat()
+            };
+            corners.iter().enumerate().map(nodes).collect()
+        }
+        match kind {
+            Kind::Edges => joined::<2, 0>(&self.mesh.edges, &[]),
+            Kind::Lines => joined::<2, 0>(&self.mesh.lines, &[]),
+            Kind::Triangles => joined(&self.mesh.triangles, &self.mesh.triangle_middles),
+            Kind::Tetrahedra => joined(&self.mesh.tetrahedra, &self.mesh.tetrahedron_middles),
+        }
+    }
+
+    /// Removes the cells that `keep` does not keep. `numbers` are the new ones of all, also of a cell that
+    /// is removed because another stands for it, whose groups that one is then in.
+    fn retain_cells(&mut self, kind: Kind, keep: &[bool], numbers: &Numbers) {
+        if keep.is_empty() {
+            // Groups of edges and those of lines look alike, and a file has one of them.
+            return;
+        }
+        let mesh = &mut self.mesh;
+        let places: &mut Vec<Place> = match kind {
+            Kind::Edges => {
+                retain(&mut mesh.edges, keep);
+                &mut self.edges
+            }
+            Kind::Lines => {
+                retain(&mut mesh.lines, keep);
+                &mut self.lines
+            }
+            Kind::Triangles => {
+                retain(&mut mesh.triangles, keep);
+                retain(&mut mesh.triangle_middles, keep);
+                &mut self.triangles
+            }
+            Kind::Tetrahedra => {
+                retain(&mut mesh.tetrahedra, keep);
+                retain(&mut mesh.tetrahedron_middles, keep);
+                &mut self.tetrahedra
+            }
+        };
+        retain(places, keep);
+        for group in mesh.groups.values_mut().filter(|g| g.topological_dimension == kind.dimension()) {
+            renumber(&mut group.cells, numbers);
+        }
+    }
+
+    /// Removes the vertices that `keep` does not keep; `numbers` as for cells. No cell may use one without
+    /// a number.
+    fn retain_vertices(&mut self, keep: &[bool], numbers: &Numbers) {
+        let mesh = &mut self.mesh;
+        let mut kept = keep.iter().flat_map(|&keep| std::iter::repeat_n(keep, mesh.dimension));
+        mesh.points.retain(|_| kept.next().is_none_or(|keep| keep));
+        retain(&mut self.vertices, keep);
+        let cells = mesh.edges.as_flattened_mut().iter_mut();
+        let cells = cells.chain(mesh.lines.as_flattened_mut());
+        let cells =
+            cells.chain(mesh.triangles.as_flattened_mut()).chain(mesh.triangle_middles.as_flattened_mut());
+        let cells = cells.chain(mesh.tetrahedra.as_flattened_mut());
+        for vertex in cells.chain(mesh.tetrahedron_middles.as_flattened_mut()) {
+            if let Some(number) = numbers[*vertex as usize] {
+                *vertex = number;
+            }
+        }
+        for group in mesh.groups.values_mut() {
+            renumber(&mut group.vertices, numbers);
+            if group.topological_dimension == 0 {
+                renumber(&mut group.cells, numbers);
+            }
+        }
+    }
+}
+
+/// New numbers of the things in a list, ascending, each once.
+fn renumber(list: &mut Vec<u32>, numbers: &Numbers) {
+    *list = list.iter().filter_map(|&i| numbers[i as usize]).collect();
+    list.sort_unstable();
+    list.dedup();
+}

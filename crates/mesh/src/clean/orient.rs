@@ -1,0 +1,51 @@
+//! `orient`: elements with a positive volume, surfaces with the same side up.
+
+use super::{Cleaned, Step, surface};
+use crate::Mesh;
+use crate::MeshError;
+use crate::file::FileMesh;
+use crate::geometry::measure;
+
+pub(super) const STEP: Step = Step {
+    asked: |spec| spec.orient,
+    apply: |_, file| apply(file),
+    cures: |error| matches!(error, MeshError::Inverted { .. }),
+    advice: "`orient = true` beside `path` does so for every element that needs it",
+};
+
+fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
+    let mesh = &mut file.mesh;
+    let (turned, what) = match (mesh.dimension, mesh.element_dimension()) {
+        (_, 3) => (left_handed(mesh, &mesh.tetrahedra), "tetrahedra"),
+        (2, 2) => (left_handed(mesh, &mesh.triangles), "triangles"),
+        (_, 2) => (surface::other_side_up(mesh)?, "triangles"),
+        _ => return Ok(Vec::new()),
+    };
+    for &cell in &turned {
+        if what == "tetrahedra" { turn_tetrahedron(mesh, cell) } else { turn_triangle(mesh, cell) }
+    }
+    let total = Some(mesh.element_count());
+    Ok(vec![Cleaned { total, ..Cleaned::new("orient", "oriented", turned.len(), what) }])
+}
+
+/// Cells of negative volume.
+fn left_handed<const N: usize>(mesh: &Mesh, cells: &[[u32; N]]) -> Vec<usize> {
+    let is_left = |cell: &[u32; N]| measure(&mesh.points, mesh.dimension, *cell).relative < 0.0;
+    (0..cells.len()).filter(|&i| is_left(&cells[i])).collect()
+}
+
+/// Exchanges the last two corners, and the nodes in the middle of the edges that change places with them.
+fn turn_tetrahedron(mesh: &mut Mesh, i: usize) {
+    mesh.tetrahedra[i].swap(2, 3);
+    if let Some([_, m12, m02, m03, m13, _]) = mesh.tetrahedron_middles.get_mut(i) {
+        std::mem::swap(m12, m13);
+        std::mem::swap(m02, m03);
+    }
+}
+
+fn turn_triangle(mesh: &mut Mesh, i: usize) {
+    mesh.triangles[i].swap(1, 2);
+    if let Some([m01, _, m20]) = mesh.triangle_middles.get_mut(i) {
+        std::mem::swap(m01, m20);
+    }
+}

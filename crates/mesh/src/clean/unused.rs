@@ -1,0 +1,34 @@
+//! `drop_unused`: no vertices without an element or an edge.
+
+use super::{Cleaned, Kind, Step, consecutive};
+use crate::MeshError;
+use crate::check::used_vertices;
+use crate::file::FileMesh;
+
+pub(super) const STEP: Step = Step {
+    asked: |spec| spec.drop_unused,
+    apply: |_, file| Ok(apply(file)),
+    cures: |error| matches!(error, MeshError::Unreferenced { .. }),
+    advice: "`drop_unused = true` beside `path` leaves them out",
+};
+
+/// Cells of lower dimension go with their vertices: a side that is none of any element.
+fn apply(file: &mut FileMesh) -> Vec<Cleaned> {
+    let Some(used) = used_vertices(&file.mesh) else { return Vec::new() };
+    let first_vertex = used.iter().position(|used| !used);
+    let count = used.iter().filter(|used| !**used).count();
+    let vertices = Cleaned::new("drop_unused", "dropped", count, "vertices");
+    let mut cleaned = vec![Cleaned { first_vertex, why: "that no element and no edge uses", ..vertices }];
+    for kind in Kind::ALL {
+        let keep: Vec<bool> =
+            file.nodes(kind).iter().map(|cell| cell.iter().all(|&v| used[v as usize])).collect();
+        let count = keep.iter().filter(|keep| !**keep).count();
+        if count > 0 {
+            file.retain_cells(kind, &keep, &consecutive(&keep));
+            let cells = Cleaned::new("drop_unused", "dropped", count, kind.name());
+            cleaned.push(Cleaned { why: "between them", ..cells });
+        }
+    }
+    file.retain_vertices(&used, &consecutive(&used));
+    cleaned
+}

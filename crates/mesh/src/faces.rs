@@ -1,0 +1,94 @@
+//! Faces of bodies: what loads on surfaces act on.
+
+use super::quadratic::sorted as ascending;
+use super::{Mesh, MeshError, select};
+use crate::spec::Selection;
+use pliant::element::face_edges;
+
+impl Mesh {
+    /// The faces with `N` vertices of the surface of a body in `N` dimensions: triangles, counter-clockwise seen from outside, or
+    /// edges that run counter-clockwise about the body. Those of a cloth are its triangles, those of a net without cells its
+    /// edges, as they stand.
+    ///
+    /// # Panics
+    /// If the mesh has not `N` dimensions.
+    pub fn faces<const N: usize>(&self) -> Vec<[u32; N]> {
+        assert_eq!(N, self.dimension, "edges in two dimensions, triangles in three");
+        let array = |face: &[u32]| {
+            let mut array = [0; N];
+            array.copy_from_slice(face);
+            array
+        };
+        match (N, self.triangles.is_empty()) {
+            (2, true) => self.edges.iter().map(|edge| array(edge)).collect(),
+            (2, false) => self.boundary_edges().iter().map(|edge| array(edge)).collect(),
+            _ => self.surface_triangles().iter().map(|triangle| array(triangle)).collect(),
+        }
+    }
+
+    /// Those of the [`faces`](Self::faces) that `selection` names: of a group of faces these, of any other set of vertices the
+    /// faces that have all their vertices in it; without a selection, all.
+    ///
+    /// # Errors
+    /// As [`select`], and [`MeshError::NoFace`] where no face is selected.
+    pub fn select_faces<const N: usize>(
+        &self,
+        selection: Option<&Selection>,
+    ) -> Result<Vec<[u32; N]>, MeshError> {
+        let faces = self.faces::<N>();
+        let Some(selection) = selection else {
+            return if faces.is_empty() { Err(MeshError::NoFace { whole: true }) } else { Ok(faces) };
+        };
+        let vertices = select(self, selection)?;
+        let mut inside = vec![false; self.vertex_count()];
+        vertices.iter().for_each(|v| inside[*v as usize] = true);
+        let named = self.group_of_faces::<N>(selection);
+        let is_selected = |face: &[u32; N]| match &named {
+            Some(named) => named.binary_search(&sorted(*face)).is_ok(),
+            None => face.iter().all(|v| inside[*v as usize]),
+        };
+        let selected: Vec<[u32; N]> = faces.into_iter().filter(is_selected).collect();
+        if selected.is_empty() { Err(MeshError::NoFace { whole: false }) } else { Ok(selected) }
+    }
+
+    /// These `faces` of a mesh of second order with the nodes in the middle of their edges, as [elements](pliant::element::face_points)
+    /// have them: 3 nodes in two dimensions, 6 in three.
+    ///
+    /// # Panics
+    /// If the mesh is not of second order, or has no such faces.
+    pub fn quadratic_faces<const D: usize, const N: usize>(&self, faces: &[[u32; D]]) -> Vec<[u32; N]> {
+        let middles = self.middles();
+        let with_middles = |face: &[u32; D]| {
+            let mut nodes = [0; N];
+            nodes[..D].copy_from_slice(face);
+            for (node, [i, j]) in nodes[D..].iter_mut().zip(face_edges::<D, N>()) {
+                *node = middles[&ascending(face[*i], face[*j])];
+            }
+            nodes
+        };
+        faces.iter().map(with_middles).collect()
+    }
+
+    /// The cells of a group of faces, each with its vertices ascending, in order; `None` for any other selection.
+    fn group_of_faces<const N: usize>(&self, selection: &Selection) -> Option<Vec<[u32; N]>> {
+        let Selection::Group(name) = selection else { return None };
+        let group = self.groups.get(name).filter(|group| group.topological_dimension + 1 == N)?;
+        let cell = |i: &u32| {
+            let mut cell = [0; N];
+            match N {
+                2 if self.lines.is_empty() => cell.copy_from_slice(&self.edges[*i as usize]),
+                2 => cell.copy_from_slice(&self.lines[*i as usize]),
+                _ => cell.copy_from_slice(&self.triangles[*i as usize]),
+            }
+            sorted(cell)
+        };
+        let mut cells: Vec<[u32; N]> = group.cells.iter().map(cell).collect();
+        cells.sort_unstable();
+        Some(cells)
+    }
+}
+
+fn sorted<const N: usize>(mut face: [u32; N]) -> [u32; N] {
+    face.sort_unstable();
+    face
+}

@@ -1,0 +1,304 @@
+//! Mesh files: the format by the extension, what all formats have in common, and where in the file a fault lies.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::check::{check, check_numbers, unusable_cells};
+use super::clean::{clean, cures};
+use super::quadratic::MidNodes;
+use super::signature::recognised;
+use super::tokens::Fault;
+use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
+use crate::spec::FileSpec;
+
+/// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n` cells and
+/// ask for `n^2` memory.
+pub(super) const GROUPS_AT_ONCE: usize = 64;
+
+/// Defines [`Format`] from one line per format: extensions, what the format is called in messages, and its reader.
+macro_rules! formats {
+    ($($variant:ident: [$($extension:literal),+], $name:literal, $read:path;)+) => {
+        /// The formats there are.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(super) enum Format {
+            $($variant,)+
+        }
+
+        impl Format {
+            #[cfg(test)]
+            pub(super) const ALL: &[Format] = &[$(Format::$variant,)+];
+
+            /// The format that a lower-case extension names.
+            fn of_extension(extension: &str) -> Option<Format> {
+                match extension {
+                    $($($extension)|+ => Some(Format::$variant),)+
+                    _ => None,
+                }
+            }
+
+            fn names() -> Vec<&'static str> {
+                vec![$($name,)+]
+            }
+
+            fn read(self, input: &Input) -> Result<FileMesh, Fault> {
+                match self {
+                    $(Format::$variant => $read(input),)+
+                }
+            }
+        }
+    };
+}
+
+formats! {
+    Gmsh: ["msh"], "Gmsh `.msh` (2.2 and 4.1)", gmsh::read;
+    Medit: ["mesh"], "Medit `.mesh`", medit::read;
+    Obj: ["obj"], "Wavefront `.obj`", obj::read;
+    Ply: ["ply"], "`.ply`", ply::read;
+    Stl: ["stl"], "`.stl`", stl::read;
+    TetGen: ["ele", "node"], "TetGen `.node` with `.ele`", tetgen::read;
+    Vtk: ["vtk"], "VTK `.vtk`", vtk::read;
+    Vtu: ["vtu"], "VTK `.vtu`", vtu::read;
+}
+
+/// What a reader is given.
+pub(super) struct Input<'a> {
+    /// The file. Of TetGen's pair the `.ele`.
+    pub bytes: &'a [u8],
+    /// The `.node` of TetGen's pair.
+    pub nodes: &'a [u8],
+    pub mid_nodes: MidNodes,
+    /// How the file is cleaned.
+    pub spec: &'a FileSpec,
+}
+
+/// Where a vertex or a cell stands in its file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Number by which the file calls it; 0 if it has none. In a binary file its offset.
+    pub tag: u64,
+    /// Line, from 1; 0 in a binary file.
+    pub line: u32,
+}
+
+/// What a reader hands over: a mesh without points, the points in space, and the place of everything.
+#[derive(Debug, Default)]
+pub(super) struct FileMesh {
+    /// Flat `(n, 3)` [m], in every dimension.
+    pub xyz: Vec<f64>,
+    /// Cells and groups.
+    pub mesh: Mesh,
+    pub vertices: Vec<Place>,
+    /// Whether the vertices stand in [`Input::nodes`].
+    pub vertices_in_nodes: bool,
+    pub edges: Vec<Place>,
+    pub lines: Vec<Place>,
+    pub triangles: Vec<Place>,
+    pub tetrahedra: Vec<Place>,
+}
+
+/// The format that the extension names.
+fn format(path: &Path) -> Result<Format, MeshError> {
+    let extension = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+    extension.as_deref().and_then(Format::of_extension).ok_or_else(|| MeshError::UnknownFormat {
+        path: path.to_path_buf(),
+        supported: Format::names().join(", "),
+    })
+}
+
+/// Bounds from the length of the file: "1 0 0 0\n" is the shortest vertex, and " 1" is what a polygon spends on one
+/// triangle more. 16 bytes of memory per byte of text hold a cell and its place. Binary files are no denser; a `.vtu`
+/// with compressed arrays may hold more than this says.
+pub(super) fn size(spec: &FileSpec, dimension: usize, base: &Path) -> Result<MeshSize, MeshError> {
+    let path = base.join(&spec.path);
+    format(&path)?;
+    let length = length(&path)?;
+    let most = |least: u64| (length / least).min(u64::from(u32::MAX));
+    let bound = MeshSize {
+        vertices: most(8),
+        edges: most(2),
+        triangles: most(2),
+        tetrahedra: if dimension == 3 { most(8) } else { 0 },
+        bytes: length.saturating_mul(16),
+        ..MeshSize::default()
+    };
+    Ok(bound)
+}
+
+/// Length of a regular file [bytes]. Pipes and devices may never end.
+fn length(path: &Path) -> Result<u64, MeshError> {
+    let unreadable = |source| MeshError::Unreadable { path: path.to_path_buf(), source };
+    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(unreadable(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file")));
+    }
+    Ok(metadata.len())
+}
+
+/// Reads the file that a scene names, and checks what it holds.
+pub(super) fn build(
+    spec: &FileSpec,
+    dimension: usize,
+    base: &Path,
+    keep_mid_nodes: bool,
+) -> Result<Mesh, MeshError> {
+    let mid_nodes = match (spec.drop_mid_nodes, keep_mid_nodes) {
+        (true, _) => MidNodes::Drop,
+        (false, true) => MidNodes::Keep,
+        (false, false) => MidNodes::Refuse,
+    };
+    read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)
+}
+
+/// The files that reading the mesh file `path` reads.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    let paths =
+        format(path).map_or_else(|_| [path.to_path_buf(), PathBuf::new()], |format| pair(format, path));
+    paths.into_iter().filter(|path| !path.as_os_str().is_empty()).collect()
+}
+
+/// The file, and that of TetGen's nodes beside it or nothing.
+fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
+    match format {
+        Format::TetGen => [path.with_extension("ele"), path.with_extension("node")],
+        _ => [path.to_path_buf(), PathBuf::new()],
+    }
+}
+
+/// Reads a mesh file, its format by the extension, and checks what it holds. Of a TetGen pair either file may be named.
+///
+/// # Errors
+/// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte of whatever
+/// is wrong.
+pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
+    read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)
+}
+
+/// The same with the cleaning that `spec` asks for.
+fn read_cleaned(
+    path: &Path,
+    spec: &FileSpec,
+    dimension: usize,
+    mid_nodes: MidNodes,
+) -> Result<Mesh, MeshError> {
+    let contents = |path: &Path| {
+        length(path)?;
+        std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
+    };
+    let format = format(path)?;
+    let paths = pair(format, path);
+    let bytes = contents(&paths[0])?;
+    let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
+    let input = Input { bytes: &bytes, nodes: &nodes, mid_nodes, spec };
+    parse(format, &input, dimension).map_err(|(site, error)| {
+        let [path, beside] = paths;
+        MeshError::InFile {
+            path: if site.in_nodes { beside } else { path },
+            line: (site.line > 0).then_some(site.line),
+            tag: site.tag,
+            cures: cures(spec, &error),
+            source: Box::new(error),
+        }
+    })
+}
+
+/// Where in the input a fault lies, as far as is known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Site {
+    /// Line, from 1; 0 if there is none.
+    pub line: u32,
+    /// What the file calls the thing at fault.
+    pub tag: Option<FileTag>,
+    /// Whether it is in [`Input::nodes`].
+    pub in_nodes: bool,
+    /// Whether the reader found it, before there was a mesh.
+    pub is_of_reader: bool,
+}
+
+/// The mesh that these bytes spell; total: every input gives a mesh or an error.
+pub(super) fn parse(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+    let text =
+        |bytes| if format == Format::Stl && stl::is_binary(bytes) { bytes } else { without_mark(bytes) };
+    let input = Input { bytes: text(input.bytes), nodes: text(input.nodes), ..*input };
+    read_and_check(format, &input, dimension).map_err(|(site, error)| {
+        // A file of another kind has no vertices for a reader that passes over what it does not know.
+        let unread = matches!(error, MeshError::Empty) || site.is_of_reader;
+        match recognised(format, input.bytes).filter(|_| unread) {
+            Some(other) => (Site::default(), other.into()),
+            None => (site, error),
+        }
+    })
+}
+
+/// A text without the mark that some editors put before it to say that it is UTF-8.
+pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+fn read_and_check(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+    let mut file = format.read(input).map_err(|Fault { line, byte, in_nodes, error }| {
+        (Site { line, tag: byte.map(FileTag::Byte), in_nodes, is_of_reader: true }, error)
+    })?;
+    match file.finish(input.spec, dimension) {
+        Ok(()) => Ok(file.mesh),
+        Err(error) => Err((file.site(&error), error)),
+    }
+}
+
+impl FileMesh {
+    /// Gives the mesh its points, cleans and checks it.
+    fn finish(&mut self, spec: &FileSpec, dimension: usize) -> Result<(), MeshError> {
+        self.mesh.dimension = dimension;
+        self.mesh.points = self.flatten(dimension)?;
+        check_numbers(&self.mesh)?;
+        clean(spec, self)?;
+        check(&self.mesh)
+    }
+
+    /// The points in as many coordinates as the scene has.
+    fn flatten(&mut self, dimension: usize) -> Result<Vec<f64>, MeshError> {
+        unusable_cells(&self.mesh)?;
+        if dimension == 3 {
+            return Ok(std::mem::take(&mut self.xyz));
+        }
+        let mut points = Vec::with_capacity(self.xyz.len() / 3 * 2);
+        for (vertex, xyz) in self.xyz.chunks_exact(3).enumerate() {
+            if xyz[2] != 0.0 {
+                return Err(MeshError::OffPlane { vertex, z: xyz[2] });
+            }
+            points.extend_from_slice(&xyz[..2]);
+        }
+        Ok(points)
+    }
+
+    /// Where the vertex or cell that `error` is about stands in the file.
+    fn site(&self, error: &MeshError) -> Site {
+        let locate = |places: &[Place], i: usize, tag: fn(u64) -> FileTag| {
+            let Place { tag: number, line } = places.get(i).copied().unwrap_or_default();
+            let tag = if line == 0 { FileTag::Byte } else { tag };
+            Site { line, tag: (number > 0).then(|| tag(number)), ..Site::default() }
+        };
+        let vertex = |i: usize| {
+            let site = locate(&self.vertices, i, FileTag::Node);
+            Site { in_nodes: self.vertices_in_nodes, ..site }
+        };
+        let cell = |cell: &Cell| match *cell {
+            Cell::Edge(i) => locate(&self.edges, i, FileTag::Element),
+            Cell::Line(i) => locate(&self.lines, i, FileTag::Element),
+            Cell::Triangle(i) => locate(&self.triangles, i, FileTag::Element),
+            Cell::Tetrahedron(i) => locate(&self.tetrahedra, i, FileTag::Element),
+        };
+        match error {
+            MeshError::OffPlane { vertex: i, .. }
+            | MeshError::NonFiniteCoordinate { vertex: i, .. }
+            | MeshError::Unreferenced { vertex: i, .. } => vertex(*i),
+            MeshError::IndexOutOfRange { cell: c, .. }
+            | MeshError::RepeatedVertex { cell: c, .. }
+            | MeshError::RepeatedCell { cell: c, .. }
+            | MeshError::Degenerate { cell: c, .. }
+            | MeshError::Folded { cell: c, .. }
+            | MeshError::Inverted { cell: c, .. } => cell(c),
+            MeshError::ZeroLengthEdge { edge, .. } => cell(&Cell::Edge(*edge)),
+            _ => Site::default(),
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Numbers of both encodings of the format: words of a text, or bytes between lines of text.
+
+use crate::FormatError;
+use crate::MeshError;
+use crate::file::Place;
+use crate::number_type::{Endian, NumberType};
+use crate::tokens::{Fault, Tokens};
+
+/// How a binary file stores its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Binary {
+    endian: Endian,
+    /// Bytes of a `size_t`: 4 or 8.
+    size: usize,
+}
+
+/// The file, read number by number. What it announces is met by reading that much: its end ends every loop.
+pub(super) struct Source<'a> {
+    pub tokens: Tokens<'a>,
+    binary: Option<Binary>,
+}
+
+impl<'a> Source<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Source { tokens: Tokens::of_bytes(bytes), binary: None }
+    }
+
+    /// From here on numbers are binary: the four bytes after this line are the integer 1, which shows their
+    /// order.
+    pub(super) fn set_binary(&mut self, size: u64) -> Result<(), Fault> {
+        let size = match size {
+            4 => 4,
+            8 => 8,
+            _ => return Err(self.tokens.expected("4 or 8, the bytes of a number", &size.to_string())),
+        };
+        self.tokens.end_line();
+        self.tokens.set_binary();
+        let expected = "the integer 1, which shows the order of the bytes";
+        let bytes = self.tokens.take(4, expected)?;
+        let endian = match bytes {
+            [1, 0, 0, 0] => Endian::Little,
+            [0, 0, 0, 1] => Endian::Big,
+            _ => return Err(self.tokens.expected(expected, &format!("{bytes:?}"))),
+        };
+        self.binary = Some(Binary { endian, size });
+        Ok(())
+    }
+
+    pub(super) fn is_binary(&self) -> bool {
+        self.binary.is_some()
+    }
+
+    /// The binary numbers of a section begin on a line of their own.
+    pub(super) fn begin_numbers(&mut self) {
+        if self.is_binary() {
+            self.tokens.end_line();
+        }
+    }
+
+    pub(super) fn fault(&self, error: impl Into<MeshError>) -> Fault {
+        self.tokens.fault(error)
+    }
+
+    /// The place of the number read last, of a thing with this tag.
+    pub(super) fn place(&self, tag: u64) -> Place {
+        self.tokens.place(tag)
+    }
+
+    /// An `int`.
+    pub(super) fn int(&mut self, expected: &'static str) -> Result<i64, Fault> {
+        match self.binary {
+            None => self.tokens.number(expected),
+            Some(Binary { endian, .. }) => {
+                // Exact: an f64 holds every number of 32 bits.
+                Ok(NumberType::I32.decode(self.tokens.take(4, expected)?, endian) as i64)
+            }
+        }
+    }
+
+    /// An `int` that counts or numbers something.
+    pub(super) fn natural(&mut self, expected: &'static str) -> Result<u64, Fault> {
+        if self.binary.is_none() {
+            return self.tokens.number(expected);
+        }
+        let number = self.int(expected)?;
+        u64::try_from(number).map_err(|_| self.tokens.expected(expected, &number.to_string()))
+    }
+
+    /// A `size_t`.
+    pub(super) fn size(&mut self, expected: &'static str) -> Result<u64, Fault> {
+        let Some(Binary { endian, size }) = self.binary else { return self.tokens.number(expected) };
+        let mut word = [0_u8; 8];
+        word[..size].copy_from_slice(self.tokens.take(size as u64, expected)?);
+        if endian == Endian::Big {
+            word[..size].reverse();
+        }
+        Ok(u64::from_le_bytes(word))
+    }
+
+    /// A `double`.
+    pub(super) fn real(&mut self, expected: &'static str) -> Result<f64, Fault> {
+        match self.binary {
+            None => self.tokens.number(expected),
+            Some(Binary { endian, .. }) => Ok(NumberType::F64.decode(self.tokens.take(8, expected)?, endian)),
+        }
+    }
+
+    /// Passes over the section that `$name` began.
+    pub(super) fn skip_section(&mut self, name: &str) -> Result<(), Fault> {
+        let found = self.tokens.skip_past(format!("$End{name}").as_bytes());
+        if found {
+            Ok(())
+        } else {
+            Err(self.fault(MeshError::EndOfFile { expected: "the end of a section" }))
+        }
+    }
+}
+
+/// `size` is that of a `double` in version 2.2, which has no other.
+pub(super) fn double_size(source: &Source, size: u64) -> Result<u64, Fault> {
+    if size == 8 {
+        return Ok(size);
+    }
+    let found = format!("a binary file with real numbers of {size} bytes");
+    Err(source.fault(FormatError::Unsupported { found, supported: "write them with 8 bytes" }))
+}

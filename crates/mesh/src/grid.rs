@@ -1,0 +1,174 @@
+//! A box of cells.
+
+use super::build::{at_least_one, positive, vector};
+use super::{Mesh, MeshError, MeshSize};
+use crate::spec::GridSpec;
+
+/// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner. All contain the
+/// diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without alternating; all are positive.
+const KUHN: [[[usize; 3]; 4]; 6] = [
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]],
+    [[0, 0, 0], [1, 1, 0], [0, 1, 0], [1, 1, 1]],
+    [[0, 0, 0], [0, 1, 0], [0, 1, 1], [1, 1, 1]],
+    [[0, 0, 0], [0, 1, 1], [0, 0, 1], [1, 1, 1]],
+    [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1]],
+    [[0, 0, 0], [1, 0, 1], [1, 0, 0], [1, 1, 1]],
+];
+
+/// The two triangles of a 2D cell, in the same manner.
+const HALVES: [[[usize; 2]; 3]; 2] = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]];
+
+/// Counts of the grid; refuses a specification that is no grid.
+pub(super) fn size(spec: &GridSpec, dimension: usize) -> Result<MeshSize, MeshError> {
+    if spec.cells.len() != dimension {
+        return Err(MeshError::Components { field: "cells", expected: dimension, found: spec.cells.len() });
+    }
+    spec.cells.iter().try_for_each(|&count| at_least_one("cells", count))?;
+    let product = |extra: u64| {
+        spec.cells.iter().fold(1_u64, |all, &count| all.saturating_mul((count as u64).saturating_add(extra)))
+    };
+    let cells = product(0);
+    let (triangles, tetrahedra) =
+        if dimension == 2 { (cells.saturating_mul(2), 0) } else { (0, cells.saturating_mul(6)) };
+    MeshSize { vertices: product(1), triangles, tetrahedra, ..MeshSize::default() }.checked(dimension)
+}
+
+/// Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k` and lies at `origin + spacing (i, j, k)` or at
+/// `origin + size (i/nx, j/ny, k/nz)`. A 2D cell is split into `(i,j) (i+1,j) (i+1,j+1)` and
+/// `(i,j) (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`; cells in the order of their lower corners.
+pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError> {
+    let size = size(spec, dimension)?;
+    let origin = spec.origin.clone().unwrap_or_else(|| vec![0.0; dimension]);
+    vector("origin", &origin, dimension)?;
+    match (&spec.spacing, &spec.size) {
+        (Some(spacing), None) => positive("spacing", *spacing)?,
+        (None, Some(size)) => {
+            vector("size", size, dimension)?;
+            size.iter().try_for_each(|&value| positive("size", value))?;
+        }
+        (spacing, _) => return Err(MeshError::SpacingOrSize { both: spacing.is_some() }),
+    }
+    let coordinate = |axis: usize, i: usize| {
+        let i = i as f64;
+        origin[axis]
+            + match (&spec.spacing, &spec.size) {
+                (Some(spacing), _) => i * spacing,
+                (None, Some(size)) => i / spec.cells[axis] as f64 * size[axis],
+                (None, None) => 0.0,
+            }
+    };
+    let mut mesh = Mesh { dimension, ..Mesh::default() };
+    size.reserve(&mut mesh.points, size.vertices * dimension as u64)?;
+    size.reserve(&mut mesh.triangles, size.triangles)?;
+    size.reserve(&mut mesh.tetrahedra, size.tetrahedra)?;
+    // Two dimensions are three with a single layer of vertices.
+    let [nx, ny, nz] = [spec.cells[0], spec.cells[1], spec.cells.get(2).copied().unwrap_or(0)];
+    let index = |i: usize, j: usize, k: usize| ((i * (ny + 1) + j) * (nz + 1) + k) as u32;
+    for i in 0..=nx {
+        for j in 0..=ny {
+            for k in 0..=nz {
+                let lattice = [i, j, k];
+                mesh.points.extend((0..dimension).map(|axis| coordinate(axis, lattice[axis])));
+            }
+        }
+    }
+    for i in 0..nx {
+        for j in 0..ny {
+            if dimension == 2 {
+                mesh.triangles.extend(HALVES.map(|half| half.map(|[a, b]| index(i + a, j + b, 0))));
+            }
+            for k in 0..nz {
+                mesh.tetrahedra.extend(KUHN.map(|tet| tet.map(|[a, b, c]| index(i + a, j + b, k + c))));
+            }
+        }
+    }
+    Ok(mesh)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_support::{build_grid, grid};
+
+    #[test]
+    fn a_plane_cell_is_split_along_its_rising_diagonal() {
+        let mesh = build_grid(&grid(&[2, 1], 0.5), 2).unwrap();
+        assert_eq!(mesh.points, [0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.5, 0.5, 1.0, 0.0, 1.0, 0.5]);
+        assert_eq!(mesh.triangles, [[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]]);
+        assert_eq!(mesh.element_count(), 4);
+    }
+
+    #[test]
+    fn vertices_are_numbered_with_the_last_axis_fastest() {
+        let spec = GridSpec { origin: Some(vec![1.0, 2.0, 3.0]), ..grid(&[2, 3, 4], 0.25) };
+        let mesh = build_grid(&spec, 3).unwrap();
+        for (i, j, k) in [(0, 0, 0), (1, 2, 3), (2, 3, 4), (2, 0, 1)] {
+            let expected = [1.0 + 0.25 * i as f64, 2.0 + 0.25 * j as f64, 3.0 + 0.25 * k as f64];
+            assert_eq!(mesh.point((i * 4 + j) * 5 + k), expected);
+        }
+    }
+
+    #[test]
+    fn a_space_cell_is_split_into_the_six_kuhn_tetrahedra() {
+        let mesh = build_grid(&grid(&[1, 1, 1], 1.0), 3).unwrap();
+        // Vertex 4 i + 2 j + k; every tetrahedron holds 0 and 7.
+        assert_eq!(
+            mesh.tetrahedra,
+            [[0, 4, 6, 7], [0, 6, 2, 7], [0, 2, 3, 7], [0, 3, 1, 7], [0, 1, 5, 7], [0, 5, 4, 7]]
+        );
+        for &tetrahedron in &mesh.tetrahedra {
+            let m = crate::geometry::measure(&mesh.points, 3, tetrahedron);
+            assert_eq!(m.volume, 1.0 / 6.0);
+        }
+    }
+
+    #[test]
+    fn the_size_is_reached_exactly_and_filled() {
+        let spec = GridSpec {
+            cells: vec![3, 5, 7],
+            size: Some(vec![0.3, 0.7, 1.1]),
+            origin: Some(vec![-1.0, 0.0, 2.0]),
+            spacing: None,
+        };
+        let mesh = build_grid(&spec, 3).unwrap();
+        assert_eq!(mesh.bounding_box(), (vec![-1.0, 0.0, 2.0], vec![-1.0 + 0.3, 0.7, 2.0 + 1.1]));
+        let volume: f64 =
+            mesh.tetrahedra.iter().map(|&t| crate::geometry::measure(&mesh.points, 3, t).volume).sum();
+        assert!((volume / (0.3 * 0.7 * 1.1) - 1.0).abs() < 1e-13, "{volume}");
+    }
+
+    #[test]
+    fn faults_of_the_specification_are_told_apart() {
+        let error = |spec: GridSpec, dimension| build_grid(&spec, dimension).unwrap_err();
+        let cells = |cells: &[usize]| grid(cells, 1.0);
+        assert!(matches!(
+            error(cells(&[1, 1]), 3),
+            MeshError::Components { field: "cells", expected: 3, found: 2 }
+        ));
+        assert!(matches!(error(cells(&[1, 0]), 2), MeshError::ZeroCount { field: "cells" }));
+        assert!(matches!(
+            error(grid(&[1, 1], -1.0), 2),
+            MeshError::NotPositive { field: "spacing", value: -1.0 }
+        ));
+        assert!(matches!(error(grid(&[1, 1], f64::NAN), 2), MeshError::NotFinite { field: "spacing", .. }));
+        let both = GridSpec { size: Some(vec![1.0, 1.0]), ..cells(&[1, 1]) };
+        assert!(matches!(error(both.clone(), 2), MeshError::SpacingOrSize { both: true }));
+        assert!(matches!(
+            error(GridSpec { spacing: None, size: None, ..both.clone() }, 2),
+            MeshError::SpacingOrSize { both: false }
+        ));
+        let flat = GridSpec { spacing: None, size: Some(vec![1.0, 0.0]), ..both };
+        assert!(matches!(error(flat, 2), MeshError::NotPositive { field: "size", value: 0.0 }));
+        let origin = GridSpec { origin: Some(vec![0.0; 3]), ..cells(&[1, 1]) };
+        assert!(matches!(error(origin, 2), MeshError::Components { field: "origin", expected: 2, found: 3 }));
+        assert!(matches!(error(cells(&[1, 1]), 4), MeshError::Dimension { dimension: 4 }));
+        assert!(matches!(
+            error(cells(&[usize::MAX; 3]), 3),
+            MeshError::TooMany { what: "vertices", count: u64::MAX }
+        ));
+        assert!(matches!(
+            error(cells(&[1_000_000_000, 3]), 2),
+            MeshError::TooMany { what: "triangles", count: 6_000_000_000 }
+        ));
+    }
+}

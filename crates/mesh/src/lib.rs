@@ -1,0 +1,185 @@
+//! Meshes: generators, readers, checks and selections. Plain data, either two- or three-dimensional.
+//!
+//! [`build`] turns the `mesh` table of a scene into a checked [`Mesh`], [`build_body`] moves and repeats it as the body
+//! says; [`select`] turns a selection into vertex
+//! indices; [`predicted_size`] says what a mesh will take before any of it is allocated. One generator or format
+//! lives in one file.
+
+// Loops over small fixed ranges index several arrays at once.
+#![allow(clippy::needless_range_loop)]
+
+use std::collections::BTreeMap;
+
+mod annulus;
+mod ball;
+mod build;
+mod cell;
+mod cells;
+mod check;
+mod clean;
+mod cloth;
+mod cooks_membrane;
+mod cylinder;
+mod disk;
+mod elliptic_membrane;
+mod error;
+mod extrude;
+mod faces;
+mod file;
+#[cfg(test)]
+mod file_tests;
+mod format_error;
+#[cfg(test)]
+mod format_fault_tests;
+#[cfg(test)]
+mod format_tests;
+#[cfg(test)]
+mod fuzz_tests;
+#[cfg(test)]
+mod generator_tests;
+mod geometry;
+mod gmsh;
+mod grid;
+mod icosahedron;
+mod inline;
+mod mapped;
+mod measure;
+mod medit;
+mod notched_beam;
+mod number_type;
+mod obj;
+mod pieces;
+mod ply;
+mod quadratic;
+mod quality;
+mod repeat;
+mod select;
+mod signature;
+mod size;
+pub mod spec;
+mod sphere;
+mod stl;
+mod strand;
+mod tapered_beam;
+#[cfg(test)]
+pub(crate) mod test_support;
+mod tetgen;
+mod thickness;
+mod tokens;
+mod topology;
+mod transform;
+mod tube;
+mod turn;
+mod vtk;
+pub mod vtk_cells;
+mod vtu;
+
+pub use build::{build, build_body};
+pub use cell::{Cell, FileTag};
+pub use clean::Cleaned;
+pub use error::MeshError;
+pub use file::{files, read};
+pub use format_error::FormatError;
+pub use pieces::Contents;
+pub use quadratic::MidNodes;
+pub use quality::{CurvedQuality, ElementQuality, Quality};
+pub use select::select;
+pub use size::{MeshSize, predicted_body_size, predicted_size};
+pub use thickness::Chord;
+
+/// A named set of cells of one topological dimension (a physical group of a mesh file).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Group {
+    /// 0 points, 1 edges, 2 triangles, 3 tetrahedra. Where a file gives one name to cells of several dimensions, the
+    /// highest of them.
+    pub topological_dimension: usize,
+    /// Indices into the mesh's cells of that dimension (for points: vertex indices; for edges: [`Mesh::lines`] if
+    /// there are any, otherwise [`Mesh::edges`]), ascending.
+    pub cells: Vec<u32>,
+    /// Every vertex of the cells of that name, ascending, each once.
+    pub vertices: Vec<u32>,
+}
+
+/// Vertices and the simplices between them.
+///
+/// `points` is flat, `(n, dimension)` [m]. A mesh may hold cells of several dimensions at once: a solid keeps the
+/// boundary triangles that carry its named groups. Elements are made of the cells of the highest dimension.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Rest positions, flat `(n, dimension)` [m].
+    pub points: Vec<f64>,
+    /// Edges. When there are any, springs are made of these; otherwise of the edges of the highest cells.
+    pub edges: Vec<[u32; 2]>,
+    /// Line cells of a file that has triangles or tetrahedra too. They carry groups and are no springs: a file with
+    /// named boundary curves would otherwise lose the springs of its interior.
+    pub lines: Vec<[u32; 2]>,
+    /// Triangles, counter-clockwise in 2D.
+    pub triangles: Vec<[u32; 3]>,
+    /// Tetrahedra, `(x1-x0, x2-x0, x3-x0)` right-handed.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// In a mesh of second order the vertices in the middle of the edges of each triangle, in the order `01, 12, 20`;
+    /// otherwise empty.
+    pub triangle_middles: Vec<[u32; 3]>,
+    /// In a mesh of second order the vertices in the middle of the edges of each tetrahedron, in the order
+    /// `01, 12, 02, 03, 13, 23` (VTK's); otherwise empty.
+    pub tetrahedron_middles: Vec<[u32; 6]>,
+    /// Named groups.
+    pub groups: BTreeMap<String, Group>,
+    /// Result of each step of cleaning that the scene asked for, in order.
+    pub cleaned: Vec<Cleaned>,
+}
+
+impl Mesh {
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.points.len() / self.dimension.max(1)
+    }
+
+    /// Position of vertex `i`, `(dimension)` [m].
+    pub fn point(&self, i: usize) -> &[f64] {
+        &self.points[i * self.dimension..(i + 1) * self.dimension]
+    }
+
+    /// Topological dimension of the elements: 3 with tetrahedra, 2 with triangles, 1 with edges only, 0 for points.
+    pub fn element_dimension(&self) -> usize {
+        if !self.tetrahedra.is_empty() {
+            3
+        } else if !self.triangles.is_empty() {
+            2
+        } else {
+            usize::from(!self.edges.is_empty())
+        }
+    }
+
+    /// Number of elements: cells of the highest dimension there is; 0 for points.
+    pub fn element_count(&self) -> usize {
+        match self.element_dimension() {
+            3 => self.tetrahedra.len(),
+            2 => self.triangles.len(),
+            _ => self.edges.len(),
+        }
+    }
+
+    /// Lower and upper corner of the axis-aligned bounding box, `(dimension)` each [m]; empty without vertices.
+    pub fn bounding_box(&self) -> (Vec<f64>, Vec<f64>) {
+        if self.points.is_empty() {
+            return (Vec::new(), Vec::new());
+        }
+        let (mut lower, mut upper) = (self.point(0).to_vec(), self.point(0).to_vec());
+        for i in 1..self.vertex_count() {
+            for (axis, &x) in self.point(i).iter().enumerate() {
+                lower[axis] = lower[axis].min(x);
+                upper[axis] = upper[axis].max(x);
+            }
+        }
+        (lower, upper)
+    }
+
+    /// Length of the diagonal of the bounding box [m]: the size that tolerances refer to.
+    pub fn diagonal(&self) -> f64 {
+        let (lower, upper) = self.bounding_box();
+        lower.iter().zip(&upper).fold(0.0_f64, |sum, (a, b)| sum.hypot(b - a))
+    }
+}

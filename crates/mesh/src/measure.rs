@@ -1,0 +1,172 @@
+//! Volumes shared out to vertices: what lumped masses are made of.
+
+use super::Mesh;
+use super::geometry::measure;
+use pliant::element::MassMatrix;
+
+impl Mesh {
+    /// Volume of the elements [m^3], or area [m^2], that falls to each vertex: every element gives equal shares to its
+    /// vertices, one of second order those of [`MassMatrix::lumped`]. Zero for vertices without elements.
+    pub fn lumped_measure(&self) -> Vec<f64> {
+        let mut shares = vec![0.0; self.vertex_count()];
+        match (self.element_dimension(), self.dimension, self.order()) {
+            (3, 3, 2) => self.share_lumped::<3, 10>(&mut shares),
+            (2, 2, 2) => self.share_lumped::<2, 6>(&mut shares),
+            _ => self.share_equally(&mut shares),
+        }
+        shares
+    }
+
+    fn share_equally(&self, shares: &mut [f64]) {
+        match self.element_dimension() {
+            3 => self.tetrahedra.iter().for_each(|cell| self.share(*cell, shares)),
+            2 => self.triangles.iter().for_each(|cell| self.share(*cell, shares)),
+            _ => {}
+        }
+    }
+
+    fn share_lumped<const D: usize, const N: usize>(&self, shares: &mut [f64]) {
+        let mass = MassMatrix::<D, N>::new();
+        for cell in self.elements::<N>() {
+            for (v, m) in cell.into_iter().zip(mass.lumped(&self.nodes::<D, N>(&cell))) {
+                shares[v as usize] += m;
+            }
+        }
+    }
+
+    /// The mass matrix for unit density by rows, `M_ab = integral of N_a N_b` over the elements [m^3 or m^2],
+    /// columns ascending: see [`MassMatrix::consistent`]. Row sums are the integrals of the shape functions.
+    /// Empty rows for vertices without elements.
+    pub fn consistent_measure(&self) -> Vec<Vec<(u32, f64)>> {
+        let mut rows = vec![vec![]; self.vertex_count()];
+        match (self.element_dimension(), self.dimension, self.order()) {
+            (3, _, 2) => self.add_products(&self.elements::<10>(), consistent::<3, 10>(self), &mut rows),
+            (3, _, _) => self.add_products(&self.tetrahedra, consistent::<3, 4>(self), &mut rows),
+            (2, 2, 2) => self.add_products(&self.elements::<6>(), consistent::<2, 6>(self), &mut rows),
+            (2, 2, _) => self.add_products(&self.triangles, consistent::<2, 3>(self), &mut rows),
+            (2, ..) => {
+                let straight = MassMatrix::<2, 3>::new().of_straight();
+                let area = |cell: &[u32; 3]| measure(&self.points, self.dimension, *cell).volume;
+                let scaled = |cell: &[u32; 3]| straight.map(|row| row.map(|m| area(cell) * m));
+                self.add_products(&self.triangles, scaled, &mut rows);
+            }
+            _ => {}
+        }
+        rows
+    }
+
+    /// Adds the matrices of the elements to the rows of their vertices; one entry for each vertex at last.
+    fn add_products<const N: usize>(
+        &self,
+        cells: &[[u32; N]],
+        matrix: impl Fn(&[u32; N]) -> [[f64; N]; N],
+        rows: &mut [Vec<(u32, f64)>],
+    ) {
+        for cell in cells {
+            for (row, products) in cell.iter().zip(matrix(cell)) {
+                rows[*row as usize].extend(cell.iter().copied().zip(products));
+            }
+        }
+        for row in rows {
+            row.sort_by_key(|(column, _)| *column);
+            row.dedup_by(|next, first| {
+                let same = next.0 == first.0;
+                first.1 += if same { next.1 } else { 0.0 };
+                same
+            });
+        }
+    }
+
+    /// Positions of the nodes of an element in `D` dimensions [m].
+    pub fn nodes<const D: usize, const N: usize>(&self, cell: &[u32; N]) -> [[f64; D]; N] {
+        let mut nodes = [[0.0; D]; N];
+        for (node, &v) in nodes.iter_mut().zip(cell) {
+            node.copy_from_slice(self.point(v as usize));
+        }
+        nodes
+    }
+
+    /// The edges that springs run along: those of the mesh if it names any, otherwise every edge of its elements, once,
+    /// ascending.
+    pub fn spring_edges(&self) -> Vec<[u32; 2]> {
+        if self.edges.is_empty() { self.unique_edges() } else { self.edges.clone() }
+    }
+
+    fn share<const N: usize>(&self, cell: [u32; N], shares: &mut [f64]) {
+        let volume = measure(&self.points, self.dimension, cell).volume;
+        for v in cell {
+            shares[v as usize] += volume / N as f64;
+        }
+    }
+}
+
+/// The consistent mass matrix of an element for unit density.
+fn consistent<const D: usize, const N: usize>(mesh: &Mesh) -> impl Fn(&[u32; N]) -> [[f64; N]; N] {
+    let mass = MassMatrix::<D, N>::new();
+    move |cell| mass.consistent(&mesh.nodes::<D, N>(cell))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::Mesh;
+    use crate::build;
+    use crate::spec::MeshSpec;
+
+    fn grid(dimension: usize) -> Mesh {
+        let spec =
+            serde_json::json!({ "grid": { "cells": vec![2; dimension], "size": vec![1.5; dimension] } });
+        build(&serde_json::from_value::<MeshSpec>(spec).unwrap(), dimension, Path::new(".")).unwrap()
+    }
+
+    /// `integral of x^2` over the cube is the product of nodal values with the matrix; rows are symmetric and
+    /// add up to the volume.
+    #[test]
+    fn the_products_of_shape_functions_integrate_squares() {
+        for d in [2, 3] {
+            for mesh in [grid(d), grid(d).promoted_to_quadratic().unwrap()] {
+                let rows = mesh.consistent_measure();
+                let value = |v: usize| mesh.point(v)[0];
+                let (mut total, mut square) = (0.0, 0.0);
+                for (a, row) in rows.iter().enumerate() {
+                    assert!(row.is_sorted_by(|a, b| a.0 < b.0), "one entry for each neighbour");
+                    for (b, m) in row {
+                        let back = rows[*b as usize].iter().find(|(c, _)| *c as usize == a).unwrap().1;
+                        assert!((back - m).abs() < 1e-15);
+                        total += m;
+                        square += value(a) * m * value(*b as usize);
+                    }
+                }
+                let volume = 1.5f64.powi(d as i32);
+                assert!((total - volume).abs() < 1e-13 && (square - volume * 1.5 * 1.5 / 3.0).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn linear_elements_share_their_volume_equally_and_quadratic_ones_give_corners_nothing_or_less() {
+        for d in [2, 3] {
+            let sums = |mesh: &Mesh| -> Vec<f64> {
+                mesh.consistent_measure().iter().map(|row| row.iter().map(|(_, m)| m).sum()).collect()
+            };
+            let mesh = grid(d);
+            let lumped = mesh.lumped_measure();
+            assert!(sums(&mesh).iter().zip(&lumped).all(|(a, b)| (a - b).abs() < 1e-14));
+            // -V/20 of every tetrahedron, of which a corner has V/4.
+            let part = if d == 2 { 0.0 } else { -0.2 };
+            let quadratic = sums(&mesh.promoted_to_quadratic().unwrap());
+            assert!(quadratic.iter().zip(&lumped).all(|(sum, volume)| (sum - part * volume).abs() < 1e-14));
+        }
+    }
+
+    /// Triangles in space: the same as in the plane.
+    #[test]
+    fn sheets_have_the_products_of_triangles_in_the_plane() {
+        let flat = grid(2);
+        let points = flat.points.chunks_exact(2).flat_map(|x| [0.6 * x[0], x[1], 0.8 * x[0]]).collect();
+        let sheet = Mesh { dimension: 3, points, ..flat.clone() };
+        let both = flat.consistent_measure().concat().into_iter().zip(sheet.consistent_measure().concat());
+        both.for_each(|((a, m), (b, n))| assert!(a == b && (m - n).abs() < 1e-15));
+    }
+}

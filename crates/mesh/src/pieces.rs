@@ -1,0 +1,137 @@
+//! What a mesh holds: cells of each kind, unconnected pieces, vertices at one place.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::{Cleaned, Mesh};
+
+/// Counts of what a mesh holds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Contents {
+    /// 2 where there are nodes in the middle of edges, otherwise 1.
+    pub order: usize,
+    /// Tetrahedra.
+    pub tetrahedra: usize,
+    /// Triangles; with tetrahedra these are sides that carry groups.
+    pub triangles: usize,
+    /// Edges that springs run along.
+    pub edges: usize,
+    /// Lines that carry groups.
+    pub lines: usize,
+    /// Parts that no element and no edge connects; 0 for a cloud of points.
+    pub pieces: usize,
+    /// Vertices at exactly the place of another with a lower number. Nothing connects them.
+    pub coincident_vertices: usize,
+    /// Result of each step of cleaning that the scene asked for, in order.
+    pub cleaned: Vec<Cleaned>,
+}
+
+impl Mesh {
+    /// Counts what it holds; `O(n log n)`.
+    pub fn contents(&self) -> Contents {
+        let is_cloud = self.element_dimension() == 0;
+        Contents {
+            order: self.order(),
+            tetrahedra: self.tetrahedra.len(),
+            triangles: self.triangles.len(),
+            edges: self.edges.len(),
+            lines: self.lines.len(),
+            pieces: if is_cloud { 0 } else { self.piece_count() },
+            coincident_vertices: if is_cloud { 0 } else { self.coincident_count() },
+            cleaned: self.cleaned.clone(),
+        }
+    }
+
+    /// Number of sets of vertices that no element and no edge connects with each other. Vertices that
+    /// belong to none count as one each.
+    fn piece_count(&self) -> usize {
+        let mut roots: Vec<u32> = (0..self.vertex_count() as u32).collect();
+        let mut pieces = self.vertex_count();
+        let mut connect = |cell: &[u32]| {
+            for pair in cell.windows(2) {
+                let (a, b) = (root(&mut roots, pair[0]), root(&mut roots, pair[1]));
+                // The lower one stays: trees grow from the first vertex of a piece.
+                roots[a.max(b) as usize] = a.min(b);
+                pieces -= usize::from(a != b);
+            }
+        };
+        self.edges.iter().for_each(|cell| connect(cell));
+        if self.tetrahedra.is_empty() {
+            self.triangles.iter().for_each(|cell| connect(cell));
+            self.triangles
+                .iter()
+                .zip(&self.triangle_middles)
+                .for_each(|(cell, m)| connect(&[&cell[..1], m].concat()));
+        } else {
+            self.tetrahedra.iter().for_each(|cell| connect(cell));
+            let curved = self.tetrahedra.iter().zip(&self.tetrahedron_middles);
+            curved.for_each(|(cell, m)| connect(&[&cell[..1], m].concat()));
+        }
+        pieces
+    }
+
+    /// Number of vertices that lie exactly where one with a lower number does.
+    fn coincident_count(&self) -> usize {
+        let key = |vertex: usize| {
+            let mut key = [0_u64; 3];
+            // The sum makes 0 of -0.
+            key.iter_mut().zip(self.point(vertex)).for_each(|(key, x)| *key = (x + 0.0).to_bits());
+            key
+        };
+        let mut places: Vec<[u64; 3]> = (0..self.vertex_count()).map(key).collect();
+        places.par_sort_unstable();
+        places.windows(2).filter(|pair| pair[0] == pair[1]).count()
+    }
+}
+
+/// The vertex that stands for the piece of this one. Paths are halved on the way.
+fn root(roots: &mut [u32], mut vertex: u32) -> u32 {
+    while roots[vertex as usize] != vertex {
+        let above = roots[roots[vertex as usize] as usize];
+        roots[vertex as usize] = above;
+        vertex = above;
+    }
+    vertex
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::spec::InlineSpec;
+    use crate::test_support::{build_grid, build_inline, grid, points};
+
+    #[test]
+    fn pieces_hang_together_by_elements_and_edges_only() {
+        let spec = InlineSpec {
+            points: points(&[
+                [0.0, 0.0],
+                [1.0, 0.0],
+                [0.0, 1.0],
+                [1.0, 0.0],
+                [2.0, 0.0],
+                [1.0, 1.0],
+                [5.0, 0.0],
+                [6.0, 0.0],
+            ]),
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+            edges: vec![[7, 6]],
+            ..InlineSpec::default()
+        };
+        let contents = build_inline(&spec, 2).unwrap().contents();
+        assert_eq!((contents.pieces, contents.coincident_vertices), (3, 1));
+        assert_eq!((contents.triangles, contents.edges, contents.tetrahedra, contents.order), (2, 1, 0, 1));
+        let tied = InlineSpec { edges: vec![[7, 6], [1, 4], [6, 2]], ..spec.clone() };
+        assert_eq!(build_inline(&tied, 2).unwrap().contents().pieces, 1);
+        let cloud = InlineSpec { triangles: vec![], edges: vec![], ..spec };
+        let contents = build_inline(&cloud, 2).unwrap().contents();
+        assert_eq!((contents.pieces, contents.coincident_vertices), (0, 0));
+    }
+
+    #[test]
+    fn a_grid_is_one_piece_of_either_order() {
+        let mesh = build_grid(&grid(&[3, 2, 2], 0.5), 3).unwrap();
+        assert_eq!((mesh.contents().pieces, mesh.contents().tetrahedra), (1, 72));
+        let quadratic = mesh.promoted_to_quadratic().unwrap().contents();
+        assert_eq!((quadratic.pieces, quadratic.order, quadratic.coincident_vertices), (1, 2, 0));
+    }
+}

@@ -1,0 +1,204 @@
+//! Edges and boundaries. Found by sorting: the result does not depend on hashes.
+
+use rayon::prelude::*;
+
+use super::Mesh;
+
+/// Corners of the faces of a positive tetrahedron, each counter-clockwise seen from outside.
+const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
+
+/// Pairs of corners of a simplex with `N` vertices, both ends ascending, appended to `edges`.
+fn append_edges<const N: usize>(edges: &mut Vec<[u32; 2]>, cells: &[[u32; N]]) {
+    for cell in cells {
+        for a in 0..N {
+            for b in a + 1..N {
+                edges.push([cell[a].min(cell[b]), cell[a].max(cell[b])]);
+            }
+        }
+    }
+}
+
+/// The entries that occur once, by the key of their sorted vertices, in their first order.
+fn unpaired<const N: usize>(facets: Vec<[u32; N]>) -> Vec<[u32; N]> {
+    let mut keys: Vec<([u32; N], usize)> = facets
+        .iter()
+        .enumerate()
+        .map(|(i, facet)| {
+            let mut key = *facet;
+            key.sort_unstable();
+            (key, i)
+        })
+        .collect();
+    keys.sort_unstable();
+    let mut once: Vec<usize> =
+        keys.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() == 1).map(|run| run[0].1).collect();
+    once.sort_unstable();
+    once.into_iter().map(|i| facets[i]).collect()
+}
+
+/// For each cell the first with the same vertices, in whatever order; cells that `of` leaves out stand for
+/// themselves, and for no other. An empty `of` leaves none out.
+pub(super) fn firsts<const N: usize>(cells: &[[u32; N]], of: &[bool]) -> Vec<u32> {
+    let key = |(i, cell): (u32, &[u32; N])| {
+        let mut key = *cell;
+        key.sort_unstable();
+        (key, i)
+    };
+    let counts = |i: &u32| of.get(*i as usize).is_none_or(|&of| of);
+    let mut keys: Vec<([u32; N], u32)> = (0..).zip(cells).map(key).filter(|(_, i)| counts(i)).collect();
+    keys.par_sort_unstable();
+    let mut firsts: Vec<u32> = (0..cells.len() as u32).collect();
+    for run in keys.chunk_by(|a, b| a.0 == b.0) {
+        run.iter().for_each(|(_, i)| firsts[*i as usize] = run[0].1);
+    }
+    firsts
+}
+
+/// Edges that only one of these triangles has, directed as that triangle runs through them: none for a closed surface.
+pub(super) fn open_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    unpaired(triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect())
+}
+
+impl Mesh {
+    /// The edges of the elements, each once: `[lower index, higher index]`, in lexicographic order. Springs of a mesh
+    /// without explicit [`edges`](Mesh::edges) are made of these; with edges only, those come back sorted, each once.
+    pub fn unique_edges(&self) -> Vec<[u32; 2]> {
+        let mut edges = Vec::new();
+        match self.element_dimension() {
+            3 => append_edges(&mut edges, &self.tetrahedra),
+            2 => append_edges(&mut edges, &self.triangles),
+            _ => append_edges(&mut edges, &self.edges),
+        }
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
+    /// The edges between two triangles, each with the opposite vertices: `[a, b, of the triangle that runs from a to b, of the one that runs
+    /// from b to a]`, by ascending `(min, max)` of the edge.
+    ///
+    /// # Errors
+    /// An edge of more than two triangles, or of two that run through it the same way: they have opposite sides up.
+    pub fn hinges(&self) -> Result<Vec<[u32; 4]>, String> {
+        // (lower, higher, runs from lower to higher, opposite)
+        let mut sides: Vec<(u32, u32, bool, u32)> = vec![];
+        for &[a, b, c] in &self.triangles {
+            for [from, to, opposite] in [[a, b, c], [b, c, a], [c, a, b]] {
+                sides.push((from.min(to), from.max(to), from < to, opposite));
+            }
+        }
+        sides.sort_unstable();
+        let mut hinges = vec![];
+        for side in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let (low, high) = (side[0].0, side[0].1);
+            match side {
+                [_] => {}
+                [(.., false, backward), (.., true, forward)] => hinges.push([low, high, *forward, *backward]),
+                [_, _] => {
+                    return Err(format!(
+                        "the two triangles at the edge from vertex {low} to {high} have opposite sides up; in a file, \
+                         `orient = true` beside `path` turns one of them"
+                    ));
+                }
+                more => {
+                    return Err(format!(
+                        "{} triangles meet at the edge from vertex {low} to {high}: it cannot be bent",
+                        more.len()
+                    ));
+                }
+            }
+        }
+        Ok(hinges)
+    }
+
+    /// The surface of a solid: the faces that belong to one tetrahedron only, counter-clockwise seen from outside, in
+    /// the order of their tetrahedra. Without tetrahedra the triangles as they stand.
+    pub fn surface_triangles(&self) -> Vec<[u32; 3]> {
+        if self.tetrahedra.is_empty() {
+            return self.triangles.clone();
+        }
+        unpaired(self.tetrahedra.iter().flat_map(|tet| FACES.map(|face| face.map(|i| tet[i]))).collect())
+    }
+
+    /// Edges with a single triangle of [`surface_triangles`](Mesh::surface_triangles) beside them, in the direction in
+    /// which it runs through them: the outline of a plane mesh counter-clockwise, the hem of a cloth; none where the
+    /// surface is closed, as that of every solid is.
+    pub fn boundary_edges(&self) -> Vec<[u32; 2]> {
+        open_edges(&self.surface_triangles())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::spec::{GridSpec, MeshSpec, StrandSpec};
+    use crate::test_support::{build_grid, grid};
+
+    #[test]
+    fn edges_are_unique_sorted_and_as_many_as_euler_says() {
+        let mesh = build_grid(&grid(&[3, 2], 1.0), 2).unwrap();
+        let edges = mesh.unique_edges();
+        // V - E + F = 1 for a disk.
+        assert_eq!(edges.len(), mesh.vertex_count() + mesh.triangles.len() - 1);
+        assert!(edges.is_sorted() && edges.iter().all(|[a, b]| a < b));
+        assert_eq!(edges[..3], [[0, 1], [0, 3], [0, 4]]);
+
+        let mesh = build_grid(&grid(&[2, 3, 4], 1.0), 3).unwrap();
+        // Kuhn: three families of edges, three of face diagonals, one of body diagonals.
+        let (x, y, z) = (2, 3, 4);
+        let along = x * (y + 1) * (z + 1) + (x + 1) * y * (z + 1) + (x + 1) * (y + 1) * z;
+        let diagonals = x * y * (z + 1) + x * (y + 1) * z + (x + 1) * y * z;
+        assert_eq!(mesh.unique_edges().len(), along + diagonals + x * y * z);
+    }
+
+    #[test]
+    fn edges_of_a_strand_are_its_segments() {
+        let spec = StrandSpec { segments: 2, start: vec![0.0, 0.0], end: vec![1.0, 0.0] };
+        let mut mesh = crate::build(&MeshSpec::Strand(spec), 2, Path::new(".")).unwrap();
+        mesh.edges = vec![[2, 1], [1, 0], [0, 1]];
+        assert_eq!(mesh.unique_edges(), [[0, 1], [1, 2]]);
+        assert!(mesh.surface_triangles().is_empty() && mesh.boundary_edges().is_empty());
+    }
+
+    /// By the divergence theorem an outward surface encloses the volume of its solid.
+    #[test]
+    fn the_surface_of_a_solid_is_closed_and_points_outwards() {
+        let mesh = build_grid(&grid(&[2, 3, 4], 0.5), 3).unwrap();
+        let surface = mesh.surface_triangles();
+        assert_eq!(surface.len(), 2 * 2 * (2 * 3 + 3 * 4 + 4 * 2));
+        assert!(mesh.boundary_edges().is_empty());
+        assert_eq!(enclosed(&mesh.points, &surface), 24.0 * 0.125);
+        // Away from the origin, where every face counts.
+        let spec = GridSpec { origin: Some(vec![1.0, 2.0, 4.0]), ..grid(&[1, 1, 1], 1.0) };
+        let single = build_grid(&spec, 3).unwrap();
+        let one = crate::Mesh { tetrahedra: vec![single.tetrahedra[0]], ..single };
+        assert_eq!(one.surface_triangles().len(), 4);
+        assert!((enclosed(&one.points, &one.surface_triangles()) - 1.0 / 6.0).abs() < 1e-14);
+    }
+
+    fn enclosed(points: &[f64], surface: &[[u32; 3]]) -> f64 {
+        let x = |i: u32| [points[3 * i as usize], points[3 * i as usize + 1], points[3 * i as usize + 2]];
+        let volume = |[a, b, c]: [[f64; 3]; 3]| {
+            a[0] * (b[1] * c[2] - b[2] * c[1])
+                + a[1] * (b[2] * c[0] - b[0] * c[2])
+                + a[2] * (b[0] * c[1] - b[1] * c[0])
+        };
+        surface.iter().map(|triangle| volume(triangle.map(x)) / 6.0).sum()
+    }
+
+    #[test]
+    fn the_outline_of_a_plane_mesh_runs_counter_clockwise() {
+        let mesh = build_grid(&grid(&[3, 2], 1.0), 2).unwrap();
+        let outline = mesh.boundary_edges();
+        assert_eq!(outline.len(), 10);
+        let area: f64 = outline
+            .iter()
+            .map(|&[a, b]| {
+                let (a, b) = (mesh.point(a as usize), mesh.point(b as usize));
+                (a[0] * b[1] - a[1] * b[0]) / 2.0
+            })
+            .sum();
+        assert_eq!(area, 6.0);
+    }
+}

@@ -1,0 +1,199 @@
+//! What can go wrong while a trajectory is written, read or recovered.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use pliant::observer::ObserverError;
+
+/// A trajectory could not be written, read or recovered.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The output exists and overwriting was not asked for.
+    #[error("{} exists; choose another name with `-o`, or replace it with `--force`", path.display())]
+    Exists {
+        /// The file that is there.
+        path: PathBuf,
+    },
+    /// An earlier run to the same output did not finish.
+    #[error(
+        "{0} is left over from a run that did not finish; keep its frames with `pliant recover {0}`, or discard it \
+         with `--force`",
+        part.display()
+    )]
+    LeftOver {
+        /// The unfinished file.
+        part: PathBuf,
+    },
+    /// Another process is writing this file at this moment.
+    #[error("{} is being written by another process", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A recording that is to go on does not have the frames before.
+    #[error(
+        "{} {reason}: the frames before the checkpoint are missing; put back the recording that the run wrote, or \
+         go on without one (`--no-record`)",
+        path.display()
+    )]
+    NoBeginning {
+        /// The file.
+        path: PathBuf,
+        /// Reason, after the name of the file.
+        reason: &'static str,
+    },
+    /// The file could not be written; with `frame`, frames before that one are recoverable.
+    #[error("cannot write {}{}: {source}{}", path.display(), at_frame(*frame), advice(path, *frame))]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The first frame that is lost; `None` where none is.
+        frame: Option<u64>,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The recorder was used after a write had failed.
+    #[error("{0} ends before frame {frame}, which could not be written; `pliant recover {0}` keeps the others", part.display())]
+    Incomplete {
+        /// The unfinished file.
+        part: PathBuf,
+        /// The first frame that is missing.
+        frame: u64,
+    },
+    /// A frame does not fit the topology that the recording began with.
+    #[error(
+        "frame {frame} has {found} numbers per field where the topology has {expected} (vertices x dimension)"
+    )]
+    FrameShape {
+        /// The frame.
+        frame: u64,
+        /// Numbers in `x` and `v` that the topology asks for.
+        expected: usize,
+        /// Numbers in the frame.
+        found: usize,
+    },
+    /// The energy channel was asked for and a frame came without diagnostics.
+    #[error("frame {frame} has no diagnostics, which the channel /energy records")]
+    MissingDiagnostics {
+        /// The frame.
+        frame: u64,
+    },
+    /// The channel of reactions was asked for and a frame came without them.
+    #[error("frame {frame} has no reactions, which the channel /reactions records")]
+    MissingReactions {
+        /// The frame.
+        frame: u64,
+    },
+    /// A channel about elements was asked for and a frame came without their states, or with those of other elements.
+    #[error("frame {frame} has the states of {found} elements, of {expected} that channels record")]
+    MissingElements {
+        /// The frame.
+        frame: u64,
+        /// Elements of the topology.
+        expected: usize,
+        /// Elements in the frame.
+        found: usize,
+    },
+    /// A cell names a vertex that does not exist.
+    #[error("body `{body}` refers to vertex {index}, but there are {vertex_count}")]
+    VertexIndex {
+        /// Name of the body.
+        body: String,
+        /// The index.
+        index: u32,
+        /// Number of vertices.
+        vertex_count: usize,
+    },
+    /// The file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// The file is not MCAP.
+    #[error("{} is not an MCAP file", path.display())]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is MCAP, but damaged.
+    #[error("{} is damaged: {source}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: mcap::McapError,
+    },
+    /// The file ends early: the run that wrote it is still going, or was killed.
+    #[error("{0} is not finished; once its run has ended, `pliant recover {0}` makes it readable", path.display())]
+    NotFinished {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file does not hold what a file of this program holds.
+    #[error("{} was not written by pliant, or by a newer version: {what}", path.display())]
+    Unexpected {
+        /// The file.
+        path: PathBuf,
+        /// What is missing or different.
+        what: &'static str,
+    },
+    /// The channel was not recorded.
+    #[error("{} has no channel {topic}; add it to `channels` in `[output]` and run again", path.display())]
+    NoChannel {
+        /// The file.
+        path: PathBuf,
+        /// The channel.
+        topic: String,
+    },
+    /// There is no such frame.
+    #[error("{} has {count} frames, so there is no frame {frame}", path.display())]
+    NoFrame {
+        /// The file.
+        path: PathBuf,
+        /// The frame asked for, from 0.
+        frame: usize,
+        /// Number of frames.
+        count: usize,
+    },
+}
+
+fn at_frame(frame: Option<u64>) -> String {
+    frame.map_or_else(String::new, |frame| format!(" at frame {frame}"))
+}
+
+fn advice(path: &Path, frame: Option<u64>) -> String {
+    match frame {
+        None => String::new(),
+        Some(0) => "; no frame was kept".to_owned(),
+        Some(_) => format!("; `pliant recover {}` keeps the frames before", path.display()),
+    }
+}
+
+impl From<RecordError> for ObserverError {
+    fn from(error: RecordError) -> Self {
+        ObserverError { what: "recording the trajectory".to_owned(), source: Box::new(error) }
+    }
+}
+
+/// An error of the MCAP writer, with the file and the frame.
+pub(super) fn write_error(path: &Path, frame: Option<u64>, error: mcap::McapError) -> RecordError {
+    let source = match error {
+        mcap::McapError::Io(source) => source,
+        other => io::Error::other(other),
+    };
+    RecordError::Write { path: path.to_owned(), frame, source }
+}
+
+/// An error of the MCAP reader, with the file.
+pub(super) fn read_error(path: &Path, error: mcap::McapError) -> RecordError {
+    let path = path.to_owned();
+    match error {
+        mcap::McapError::Io(source) => RecordError::Read { path, source },
+        mcap::McapError::BadMagic => RecordError::NotMcap { path },
+        source => RecordError::Damaged { path, source },
+    }
+}

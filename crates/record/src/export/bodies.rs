@@ -1,0 +1,108 @@
+//! The bodies of a recording and their cells.
+
+use crate::RecordError;
+use crate::read::{FileInfo, Trajectory};
+
+/// All bodies.
+#[derive(Debug)]
+pub(super) struct Bodies {
+    pub(super) bodies: Vec<Body>,
+    pub(super) vertex_count: usize,
+}
+
+/// One body; indices count the vertices of the whole recording.
+#[derive(Debug)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) vertices: std::ops::Range<u32>,
+    pub(super) edges: Vec<[u32; 2]>,
+    /// Triangles that are cells.
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) tetrahedra: Vec<[u32; 4]>,
+    /// Those of second order, corners first.
+    pub(super) quadratic_triangles: Vec<[u32; 6]>,
+    pub(super) quadratic_tetrahedra: Vec<[u32; 10]>,
+    /// Triangles to draw.
+    pub(super) surface: Vec<[u32; 3]>,
+}
+
+impl Body {
+    /// The springs, where they are all there is: those of a cloth are the sides of its triangles and their diagonals.
+    pub(super) fn lines(&self) -> &[[u32; 2]] {
+        if self.has_cells() { &[] } else { &self.edges }
+    }
+
+    /// Whether it has neither cells nor springs.
+    pub(super) fn is_particles(&self) -> bool {
+        self.edges.is_empty() && !self.has_cells()
+    }
+
+    fn has_cells(&self) -> bool {
+        let linear = !self.triangles.is_empty() || !self.tetrahedra.is_empty();
+        linear || !self.quadratic_triangles.is_empty() || !self.quadratic_tetrahedra.is_empty()
+    }
+}
+
+impl Bodies {
+    pub(super) fn read(trajectory: &mut Trajectory, info: &FileInfo) -> Result<Bodies, RecordError> {
+        let vertex_count = trajectory.vertex_count();
+        let mut bodies = Vec::new();
+        for summary in &info.bodies {
+            let name = summary.name.clone();
+            let last = summary.first_vertex.checked_add(summary.vertices);
+            let Some(last) = last.filter(|&last| last as usize <= vertex_count) else {
+                return Err(unexpected(info, "a body has vertices that do not exist"));
+            };
+            let mut cells = Cells { trajectory, info, name: &name, vertex_count };
+            let triangles = cells.of("tri")?;
+            let tetrahedra = cells.of("tet")?;
+            let quadratic_triangles = cells.of("tri6")?;
+            let quadratic_tetrahedra = cells.of("tet10")?;
+            let edges = cells.of("edge")?;
+            let surface = cells.of("surface")?;
+            // It is not written twice where it is all triangles.
+            let surface = if surface.is_empty() { triangles.clone() } else { surface };
+            let vertices = summary.first_vertex..last;
+            bodies.push(Body {
+                name,
+                vertices,
+                edges,
+                triangles,
+                tetrahedra,
+                quadratic_triangles,
+                quadratic_tetrahedra,
+                surface,
+            });
+        }
+        Ok(Bodies { bodies, vertex_count })
+    }
+}
+
+fn unexpected(info: &FileInfo, what: &'static str) -> RecordError {
+    RecordError::Unexpected { path: info.path.clone(), what }
+}
+
+struct Cells<'a> {
+    trajectory: &'a mut Trajectory,
+    info: &'a FileInfo,
+    name: &'a str,
+    vertex_count: usize,
+}
+
+impl Cells<'_> {
+    /// The cells of one kind; none if the recording has no such attachment.
+    fn of<const N: usize>(&mut self, kind: &str) -> Result<Vec<[u32; N]>, RecordError> {
+        let attachment = self.trajectory.attachment(&format!("topology/{}.{kind}.u32", self.name))?;
+        let Some(bytes) = attachment else { return Ok(Vec::new()) };
+        let (words, rest) = bytes.as_chunks::<4>();
+        let indices: Vec<u32> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
+        let (cells, more) = indices.as_chunks::<N>();
+        if !rest.is_empty() || !more.is_empty() {
+            return Err(unexpected(self.info, "the cells of a body are cut off"));
+        }
+        if indices.iter().any(|&vertex| vertex as usize >= self.vertex_count) {
+            return Err(unexpected(self.info, "a cell has a vertex that does not exist"));
+        }
+        Ok(cells.to_vec())
+    }
+}

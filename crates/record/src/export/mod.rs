@@ -1,0 +1,142 @@
+//! Frames of a recording as files of other programs: `.vtu` with a `.pvd` beside them for ParaView, PyVista and meshio,
+//! `.obj` for whatever draws surfaces.
+//!
+//! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; which frames go to which
+//! files is for its user to say.
+
+mod bodies;
+mod obj;
+mod pvd;
+#[cfg(test)]
+mod tests;
+mod vtu;
+
+use std::io::{self, Write};
+use std::path::Path;
+
+pub use pvd::write_pvd;
+
+use self::bodies::Bodies;
+use crate::RecordError;
+use crate::read::{ElementRows, Trajectory, info};
+use pliant::diagnostics::{MEASURES, Measure};
+
+/// A recording from which frames are written.
+#[derive(Debug)]
+pub struct Export {
+    trajectory: Trajectory,
+    bodies: Bodies,
+    /// Rest positions, flat `(vertex_count, 3)` [m]; `None` if the recording does not hold them.
+    rest: Option<Vec<f64>>,
+}
+
+/// A frame could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The frame could not be read.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The stream refused it.
+    #[error(transparent)]
+    Write(#[from] io::Error),
+}
+
+/// One frame, in three dimensions.
+struct Frame {
+    /// Simulated time [s].
+    time: f64,
+    /// Positions, flat `(vertex_count, 3)` [m].
+    x: Vec<f64>,
+    /// Velocities, flat `(vertex_count, 3)` [m/s].
+    v: Vec<f64>,
+}
+
+impl Export {
+    /// Opens a complete recording and reads which bodies it holds.
+    ///
+    /// # Errors
+    /// Those of [`Trajectory::open`]; [`RecordError::Unexpected`] if the cells do not fit the vertices;
+    /// [`RecordError::NoChannel`] without the channel `/state`.
+    pub fn open(path: &Path) -> Result<Export, RecordError> {
+        let mut trajectory = Trajectory::open(path)?;
+        let info = info(path)?;
+        if !info.topics.iter().any(|topic| topic.topic == "/state") {
+            return Err(RecordError::NoChannel { path: path.to_owned(), topic: "/state".to_owned() });
+        }
+        let bodies = Bodies::read(&mut trajectory, &info)?;
+        let rest = match trajectory.attachment("rest.f64")? {
+            Some(bytes) => {
+                let (numbers, _) = bytes.as_chunks::<8>();
+                let rest: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+                if rest.len() != trajectory.vertex_count() * trajectory.dimension() {
+                    let what = "rest.f64 has another number of coordinates";
+                    return Err(RecordError::Unexpected { path: path.to_owned(), what });
+                }
+                Some(in_space(&rest, trajectory.dimension()))
+            }
+            None => None,
+        };
+        Ok(Export { trajectory, bodies, rest })
+    }
+
+    /// Simulated time of each frame [s].
+    pub fn times(&self) -> &[f64] {
+        self.trajectory.times()
+    }
+
+    /// Writes a frame as VTK unstructured grid, arrays in base 64: points in space (2D: `z = 0`), tetrahedra, triangles,
+    /// lines and vertices as the bodies have them, `displacement` [m] (where the recording holds rest positions) and
+    /// `velocity` [m/s] of the points, and for each cell the number of its `body` and what the recording has of the
+    /// elements (channels `/elements/..`), NaN for cells that are none.
+    ///
+    /// # Errors
+    /// The frame cannot be read, or the stream not be written.
+    pub fn write_vtu(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
+        let elements = self.elements(frame)?;
+        let frame = self.frame(frame)?;
+        Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, &elements, out)?)
+    }
+
+    /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces that are counter-clockwise seen from
+    /// outside, lines of strands, points of particles. Vertices inside of solids are left out; the others keep their
+    /// order, the same in every frame.
+    ///
+    /// # Errors
+    /// As [`write_vtu`](Self::write_vtu).
+    pub fn write_obj(&mut self, frame: usize, out: &mut dyn Write) -> Result<(), ExportError> {
+        let frame = self.frame(frame)?;
+        Ok(obj::write(&self.bodies, &frame, out)?)
+    }
+
+    /// What was recorded of the elements.
+    fn elements(&mut self, frame: usize) -> Result<Vec<(&'static Measure, ElementRows)>, RecordError> {
+        let mut found = Vec::new();
+        for measure in &MEASURES {
+            match self.trajectory.elements(measure, frame) {
+                Ok(rows) => found.push((measure, rows)),
+                Err(RecordError::NoChannel { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(found)
+    }
+
+    fn frame(&mut self, frame: usize) -> Result<Frame, RecordError> {
+        let dimension = self.trajectory.dimension();
+        let x = in_space(&self.trajectory.positions(frame)?, dimension);
+        let v = in_space(&self.trajectory.velocities(frame)?, dimension);
+        // A frame that can be read has a time.
+        let time = self.trajectory.times().get(frame).copied().unwrap_or(0.0);
+        Ok(Frame { time, x, v })
+    }
+}
+
+/// Rows of three from rows of `dimension`.
+fn in_space(values: &[f64], dimension: usize) -> Vec<f64> {
+    let mut padded = Vec::with_capacity(values.len() / dimension * 3);
+    for row in values.chunks_exact(dimension) {
+        padded.extend((0..3).map(|axis| row.get(axis).copied().unwrap_or(0.0)));
+    }
+    padded
+}

@@ -1,0 +1,190 @@
+//! What is written reads back as what was recorded.
+
+use std::path::Path;
+
+use super::{Export, write_pvd};
+use crate::McapRecorder;
+use crate::Options;
+use crate::Outcome;
+use crate::Status;
+use pliant::observer::Observer;
+use pliant::run::{Plan, run};
+use pliant_mesh::{Mesh, MidNodes, read};
+use pliant_scene::assembly::UnstableStep;
+use pliant_scene::{Channel, Scene};
+
+/// A solid, a cloth, a strand and particles that move.
+const BODIES: &str = "dimension = 3
+time = { integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }
+[world]
+gravity = [0.0, 0.0, -9.8]
+nbody = { constant = 1.0, softening = 0.1 }
+[[body]]
+name = 'ball'
+mesh = { ball = { radius = 0.5, cells = 2 } }
+elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }
+mass = { density = 1000.0 }
+[[body]]
+name = 'sheet'
+mesh = { sphere = { radius = 0.3, cells = 1 } }
+transform = { translate = [2.0, 0.0, 0.0] }
+springs = { stiffness = 10.0 }
+mass = { per_vertex = 0.1 }
+[[body]]
+name = 'rope'
+mesh = { strand = { segments = 2, start = [0.0, 3.0, 0.0], end = [1.0, 3.0, 0.0] } }
+springs = { stiffness = 10.0 }
+mass = { per_vertex = 0.1 }
+velocity = { rigid = { linear = [1.0, 0.0, 0.0] } }
+[[body]]
+name = 'dust'
+mesh = { inline = { points = [[0.0, -3.0, 0.0], [1.0, -3.0, 0.0]] } }
+mass = { total = 1.0 }
+";
+
+/// Records a scene, eleven frames.
+fn recorded(text: &str, path: &Path) -> Vec<f64> {
+    let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
+    let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap_or_else(|p| panic!("{p:?}"));
+    let options = Options {
+        channels: vec![Channel::State, Channel::VonMises, Channel::CauchyStress],
+        ..Options::default()
+    };
+    let mut recorder = McapRecorder::create(path, &options, &assembly.topology).unwrap();
+    let plan = Plan { duration: 0.1, rate: 100.0 };
+    let observers: &mut [&mut dyn Observer] = &mut [&mut recorder];
+    run(&mut assembly.simulation, &plan, observers, &std::sync::atomic::AtomicBool::new(false));
+    let outcome = Outcome { status: Status::Completed, step: Some(100), time: 0.1, message: String::new() };
+    recorder.finish_with(&outcome).unwrap();
+    assembly.simulation.state().x().to_vec()
+}
+
+fn written(export: &mut Export, frame: usize, path: &Path) {
+    let mut bytes = Vec::new();
+    if path.extension().unwrap() == "vtu" {
+        export.write_vtu(frame, &mut bytes).unwrap();
+    } else {
+        export.write_obj(frame, &mut bytes).unwrap();
+    }
+    std::fs::write(path, bytes).unwrap();
+}
+
+fn read_back(path: &Path, dimension: usize) -> Mesh {
+    read(path, dimension, MidNodes::Refuse).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_solid_reads_back_bit_by_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let only_ball = &BODIES[..BODIES.find("[[body]]\nname = 'sheet'").unwrap()].replace("nbody", "# nbody");
+    let last = recorded(only_ball, &file);
+    let mut export = Export::open(&file).unwrap();
+    assert_eq!(export.times().len(), 11);
+    let vtu = folder.path().join("a.vtu");
+    written(&mut export, 10, &vtu);
+    let mesh = read_back(&vtu, 3);
+    assert_eq!(mesh.points, last);
+    assert_eq!(mesh.tetrahedra.len(), 160);
+    let obj = folder.path().join("a.obj");
+    written(&mut export, 10, &obj);
+    let surface = read_back(&obj, 3);
+    assert_eq!((surface.triangles.len(), surface.vertex_count()), (80, 42));
+    assert!(surface.boundary_edges().is_empty());
+    assert!(surface.points.chunks(3).all(|x| last.chunks(3).any(|y| x == y)));
+    assert_eq!(surface.groups["ball"].cells.len(), 80);
+    // The displacement is what the file says the points have moved.
+    let text = std::fs::read_to_string(&vtu).unwrap();
+    let after = text.split("Name=\"displacement\"").nth(1).unwrap();
+    let (bytes, _) = pliant_files::base64::decode(after.split(['>', '<']).nth(1).unwrap().as_bytes());
+    let moved: Vec<f64> = bytes[8..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+    let first = folder.path().join("b.vtu");
+    written(&mut export, 0, &first);
+    let start = read_back(&first, 3).points;
+    assert_eq!(moved, last.iter().zip(&start).map(|(x, x0)| x - x0).collect::<Vec<f64>>());
+    assert!(moved.iter().any(|u| u.abs() > 0.01));
+}
+
+#[test]
+fn bodies_of_every_kind_are_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let last = recorded(BODIES, &file);
+    let mut export = Export::open(&file).unwrap();
+    let mut bytes = Vec::new();
+    export.write_vtu(10, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let count = last.len() / 3;
+    // 160 tetrahedra, 20 triangles, two lines, two vertices.
+    assert!(text.contains(&format!("NumberOfPoints=\"{count}\" NumberOfCells=\"184\"")));
+    let mut bytes = Vec::new();
+    export.write_obj(10, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let lines = |start: &str| text.lines().filter(|line| line.starts_with(start)).count();
+    assert_eq!((lines("o "), lines("f "), lines("l "), lines("p ")), (4, 80 + 20, 2, 2));
+    assert_eq!(lines("v "), 42 + 12 + 3 + 2);
+    assert!(text.lines().any(|line| line == "l 55 56"), "numbers go on through the file");
+}
+
+#[test]
+fn plane_bodies_lie_in_the_plane() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let text = "dimension = 2
+time = { integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }
+[[body]]
+mesh = { cooks_membrane = { cells = [2, 2] } }
+transform = { scale = 0.01 }
+elastic = { linear = { young = 1e4, poisson = 0.3 } }
+mass = { density = 1000.0 }
+velocity = { rigid = { angular = 1.0 } }
+";
+    let last = recorded(text, &file);
+    let mut export = Export::open(&file).unwrap();
+    let vtu = folder.path().join("a.vtu");
+    written(&mut export, 10, &vtu);
+    assert_eq!(read_back(&vtu, 2).points, last);
+}
+
+#[test]
+fn collections_escape_their_names() {
+    let mut bytes = Vec::new();
+    write_pvd(&[(0.25, "a&b\".vtu".to_owned())], &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    assert!(text.contains("timestep=\"0.25\" part=\"0\" file=\"a&amp;b&quot;.vtu\""), "{text}");
+    assert!(roxmltree::Document::parse(&text).is_ok());
+}
+
+#[test]
+fn cells_that_are_elements_carry_what_was_recorded_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let density = "mass = { density = 1000.0 }";
+    let spinning = format!("{density}\nvelocity = {{ rigid = {{ angular = [0.0, 0.0, 5.0] }} }}");
+    recorded(&BODIES.replacen(density, &spinning, 1), &file);
+    let mut export = Export::open(&file).unwrap();
+    let mut bytes = Vec::new();
+    export.write_vtu(7, &mut bytes).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let array = |name: &str| {
+        let start = text.find(&format!("Name=\"{name}\"")).unwrap();
+        let line = text[start..].lines().nth(1).unwrap();
+        let (bytes, _) = pliant_files::base64::decode(line.as_bytes());
+        let numbers: Vec<f64> =
+            bytes[8..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        numbers
+    };
+    let mut trajectory = crate::read::Trajectory::open(&file).unwrap();
+    for measure in pliant::diagnostics::MEASURES.iter().filter(|m| text.contains(m.name)) {
+        let rows = trajectory.elements(measure, 7).unwrap();
+        assert!(rows.values.iter().any(|value| value.abs() > 1.0), "a spinning ball is under stress [Pa]");
+        let (found, elements) = (array(measure.name), rows.values.len());
+        // The ball is the first body.
+        assert_eq!(found[..elements], rows.values, "{}", measure.name);
+        assert!(found.len() > elements && found[elements..].iter().all(|value| value.is_nan()));
+    }
+    assert_eq!(
+        text.matches("Name=\"von-mises\"").count() + text.matches("Name=\"cauchy-stress\"").count(),
+        2
+    );
+}

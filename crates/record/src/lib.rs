@@ -1,0 +1,77 @@
+//! Recording runs as MCAP files, which Foxglove, Lichtblick and Rerun open as they are, and reading them back.
+//!
+//! | topic | encoding | content |
+//! |---|---|---|
+//! | `/state` | `foxglove.PointCloud` | positions [m] and velocities [m/s] of every vertex, doubles, every frame |
+//! | `/mesh` | `foxglove.SceneUpdate` | surfaces and springs to look at, at most 30 per simulated second |
+//! | `/elements/<measure>` | `foxglove.PointCloud` | one row for each finite element: where it is, and a [measure](pliant::diagnostics::MEASURES) of its deformation or stress, doubles, every frame |
+//! | `/energy` | JSON | [`Diagnostics`](pliant::diagnostics::Diagnostics) and work counters, every frame |
+//! | `/reactions` | JSON | force and moment of every [pin](pliant::diagnostics::Reaction) that has not let go and every wall, by name, every frame |
+//! | `/probe/<name>` | JSON | a [reading](pliant::probe::Reading) of each probe, every frame |
+//! | `/tf` | `foxglove.FrameTransform` | once, with `/state` or `/mesh` |
+//! | `/log` | `foxglove.Log` | warnings, if there are any |
+//!
+//! Attachments: `scene.toml`; `rest.f64` of shape `(vertices, dimension)`; `mass.f64`; and for each body what it has
+//! of `topology/<body>.edge.u32`, `.tri.u32`, `.tet.u32` and `.surface.u32` (where that is not all triangles): rows of
+//! 2, 3, 4 and 3 vertex numbers, which count the vertices of all bodies. Cells of second order are in `.tri6.u32` and
+//! `.tet10.u32` instead, rows of 6 and 10 in the order of VTK. Everything is little-endian.
+//! Metadata: `pliant` (format version, units, dimension, counts, bodies) and, at the end, `outcome`.
+//!
+//! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give
+//! the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at any moment loses
+//! no frame whose recording had returned, but for what took less than [`PATIENCE`] to compute where the recorder is given that: those of
+//! the chunk still open are also in `<output>.part.tail`, and [`recover`](read::recover) puts the two together.
+
+// Loops over small fixed ranges index several arrays at once.
+#![allow(clippy::needless_range_loop)]
+
+mod attachments;
+mod behind;
+mod channel;
+pub mod checkpoint;
+mod clock;
+mod cloud;
+mod container;
+mod continuation;
+mod desk;
+mod elements;
+mod energy;
+mod error;
+pub mod export;
+mod journal;
+mod kept;
+mod outcome;
+mod paths;
+mod probe;
+mod protobuf;
+mod reactions;
+pub mod read;
+mod recorder;
+mod sink;
+mod state;
+mod surface;
+#[cfg(test)]
+mod tests;
+mod transform;
+mod warning;
+
+use std::time::Duration;
+
+pub use attachments::BodySummary;
+pub use continuation::Beginning;
+pub use elements::BodyRows;
+pub use error::RecordError;
+pub use outcome::{Outcome, Status};
+pub use paths::files;
+pub use recorder::{McapRecorder, Options, Recorded};
+pub use warning::Level;
+
+/// A [patience](Options::patience) for runs: nobody misses what is computed again in this time, and where frames take microseconds
+/// the writes are no longer felt.
+pub const PATIENCE: Duration = Duration::from_millis(100);
+
+/// What the header says wrote the file.
+const LIBRARY: &str = concat!("pliant ", env!("CARGO_PKG_VERSION"));
+
+/// Version of the conventions above; readers refuse a larger one.
+const FORMAT_VERSION: u32 = 1;

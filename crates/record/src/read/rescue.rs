@@ -1,0 +1,213 @@
+//! Making a complete file of what a killed run has left.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::BufWriter;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mcap::records::Record;
+use mcap::{Channel, Schema};
+
+use super::walk::{ensure_mcap, walk};
+use crate::RecordError;
+use crate::channel::{ENERGY, last_of_frame, place_from_end};
+use crate::clock::seconds;
+use crate::container::{Container, Message};
+use crate::error::write_error;
+use crate::outcome::{OUTCOME, Outcome, Status};
+use crate::paths;
+use crate::sink::Sink;
+use pliant_files::regular_file;
+
+/// What was rescued.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Recovered {
+    /// The complete file.
+    pub path: PathBuf,
+    /// Number of frames.
+    pub frames: u64,
+    /// Simulated time of the last one [s].
+    pub last_time: f64,
+    /// Size of the complete file.
+    pub bytes: u64,
+}
+
+/// Writes a complete file with everything that is in an unfinished one and its tail: metadata, attachments, and all
+/// frames that are complete. The unfinished file stays; [`discard`] removes it.
+///
+/// The result has the same bytes as if the run had been stopped after that frame, but for the metadata `outcome`.
+///
+/// # Errors
+/// [`RecordError::InUse`] if the run that writes `part` is still going; [`RecordError::Exists`] unless `overwrite`;
+/// [`RecordError::NotMcap`] if `part` is something else; [`RecordError::Read`], [`RecordError::Write`].
+pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, RecordError> {
+    if out.exists() && !overwrite {
+        return Err(RecordError::Exists { path: out.to_owned() });
+    }
+    let mut source =
+        regular_file::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
+    ensure_mcap(&mut source, part)?;
+    paths::ensure_unlocked(&source, part)?;
+    // Not `<out>.part`, which may be the file to rescue. A stale one is from a rescue that was itself killed.
+    let temporary = paths::with_suffix(out, ".recovering");
+    let file = paths::create_exclusive(&temporary, true)?;
+    let rescued = rescue(part, file, &temporary);
+    let (frames, last_time) = rescued.inspect_err(|_| {
+        // Half a rescue is of no use to anybody. If it cannot be removed either, the next one overwrites it.
+        let _ = std::fs::remove_file(&temporary);
+    })?;
+    let renamed = std::fs::rename(&temporary, out).and_then(|()| std::fs::metadata(out));
+    let bytes = renamed.map_err(|error| write_error(out, None, mcap::McapError::Io(error)))?.len();
+    paths::sync_directory_of(out);
+    Ok(Recovered { path: out.to_owned(), frames, last_time, bytes })
+}
+
+/// Copies everything, and returns the number of frames and the time of the last one.
+fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64), RecordError> {
+    let stream = BufWriter::with_capacity(1 << 16, file);
+    let container = Container::create(stream, None).map_err(|error| write_error(temporary, None, error))?;
+    let mut rescue = Rescue::new(container, temporary);
+    let mut visit = |record| rescue.take(record).map(|()| ControlFlow::Continue(()));
+    walk(part, &mut visit)?;
+    let tail = paths::tail_of(part);
+    if tail.exists() {
+        walk(&tail, &mut visit)?;
+    }
+    rescue.end()
+}
+
+/// Removes an unfinished file and its tail.
+///
+/// # Errors
+/// [`RecordError::InUse`] if the run that writes it is still going, [`RecordError::Write`] if it cannot be removed.
+pub fn discard(part: &Path) -> Result<(), RecordError> {
+    let failed = |source| RecordError::Write { path: part.to_owned(), frame: None, source };
+    let file = File::open(part).map_err(failed)?;
+    paths::ensure_unlocked(&file, part)?;
+    std::fs::remove_file(part).map_err(failed)?;
+    match std::fs::remove_file(paths::tail_of(part)) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(failed(error)),
+        _ => Ok(()),
+    }
+}
+
+/// A rescue in progress.
+struct Rescue<'a> {
+    container: Container<BufWriter<File>>,
+    path: &'a Path,
+    schemas: HashMap<u16, Arc<Schema<'static>>>,
+    /// Of each channel; what comes again, because it is in a chunk and in the tail, is skipped.
+    last_sequence: HashMap<u16, u32>,
+    /// Channels announced one after the other, not yet added: one call for all, as the recorder does it.
+    announced: Vec<Channel<'static>>,
+    /// Messages of the frame that is being read.
+    frame: Vec<Message<'static>>,
+    /// The channel whose message ends a frame.
+    last_of_frame: Option<u16>,
+    frames: u64,
+    last_time: u64,
+    step: Option<u64>,
+    has_outcome: bool,
+}
+
+impl<'a> Rescue<'a> {
+    fn new(container: Container<BufWriter<File>>, path: &'a Path) -> Self {
+        Rescue {
+            container,
+            path,
+            schemas: HashMap::new(),
+            last_sequence: HashMap::new(),
+            announced: Vec::new(),
+            frame: Vec::new(),
+            last_of_frame: None,
+            frames: 0,
+            last_time: 0,
+            step: None,
+            has_outcome: false,
+        }
+    }
+
+    fn take(&mut self, record: Record<'static>) -> Result<(), RecordError> {
+        let written = match record {
+            Record::Metadata(record) => {
+                self.has_outcome |= record.name == OUTCOME;
+                self.container.metadata(&record.name, record.metadata)
+            }
+            Record::Attachment { header, data, .. } => {
+                self.container.attach(&header.name, &header.media_type, data)
+            }
+            Record::Schema { header, data } => {
+                let (id, name, encoding) = (header.id, header.name, header.encoding);
+                self.schemas.insert(id, Arc::new(Schema { id, name, encoding, data }));
+                Ok(())
+            }
+            Record::Channel(channel) => {
+                self.announce(channel);
+                Ok(())
+            }
+            Record::Message { header, data } => self.message(Message { header, data }),
+            _ => Ok(()),
+        };
+        written.map_err(|error| write_error(self.path, Some(self.frames), error))
+    }
+
+    fn announce(&mut self, channel: mcap::records::Channel) {
+        if self.knows(channel.id) {
+            return;
+        }
+        let schema = self.schemas.get(&channel.schema_id).cloned();
+        let (id, topic) = (channel.id, channel.topic);
+        let (message_encoding, metadata) = (channel.message_encoding, channel.metadata);
+        self.announced.push(Channel { id, topic, schema, message_encoding, metadata });
+        self.last_of_frame = last_of_frame(self.announced.iter().map(|c| c.id).chain(self.last_of_frame));
+    }
+
+    fn knows(&self, id: u16) -> bool {
+        self.container.has_channel(id) || self.announced.iter().any(|other| other.id == id)
+    }
+
+    fn message(&mut self, message: Message<'static>) -> mcap::McapResult<()> {
+        if !self.announced.is_empty() {
+            self.container.add_channels(&std::mem::take(&mut self.announced))?;
+        }
+        let id = message.header.channel_id;
+        if self.last_sequence.get(&id).is_some_and(|last| message.header.sequence <= *last) {
+            return Ok(());
+        }
+        self.last_sequence.insert(id, message.header.sequence);
+        if place_from_end(id).is_none() {
+            return self.container.write(&[message]);
+        }
+        if id == ENERGY.0 {
+            self.step = step_of(&message.data);
+        }
+        let time = message.header.log_time;
+        self.frame.push(message);
+        if self.last_of_frame == Some(id) {
+            self.container.write(&self.frame)?;
+            self.frame.clear();
+            (self.frames, self.last_time) = (self.frames + 1, time);
+        }
+        Ok(())
+    }
+
+    fn end(mut self) -> Result<(u64, f64), RecordError> {
+        let (path, last_time) = (self.path, seconds(self.last_time));
+        let failed = |error| write_error(path, None, error);
+        self.container.add_channels(&self.announced).map_err(failed)?;
+        if !self.has_outcome {
+            let message = "the run was killed; these are the frames that it had recorded".to_owned();
+            let outcome = Outcome { status: Status::Recovered, step: self.step, time: last_time, message };
+            self.container.metadata(OUTCOME, outcome.to_metadata().metadata).map_err(failed)?;
+        }
+        let mut finished = self.container.finish().map_err(|(error, _)| failed(error))?;
+        finished.stream.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
+        Ok((self.frames, last_time))
+    }
+}
+
+fn step_of(row: &[u8]) -> Option<u64> {
+    serde_json::from_slice::<BTreeMap<String, serde_json::Value>>(row).ok()?.get("step")?.as_u64()
+}

@@ -1,0 +1,289 @@
+//! The frames of a complete file.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use mcap::Summary;
+use mcap::records::Record;
+use serde_json::Value;
+
+use super::series::Series;
+use super::source::Source;
+use crate::FORMAT_VERSION;
+use crate::RecordError;
+use crate::attachments::{METADATA, REST};
+use crate::channel::{ENERGY, MESH, REACTIONS, STATE, last_of_frame};
+use crate::clock::seconds;
+use crate::elements::{BodyRows, PLACE, topic};
+use crate::error::read_error;
+use crate::state::STRIDE;
+use pliant::diagnostics::Measure;
+
+/// The frames of a complete file, read one by one as they are asked for.
+#[derive(Debug)]
+pub struct Trajectory {
+    source: Source,
+    dimension: usize,
+    vertex_count: usize,
+    times: Vec<f64>,
+    states: Option<Series>,
+    /// By the number of the channel, those that somebody has asked for.
+    elements: BTreeMap<u16, Series>,
+}
+
+/// A measure of every element in one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ElementRows {
+    /// Names of the columns of `values`.
+    pub fields: Vec<String>,
+    /// Unit of the values, `1` where there is none.
+    pub unit: String,
+    /// Which rows are of which body; within a body, rows are in the order of its cells.
+    pub bodies: Vec<BodyRows>,
+    /// Centroids in this frame, flat `(rows, 3)` [m].
+    pub places: Vec<f64>,
+    /// Numbers of the measure, flat `(rows, fields)`.
+    pub values: Vec<f64>,
+}
+
+/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
+/// `work.steps`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// Name.
+    pub name: String,
+    /// One value per frame; NaN where a frame has none.
+    pub values: Vec<f64>,
+}
+
+impl Trajectory {
+    /// Opens a complete file and reads its index.
+    ///
+    /// # Errors
+    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of another program
+    /// or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`], [`RecordError::Damaged`].
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let source = Source::open(path)?;
+        let mut source = source.ok_or_else(|| RecordError::NotFinished { path: path.to_owned() })?;
+        let unexpected = |what| RecordError::Unexpected { path: path.to_owned(), what };
+        let index = source.summary.metadata_indexes.iter().find(|index| index.name == METADATA).cloned();
+        let index = index.ok_or_else(|| unexpected("there is no metadata record `pliant`"))?;
+        let Record::Metadata(record) = source.record_at(index.offset)? else {
+            return Err(unexpected("there is no metadata record `pliant`"));
+        };
+        let number = |key: &str| record.metadata.get(key).and_then(|value| value.parse::<usize>().ok());
+        if number("format_version").is_none_or(|version| version > FORMAT_VERSION as usize) {
+            return Err(unexpected("the format version is unknown"));
+        }
+        let dimension = number("dimension").filter(|dimension| (1..=3).contains(dimension));
+        let dimension = dimension.ok_or_else(|| unexpected("the dimension is missing"))?;
+        let vertex_count =
+            number("vertex_count").ok_or_else(|| unexpected("the number of vertices is missing"))?;
+        if !is_that_of_attachments(vertex_count, dimension, &source.summary) {
+            return Err(unexpected("the number of vertices is not that of their rest positions"));
+        }
+        if !is_that_of_states(vertex_count, &source.summary) {
+            return Err(unexpected("the number of vertices is not that of the rows of /state"));
+        }
+
+        // Any channel that every frame is on tells when frames were.
+        let channel = last_of_frame(source.summary.channels.keys().copied()).filter(|id| *id != MESH.0);
+        let frames = channel.map_or(Ok(Vec::new()), |channel| source.messages(channel))?;
+        let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
+        let states = source.channel(STATE.1).map(|id| Series::new(id, STRIDE, vertex_count, frames));
+        Ok(Trajectory { source, dimension, vertex_count, times, states, elements: BTreeMap::new() })
+    }
+
+    /// 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.vertex_count
+    }
+
+    /// Simulated time of each frame [s], within half a nanosecond; the column `time` of [`energy`](Self::energy) is
+    /// exact.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Positions of a frame, flat `(vertex_count, dimension)` [m].
+    ///
+    /// # Errors
+    /// [`RecordError::NoChannel`], [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
+    pub fn positions(&mut self, frame: usize) -> Result<Vec<f64>, RecordError> {
+        self.state(frame, 0)
+    }
+
+    /// Velocities of a frame, flat `(vertex_count, dimension)` [m/s].
+    ///
+    /// # Errors
+    /// As [`positions`](Self::positions).
+    pub fn velocities(&mut self, frame: usize) -> Result<Vec<f64>, RecordError> {
+        self.state(frame, 3)
+    }
+
+    /// All of `/energy`, one column per field, by name.
+    ///
+    /// # Errors
+    /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
+    pub fn energy(&mut self) -> Result<Vec<Column>, RecordError> {
+        self.columns(ENERGY.1)
+    }
+
+    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has let go.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy).
+    pub fn reactions(&mut self) -> Result<Vec<Column>, RecordError> {
+        self.columns(REACTIONS.1)
+    }
+
+    /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy).
+    pub fn probe(&mut self, name: &str) -> Result<Vec<Column>, RecordError> {
+        self.columns(&format!("/probe/{name}"))
+    }
+
+    /// A channel of JSON objects.
+    fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
+        let path = self.source.path.clone();
+        let Some(channel) = self.source.channel(topic) else {
+            return Err(RecordError::NoChannel { path, topic: topic.to_owned() });
+        };
+        let mut rows = Vec::new();
+        for number in 0..self.source.summary.chunk_indexes.len() {
+            for record in self.source.chunk(number)? {
+                if let Record::Message { header, data } = record
+                    && header.channel_id == channel
+                {
+                    let what = "a message of a channel of JSON objects is none";
+                    let row = serde_json::from_slice(&data);
+                    rows.push(row.map_err(|_| RecordError::Unexpected { path: path.clone(), what })?);
+                }
+            }
+        }
+        Ok(columns(&rows))
+    }
+
+    /// Content of an attachment; `None` if there is none of that name.
+    ///
+    /// # Errors
+    /// [`RecordError::Read`], [`RecordError::Damaged`].
+    pub fn attachment(&mut self, name: &str) -> Result<Option<Vec<u8>>, RecordError> {
+        let index = self.source.summary.attachment_indexes.iter().find(|index| index.name == name);
+        let Some(offset) = index.map(|index| index.offset) else { return Ok(None) };
+        match self.source.record_at(offset)? {
+            Record::Attachment { data, .. } => Ok(Some(data.into_owned())),
+            _ => Err(read_error(&self.source.path, mcap::McapError::BadIndex)),
+        }
+    }
+
+    /// What a frame says of every finite element.
+    ///
+    /// # Errors
+    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this version does it.
+    pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
+        let path = self.source.path.clone();
+        let topic = topic(measure);
+        let Some(id) = self.source.channel(&topic) else {
+            return Err(RecordError::NoChannel { path, topic });
+        };
+        let metadata = self.source.summary.channels[&id].metadata.clone();
+        let what = "a channel about elements is not laid out as it should be";
+        let unexpected = || RecordError::Unexpected { path: path.clone(), what };
+        let number = |key: &str| metadata.get(key).and_then(|value| value.parse::<usize>().ok());
+        let (Some(rows), Some(stride), Some(fields)) =
+            (number("point_count"), number("point_stride"), metadata.get("fields"))
+        else {
+            return Err(unexpected());
+        };
+        let columns: Vec<String> = fields.split(',').map(str::to_owned).collect();
+        let bodies: Option<Vec<BodyRows>> =
+            metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
+        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > PLACE.len());
+        let bodies = bodies.filter(|_| rows.checked_mul(stride).is_some()).ok_or_else(unexpected)?;
+        if !self.elements.contains_key(&id) {
+            let messages = self.source.messages(id)?;
+            self.elements.insert(id, Series::new(id, stride, rows, messages));
+        }
+        let Some(series) = self.elements.get_mut(&id) else { return Err(unexpected()) };
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        for row in series.rows(&mut self.source, frame)?.chunks_exact(stride) {
+            let mut numbers = row.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
+            places.extend(numbers.by_ref().take(PLACE.len()));
+            values.extend(numbers);
+        }
+        let unit = metadata.get("unit").cloned().unwrap_or_default();
+        Ok(ElementRows { fields: columns[PLACE.len()..].to_vec(), unit, bodies, places, values })
+    }
+
+    fn state(&mut self, frame: usize, first_field: usize) -> Result<Vec<f64>, RecordError> {
+        let Some(states) = &mut self.states else {
+            return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: STATE.1.to_owned() });
+        };
+        let (points, _) = states.rows(&mut self.source, frame)?.as_chunks::<STRIDE>();
+        let mut values = Vec::with_capacity(points.len() * self.dimension);
+        for point in points {
+            let (numbers, _) = point[8 * first_field..].as_chunks::<8>();
+            values.extend(numbers[..self.dimension].iter().map(|bytes| f64::from_le_bytes(*bytes)));
+        }
+        Ok(values)
+    }
+}
+
+/// Whether so many vertices have the rest positions that are attached; without these, whether so many can be
+/// numbered.
+fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summary) -> bool {
+    let numbered = u32::try_from(vertex_count).is_ok();
+    let rest = summary.attachment_indexes.iter().find(|index| index.name == REST);
+    numbered && rest.is_none_or(|rest| rest.data_size == (vertex_count * dimension * 8) as u64)
+}
+
+/// Whether the channel of states, if there is one, says that it has a row for each of so many vertices.
+fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
+    let states = summary.channels.values().find(|channel| channel.topic == STATE.1);
+    let rows = states.and_then(|channel| channel.metadata.get("point_count"));
+    rows.is_none_or(|rows| rows.parse() == Ok(vertex_count))
+}
+
+fn columns(rows: &[Value]) -> Vec<Column> {
+    let mut columns: Vec<Column> = Vec::new();
+    for (number, row) in rows.iter().enumerate() {
+        visit_numbers(row, String::new(), &mut |name, value| {
+            let at =
+                columns.binary_search_by(|column| column.name.as_str().cmp(&name)).unwrap_or_else(|at| {
+                    columns.insert(at, Column { name, values: vec![f64::NAN; rows.len()] });
+                    at
+                });
+            columns[at].values[number] = value;
+        });
+    }
+    columns
+}
+
+fn visit_numbers(value: &Value, name: String, visit: &mut dyn FnMut(String, f64)) {
+    match value {
+        Value::Object(fields) => {
+            for (field, value) in fields {
+                let separator = if name.is_empty() { "" } else { "." };
+                visit_numbers(value, format!("{name}{separator}{field}"), visit);
+            }
+        }
+        Value::Array(items) => {
+            for (i, value) in items.iter().enumerate() {
+                visit_numbers(value, format!("{name}[{i}]"), visit);
+            }
+        }
+        other => {
+            if let Some(number) = other.as_f64() {
+                visit(name, number);
+            }
+        }
+    }
+}

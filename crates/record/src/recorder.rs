@@ -1,0 +1,303 @@
+//! The observer that writes.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use super::behind::Behind;
+use super::clock::seconds;
+use super::container::{Finished, Message};
+use super::desk::Desk;
+use super::error::write_error;
+use super::journal::Journal;
+use super::kept::Needs;
+use super::outcome::{Outcome, Status};
+use super::sink::{Sink, Tail};
+use super::{Level, RecordError, paths};
+use pliant::observer::{Frame, Notes, Observer, ObserverError};
+use pliant::probe::Probe;
+use pliant::topology::Topology;
+use pliant_scene::Channel;
+
+/// What to record.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Replace the output, and what an unfinished run to it has left.
+    pub overwrite: bool,
+    /// How long a recorded frame may wait for the next one before it is handed to the operating system; zero, the default: not at
+    /// all. A kill loses at most what took this long to compute, and frames that follow each other faster cost less.
+    pub patience: Duration,
+    /// What each frame holds. Nothing else is encoded or written.
+    pub channels: Vec<Channel>,
+    /// One line that says what this is.
+    pub title: Option<String>,
+    /// Points that are followed, each on a channel of its own.
+    pub probes: Vec<Probe>,
+    /// Names of the pins, `body/pin`, and walls, `wall0`, whose forces `/reactions` holds.
+    pub reactions: Vec<String>,
+    /// Text of the scene, attached as `scene.toml` unless empty.
+    pub scene_text: String,
+    /// More key-value pairs for the metadata record `pliant`; they take precedence over its own.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// A complete recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// The file.
+    pub path: PathBuf,
+    /// Number of frames.
+    pub frames: u64,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// Writes a run to an MCAP file. See [the module](super) for the format.
+///
+/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also when the run has failed: until then the
+/// file is called `<path>.part`, and it keeps that name if the recorder is only dropped.
+pub struct McapRecorder {
+    path: PathBuf,
+    part: PathBuf,
+    overwrite: bool,
+    behind: Behind,
+    needs: Needs,
+    element_count: usize,
+    /// `x` and `v` must have this length.
+    length: usize,
+    frames: u64,
+    /// Of the last frame.
+    step: u64,
+    /// Of the last frame.
+    time: f64,
+    /// The first frame that is lost because writing failed.
+    failed_at: Option<u64>,
+}
+
+impl McapRecorder {
+    /// Opens `<path>.part` and writes everything that is known before the first frame.
+    ///
+    /// # Errors
+    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if that would destroy something,
+    /// [`RecordError::VertexIndex`] if the topology contradicts itself, [`RecordError::Write`].
+    pub fn create(path: &Path, options: &Options, topology: &Topology) -> Result<Self, RecordError> {
+        if !options.overwrite && path.exists() {
+            return Err(RecordError::Exists { path: path.to_owned() });
+        }
+        check(topology)?;
+        let file = paths::create_exclusive(&paths::part_of(path), options.overwrite)?;
+        let tail = paths::tail_of(&paths::part_of(path));
+        let journal =
+            File::create(&tail).map_err(|error| write_error(&tail, None, mcap::McapError::Io(error)))?;
+        let synced = file.try_clone();
+        let sink = BufWriter::with_capacity(1 << 16, file);
+        let mut recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
+        let synced = synced.map_err(mcap::McapError::Io);
+        let given = synced.and_then(|file| recorder.behind.desk().map(|desk| desk.sync_with(file)));
+        recorder.note_failure(given)?;
+        Ok(recorder)
+    }
+
+    /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
+    pub(super) fn with_sinks(
+        path: &Path,
+        options: &Options,
+        topology: &Topology,
+        sink: Box<dyn Sink>,
+        tail: Box<dyn Tail>,
+    ) -> Result<Self, RecordError> {
+        let part = paths::part_of(path);
+        let journal = Journal::new(paths::tail_of(&part), tail);
+        let desk =
+            Desk::new(sink, journal, options, topology).map_err(|error| write_error(&part, None, error))?;
+        Ok(McapRecorder {
+            path: path.to_owned(),
+            part,
+            overwrite: options.overwrite,
+            length: topology.vertex_count * topology.dimension,
+            needs: desk.needs(),
+            element_count: desk.element_count(),
+            behind: Behind::new(desk, options.patience),
+            frames: 0,
+            step: 0,
+            time: 0.0,
+            failed_at: None,
+        })
+    }
+
+    /// The file as it will be called.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Number of frames recorded.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Records a frame. A kill no longer loses it when this returns, or where it came within the [patience](Options::patience) of the
+    /// last write, when a later one does.
+    ///
+    /// # Errors
+    /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::MissingElements`],
+    /// [`RecordError::MissingReactions`]; [`RecordError::Write`] where an earlier frame could not be written, which is recoverable
+    /// together with all others before this one; after that, [`RecordError::Incomplete`].
+    pub fn record(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        self.ensure_sound()?;
+        self.ensure_whole(frame)?;
+        let recorded = self.behind.frame(frame);
+        self.note_failure(recorded)?;
+        self.frames += 1;
+        (self.step, self.time) = (frame.step, frame.time);
+        Ok(())
+    }
+
+    /// Returns when the disk has every frame recorded so far: neither a kill nor a power cut loses it.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
+    pub fn secure(&mut self) -> Result<(), RecordError> {
+        self.ensure_sound()?;
+        let secured = self.behind.desk().and_then(Desk::secure);
+        self.note_failure(secured)
+    }
+
+    /// Records the messages of a frame that another recorder has encoded.
+    pub(super) fn replay(&mut self, group: &[Message<'_>]) -> Result<(), RecordError> {
+        let replayed = self.behind.desk().and_then(|desk| desk.replay(group));
+        self.note_failure(replayed)?;
+        self.time = group.last().map_or(self.time, |message| seconds(message.header.log_time));
+        Ok(())
+    }
+
+    /// Goes on with frame number `frames`, those before being replayed.
+    pub(super) fn begin_at(&mut self, frames: u64) -> Result<(), RecordError> {
+        self.frames = frames;
+        let begun = self.behind.desk().map(|desk| desk.begin_at(frames));
+        self.note_failure(begun)?;
+        self.secure()
+    }
+
+    /// Records a message about the run at a simulated time [s].
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
+    pub fn log(&mut self, level: Level, text: &str, time: f64) -> Result<(), RecordError> {
+        self.ensure_sound()?;
+        let logged = self.behind.desk().and_then(|desk| desk.log(level, text, time));
+        self.note_failure(logged)
+    }
+
+    /// Ends the file of a run that reached its end.
+    ///
+    /// # Errors
+    /// As [`finish_with`](Self::finish_with).
+    pub fn finish(self) -> Result<Recorded, RecordError> {
+        let (step, time) = (Some(self.step), self.time);
+        self.finish_with(&Outcome { status: Status::Completed, step, time, message: String::new() })
+    }
+
+    /// Ends the file: notes how the run went, writes the indexes, waits for the disk, and gives the file its name.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`]; [`RecordError::Incomplete`] if a frame could not be written;
+    /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with all
+    /// frames that were written.
+    pub fn finish_with(mut self, outcome: &Outcome) -> Result<Recorded, RecordError> {
+        self.ensure_sound()?;
+        let written = self.behind.desk().map(|_| ());
+        self.note_failure(written)?;
+        // Without a number where all frames are safe.
+        let failed =
+            |error, safe| write_error(&self.part, Some(safe).filter(|safe| *safe < self.frames), error);
+        let desk = self.behind.into_desk().map_err(|error| failed(error, 0))?;
+        let mut finished = desk.finish(outcome).map_err(|(error, safe)| failed(error, safe))?;
+        if let Err(error) = finished.stream.sync() {
+            return Err(failed(mcap::McapError::Io(error), finished.salvage()));
+        }
+        let Finished { stream, journal, .. } = finished;
+        // Windows cannot rename an open file.
+        drop(stream);
+        if !self.overwrite && self.path.exists() {
+            return Err(RecordError::Exists { path: self.path });
+        }
+        let named = std::fs::rename(&self.part, &self.path).and_then(|()| std::fs::metadata(&self.path));
+        let bytes = named.map_err(|error| write_error(&self.path, None, mcap::McapError::Io(error)))?.len();
+        paths::sync_directory_of(&self.path);
+        if let Some(journal) = journal {
+            // A tail without its file harms nobody; the next recording to this name replaces it.
+            let _ = journal.remove();
+        }
+        Ok(Recorded { path: self.path, frames: self.frames, bytes })
+    }
+
+    fn ensure_sound(&self) -> Result<(), RecordError> {
+        self.failed_at.map_or(Ok(()), |frame| Err(RecordError::Incomplete { part: self.part.clone(), frame }))
+    }
+
+    /// Whether `frame` has what is to be recorded.
+    fn ensure_whole(&self, frame: &Frame<'_>) -> Result<(), RecordError> {
+        let (number, expected) = (self.frames, self.length);
+        for found in [frame.x.len(), frame.v.len()] {
+            if found != expected {
+                return Err(RecordError::FrameShape { frame: number, expected, found });
+            }
+        }
+        let (expected, found) = (self.element_count, frame.elements.map_or(0, <[_]>::len));
+        if self.needs.elements && (frame.elements.is_none() || found != expected) {
+            return Err(RecordError::MissingElements { frame: number, expected, found });
+        }
+        if self.needs.reactions && frame.reactions.is_none() {
+            return Err(RecordError::MissingReactions { frame: number });
+        }
+        if self.needs.diagnostics && frame.diagnostics.is_none() {
+            return Err(RecordError::MissingDiagnostics { frame: number });
+        }
+        Ok(())
+    }
+
+    fn note_failure(&mut self, written: mcap::McapResult<()>) -> Result<(), RecordError> {
+        written.map_err(|error| {
+            let safe = self.behind.salvage().min(self.frames);
+            self.failed_at = Some(safe);
+            write_error(&self.part, Some(safe), error)
+        })
+    }
+}
+
+impl Observer for McapRecorder {
+    fn wants_diagnostics(&self) -> bool {
+        self.needs.diagnostics
+    }
+
+    fn wants_reactions(&self) -> bool {
+        self.needs.reactions
+    }
+
+    fn wants_elements(&self) -> bool {
+        self.needs.elements
+    }
+
+    fn wants_points(&self) -> bool {
+        self.needs.points
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        Ok(self.record(frame)?)
+    }
+
+    fn checkpoint(&mut self, _: &mut Notes) -> Result<(), ObserverError> {
+        Ok(self.secure()?)
+    }
+}
+
+fn check(topology: &Topology) -> Result<(), RecordError> {
+    let vertex_count = topology.vertex_count;
+    let outside = |index: &u32| *index as usize >= vertex_count;
+    topology.bodies.iter().try_for_each(|body| match body.largest_index().filter(outside) {
+        Some(index) => Err(RecordError::VertexIndex { body: body.name.clone(), index, vertex_count }),
+        None => Ok(()),
+    })
+}

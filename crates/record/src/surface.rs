@@ -1,0 +1,164 @@
+//! `/mesh`: what a viewer draws, as `foxglove.SceneUpdate`: one entity per body, its surface as triangles and its
+//! springs as lines. Particles have neither; viewers draw them from `/state`.
+//!
+//! For looking at only: coordinates are rounded to single precision, which makes the file three times smaller, and
+//! frames are left out so that a simulated second has at most 30 of them, fewer for large meshes.
+
+use std::collections::BTreeMap;
+
+use mcap::Channel;
+
+use super::channel::{FRAME_ID, MESH, typed};
+use super::clock::timestamp;
+use super::cloud::identity;
+use super::protobuf::{MessageWriter, SCENE_UPDATE};
+use pliant::observer::Frame;
+use pliant::topology::{BodyTopology, Topology};
+
+/// Most frames per simulated second.
+const RATE: u128 = 30;
+/// Vertices up to which that rate is kept; beyond, the numbers written per simulated second stay the same.
+const FULL_RATE_VERTICES: u128 = 50_000;
+
+/// Blue, orange, green, pink, sky, vermilion: told apart by colour-blind eyes too (Okabe and Ito).
+const COLOURS: [[f64; 3]; 6] = [
+    [0.0, 0.45, 0.70],
+    [0.90, 0.62, 0.0],
+    [0.0, 0.62, 0.45],
+    [0.80, 0.47, 0.65],
+    [0.34, 0.71, 0.91],
+    [0.84, 0.37, 0.0],
+];
+
+/// What is drawn of all bodies.
+#[derive(Debug)]
+pub(super) struct Drawing {
+    parts: Vec<Part>,
+    vertex_count: u128,
+    next_slot: u128,
+}
+
+/// What is drawn of one body.
+#[derive(Debug)]
+struct Part {
+    name: String,
+    /// Red, green, blue.
+    colour: [f64; 3],
+    triangles: Cells,
+    lines: Cells,
+}
+
+/// Cells over the vertices that they use, numbered from 0.
+#[derive(Debug)]
+struct Cells {
+    vertices: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Drawing {
+    /// `None` if there is nothing to draw: then there is no channel either.
+    pub(super) fn new(topology: &Topology) -> Option<Self> {
+        let drawn = topology.bodies.iter().filter(|body| !body.surface.is_empty() || !body.edges.is_empty());
+        let parts: Vec<Part> =
+            drawn.zip(COLOURS.iter().cycle()).map(|(body, c)| Part::new(body, c)).collect();
+        let vertex_count =
+            parts.iter().map(|p| p.triangles.vertices.len() + p.lines.vertices.len()).sum::<usize>();
+        (!parts.is_empty()).then_some(Drawing { parts, vertex_count: vertex_count as u128, next_slot: 0 })
+    }
+
+    /// Declares the channel.
+    pub(super) fn channel() -> Channel<'static> {
+        typed(MESH, SCENE_UPDATE, BTreeMap::new())
+    }
+
+    /// Whether a frame at this time is drawn: the first of each slot of 1/30 s (longer for large meshes) is.
+    pub(super) fn is_due(&mut self, log_time: u64) -> bool {
+        // Times are rounded to nanoseconds; a microsecond keeps 1/30 s from falling just short of its slot.
+        let time = u128::from(log_time) + 1_000;
+        let slot =
+            time * RATE * FULL_RATE_VERTICES / (1_000_000_000 * self.vertex_count.max(FULL_RATE_VERTICES));
+        let due = slot >= self.next_slot;
+        if due {
+            self.next_slot = slot + 1;
+        }
+        due
+    }
+
+    /// Encodes a frame, replacing what is in the buffer.
+    pub(super) fn encode_frame(&self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
+        buffer.clear();
+        let mut update = MessageWriter::append_to(buffer);
+        for part in &self.parts {
+            update.message(2, |entity| part.encode(frame, log_time, entity));
+        }
+    }
+}
+
+impl Part {
+    fn new(body: &BodyTopology, colour: &[f64; 3]) -> Self {
+        Part {
+            name: body.name.clone(),
+            colour: *colour,
+            triangles: Cells::new(body.surface.as_flattened()),
+            lines: Cells::new(body.edges.as_flattened()),
+        }
+    }
+
+    /// Writes a `foxglove.SceneEntity`. A viewer replaces the entity of the same name: the previous frame.
+    fn encode(&self, frame: &Frame<'_>, log_time: u64, entity: &mut MessageWriter<'_>) {
+        timestamp(entity, 1, log_time);
+        entity.string(2, FRAME_ID).string(3, &self.name);
+        if !self.lines.indices.is_empty() {
+            entity.message(11, |lines| self.encode_lines(frame, lines));
+        }
+        if !self.triangles.indices.is_empty() {
+            entity.message(12, |triangles| self.encode_triangles(frame, triangles));
+        }
+    }
+
+    /// Writes a `foxglove.LinePrimitive`, lines of one pixel.
+    fn encode_lines(&self, frame: &Frame<'_>, lines: &mut MessageWriter<'_>) {
+        lines.integer(1, LINE_LIST).message(2, identity).double(3, 1.0).integer(4, true.into());
+        self.lines.encode_points(5, frame, lines);
+        lines.message(6, |colour| self.encode_colour(colour)).fixed32_list(8, &self.lines.indices);
+    }
+
+    /// Writes a `foxglove.TriangleListPrimitive`.
+    fn encode_triangles(&self, frame: &Frame<'_>, triangles: &mut MessageWriter<'_>) {
+        triangles.message(1, identity);
+        self.triangles.encode_points(2, frame, triangles);
+        triangles.message(3, |colour| self.encode_colour(colour)).fixed32_list(5, &self.triangles.indices);
+    }
+
+    fn encode_colour(&self, colour: &mut MessageWriter<'_>) {
+        colour.doubles(1, &self.colour).double(4, 1.0);
+    }
+}
+
+/// Pairs of points, in the enumeration `foxglove.LinePrimitive.Type`.
+const LINE_LIST: u64 = 2;
+
+impl Cells {
+    fn new(cells: &[u32]) -> Self {
+        let mut vertices = cells.to_vec();
+        vertices.sort_unstable();
+        vertices.dedup();
+        // Every cell vertex was put into the list above, so the search always finds it.
+        let number = |v: &u32| vertices.partition_point(|other| other < v) as u32;
+        let indices = cells.iter().map(number).collect();
+        Cells { vertices, indices }
+    }
+
+    /// Writes the vertices as entries of a list of `foxglove.Point3`.
+    fn encode_points(&self, field: u8, frame: &Frame<'_>, message: &mut MessageWriter<'_>) {
+        let dimension = frame.dimension;
+        for &vertex in &self.vertices {
+            let x = &frame.x[vertex as usize * dimension..][..dimension];
+            message.message(field, |point| {
+                for (axis, x) in (1..).zip(x) {
+                    point.double(axis, f64::from(*x as f32));
+                }
+            });
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! One body: its mesh, masses, pins, initial velocities, springs.
+
+use std::path::Path;
+
+use super::bending::Bends;
+use super::loads::{self, Placed};
+use super::pins::{self, Held};
+use super::{initial, mass};
+use crate::Body;
+use crate::KeyPath;
+use crate::OneOrMany;
+use crate::Problem;
+use pliant::numbering::{Numbering, is_local};
+use pliant::system::System;
+use pliant::topology::{BodyKind, BodyTopology};
+use pliant_mesh::{Mesh, build_body};
+
+/// What a body contributes to a simulation.
+pub(super) struct Parts {
+    pub(super) name: String,
+    /// Its first vertex in the simulation.
+    pub(super) first_vertex: u32,
+    pub(super) mesh: Mesh,
+    /// Whether its cells are finite elements.
+    pub(super) elastic: bool,
+    /// How thick it is, if it is a membrane [m].
+    pub(super) thickness: Option<f64>,
+    /// Its springs, vertices from 0.
+    pub(super) springs: Vec<[u32; 2]>,
+    /// Its hinges and joints.
+    pub(super) bends: Bends,
+    /// Lumped mass of every vertex [kg].
+    pub(super) mass: Vec<f64>,
+    pub(super) held: Vec<Held>,
+    pub(super) loads: Vec<Placed>,
+    /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load
+    /// asks for it [m^d].
+    pub(super) shares: Vec<Vec<(u32, f64)>>,
+    /// Initial positions, flat [m].
+    pub(super) position: Vec<f64>,
+    /// Initial velocities, flat [m/s].
+    pub(super) velocity: Vec<f64>,
+    /// Spring constants [N/m].
+    pub(super) stiffness: Vec<f64>,
+    /// Rest lengths of the springs [m].
+    pub(super) rest_length: Vec<f64>,
+}
+
+impl Parts {
+    pub(super) fn new(
+        spec: &Body,
+        path: &KeyPath,
+        index: usize,
+        dimension: usize,
+        base: &Path,
+        first_vertex: u32,
+    ) -> Result<Self, Vec<Problem>> {
+        let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
+        let mesh = build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        let mut problems = vec![];
+        let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
+        if thickness.is_some() && mesh.element_dimension() != 2 {
+            let message =
+                "a membrane is made of triangles: the mesh has none, or they are sides of tetrahedra";
+            problems.extend(one("membrane", message.into()));
+        } else if spec.elastic.is_some() && thickness.is_none() && mesh.element_dimension() != dimension {
+            problems.push(no_elements(&mesh, path.key("elastic")));
+        }
+        let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
+        if spec.springs.is_some() && springs.is_empty() {
+            problems.extend(one("springs", "the mesh has no edges for springs".into()));
+        }
+        let (stiffness, rest_length) = spec.springs.as_ref().map_or_else(
+            || (vec![], vec![]),
+            |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
+        );
+        let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
+            Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
+        });
+        let mass = mass::masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
+        let held = pins::held(spec, &mesh, path, &mut problems);
+        let name = spec.name_or_default(index);
+        let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
+        let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
+        let mut shares = if by_volume { mesh.consistent_measure() } else { vec![] };
+        shares.iter_mut().flatten().for_each(|(_, share)| *share *= thickness.unwrap_or(1.0));
+        let position =
+            initial::positions(spec.position.as_ref(), &mesh, &path.key("position"), &mut problems);
+        let velocity =
+            initial::velocities(spec.velocity.as_ref(), &mesh, &mass, &path.key("velocity"), &mut problems);
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        Ok(Parts {
+            name,
+            first_vertex,
+            mesh,
+            elastic: spec.elastic.is_some(),
+            thickness,
+            springs,
+            bends,
+            mass,
+            held,
+            loads,
+            shares,
+            position,
+            velocity,
+            stiffness,
+            rest_length,
+        })
+    }
+
+    /// Its vertices in the simulation.
+    pub(super) fn vertices(&self) -> std::ops::Range<u32> {
+        self.first_vertex..self.first_vertex + self.mass.len() as u32
+    }
+
+    /// Vertices with a held coordinate, from 0 in the body, ascending.
+    pub(super) fn pinned(&self) -> Vec<u32> {
+        let mut pinned: Vec<u32> = self.held.iter().flat_map(|held| held.vertices.iter().copied()).collect();
+        pinned.sort_unstable();
+        pinned.dedup();
+        pinned
+    }
+
+    /// Vertices that never move, from 0 in the body, ascending.
+    pub(super) fn fixed(&self) -> Vec<u32> {
+        let for_ever = |held: &&Held| {
+            held.spec.motion.is_none() && held.spec.until.is_none() && held.spec.axes.is_none()
+        };
+        let mut fixed: Vec<u32> =
+            self.held.iter().filter(for_ever).flat_map(|held| held.vertices.iter().copied()).collect();
+        fixed.sort_unstable();
+        fixed.dedup();
+        fixed
+    }
+
+    /// Adds the loads on it to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
+    pub(super) fn add_loads(&self, rest: &[f64], numbering: &Numbering, system: &mut System) {
+        let fixed = if self.loads.is_empty() { vec![] } else { self.fixed() };
+        for load in &self.loads {
+            system.add_term(load.term(self, &fixed, rest, numbering));
+        }
+    }
+
+    /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system, in its `numbering`.
+    pub(super) fn add_holds(&self, start: &[f64], rest: &[f64], numbering: &Numbering, system: &mut System) {
+        for held in &self.held {
+            let vertices = held.vertices.iter().map(|v| numbering.internal(self.first_vertex + v)).collect();
+            system.hold(held.hold(&self.name, vertices, start, rest, self.mesh.dimension));
+        }
+    }
+
+    /// Whether it is a cloud of particles: neither elements nor springs.
+    pub(super) fn is_particles(&self) -> bool {
+        !self.elastic && self.springs.is_empty()
+    }
+
+    /// Whether the vertices of its cells are near one another in memory.
+    pub(super) fn is_numbered_locally(&self) -> bool {
+        let (n, d) = (self.mass.len(), self.mesh.element_dimension());
+        match d {
+            3 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<10>(), n, d),
+            2 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<6>(), n, d),
+            3 => is_local(&self.mesh.tetrahedra, n, d),
+            2 => is_local(&self.mesh.triangles, n, d),
+            _ => is_local(&self.springs, n, 2),
+        }
+    }
+
+    /// What a reader of the output needs to know of it.
+    pub(super) fn topology(&self) -> BodyTopology {
+        let kind = match self.mesh.element_dimension() {
+            _ if self.thickness.is_some() => BodyKind::Membrane,
+            d if self.elastic && d == self.mesh.dimension => BodyKind::Solid,
+            _ if self.springs.is_empty() => BodyKind::Particles,
+            2 => BodyKind::Cloth,
+            1 => BodyKind::Strand,
+            _ => BodyKind::Springs,
+        };
+        let triangles =
+            || self.mesh.triangles.iter().map(|t| globalised(t, self.first_vertex)).collect::<Vec<_>>();
+        let solid = !self.mesh.tetrahedra.is_empty();
+        let triangle_middles = if solid { &[] } else { &self.mesh.triangle_middles[..] };
+        BodyTopology {
+            name: self.name.clone(),
+            kind,
+            vertices: self.vertices(),
+            edges: self.springs.iter().map(|e| globalised(e, self.first_vertex)).collect(),
+            // The triangles of a solid only carry its named groups.
+            triangles: if solid { vec![] } else { triangles() },
+            tetrahedra: self.mesh.tetrahedra.iter().map(|t| globalised(t, self.first_vertex)).collect(),
+            triangle_middles: triangle_middles.iter().map(|m| globalised(m, self.first_vertex)).collect(),
+            tetrahedron_middles: self
+                .mesh
+                .tetrahedron_middles
+                .iter()
+                .map(|m| globalised(m, self.first_vertex))
+                .collect(),
+            surface: self.mesh.drawn_triangles().iter().map(|t| globalised(t, self.first_vertex)).collect(),
+        }
+    }
+
+    /// Number of its finite elements.
+    pub(super) fn element_count(&self) -> usize {
+        match (self.elastic, self.mesh.dimension, self.thickness) {
+            (false, ..) => 0,
+            (true, 3, None) => self.mesh.tetrahedra.len(),
+            _ => self.mesh.triangles.len(),
+        }
+    }
+
+    /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
+    pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
+        let cells = self.mesh.elements::<N>();
+        cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
+    }
+}
+
+/// The problem of a material in a mesh without cells that it could fill.
+fn no_elements(mesh: &Mesh, path: KeyPath) -> Problem {
+    let (needs, what) =
+        if mesh.dimension == 2 { ("triangles", "a plane") } else { ("tetrahedra", "a solid") };
+    if mesh.dimension == 2 || mesh.triangles.is_empty() {
+        let message = format!("the mesh has no {needs}; finite elements need {what} mesh");
+        return Problem::semantic(path, message);
+    }
+    let triangles = match mesh.triangles.len() {
+        1 => "1 triangle".to_owned(),
+        count => format!("{count} triangles"),
+    };
+    let message = format!(
+        "the mesh has no tetrahedra, it is a surface of {triangles}; finite elements need a solid mesh"
+    );
+    let is_flat = mesh.points.chunks_exact(3).all(|x| x[2] == 0.0);
+    let plane = if is_flat { ", as all z here are 0" } else { ", with a mesh whose z are all 0" };
+    Problem::semantic(path, message)
+        .with_help("for a sheet of finite elements add `membrane = { thickness = \"1 mm\" }` to the body")
+        .with_help(format!("or, for a plane scene, `dimension = 2`{plane}"))
+        .with_help("or fill the surface with tetrahedra (fTetWild, TetGen, Gmsh)")
+}
+
+fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u32; N] {
+    let mut global = [0; N];
+    for (g, v) in global.iter_mut().zip(cell) {
+        *g = first + v;
+    }
+    global
+}
+
+/// The vertices of a cell in the simulation.
+pub(super) fn renumbered<const N: usize, const M: usize>(
+    cell: &[u32; M],
+    first: u32,
+    numbering: &Numbering,
+) -> [u32; N] {
+    globalised(cell, first).map(|v| numbering.internal(v))
+}
+
+/// One value per item; a list must have the right length.
+pub(super) fn spread(
+    value: &OneOrMany,
+    count: usize,
+    what: &str,
+    path: KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<f64> {
+    match value {
+        OneOrMany::One(v) => vec![*v; count],
+        OneOrMany::Many(values) if values.len() == count => values.clone(),
+        OneOrMany::Many(values) => {
+            let message = format!("the list has {} numbers, the body has {count} {what}", values.len());
+            problems.push(Problem::semantic(path, message));
+            vec![1.0; count]
+        }
+    }
+}
+
+/// Stiffness `k` [N/m] and rest length [m] of every spring.
+fn spring_constants(
+    spec: &crate::Springs,
+    mesh: &Mesh,
+    springs: &[[u32; 2]],
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> (Vec<f64>, Vec<f64>) {
+    let rest = match &spec.rest_length {
+        Some(length) => spread(length, springs.len(), "springs", path.key("rest_length"), problems),
+        None => {
+            springs.iter().map(|&[a, b]| distance(mesh.point(a as usize), mesh.point(b as usize))).collect()
+        }
+    };
+    let stiffness = match (&spec.stiffness, spec.young) {
+        (Some(k), _) => spread(k, springs.len(), "springs", path.key("stiffness"), problems),
+        // k = Y l0, as the lecture's program has it (lecture 9).
+        (None, young) => rest.iter().map(|l0| young.unwrap_or(0.0) * l0).collect(),
+    };
+    (stiffness, rest)
+}
+
+pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,54 @@
+//! The gravity of a scene.
+//!
+//! Where there is inertia gravity pulls at the lumped masses, every vertex falls alike, to the last bit, and
+//! nothing that falls is strained. In statics there is none: the load on a vertex is `rho g` times the
+//! integral of its shape function, without which quadratic elements are of first order in the strain and not
+//! of second.
+
+use crate::OverTime;
+use crate::Scene;
+use pliant::energy::EnergyTerm;
+use pliant::energy::gravity::UniformGravity;
+use pliant::energy::gravity_over_time::GravityOverTime;
+use pliant::integrator::Scheme;
+
+/// How often a formula is looked at over the run for its largest value.
+const SAMPLES: u32 = 1000;
+
+/// The gravity that the scene names, unless it is zero at all times.
+pub(super) fn named(scene: &Scene) -> Option<&[OverTime]> {
+    scene.world.gravity.as_deref().filter(|gravity| !gravity.iter().all(OverTime::is_zero))
+}
+
+/// The gravity of the scene as an energy, on vertices of these masses [kg], or in statics of these weights
+/// [kg].
+pub(super) fn term(
+    scene: &Scene,
+    mass: &[f64],
+    weights: impl Fn() -> Vec<f64>,
+) -> Option<Box<dyn EnergyTerm>> {
+    let gravity = named(scene)?;
+    let on_vertices = |acceleration: &[f64]| match scene.time.integrator.method().scheme {
+        Scheme::QuasiStatic => UniformGravity::without_inertia(acceleration, &weights()),
+        _ => UniformGravity::new(acceleration, mass),
+    };
+    if !scene.world.gravity_changes() {
+        let acceleration: Vec<f64> = gravity.iter().filter_map(OverTime::constant).collect();
+        return Some(Box::new(on_vertices(&acceleration)));
+    }
+    let components = gravity.to_vec();
+    let acceleration = move |t: f64| {
+        let mut acceleration = [0.0; 3];
+        for (a, component) in acceleration.iter_mut().zip(&components) {
+            *a = component.at(t);
+        }
+        acceleration
+    };
+    let magnitude = |sample: u32| {
+        let t = scene.time.duration * f64::from(sample) / f64::from(SAMPLES);
+        acceleration(t).iter().map(|a| a * a).sum::<f64>().sqrt()
+    };
+    let largest = (0..=SAMPLES).map(magnitude).filter(|g| g.is_finite()).fold(0.0, f64::max);
+    let field = on_vertices(&acceleration(0.0)[..gravity.len()]);
+    Some(Box::new(GravityOverTime::new(acceleration, largest, field)))
+}

@@ -1,0 +1,207 @@
+//! From the loads of a scene to forces.
+
+use super::body::Parts;
+use crate::Body;
+use crate::KeyPath;
+use crate::Load;
+use crate::OverTime;
+use crate::Problem;
+use crate::Selection;
+use pliant::element::{face_points, vector_area};
+use pliant::energy::EnergyTerm;
+use pliant::energy::load::{DeadLoad, Pressure, PressureField, Sample, VectorField, image, nodes, rim};
+use pliant::numbering::Numbering;
+use pliant_mesh::{Mesh, select};
+
+/// A load whose place is known; vertices from 0 in the body.
+pub(super) struct Placed {
+    pub(super) name: String,
+    key: &'static str,
+    spec: Load,
+    on: On,
+}
+
+/// A point of the rest shape [m], and the shares of global vertices in what a field is there.
+type Shared = ([f64; 3], Vec<(u32, f64)>);
+
+enum On {
+    Vertices(Vec<u32>),
+    Edges(Vec<[u32; 2]>),
+    Triangles(Vec<[u32; 3]>),
+    QuadraticEdges(Vec<[u32; 3]>),
+    QuadraticTriangles(Vec<[u32; 6]>),
+}
+
+/// The loads on a body with this mesh.
+pub(super) fn placed(
+    spec: &Body,
+    body: &str,
+    mesh: &Mesh,
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<Placed> {
+    let mut placed = vec![];
+    for (i, load) in spec.load.iter().enumerate() {
+        let path = path.key("load").index(i);
+        let key = load.vectors().first().map_or("pressure", |(key, ..)| *key);
+        match place(load, key, mesh) {
+            Ok(on) => {
+                placed.push(Placed { name: format!("{key} {i} on `{body}`"), key, spec: load.clone(), on })
+            }
+            Err(message) => problems.push(Problem::semantic(path, message)),
+        }
+    }
+    placed
+}
+
+fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
+    let selection = load.selections().pop();
+    if matches!(key, "traction" | "pressure") {
+        let selection = selection.as_ref();
+        return match (mesh.dimension, mesh.order()) {
+            (2, 1) => mesh.select_faces(selection).map(On::Edges),
+            (2, _) => mesh.select_faces::<2>(selection).map(|f| On::QuadraticEdges(mesh.quadratic_faces(&f))),
+            (_, 1) => mesh.select_faces(selection).map(On::Triangles),
+            _ => mesh.select_faces::<3>(selection).map(|f| On::QuadraticTriangles(mesh.quadratic_faces(&f))),
+        }
+        .map_err(|error| error.to_string());
+    }
+    let all = || Ok((0..mesh.vertex_count() as u32).collect());
+    let vertices: Vec<u32> =
+        selection.as_ref().map_or_else(all, |s: &Selection| select(mesh, s)).map_err(|e| e.to_string())?;
+    if key == "body_force" && mesh.element_dimension() < 2 {
+        return Err("`body_force` is by the volume of cells, and this mesh has none".to_owned());
+    }
+    Ok(On::Vertices(vertices))
+}
+
+impl Placed {
+    /// What it is, in words.
+    pub(super) fn described(&self, held: &[u32]) -> String {
+        let changes = if self.changes() { ", changes with time" } else { "" };
+        match &self.on {
+            On::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
+            On::Edges(faces) => self.described_faces::<2, 2>(faces, held) + changes,
+            On::Triangles(faces) => self.described_faces::<3, 3>(faces, held) + changes,
+            On::QuadraticEdges(faces) => self.described_faces::<2, 3>(faces, held) + changes,
+            On::QuadraticTriangles(faces) => self.described_faces::<3, 6>(faces, held) + changes,
+        }
+    }
+
+    fn described_faces<const D: usize, const N: usize>(&self, faces: &[[u32; N]], held: &[u32]) -> String {
+        let kind = match &self.spec.pressure {
+            None => "",
+            Some(pressure) if pressure.depends_on_place() => ", follows the surface, no potential",
+            Some(_) if rim::<D, N>(faces).iter().all(|v| held.binary_search(v).is_ok()) => {
+                ", follows the surface, with a potential"
+            }
+            Some(_) => ", follows the surface, no potential (its rim is free to move)",
+        };
+        format!("{}: {} faces{kind}", self.name, faces.len())
+    }
+
+    fn changes(&self) -> bool {
+        let formula = |value: &OverTime| value.constant().is_none();
+        self.spec.vectors().iter().any(|(_, _, vector)| vector.iter().any(formula))
+            || self.spec.pressure.as_ref().is_some_and(formula)
+    }
+
+    /// The term on the vertices of the whole system, whose flat rest positions are `rest`; `held` are the vertices of the body
+    /// that never move, ascending.
+    pub(super) fn term(
+        &self,
+        parts: &Parts,
+        held: &[u32],
+        rest: &[f64],
+        numbering: &Numbering,
+    ) -> Box<dyn EnergyTerm> {
+        let global = |v: u32| numbering.internal(parts.first_vertex + v);
+        match &self.on {
+            On::Vertices(vertices) => {
+                let shares = |v: u32| match self.key {
+                    "force" => vec![(v, 1.0 / vertices.len() as f64)],
+                    "body_force" => parts.shares[v as usize].clone(),
+                    _ => vec![(v, 1.0)],
+                };
+                let d = parts.mesh.dimension;
+                let sample = |v: &u32| {
+                    let shares = shares(*v).into_iter().map(|(v, share)| (global(v), share));
+                    (global(*v), shares.collect::<Vec<_>>())
+                };
+                let mut samples: Vec<(u32, Vec<(u32, f64)>)> = vertices.iter().map(sample).collect();
+                samples.sort_unstable_by_key(|(v, _)| *v);
+                let at = |(v, shares)| (point(rest, v, d), shares);
+                self.dead(samples.into_iter().map(at).collect(), rest, d)
+            }
+            On::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
+            On::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),
+            On::QuadraticEdges(faces) => self.on_faces::<2, 3>(faces, global, held, rest),
+            On::QuadraticTriangles(faces) => self.on_faces::<3, 6>(faces, global, held, rest),
+        }
+    }
+
+    fn on_faces<const D: usize, const N: usize>(
+        &self,
+        faces: &[[u32; N]],
+        global: impl Fn(u32) -> u32,
+        held: &[u32],
+        rest: &[f64],
+    ) -> Box<dyn EnergyTerm> {
+        let global: Vec<[u32; N]> = faces.iter().map(|face| face.map(&global)).collect();
+        if let Some(pressure) = self.spec.pressure.clone() {
+            let rim_stays = rim::<D, N>(faces).iter().all(|v| held.binary_search(v).is_ok());
+            let (changes, varies) = (self.changes(), pressure.depends_on_place());
+            let field = Box::new(move |x, t| pressure.value(x, t));
+            let pressure = PressureField { field, changes, varies };
+            return Box::new(Pressure::<D, N>::new(self.name.clone(), &global, rest, rim_stays, pressure));
+        }
+        let quadrature = face_points::<D, N>();
+        let mut samples = vec![];
+        for face in &global {
+            let at_rest = nodes::<D, N>(rest, *face);
+            for q in &quadrature {
+                let measure = vector_area(&at_rest, q).iter().map(|c| c * c).sum::<f64>().sqrt();
+                let shares = (0..N).map(|i| (face[i], q.weight * q.shape[i] * measure)).collect();
+                samples.push((image(&at_rest, q), shares));
+            }
+        }
+        self.dead(samples, rest, D)
+    }
+
+    /// A dead load with these points and their shares by global vertex. What is the same everywhere needs one point.
+    fn dead(&self, mut samples: Vec<Shared>, rest: &[f64], dimension: usize) -> Box<dyn EnergyTerm> {
+        let components: Vec<OverTime> =
+            self.spec.vectors().first().map_or_else(Vec::new, |(_, _, vector)| vector.to_vec());
+        let mut vertices: Vec<u32> =
+            samples.iter().flat_map(|(_, shares)| shares.iter().map(|(v, _)| *v)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        if !components.iter().any(OverTime::depends_on_place) {
+            let mut sums = vec![0.0; vertices.len()];
+            for (v, share) in samples.iter().flat_map(|(_, shares)| shares) {
+                sums[vertices.partition_point(|w| w < v)] += share;
+            }
+            samples = vec![([0.0; 3], vertices.iter().copied().zip(sums).collect())];
+        }
+        let slot = |v: u32| vertices.partition_point(|w| *w < v) as u32;
+        let samples = samples.into_iter().map(|(point, shares)| Sample {
+            point,
+            shares: shares.into_iter().map(|(v, share)| (slot(v), share)).collect(),
+        });
+        let samples = samples.collect();
+        let field: VectorField = Box::new(move |x, t| {
+            let mut force = [0.0; 3];
+            for (force, component) in force.iter_mut().zip(&components) {
+                *force = component.value(x, t);
+            }
+            force
+        });
+        Box::new(DeadLoad::new(self.name.clone(), dimension, vertices, rest, samples, field, self.changes()))
+    }
+}
+
+fn point(rest: &[f64], vertex: u32, dimension: usize) -> [f64; 3] {
+    let mut point = [0.0; 3];
+    point[..dimension].copy_from_slice(&rest[vertex as usize * dimension..][..dimension]);
+    point
+}

@@ -1,0 +1,172 @@
+//! Whether a scene fits into memory, before any of it is allocated.
+
+use crate::Body;
+use crate::KeyPath;
+use crate::Problem;
+use crate::Scene;
+use pliant::available_memory;
+use pliant::energy::nbody::TreeGravity;
+use pliant::energy::patch::Workspace;
+use pliant::simulation::Simulation;
+use pliant_mesh::{MeshSize, predicted_body_size};
+
+/// Bytes per element while a scene is assembled and run: rest data, indices, patch rows, and the mesh they come from.
+const BYTES_PER_ELEMENT: u64 = 250;
+/// The same for elements of second order, which have rest data at 3 or 4 points.
+const BYTES_PER_QUADRATIC_ELEMENT: u64 = 700;
+/// Bytes more per triangle and per tetrahedron with nodal integration: half a vertex with 6 neighbours of 40 bytes, a fifth of one with 14
+/// of 56, twice while the list of them grows, and stresses.
+const BYTES_PER_NODAL_ELEMENT: [u64; 2] = [300, 350];
+/// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
+const BYTES_PER_SPRING: u64 = 100;
+/// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
+const BYTES_PER_COORDINATE: u64 = 120;
+
+/// Refuses a scene that asks for more memory than there is.
+pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
+    let (mut total, mut reserved, mut problems) = (0u64, 0u64, vec![]);
+    let (mut vertices, mut particles) = (0u64, 0u64);
+    for (i, body) in scene.body.iter().enumerate() {
+        let path = KeyPath::root().key("body").index(i).key("mesh");
+        match predicted_body_size(&body.body_mesh(), scene.dimension, &scene.directory) {
+            Ok(size) => {
+                let nodal = body.nodal_integration.is_some();
+                total = total.saturating_add(predicted_bytes(&size, scene.dimension, nodal));
+                reserved = reserved.saturating_add(reserved_bytes(body, &size, scene.dimension));
+                vertices = vertices.saturating_add(size.vertices);
+                if body.elastic.is_none() && body.springs.is_none() {
+                    particles = particles.saturating_add(size.vertices);
+                }
+            }
+            Err(error) => problems.push(Problem::semantic(path, error.to_string())),
+        }
+    }
+    total = total.saturating_add(gravity_bytes(scene, particles));
+    if vertices > u64::from(u32::MAX) {
+        let message =
+            format!("the bodies together have {vertices} vertices; at most {} can be numbered", u32::MAX);
+        problems.push(Problem::semantic(KeyPath::root().key("body"), message));
+    }
+    if let Some(available) = available_memory::available_beside(reserved)
+        && total > available
+        && problems.is_empty()
+    {
+        let message = format!("the scene needs about {}, {} are available", human(total), human(available));
+        let help = "fewer cells, or a machine with more memory";
+        problems.push(Problem::semantic(KeyPath::root().key("body"), message).with_help(help));
+    }
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Bytes that `simulation` holds once it takes steps.
+///
+/// # Errors
+/// Implicit steps would take more memory than there is.
+pub(super) fn check_steps(scene: &Scene, simulation: &mut Simulation) -> Result<usize, Vec<Problem>> {
+    let (held, predicted) = (simulation.bytes(), simulation.predicted_bytes());
+    let further = predicted.saturating_sub(held) as u64;
+    match available_memory::available() {
+        Some(available) if further > available => Err(vec![too_large(scene, simulation, further, available)]),
+        _ => Ok(predicted),
+    }
+}
+
+fn too_large(scene: &Scene, simulation: &Simulation, further: u64, available: u64) -> Problem {
+    let message = format!(
+        "implicit steps of this scene need about {} for their matrices ({}), {} are available",
+        human(further),
+        simulation.linear_solver(),
+        human(available)
+    );
+    let path = KeyPath::root().key("time");
+    let path = if scene.time.solver.is_some() { path.key("solver") } else { path.key("integrator") };
+    Problem::semantic(path, message)
+        .with_help("`solver = { linear = \"multigrid\" }` takes less than a factorisation, \"matrix-free\" next to nothing")
+        .with_help("or fewer cells, an explicit scheme, or a machine with more memory")
+}
+
+/// Bytes that the mutual gravity of this many particles takes, roughly. The sum over all pairs has an array for each of 16 groups
+/// of them, and looks for the largest frequency by a tree.
+fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
+    let Some(nbody) = &scene.world.nbody else { return 0 };
+    // More cannot be numbered.
+    let n = particles.min(u64::from(u32::MAX));
+    let tree = |angle: f64| match scene.dimension {
+        2 => TreeGravity::<2>::predicted_bytes(n, angle),
+        _ => TreeGravity::<3>::predicted_bytes(n, angle),
+    };
+    match &nbody.tree {
+        Some(by_tree) => tree(by_tree.opening_angle),
+        None => n * 8 * 18 * scene.dimension as u64 + tree(0.5),
+    }
+}
+
+/// Bytes of address space that the elements of a body of this size reserve for their forces, and for those of
+/// their damping.
+fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
+    let (cells, dissipates) = (size.triangles.max(size.tetrahedra), body.damping.is_some());
+    let workspace = match dimension {
+        2 => Workspace::<2>::reserved_bytes(cells),
+        _ => Workspace::<3>::reserved_bytes(cells),
+    };
+    if body.elastic.is_some() { workspace * (1 + u64::from(dissipates)) } else { 0 }
+}
+
+/// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
+fn predicted_bytes(size: &MeshSize, dimension: usize, nodal: bool) -> u64 {
+    let cells = if dimension == 3 && size.tetrahedra > 0 { size.tetrahedra } else { size.triangles };
+    let per_element = match nodal {
+        _ if size.quadratic => BYTES_PER_QUADRATIC_ELEMENT,
+        true => BYTES_PER_ELEMENT + BYTES_PER_NODAL_ELEMENT[usize::from(dimension == 3)],
+        false => BYTES_PER_ELEMENT,
+    };
+    size.bytes
+        .saturating_add(cells.saturating_mul(per_element))
+        .saturating_add(size.edges.saturating_mul(BYTES_PER_SPRING))
+        .saturating_add(size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE))
+}
+
+/// `3.2 GB`.
+pub(crate) fn human(bytes: u64) -> String {
+    let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
+    let mut value = bytes as f64;
+    let mut unit = 0;
+    while value >= 1000.0 && unit + 1 < units.len() {
+        value /= 1000.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{bytes} B") } else { format!("{value:.3} {}", units[unit]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::UnstableStep;
+
+    /// What explicit steps hold is less than was predicted, by the mesh and lists of the assembly, and more than a fifth of it.
+    #[test]
+    fn nodal_integration_takes_no_more_memory_than_predicted() {
+        for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {
+            for nodal in [false, true] {
+                let scene: Scene = serde_json::from_value(serde_json::json!({
+                    "dimension": dimension,
+                    "time": { "integrator": "symplectic-euler", "step": 1e-9, "duration": 1.0 },
+                    "body": [{
+                        "mesh": { "grid": { "cells": cells, "spacing": 0.1 } },
+                        "elastic": { "linear": { "young": 1e5, "poisson": 0.4 } },
+                        "nodal_integration": if nodal { Some(serde_json::json!({})) } else { None },
+                        "mass": { "density": 1000.0 },
+                    }],
+                }))
+                .unwrap();
+                let size = predicted_body_size(&scene.body[0].body_mesh(), dimension, ".".as_ref()).unwrap();
+                let predicted = predicted_bytes(&size, dimension, nodal);
+                let held = scene.assemble(UnstableStep::Refuse).unwrap().simulation.bytes() as u64;
+                assert!(
+                    held < predicted && 5 * held > predicted,
+                    "{dimension}D, {nodal}: {held} of {predicted}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! From a scene to a simulation: meshes are built, masses lumped, energies made, the step judged.
+//!
+//! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
+
+mod attachments;
+mod bending;
+mod body;
+mod damping;
+mod gravity;
+mod initial;
+mod loads;
+mod locking;
+mod mass;
+mod memory;
+mod pins;
+mod probes;
+mod report;
+mod step_control;
+mod terms;
+mod warnings;
+
+use std::path::Path;
+
+use crate::Body;
+use crate::KeyPath;
+use crate::Problem;
+use crate::Scene;
+use crate::Tree;
+use pliant::constraint::Wall;
+use pliant::diagnostics::StabilityLimit;
+use pliant::energy::nbody::{NBody, TreeGravity};
+use pliant::numbering::Numbering;
+use pliant::probe::Probe;
+use pliant::run::Plan;
+use pliant::simulation::Simulation;
+use pliant::solver::LinearSolver;
+use pliant::state::State;
+use pliant::system::System;
+use pliant::topology::Topology;
+
+pub use report::{BodyReport, Report};
+
+/// A simulation ready to run, and what it was made of.
+pub struct Assembly {
+    /// The stepper.
+    pub simulation: Simulation,
+    /// Its bodies and their cells.
+    pub topology: Topology,
+    /// The points that the scene follows.
+    pub probes: Vec<Probe>,
+    /// Counts, sizes, the stability limit, what was left out.
+    pub report: Report,
+}
+
+/// Whether a scene whose step is above the stability limit is assembled all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnstableStep {
+    /// Refused, unless the scene says `allow_unstable`: for running.
+    Refuse,
+    /// Accepted: for looking at it.
+    Accept,
+}
+
+impl Scene {
+    /// Builds the simulation that this scene describes.
+    ///
+    /// # Errors
+    /// Every problem with a mesh, a selection or a mass; if there is none, a time step above the stability limit.
+    pub fn assemble(&self, unstable: UnstableStep) -> Result<Assembly, Vec<Problem>> {
+        match self.dimension {
+            2 => assemble::<2, 3>(self, unstable),
+            3 => assemble::<3, 4>(self, unstable),
+            d => Err(vec![Problem::semantic(
+                KeyPath::root().key("dimension"),
+                format!("dimension is {d}; it is 2 or 3"),
+            )]),
+        }
+    }
+
+    /// What is wrong with the time step under this limit: `None` if nothing is, or if the scene wants it so.
+    pub fn unstable_step(&self, stability: &StabilityLimit) -> Option<Problem> {
+        // A step that follows the error is never too large for long.
+        let step = self.time.step.filter(|step| !self.time.allow_unstable && *step > stability.step)?;
+        Some(unstable_step(self, step, stability))
+    }
+
+    /// Duration and frame rate of this scene.
+    pub fn plan(&self) -> Plan {
+        Plan { duration: self.time.duration, rate: self.output.rate }
+    }
+}
+
+fn assemble<const D: usize, const N: usize>(
+    scene: &Scene,
+    unstable: UnstableStep,
+) -> Result<Assembly, Vec<Problem>> {
+    memory::check(scene)?;
+    let bodies = build_bodies(scene, &scene.directory)?;
+    let jumps = pins::jumps_at_start(&bodies, D);
+    if !jumps.is_empty() {
+        return Err(jumps);
+    }
+    let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
+    let numbering = numbering::<D>(&bodies);
+    let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
+        let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
+        numbering.to_internal(&rows, width).into_owned()
+    };
+    let rest = gathered(|b| &b.mesh.points, D);
+    let (position, velocity) = (gathered(|b| &b.position, D), gathered(|b| &b.velocity, D));
+    let attachments = attachments::attachments(scene, &bodies, &numbering, &position)?;
+
+    let mut system = System::new(D, gathered(|b| &b.mass, 1));
+    let weights = || {
+        let of_body = |(body, spec): (&body::Parts, &Body)| mass::weights(&spec.mass, &body.mesh, &body.mass);
+        let weights: Vec<f64> = bodies.iter().zip(&scene.body).flat_map(of_body).collect();
+        numbering.to_internal(&weights, 1).into_owned()
+    };
+    if let Some(gravity) = gravity::term(scene, system.mass(), weights) {
+        system.add_term(gravity);
+    }
+    for (body, spec) in bodies.iter().zip(&scene.body) {
+        body.add_terms::<D, N>(spec, &rest, &numbering, &mut system);
+        body.add_damping::<D, N>(spec, &rest, &numbering, &mut system);
+        body.add_holds(&position, &rest, &numbering, &mut system);
+        body.add_loads(&rest, &numbering, &mut system);
+    }
+    attachments.iter().for_each(|attachment| attachment.add_to(&mut system));
+    let mut force_error = None;
+    if let Some(nbody) = &scene.world.nbody {
+        let particles = bodies.iter().filter(|b| b.is_particles());
+        // Bodies without cells are not renumbered.
+        let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
+        let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
+        let (constant, softening) = (nbody.constant, nbody.softening);
+        if let Some(Tree { opening_angle }) = nbody.tree {
+            let mut tree = TreeGravity::<D>::new(vertices, mass, constant, softening, opening_angle);
+            force_error = Some(tree.force_error(&position));
+            system.add_term(Box::new(tree));
+        } else {
+            system.add_term(Box::new(NBody::<D>::new(vertices, mass, constant, softening)));
+        }
+    }
+    for wall in &scene.world.walls {
+        system.add_wall(Wall::new(&wall.normal, wall.offset));
+    }
+    system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
+
+    let method = scene.time.integrator.method();
+    let options = scene.time.solver_options();
+    if method.documentation.solves > 0 && options.linear.choose(&system) == LinearSolver::Multigrid {
+        system.set_rest_positions(rest);
+    }
+
+    let state = State::new(position, velocity);
+    // Where step sizes follow the error, the controller brings its own.
+    let step = scene.time.step.unwrap_or(scene.time.duration);
+    let mut simulation = Simulation::new(system, state, method, step);
+    simulation.set_numbering(numbering);
+    simulation.set_points(points);
+    simulation.set_solver(options);
+    if let Some(problem) = loose_tolerance(scene, simulation.length_scale()) {
+        return Err(vec![problem]);
+    }
+    step_control::add(scene, &mut simulation);
+    // A scheme that is stable at any step is looked at only by who wants to look.
+    let limited = scene.time.step.is_some() && simulation.method().documentation.stability_limit.is_finite();
+    let stability = (limited || unstable == UnstableStep::Accept)
+        .then(|| simulation.stability_limit(scene.time.duration))
+        // Nothing stops a simulation that is being made.
+        .and_then(Result::ok);
+    if unstable == UnstableStep::Refuse
+        && let Some(stability) = &stability
+        && let Some(problem) = scene.unstable_step(stability)
+    {
+        return Err(vec![problem]);
+    }
+    let bytes = memory::check_steps(scene, &mut simulation)?;
+    let mut report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error, bytes);
+    let topology = Topology {
+        dimension: D,
+        vertex_count: simulation.system().mass().len(),
+        masses: bodies.iter().flat_map(|b| b.mass.iter().copied()).collect(),
+        bodies: bodies.iter().map(body::Parts::topology).collect(),
+        rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
+    };
+    report.bytes += topology.bytes();
+    Ok(Assembly { simulation, topology, probes, report })
+}
+
+/// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is
+/// still motion.
+const LARGEST_TOLERANCE: f64 = 1e-2;
+/// What is suggested in its place, as a part of that size.
+const GOOD_TOLERANCE: f64 = 1e-6;
+
+/// What is wrong with the tolerance of implicit steps in a scene of this `size` [m]; `None` if nothing is.
+fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
+    let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
+    let path = KeyPath::root().key("time").key("solver").key("tolerance");
+    let message = format!(
+        "Newton's method would end where its next correction is {tolerance:e} m, and the whole scene is {size:.3e} m large: it would \
+         hardly begin"
+    );
+    let advice = format!("give {:.0e} or less, or leave it out", GOOD_TOLERANCE * size);
+    Some(Problem::semantic(path, message).with_help(advice))
+}
+
+/// Renumbers the bodies whose neighbours are numbered far apart.
+fn numbering<const D: usize>(bodies: &[body::Parts]) -> Numbering {
+    let count = bodies.iter().map(|b| b.mass.len()).sum();
+    let mut numbering = Numbering::identity();
+    for body in bodies.iter().filter(|b| !b.is_numbered_locally()) {
+        numbering.renumber::<D>(body.vertices(), count, &body.mesh.points);
+    }
+    numbering
+}
+
+fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {
+    let (mut bodies, mut problems, mut first_vertex) = (vec![], vec![], 0u32);
+    for (i, spec) in scene.body.iter().enumerate() {
+        let path = KeyPath::root().key("body").index(i);
+        match body::Parts::new(spec, &path, i, scene.dimension, base, first_vertex) {
+            Ok(body) => {
+                first_vertex += body.mass.len() as u32;
+                bodies.push(body);
+            }
+            Err(found) => problems.extend(found),
+        }
+    }
+    if problems.is_empty() { Ok(bodies) } else { Err(problems) }
+}
+
+/// What damping has to do with the limit.
+fn strongest_damping(stability: &StabilityLimit) -> String {
+    if stability.damping > 0.0 {
+        format!(", damped at up to {:.4e} 1/s", stability.damping)
+    } else {
+        String::new()
+    }
+}
+
+fn unstable_step(scene: &Scene, step: f64, stability: &StabilityLimit) -> Problem {
+    let name = scene.time.integrator.method().documentation.name;
+    let limit = stability.step;
+    let path = KeyPath::root().key("time").key("step");
+    let message = if stability.grows_at_any_step {
+        format!(
+            "{name} gains energy at any step; with {step:e} s the fastest motion ({:.4e} rad/s) more than doubles in \
+             {} s",
+            stability.frequency, scene.time.duration
+        )
+    } else {
+        format!(
+            "a step of {step:e} s is unstable for {name}: the fastest motion of this scene, {:.4e} rad/s{}, allows at \
+             most {limit:.6e} s",
+            stability.frequency,
+            strongest_damping(stability),
+        )
+    };
+    // Two digits, rounded down, of a step a little below the limit.
+    let digits = 10f64.powf((0.98 * limit).log10().floor() - 1.0);
+    let advice = format!("use `step = {:e}`", ((0.98 * limit) / digits).floor() * digits);
+    let other = "or say `allow_unstable = true` in [time] to watch it blow up".to_string();
+    let mut problem = Problem::semantic(path, message).with_help(advice);
+    if stability.grows_at_any_step {
+        problem = problem.with_help("or a scheme that does not: symplectic-euler costs the same");
+    }
+    problem.with_help(other)
+}

@@ -1,0 +1,231 @@
+//! Where probes are: places become mixtures of vertices.
+
+use super::body::Parts;
+use crate::KeyPath;
+use crate::ProbeSpec;
+use crate::Problem;
+use crate::Scene;
+use pliant::algebra::Mat;
+use pliant::element::{Barycentric, jacobian, order, shape_functions, simplex_rest};
+use pliant::energy::elastic::{flattened, points_of};
+use pliant::probe::Probe;
+use pliant_mesh::Mesh;
+
+/// A point outside of a cell by this fraction of its height is in it.
+const TOLERANCE: f64 = 1e-9;
+/// Steps of Newton's method until a place in a curved cell is found; a few are enough where there is one.
+const MOST_STEPS: usize = 50;
+
+/// A point of an element, by the number of the element in the scene.
+type Point = (usize, Barycentric);
+
+/// The probes of a scene, and the points of elements that they name.
+pub(super) fn probes<const D: usize, const N: usize>(
+    scene: &Scene,
+    bodies: &[Parts],
+) -> Result<(Vec<Probe>, Vec<Point>), Vec<Problem>> {
+    let path = KeyPath::root().key("probe");
+    let found = scene.probe.iter().enumerate().map(|(i, spec)| one::<D, N>(spec, &path.index(i), bodies));
+    let (mut probes, mut points, mut problems) = (vec![], vec![], vec![]);
+    for probe in found {
+        match probe {
+            Ok((mut probe, point)) => {
+                probe.point = point.map(|_| points.len());
+                points.extend(point);
+                probes.push(probe);
+            }
+            Err(problem) => problems.push(*problem),
+        }
+    }
+    if problems.is_empty() { Ok((probes, points)) } else { Err(problems) }
+}
+
+fn one<const D: usize, const N: usize>(
+    spec: &ProbeSpec,
+    path: &KeyPath,
+    bodies: &[Parts],
+) -> Result<(Probe, Option<Point>), Box<Problem>> {
+    let eligible = || bodies.iter().filter(|b| spec.body.as_ref().is_none_or(|name| *name == b.name));
+    let place = match (&spec.at, spec.vertex) {
+        (Some(at), _) => {
+            let inside = eligible().find_map(|body| {
+                let found = match body.thickness {
+                    Some(thickness) => in_sheet(&body.mesh, thickness, at),
+                    None => containing::<D, N>(&body.mesh, at),
+                };
+                Some((body, found?))
+            });
+            let Some((body, Inside { cell, at, vertices, weights })) = inside else {
+                return Err(Box::new(outside(spec, at, path, eligible())));
+            };
+            // Elements of the bodies before this one come first.
+            let earlier = bodies.iter().take_while(|b| b.first_vertex < body.first_vertex);
+            let before: usize = earlier.map(Parts::element_count).sum();
+            (body, vertices, weights, body.elastic.then_some((before + cell, at)))
+        }
+        (None, vertex) => {
+            let vertex = vertex.unwrap_or_default();
+            let mut bodies = eligible();
+            let Some(body) = bodies.next().filter(|body| (vertex as usize) < body.mesh.vertex_count()) else {
+                let most = eligible().next().map_or(0, |body| body.mesh.vertex_count());
+                let message = format!("`vertex` is {vertex}, but the body has {most} vertices");
+                let problem = Problem::semantic(path.key("vertex"), message);
+                let help = format!("0 to {} can be named", most.saturating_sub(1));
+                return Err(Box::new(problem.with_help(help)));
+            };
+            (body, vec![vertex], vec![1.0], None)
+        }
+    };
+    let (body, vertices, weights, point) = place;
+    let mut rest = [0.0; 3];
+    for (&vertex, weight) in vertices.iter().zip(&weights) {
+        let point = body.mesh.point(vertex as usize);
+        rest.iter_mut().zip(point).for_each(|(sum, x)| *sum += weight * x);
+    }
+    let vertices = vertices.iter().map(|vertex| body.first_vertex + vertex).collect();
+    let probe =
+        Probe { name: spec.name.clone(), body: body.name.clone(), vertices, weights, rest, point: None };
+    Ok((probe, point))
+}
+
+/// A place in a cell.
+struct Inside {
+    cell: usize,
+    at: Barycentric,
+    /// The nodes of the cell, and their shape functions at the place.
+    vertices: Vec<u32>,
+    weights: Vec<f64>,
+}
+
+/// The cell in which a place at rest is deepest; `None` outside of all. `N` is the number of corners of a cell.
+fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<Inside> {
+    match (D, mesh.order()) {
+        (_, 1) => deepest::<D, N>(mesh, at),
+        (2, _) => deepest::<2, 6>(mesh, at),
+        _ => deepest::<3, 10>(mesh, at),
+    }
+}
+
+/// The same for cells of `N` nodes.
+fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<Inside> {
+    let mut best: Option<(f64, usize, [u32; N], Barycentric)> = None;
+    for (number, cell) in mesh.elements::<N>().into_iter().enumerate() {
+        let Some(lambda) = coordinates::<D, N>(mesh, &cell, at) else { continue };
+        let depth = lambda[..=D].iter().copied().fold(f64::INFINITY, f64::min);
+        if depth >= -TOLERANCE && best.as_ref().is_none_or(|(deepest, ..)| depth > *deepest) {
+            best = Some((depth, number, cell, lambda));
+        }
+    }
+    best.map(|(_, cell, nodes, at)| {
+        let weights = shape_functions::<D, N>(&at).to_vec();
+        Inside { cell, at, vertices: nodes.to_vec(), weights }
+    })
+}
+
+/// The triangle of a sheet in which a place is deepest, of those that are as near as half the thickness.
+fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<Inside> {
+    let mut best: Option<(f64, usize, [u32; 3], [f64; 3])> = None;
+    let reach = 0.5 * thickness + TOLERANCE * mesh.diagonal();
+    for (number, cell) in mesh.triangles.iter().enumerate() {
+        let corners: [[f64; 3]; 3] = points_of(&mesh.points, cell);
+        let (shape, axes) = flattened(&corners);
+        let from_first = [0, 1, 2].map(|c| at[c] - corners[0][c]);
+        let along = [0, 1].map(|a| (0..3).map(|c| axes[c][a] * from_first[c]).sum::<f64>());
+        let above: f64 = (0..3)
+            .map(|c| from_first[c] - axes[c][0] * along[0] - axes[c][1] * along[1])
+            .map(|d| d * d)
+            .sum();
+        let local = simplex_rest(&shape).0.mul_vec(&along);
+        let weights = [1.0 - local[0] - local[1], local[0], local[1]];
+        let depth = weights.iter().copied().fold(f64::INFINITY, f64::min);
+        let inside = depth >= -TOLERANCE && above.sqrt() <= reach;
+        if inside && best.as_ref().is_none_or(|(deepest, ..)| depth > *deepest) {
+            best = Some((depth, number, *cell, weights));
+        }
+    }
+    best.map(|(_, cell, vertices, weights)| {
+        let at = [weights[0], weights[1], weights[2], 0.0];
+        Inside { cell, at, vertices: vertices.to_vec(), weights: weights.to_vec() }
+    })
+}
+
+/// Barycentric coordinates of a place, in which `X = sum_a N_a(lambda) X_a`; `None` where the place is far from the cell, or has none.
+fn coordinates<const D: usize, const N: usize>(
+    mesh: &Mesh,
+    cell: &[u32; N],
+    at: &[f64],
+) -> Option<Barycentric> {
+    let mut points = [[0.0; D]; N];
+    for (point, &vertex) in points.iter_mut().zip(cell) {
+        point.copy_from_slice(mesh.point(vertex as usize));
+    }
+    if order::<D, N>() == 1 {
+        let (inverse, _): (Mat<f64, D>, f64) = simplex_rest(&points);
+        let mut from_first = [0.0; D];
+        (0..D).for_each(|c| from_first[c] = at[c] - points[0][c]);
+        return Some(barycentric(&inverse.mul_vec(&from_first)));
+    }
+    // A shape function is at most 1 in its size, and the sum of all sizes at most 2: nothing is farther out than that.
+    let size = |c: usize| points.iter().map(|p| (p[c] - points[0][c]).abs()).fold(0.0, f64::max);
+    if (0..D).any(|c| (at[c] - points[0][c]).abs() > 2.0 * size(c)) {
+        return None;
+    }
+    // Newton's method from the centroid.
+    let mut local = [1.0 / (D + 1) as f64; D];
+    for _ in 0..MOST_STEPS {
+        let lambda = barycentric(&local);
+        let shape = shape_functions::<D, N>(&lambda);
+        let mut off = [0.0; D];
+        for c in 0..D {
+            let found: f64 = shape.iter().zip(&points).map(|(n, x)| n * (x[c] - points[0][c])).sum();
+            off[c] = at[c] - points[0][c] - found;
+        }
+        let change = jacobian(&points, &lambda).inverse().mul_vec(&off);
+        (0..D).for_each(|c| local[c] += change[c]);
+        // What is left after a change so small is its square.
+        if change.iter().all(|c| c.abs() <= 1e-10) {
+            return Some(barycentric(&local));
+        }
+        if local.iter().any(|c| !c.is_finite() || c.abs() > 1e3) {
+            return None;
+        }
+    }
+    None
+}
+
+/// All coordinates from those that count.
+fn barycentric<const D: usize>(local: &[f64; D]) -> Barycentric {
+    let mut lambda = [0.0; 4];
+    lambda[0] = 1.0 - local.iter().sum::<f64>();
+    lambda[1..=D].copy_from_slice(local);
+    lambda
+}
+
+/// The place is in no cell: where the nearest vertex is.
+fn outside<'a>(
+    spec: &ProbeSpec,
+    at: &[f64],
+    path: &KeyPath,
+    bodies: impl Iterator<Item = &'a Parts>,
+) -> Problem {
+    let mut nearest: Option<(f64, &str, usize, &[f64])> = None;
+    for body in bodies {
+        for vertex in 0..body.mesh.vertex_count() {
+            let point = body.mesh.point(vertex);
+            let distance = point.iter().zip(at).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+            if nearest.is_none_or(|(least, ..)| distance < least) {
+                nearest = Some((distance, &body.name, vertex, point));
+            }
+        }
+    }
+    let what = if at.len() == 2 { "triangle" } else { "tetrahedron and no membrane" };
+    let where_to = spec.body.as_ref().map_or_else(|| "any body".to_owned(), |body| format!("`{body}`"));
+    let message = format!("{at:?} [m] is in no {what} of {where_to} at rest");
+    let problem = Problem::semantic(path.key("at"), message);
+    match nearest {
+        Some((distance, body, vertex, point)) => problem.with_help(format!(
+            "the nearest vertex is {distance:.3e} m away: `body = \"{body}\"`, `vertex = {vertex}`, at {point:?}"
+        )),
+        None => problem,
+    }
+}

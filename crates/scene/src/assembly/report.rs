@@ -1,0 +1,360 @@
+//! What `pliant check` prints: the assembled problem in numbers.
+
+use serde::Serialize;
+
+use super::attachments::Tied;
+use super::body::Parts;
+use crate::Channel;
+use crate::MassSpec;
+use crate::Scene;
+use crate::Stress;
+use pliant::control::StepControl;
+use pliant::diagnostics::{MEASURES, StabilityLimit};
+use pliant::energy::nbody::ForceError;
+use pliant::integrator::Documentation;
+use pliant::integrator::estimate::Tolerances;
+use pliant::lanes;
+use pliant::material::{AboutPreset, MaterialSpec, Plane, Preset};
+use pliant::simulation::Simulation;
+use pliant_mesh::{Contents, Quality};
+
+/// The assembled problem in numbers.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct Report {
+    /// Title of the scene.
+    pub title: Option<String>,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Vertices of all bodies.
+    pub vertices: usize,
+    /// Coordinates that can move.
+    pub free_coordinates: usize,
+    /// Total mass [kg].
+    pub mass: f64,
+    /// Extent of all bodies along each axis [m].
+    pub size: Vec<f64>,
+    /// The bodies.
+    pub bodies: Vec<BodyReport>,
+    /// Bytes held while running, those of the solvers of implicit steps included.
+    pub bytes: usize,
+    /// Name of the scheme.
+    pub integrator: &'static str,
+    /// Time step [s]; the first to be tried where step sizes follow the error.
+    pub step: f64,
+    /// Steps to the end of the run; `None` where their size follows the error.
+    pub steps: Option<u64>,
+    /// How step sizes follow the error; `None` where they are fixed.
+    pub step_control: Option<StepControl>,
+    /// Frames to be written.
+    pub frames: u64,
+    /// Walls, which the largest stable step does not account for.
+    pub walls: usize,
+    /// Whether steps are solved.
+    pub is_implicit: bool,
+    /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and nobody asked.
+    pub stability: Option<StabilityLimit>,
+    /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
+    pub tree_force_error: Option<ForceError>,
+    /// Instruction set of the kernels.
+    pub instruction_set: &'static str,
+    /// What the scene uses: each entry is computed, held in memory or written.
+    pub uses: Vec<String>,
+    /// What it does not name, and what therefore costs nothing.
+    pub left_out: Vec<String>,
+    /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that
+    /// steps do not see, bodies that lock.
+    pub warnings: Vec<String>,
+}
+
+/// One body in numbers.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct BodyReport {
+    /// Its name.
+    pub name: String,
+    /// Vertices.
+    pub vertices: usize,
+    /// Finite elements.
+    pub elements: usize,
+    /// Springs.
+    pub springs: usize,
+    /// Pinned vertices, those with a single pinned coordinate included.
+    pub pinned: usize,
+    /// Mass [kg].
+    pub mass: f64,
+    /// Size and quality of the mesh.
+    pub quality: Quality,
+    /// Cells of each kind, unconnected pieces, results of cleaning.
+    pub contents: Contents,
+}
+
+impl Report {
+    pub(super) fn new(
+        scene: &Scene,
+        simulation: &Simulation,
+        bodies: &[Parts],
+        attachments: &[Tied],
+        stability: Option<StabilityLimit>,
+        tree_force_error: Option<ForceError>,
+        bytes: usize,
+    ) -> Self {
+        let system = simulation.system();
+        let d = system.dimension();
+        let free = system.inverse_mass().iter().filter(|w| **w > 0.0).count();
+        let plan = scene.plan();
+        let (h, control) = (simulation.step_size(), simulation.step_control().copied());
+        let (uses, left_out) = uses(scene, bodies, attachments, simulation);
+        Report {
+            title: scene.title.clone(),
+            dimension: d,
+            vertices: system.mass().len(),
+            free_coordinates: free,
+            mass: system.mass().iter().sum(),
+            size: extent(simulation.state().x(), d),
+            bodies: bodies.iter().map(BodyReport::new).collect(),
+            bytes,
+            integrator: simulation.method().documentation.name,
+            step: h,
+            steps: control.is_none().then(|| plan.steps(h)),
+            frames: if control.is_some() { plan.exact_frames() } else { plan.frames(h) },
+            step_control: control,
+            walls: system.walls().len(),
+            is_implicit: simulation.method().documentation.solves > 0,
+            stability,
+            tree_force_error,
+            instruction_set: lanes::level().name(),
+            uses,
+            left_out,
+            warnings: [super::warnings::warnings(scene, simulation), super::locking::warnings(scene, bodies)]
+                .concat(),
+        }
+    }
+}
+
+impl BodyReport {
+    fn new(body: &Parts) -> Self {
+        let mesh = &body.mesh;
+        BodyReport {
+            name: body.name.clone(),
+            vertices: body.mass.len(),
+            elements: body.element_count(),
+            springs: body.springs.len(),
+            pinned: body.pinned().len(),
+            mass: body.mass.iter().sum(),
+            quality: mesh.quality(),
+            contents: mesh.contents(),
+        }
+    }
+}
+
+fn extent(x: &[f64], d: usize) -> Vec<f64> {
+    let component = |c: usize| x.iter().skip(c).step_by(d).copied();
+    let range =
+        |c| component(c).fold(f64::NEG_INFINITY, f64::max) - component(c).fold(f64::INFINITY, f64::min);
+    (0..d).map(range).collect()
+}
+
+/// What is used and what is not, each in words.
+fn uses(
+    scene: &Scene,
+    bodies: &[Parts],
+    attachments: &[Tied],
+    simulation: &Simulation,
+) -> (Vec<String>, Vec<String>) {
+    let (mut uses, mut left_out) = (vec![], vec![]);
+    let mut say = |used: bool, yes: String, no: &str| {
+        if used {
+            uses.push(yes);
+        } else {
+            left_out.push(no.to_owned());
+        }
+    };
+    let method = simulation.method().documentation;
+    say(true, format!("{}: {} a step", method.name, cost(&method)), "");
+    say(bodies.iter().any(|b| b.elastic), "finite elements".into(), "finite elements: no body is `elastic`");
+    let quadratic = bodies.iter().any(|b| b.elastic && b.mesh.order() == 2);
+    let points = if simulation.system().dimension() == 2 { 3 } else { 4 };
+    say(
+        quadratic,
+        format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
+        "quadratic elements: no body has `order = 2`",
+    );
+    let nodal: Vec<String> = scene.body.iter().zip(bodies).filter_map(|(spec, body)| {
+        let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
+        Some(format!(
+            "nodal integration of `{}`: the material is evaluated at its vertices, {part} of the shear modulus in the elements",
+            body.name
+        ))
+    }).collect();
+    say(!nodal.is_empty(), nodal.join("; "), "nodal integration: no body asks for it");
+    let membranes: Vec<String> = scene
+        .body
+        .iter()
+        .zip(bodies)
+        .filter_map(|(spec, body)| {
+            let membrane = spec.membrane.as_ref()?;
+            let plane = match membrane.plane_or_default() {
+                Plane::Stress => "plane stress: the thickness follows",
+                Plane::Strain => "plane strain: the thickness stays",
+            };
+            Some(format!("`{}` is a membrane, {} m thick, in {plane}", body.name, membrane.thickness))
+        })
+        .collect();
+    say(!membranes.is_empty(), membranes.join("; "), "membranes: no body is one");
+    let autodiff = scene.body.iter().any(|b| b.stress == Some(Stress::Autodiff));
+    say(
+        autodiff,
+        "stress by automatic differentiation".into(),
+        "automatic differentiation: no body asks for it",
+    );
+    for (i, body) in scene.body.iter().enumerate() {
+        let mass = if let MassSpec::Preset(preset) = body.mass { Some(preset) } else { None };
+        let elastic = body.elastic.as_ref().and_then(MaterialSpec::preset);
+        for (preset, what) in [(elastic, "elastic constants"), (mass, "density")] {
+            let Some(AboutPreset { name, young, poisson, density, source, .. }) = preset.map(Preset::about)
+            else {
+                continue;
+            };
+            let numbers = match what {
+                "density" => format!("{density} kg/m^3"),
+                _ => format!("young {young:e} Pa, poisson {poisson}, unless given"),
+            };
+            let body = body.name_or_default(i);
+            say(true, format!("{what} of `{body}` from the preset {name}: {numbers} ({source})"), "");
+        }
+    }
+    say(bodies.iter().any(|b| !b.springs.is_empty()), "springs".into(), "springs: no body has any");
+    let bends: usize = bodies.iter().map(|b| b.bends.count()).sum();
+    say(bends > 0, format!("bending at {bends} hinges and joints"), "bending: no body resists it");
+    let gravity = super::gravity::named(scene);
+    let uniform = match scene.world.gravity_changes() {
+        true => "uniform gravity that changes with time: it does work, and energy is not conserved",
+        false => "uniform gravity",
+    };
+    say(gravity.is_some(), uniform.into(), "uniform gravity: none given");
+    say(scene.world.nbody.is_some(), mutual_gravity(scene), "mutual gravity: no [world] nbody");
+    let pins = bodies.iter().map(|b| b.pinned().len()).sum::<usize>();
+    say(pins > 0, format!("{pins} pinned vertices"), "pins: no vertex is held");
+    let moving: Vec<String> = super::pins::described(bodies, |held| held.motion());
+    say(!moving.is_empty(), moving.join("; "), "prescribed motion: no pin moves");
+    let released: Vec<String> = super::pins::described(bodies, |held| {
+        let fixed = simulation.step_control().is_none();
+        held.release(fixed.then(|| simulation.step_size()))
+    });
+    say(!released.is_empty(), released.join("; "), "release: no pin lets go");
+    let loads: Vec<String> =
+        bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
+    say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");
+    let ties: Vec<String> = attachments.iter().map(Tied::described).collect();
+    say(!ties.is_empty(), ties.join("; "), "attachments: nothing is tied to a place or to another body");
+    let walls = simulation.system().walls().len();
+    say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
+    let drag = simulation.system().ether_drag();
+    say(drag != 0.0, format!("ether drag {drag} 1/s"), "ether drag: none");
+    let damping: Vec<String> = simulation.system().dissipation().iter().map(|term| term.name()).collect();
+    say(
+        !damping.is_empty(),
+        damping.join(", "),
+        "damping: no body has any, and no force depends on velocities",
+    );
+    let control = simulation.step_control();
+    say(
+        control.is_some(),
+        control.map_or(String::new(), |control| follows(control, simulation)),
+        "error estimates, steps that are taken back: the step size is fixed",
+    );
+    let channel = |c: Channel| scene.output.channels.contains(&c);
+    say(channel(Channel::State), "output /state".into(), "output /state: not written");
+    say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");
+    say(
+        channel(Channel::Energy),
+        "output /energy: energies, their balance with all losses, and momenta at every frame".into(),
+        "output /energy: energies are looked at every 128 steps and in frames, to catch a blow-up, and nobody asks what is lost",
+    );
+    say(
+        channel(Channel::Reactions),
+        "output /reactions: force and moment of every pin and wall".into(),
+        "output /reactions: forces of pins and walls are looked at once, at the end",
+    );
+    let measured = scene.output.channels.iter().filter_map(|channel| channel.measure());
+    let mut measures: Vec<&str> = measured.map(|measure| measure.name).collect();
+    measures.sort_by_key(|name| MEASURES.iter().position(|measure| measure.name == *name));
+    say(
+        !measures.is_empty(),
+        format!("output /elements: {}", measures.join(", ")),
+        "output /elements: no deformation, strain or stress of elements is computed",
+    );
+    let probes = scene.probe.len();
+    say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
+    let solver = (method.solves > 0).then(|| simulation.linear_solver());
+    say(
+        solver.is_some(),
+        solver.unwrap_or_default(),
+        "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
+    );
+    if method.solves > 0 && control.is_none() {
+        let retries = scene.time.solver_options().retries;
+        say(
+            retries > 0,
+            format!(
+                "steps that are not solved are taken in parts, down to {:.3e} s; every one is counted",
+                simulation.step_size() * 0.5_f64.powi(retries as i32)
+            ),
+            "steps in parts: one that is not solved ends the run",
+        );
+    }
+    if scene.study.is_some() {
+        left_out.push("the study: a run takes no notice of it, `pliant study` makes it".into());
+    }
+    (uses, left_out)
+}
+
+/// How step sizes follow the error.
+fn follows(control: &StepControl, simulation: &Simulation) -> String {
+    if simulation.method().has_own_criterion() {
+        return format!("step sizes by the scheme's own criterion, steps up to {:.3e} s", control.largest);
+    }
+    let Tolerances { position, velocity, relative } = control.tolerances;
+    format!(
+        "step sizes that follow the error: {position:.3e} m and {velocity:.3e} m/s + {relative:e} of the speed in every step, steps up to \
+         {:.3e} s; every step that is taken back is counted",
+        control.largest
+    )
+}
+
+/// What a step costs.
+fn cost(method: &Documentation) -> String {
+    match method.solves {
+        0 if method.force_evaluations == 0 => "some iterations of seven force evaluations".into(),
+        0 => plural(method.force_evaluations as usize, "force evaluation"),
+        solves => plural(solves as usize, "nonlinear solve"),
+    }
+}
+
+/// The most curved element of all bodies, if any side is.
+fn curved(bodies: &[Parts]) -> String {
+    let of_body = |b: &Parts| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
+    let worst =
+        bodies.iter().filter_map(of_body).min_by(|a, b| a.0.least_jacobian.total_cmp(&b.0.least_jacobian));
+    match worst {
+        Some((curved, body)) if curved.least_jacobian < 1.0 => format!(
+            "; sides are curved: det J falls to {:.3} of its mean in element {} of `{body}`",
+            curved.least_jacobian, curved.worst
+        ),
+        _ => String::new(),
+    }
+}
+
+fn mutual_gravity(scene: &Scene) -> String {
+    match scene.world.nbody.as_ref().and_then(|nbody| nbody.tree.as_ref()) {
+        Some(tree) => {
+            format!("mutual gravity of particles, by a tree of opening angle {}", tree.opening_angle)
+        }
+        None => "mutual gravity of particles, every pair".into(),
+    }
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}

@@ -1,0 +1,171 @@
+//! The error of the deserializer: what serde says, turned into a [`Problem`] where it happened.
+
+use std::fmt;
+
+use serde::de::{self, Expected, Unexpected, Visitor};
+use toml::de::DeValue;
+
+use super::Trail;
+use crate::error::{Problem, ProblemKind, shortened};
+use crate::key_path::KeyPath;
+
+/// Boxed: results of every single number carry it.
+#[derive(Debug)]
+pub(super) struct Failure(Box<Inner>);
+
+#[derive(Debug)]
+enum Inner {
+    /// Said by serde, which does not know where it is.
+    Said(Said),
+    /// Complete.
+    Located(Problem),
+}
+
+#[derive(Debug)]
+enum Said {
+    WrongType { found: String, expected: String },
+    Missing(&'static str),
+    Other(String),
+}
+
+impl Failure {
+    pub(super) fn located(problem: Problem) -> Failure {
+        Failure(Box::new(Inner::Located(problem)))
+    }
+
+    pub(super) fn unexpected<'de>(found: String, expected: &impl Visitor<'de>) -> Failure {
+        let expected = plain(&(expected as &dyn Expected).to_string());
+        Failure(Box::new(Inner::Said(Said::WrongType { found, expected })))
+    }
+
+    /// Adds the place, unless a value further inside has done so.
+    pub(super) fn at(self, trail: &Trail<'_>) -> Failure {
+        match *self.0 {
+            Inner::Located(_) => self,
+            Inner::Said(said) => Failure::located(said.at(trail.path())),
+        }
+    }
+
+    pub(super) fn with_help(self, help: String) -> Failure {
+        match *self.0 {
+            Inner::Located(problem) => Failure::located(problem.with_help(help)),
+            Inner::Said(_) => self,
+        }
+    }
+
+    /// What is missing after a bare word: the empty table that stood in for it is not what the user wrote.
+    pub(super) fn of_bare_word(self, name: &str, trail: &Trail<'_>) -> Failure {
+        let help = format!("write {{ {name} = ... }}");
+        match *self.0 {
+            Inner::Located(Problem { kind: ProblemKind::WrongType { expected, .. }, path, .. })
+                if path == trail.path() =>
+            {
+                let problem = Problem::wrong_type(path, "nothing".to_owned(), expected);
+                Failure::located(problem.with_help(help))
+            }
+            _ => self.with_help(help),
+        }
+    }
+
+    pub(super) fn into_problem(self) -> Problem {
+        match *self.0 {
+            Inner::Located(problem) => problem,
+            Inner::Said(said) => said.at(KeyPath::root()),
+        }
+    }
+}
+
+impl Said {
+    fn at(self, path: KeyPath) -> Problem {
+        match self {
+            Said::WrongType { found, expected } => Problem::wrong_type(path, found, expected),
+            Said::Missing(field) => Problem::missing_field(&path, field),
+            Said::Other(message) => Problem::new(ProblemKind::Semantic, path, message),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &*self.0 {
+            Inner::Located(problem) => formatter.write_str(&problem.message),
+            Inner::Said(Said::WrongType { found, expected }) => {
+                write!(formatter, "expected {expected}, found {found}")
+            }
+            Inner::Said(Said::Missing(field)) => write!(formatter, "missing field `{field}`"),
+            Inner::Said(Said::Other(message)) => formatter.write_str(message),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl de::Error for Failure {
+    fn custom<T: fmt::Display>(message: T) -> Failure {
+        Failure(Box::new(Inner::Said(Said::Other(message.to_string()))))
+    }
+
+    fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Failure {
+        let (found, expected) = (described(unexpected), plain(&expected.to_string()));
+        Failure(Box::new(Inner::Said(Said::WrongType { found, expected })))
+    }
+
+    fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Failure {
+        Failure::invalid_type(unexpected, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Failure {
+        let (found, expected) = (format!("{length} entries"), plain(&expected.to_string()));
+        Failure(Box::new(Inner::Said(Said::WrongType { found, expected })))
+    }
+
+    fn missing_field(field: &'static str) -> Failure {
+        Failure(Box::new(Inner::Said(Said::Missing(field))))
+    }
+}
+
+/// Names of Rust in words of the user.
+fn plain(expected: &str) -> String {
+    match expected {
+        "f64" | "f32" => "a number",
+        "u64" | "usize" => "a whole number, 0 or more",
+        "u32" => "a whole number from 0 to 4294967295",
+        "u8" => "a whole number from 0 to 255",
+        "i64" | "i32" | "isize" => "a whole number",
+        "a boolean" => "`true` or `false`",
+        "path string" => "a path in quotes",
+        "a string" => "a text in quotes",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        other => return other.to_owned(),
+    }
+    .to_owned()
+}
+
+fn described(unexpected: Unexpected<'_>) -> String {
+    match unexpected {
+        Unexpected::Bool(value) => format!("`{value}`"),
+        Unexpected::Unsigned(value) => format!("{value}"),
+        Unexpected::Signed(value) => format!("{value}"),
+        Unexpected::Float(value) => format!("the number {value:?}"),
+        Unexpected::Str(text) => format!("the text {}", shortened(text)),
+        Unexpected::Seq => "a list".to_owned(),
+        Unexpected::Map => "a table".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+/// The value in a message.
+pub(super) fn found(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => format!("the text {}", shortened(text)),
+        DeValue::Integer(integer) => format!("{integer}"),
+        DeValue::Float(float) => format!("the number {float}"),
+        DeValue::Boolean(value) => format!("`{value}`"),
+        DeValue::Datetime(date) => format!("the date {date}"),
+        DeValue::Array(array) if array.len() == 1 => "a list of 1 entry".to_owned(),
+        DeValue::Array(array) => format!("a list of {} entries", array.len()),
+        DeValue::Table(table) if table.is_empty() => "an empty table".to_owned(),
+        DeValue::Table(_) => "a table".to_owned(),
+    }
+}

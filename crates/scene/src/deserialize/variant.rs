@@ -1,0 +1,116 @@
+//! Choices: `"symplectic-euler"`, or `{ corotated = { young = 1e5, poisson = 0.3 } }`.
+
+use serde::de::{DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, VariantAccess, Visitor};
+use toml::de::{DeTable, DeValue};
+
+use super::failure::Failure;
+use super::{Reader, Step, TableReader, Trail};
+use crate::error::Problem;
+
+/// A value that names one of several variants.
+pub(super) struct Choice<'a> {
+    pub(super) reader: Reader<'a>,
+    pub(super) variants: &'static [&'static str],
+}
+
+/// What follows the name of the variant: nothing for a bare word.
+pub(super) struct Content<'a> {
+    reader: Reader<'a>,
+    name: &'a str,
+    value: Option<&'a DeValue<'a>>,
+}
+
+impl<'de, 'a> EnumAccess<'de> for Choice<'a> {
+    type Error = Failure;
+    type Variant = Content<'a>;
+
+    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Content<'a>), Failure> {
+        let reader = self.reader;
+        let (name, value) = match reader.value {
+            DeValue::String(name) => (name.as_ref(), None),
+            DeValue::Table(table) if table.len() == 1 => {
+                let (key, value) = table.iter().next().expect("its length is 1");
+                (key.get_ref().as_ref(), Some(value.get_ref()))
+            }
+            _ => return Err(self.not_one_choice()),
+        };
+        if !self.variants.contains(&name) {
+            let path = reader.trail.path();
+            let mut problem = Problem::unknown_variant(path, name, self.variants);
+            if value.is_some() {
+                problem.path = problem.path.key(name);
+                problem = problem.at_key();
+            }
+            return Err(Failure::located(problem));
+        }
+        let variant = seed.deserialize(name.into_deserializer())?;
+        Ok((variant, Content { reader, name, value }))
+    }
+}
+
+impl Choice<'_> {
+    fn not_one_choice(&self) -> Failure {
+        let names: Vec<String> = self.variants.iter().map(|name| format!("`{name}`")).collect();
+        let expected = format!("exactly one of {}", names.join(", "));
+        match self.reader.value {
+            DeValue::Table(table) if table.len() > 1 => {
+                let found: Vec<String> = table.keys().map(|key| format!("`{}`", key.get_ref())).collect();
+                let path = self.reader.trail.path();
+                Failure::located(Problem::wrong_type(path, found.join(" and "), expected))
+            }
+            _ => self.reader.wrong_type(&expected),
+        }
+    }
+}
+
+impl<'de> VariantAccess<'de> for Content<'_> {
+    type Error = Failure;
+
+    fn unit_variant(self) -> Result<(), Failure> {
+        match self.value {
+            None => Ok(()),
+            Some(DeValue::Table(table)) if table.is_empty() => Ok(()),
+            Some(value) => {
+                let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+                let failure = Reader { value, trail: &trail, ..self.reader }.wrong_type("no parameters");
+                Err(failure.with_help(format!("write \"{}\"", self.name)))
+            }
+        }
+    }
+
+    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, Failure> {
+        let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+        let reader = self.reader;
+        match self.value {
+            Some(value) => seed
+                .deserialize(Reader { value, trail: &trail, ..reader })
+                .map_err(|failure| failure.at(&trail)),
+            // A bare word stands for a table without parameters: enough where all have defaults, and where they have
+            // not, the message names the first that is missing.
+            None => seed
+                .deserialize(Reader { value: &DeValue::Table(DeTable::new()), trail: &trail, ..reader })
+                .map_err(|failure| failure.at(&trail).of_bare_word(self.name, &trail)),
+        }
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
+        let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+        let value = self.value.unwrap_or(self.reader.value);
+        Reader { value, trail: &trail, ..self.reader }.deserialize_tuple(length, visitor)
+    }
+
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+        match self.value {
+            Some(value) => {
+                Reader { value, trail: &trail, ..self.reader }.deserialize_struct("", fields, visitor)
+            }
+            None => TableReader { table: &DeTable::new(), trail: &trail, unknown: self.reader.unknown }
+                .deserialize_struct("", fields, visitor),
+        }
+    }
+}

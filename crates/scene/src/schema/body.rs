@@ -1,0 +1,227 @@
+//! Bodies: what they are made of, and how they start.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    BendingSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin,
+    RepeatSpec, TransformSpec,
+};
+use pliant::material::{MaterialSpec, Preset, Stress};
+use pliant::quantity::Quantity;
+use pliant::value::*;
+
+/// One body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Name, unique in the scene; used in the output. Default `body0`, `body1`, ...
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(regex(pattern = "^[A-Za-z0-9_-]{1,64}$"))]
+    pub name: Option<String>,
+    /// Its shape at rest.
+    pub mesh: MeshSpec,
+    /// Moves the shape: scaled, then rotated, then translated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transform: Option<TransformSpec>,
+    /// Makes copies of the shape, after `transform`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeat: Option<RepeatSpec>,
+    /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D), or with `membrane` its triangles in 3D.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elastic: Option<MaterialSpec>,
+    /// Makes a sheet in 3D of finite elements: how thick it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub membrane: Option<MembraneSpec>,
+    /// Order of the elements of `elastic`: 1 linear (the default), or 2 quadratic, with a node in the middle of every edge, which
+    /// bend without locking. Files of second order keep their nodes, curved sides included; all other meshes gain straight ones,
+    /// numbered after the corners, and selections by place and by group hold them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 2))]
+    pub order: Option<u8>,
+    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its one number to the default.
+    /// Quadratic elements do not need it. A step takes longer than with plain linear elements, since every vertex acts on the neighbours
+    /// of its neighbours: measured on one core, explicit 2.4 and 4.2 times as long (5,184 and 98,304 tetrahedra), implicit with multigrid
+    /// 2.5 and 3.6 times (5,184 and 31,944), in as many iterations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nodal_integration: Option<NodalIntegrationSpec>,
+    /// How the stress of `elastic` is computed; by the closed form without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stress: Option<Stress>,
+    /// Springs along the mesh's edges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub springs: Option<Springs>,
+    /// Resistance to bending of a sheet in 3D, at every edge between two triangles, or of a strand, at every vertex between two edges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending: Option<BendingSpec>,
+    /// What takes energy out of its deformation; nothing without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<DampingSpec>,
+    /// Its mass.
+    pub mass: MassSpec,
+    /// Vertices that are held: where they are, or on a prescribed motion.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pin: Vec<Pin>,
+    /// Forces from outside: point loads, traction, pressure, forces per volume.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub load: Vec<Load>,
+    /// Where it starts; in its rest shape without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionSpec>,
+    /// Initial velocity; at rest without it. What is pinned stays at rest, or moves as its pin says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<VelocitySpec>,
+}
+
+/// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Springs {
+    /// Spring constant `k` [N/m]: one for all or one per edge.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Stiffness>>>")]
+    pub stiffness: Option<OneOrMany>,
+    /// `Y` with `k = Y l0` [N/m^2], as the lecture's program has it.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub young: Option<f64>,
+    /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Length>>>")]
+    pub rest_length: Option<OneOrMany>,
+}
+
+/// The mass of a body, lumped to its vertices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MassSpec {
+    /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; sheets of springs: kg/m^2; springs without cells: kg/m of edge; a `membrane`
+    /// takes it by area too, if the unit says so): each element gives
+    /// an equal share to its vertices, one of second order positive shares in proportion to the diagonal of its mass matrix.
+    Density(
+        #[serde(with = "As::<Density>")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        Quantity,
+    ),
+    /// Mass of each vertex [kg]: one number for all or a list.
+    PerVertex(#[serde(with = "As::<OneOrManyOf<Mass>>")] OneOrMany),
+    /// Total mass [kg], shared equally between the vertices.
+    Total(
+        #[serde(with = "As::<Mass>")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        f64,
+    ),
+    /// The density of a well-known material, for solids, membranes, and bodies in 2D (which are one metre thick); `pliant list presets`
+    /// shows them.
+    Preset(Preset),
+}
+
+/// Initial positions of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionSpec {
+    /// `x = centre + matrix (X - centre) + translation`, pinned vertices included.
+    Affine(AffinePosition),
+    /// One point per vertex [m].
+    PerVertex(#[serde(with = "As::<Vec<Vec<Length>>>")] Vec<Vec<f64>>),
+    /// One displacement from the rest position per vertex [m].
+    Displacement(#[serde(with = "As::<Vec<Vec<Length>>>")] Vec<Vec<f64>>),
+}
+
+/// A uniform deformation of the rest shape.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AffinePosition {
+    /// The deformation gradient, by rows; the identity without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// The point that `matrix` leaves where it is [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
+    pub centre: Option<Vec<f64>>,
+    /// Then moved by this [m].
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
+    pub translation: Option<Vec<f64>>,
+}
+
+/// Initial velocities of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VelocitySpec {
+    /// `v = linear + angular x (X - centre of mass)`.
+    Rigid(RigidVelocity),
+    /// One vector per vertex [m/s].
+    PerVertex(#[serde(with = "As::<Vec<Vec<Velocity>>>")] Vec<Vec<f64>>),
+    /// Tangential speed [m/s] about `centre` in the x-y plane, counter-clockwise, the same at every radius.
+    Tangential(TangentialVelocity),
+}
+
+/// Velocity field of a rigid body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RigidVelocity {
+    /// Velocity of the centre of mass [m/s].
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Velocity>>>")]
+    #[schemars(length(min = 2, max = 3))]
+    pub linear: Option<Vec<f64>>,
+    /// Angular velocity [rad/s]: one number in 2D (counter-clockwise), three in 3D.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "As::<Option<OneOrManyOf<AngularVelocity>>>"
+    )]
+    pub angular: Option<OneOrMany>,
+}
+
+/// Rotation at constant speed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TangentialVelocity {
+    /// Speed [m/s].
+    #[serde(with = "As::<Velocity>")]
+    pub speed: f64,
+    /// Centre [m]; the origin without it.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
+    #[schemars(length(min = 2, max = 3))]
+    pub centre: Option<Vec<f64>>,
+}
+
+impl Body {
+    /// The name, or `body0`, `body1`, ... by the index in the scene.
+    pub fn name_or_default(&self, index: usize) -> String {
+        self.name.clone().unwrap_or_else(|| format!("body{index}"))
+    }
+
+    /// Number of vertices, copies included; `None` for a file, with nodes in the middle of edges, and for more than can be
+    /// counted.
+    pub fn vertex_count(&self) -> Option<u64> {
+        if self.is_quadratic() {
+            return None;
+        }
+        self.mesh.vertex_count()?.checked_mul(self.copies())
+    }
+
+    /// Number of copies of the mesh; saturates.
+    pub fn copies(&self) -> u64 {
+        self.repeat.as_ref().map_or(1, RepeatSpec::copies)
+    }
+
+    /// Whether its elements are of second order.
+    pub fn is_quadratic(&self) -> bool {
+        self.order == Some(2)
+    }
+
+    /// Its mesh, and what becomes of it.
+    pub fn body_mesh(&self) -> BodyMesh<'_> {
+        let (transform, repeat) = (self.transform.as_ref(), self.repeat.as_ref());
+        BodyMesh { shape: &self.mesh, quadratic: self.is_quadratic(), transform, repeat }
+    }
+
+    /// How the stress of `elastic` is computed.
+    pub fn stress_or_default(&self) -> Stress {
+        self.stress.unwrap_or_default()
+    }
+
+    /// Whether nothing holds its vertices together: no elements, no springs. Mutual attraction (`world.nbody`) acts on
+    /// these bodies only.
+    pub fn is_particles(&self) -> bool {
+        self.elastic.is_none() && self.springs.is_none()
+    }
+}

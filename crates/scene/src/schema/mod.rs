@@ -1,0 +1,248 @@
+//! The TOML schema of a scene, as plain data in SI units.
+//!
+//! Externally tagged tables throughout: internally tagged, flattened and untagged enums lose the position of an
+//! error in the text.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use pliant::diagnostics::Measure;
+use pliant::integrator::IntegratorSpec;
+
+mod adaptive;
+mod attachment;
+mod bending;
+mod body;
+mod damping;
+mod load;
+mod membrane;
+mod nodal;
+mod pin;
+mod probe;
+mod solver;
+mod study;
+
+pub use adaptive::Adaptive;
+pub use attachment::*;
+pub use bending::*;
+pub use body::*;
+pub use damping::*;
+pub use load::*;
+pub use membrane::*;
+pub use nodal::*;
+pub use pin::*;
+pub use probe::*;
+pub use solver::Solver;
+pub use study::StudySpec;
+
+pub use pliant::material::Stress;
+pub(crate) use pliant::value::*;
+pub use pliant::value::{OneOrMany, OverTime};
+pub(crate) use pliant::value::{OverPlaceOf, OverTimeOf};
+pub use pliant_mesh::spec::*;
+
+/// A scene: bodies, the world around them, how time advances, what is written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// One line that says what this is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// Space dimension, 2 (plane strain) or 3.
+    #[schemars(range(min = 2, max = 3))]
+    pub dimension: usize,
+    /// How time advances.
+    pub time: Time,
+    /// Gravity, walls, drag: what acts on every body.
+    #[serde(default)]
+    pub world: World,
+    /// The bodies, at least one.
+    #[serde(default)]
+    #[schemars(length(min = 1))]
+    pub body: Vec<Body>,
+    /// Vertices tied to places or to other bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attachment: Vec<AttachmentSpec>,
+    /// Points that are followed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probe: Vec<ProbeSpec>,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: Output,
+    /// What `pliant study` compares.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub study: Option<StudySpec>,
+    /// Directory that files named in the scene are relative to: where the scene file is. No part of the text.
+    #[serde(skip)]
+    pub directory: PathBuf,
+}
+
+/// How time advances.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// The scheme, by name; `pliant list integrators` shows all.
+    pub integrator: IntegratorSpec,
+    /// How the equations of implicit schemes are solved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solver: Option<Solver>,
+    /// Time step [s]. A scene has either this or `adaptive`.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub step: Option<f64>,
+    /// Steps whose size follows the error, for schemes that estimate it; `pliant list integrators` says which do. In place of `step`;
+    /// `adaptive = {}` leaves everything to the defaults.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<Adaptive>,
+    /// Simulated time to run [s].
+    #[serde(with = "As::<Duration>")]
+    #[schemars(range(min = 0.0))]
+    pub duration: f64,
+    /// Run although the step is above the stability limit; the run then ends by itself once it has blown up.
+    #[serde(default)]
+    pub allow_unstable: bool,
+}
+
+/// What acts on every body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct World {
+    /// Uniform gravitational acceleration [m/s^2], one number or formula of the time `t` per dimension:
+    /// `["0", "-9.81 * (1 - exp(-t/0.1))"]`.
+    #[serde(
+        default,
+        skip_serializing_if = "Option::is_none",
+        with = "As::<Option<Vec<OverTimeOf<Acceleration>>>>"
+    )]
+    #[schemars(length(min = 2, max = 3))]
+    pub gravity: Option<Vec<OverTime>>,
+    /// Rigid half-spaces that vertices cannot enter.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<Wall>,
+    /// Newtonian attraction between all vertices of bodies without elements and springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nbody: Option<NBody>,
+    /// Ether drag [1/s]: velocities decay as `exp(-ether_drag * t)`, rigid motion included.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Rate>>")]
+    #[schemars(range(min = 0.0))]
+    pub ether_drag: Option<f64>,
+}
+
+impl World {
+    /// Whether gravity is given by a formula: it then does work, and energy is not conserved.
+    pub fn gravity_changes(&self) -> bool {
+        self.gravity.iter().flatten().any(|component| component.constant().is_none())
+    }
+}
+
+/// Newtonian gravity `E = -G m_i m_j / sqrt(r^2 + softening^2)` between every pair.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NBody {
+    /// Gravitational constant `G` [m^3 / (kg s^2)].
+    #[serde(with = "As::<GravitationalConstant>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub constant: f64,
+    /// Plummer softening length [m].
+    #[serde(default, with = "As::<Length>")]
+    #[schemars(range(min = 0.0))]
+    pub softening: f64,
+    /// By a tree, approximately, in a time that grows as `N log N`; by the sum over all pairs without it. `pliant check` shows
+    /// the error of the forces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree: Option<Tree>,
+}
+
+/// The tree of Barnes and Hut, with quadrupoles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tree {
+    /// Boxes that appear smaller than this [rad] act as a whole: 0.5 is usual, smaller is more accurate and slower.
+    #[serde(with = "As::<Angle>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0))]
+    pub opening_angle: f64,
+}
+
+/// What is written, and how often.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Frames per simulated second.
+    #[serde(with = "As::<Rate>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rate: f64,
+    /// What each frame holds.
+    #[schemars(extend("uniqueItems" = true))]
+    pub channels: Vec<Channel>,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Output { rate: 60.0, channels: vec![Channel::State, Channel::Mesh, Channel::Energy] }
+    }
+}
+
+/// One kind of output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channel {
+    /// Positions and velocities of every vertex, on `/state`.
+    State,
+    /// Triangles and lines for a viewer, on `/mesh`.
+    Mesh,
+    /// Energies, what came in and what was lost, and momenta, on `/energy`.
+    Energy,
+    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on
+    /// `/reactions`.
+    Reactions,
+    /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
+    /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
+    DeformationGradient,
+    /// `J = det F` of every finite element, on `/elements/jacobian`.
+    Jacobian,
+    /// Principal stretches of every finite element, on `/elements/principal-stretches`, descending in magnitude; the last is negative
+    /// where the element is inverted.
+    PrincipalStretches,
+    /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
+    GreenStrain,
+    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on
+    /// `/elements/corotated-strain`: xx, yy, zz, xy, yz, xz.
+    CorotatedStrain,
+    /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
+    FirstPiola,
+    /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy, yz, xz.
+    CauchyStress,
+    /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
+    VonMises,
+    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on
+    /// `/elements/energy-density`.
+    EnergyDensity,
+}
+
+impl Channel {
+    /// The name of the choice, as in the scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Channel::State => "state",
+            Channel::Mesh => "mesh",
+            Channel::Energy => "energy",
+            Channel::Reactions => "reactions",
+            Channel::DeformationGradient => "deformation-gradient",
+            Channel::Jacobian => "jacobian",
+            Channel::PrincipalStretches => "principal-stretches",
+            Channel::GreenStrain => "green-strain",
+            Channel::CorotatedStrain => "corotated-strain",
+            Channel::FirstPiola => "first-piola",
+            Channel::CauchyStress => "cauchy-stress",
+            Channel::VonMises => "von-mises",
+            Channel::EnergyDensity => "energy-density",
+        }
+    }
+
+    /// The measure of elements that it records; `None` for a channel that is not about elements.
+    pub fn measure(self) -> Option<&'static Measure> {
+        Measure::named(self.name())
+    }
+}

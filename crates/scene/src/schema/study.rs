@@ -1,0 +1,38 @@
+//! What a scene may say about studies of its accuracy.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use pliant::integrator::IntegratorSpec;
+use pliant::value::*;
+
+/// What `pliant study` compares. A run takes no notice of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct StudySpec {
+    /// The schemes; a usual set without it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub integrators: Vec<IntegratorSpec>,
+    /// Time steps [s], each changed to the nearest that meets all times of comparison; chosen by factors of 2 without it, from coarse
+    /// to where the error no longer falls.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Duration>>>")]
+    pub steps: Option<Vec<f64>>,
+    /// Tolerances of schemes whose steps can follow the error; chosen by factors of 10 where there are neither `steps` nor these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tolerances: Vec<f64>,
+    /// Values that are varied beside, for example `["body.0.elastic.neo-hookean.young = 1e5, 1e6"]`: every combination is studied.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub vary: Vec<String>,
+    /// At how many times, evenly spaced up to the duration, states are compared with the reference; 20 without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 20))]
+    pub times: Option<usize>,
+    /// The largest error of positions, relative to the motion, that the recommendation may have; 0.01 without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub error: Option<f64>,
+    /// The smallest time step [s] that is chosen; the budget alone ends the refinement without it.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub smallest_step: Option<f64>,
+}

@@ -1,0 +1,148 @@
+//! The text of a scene.
+
+use std::path::{Path, PathBuf};
+
+use super::error::{Problem, ProblemKind, SceneError};
+use super::key_path::KeyPath;
+use super::{Scene, deserialize, document};
+use pliant_files::regular_file;
+
+/// The text of a scene and where it comes from: what errors point into, and what a recording keeps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    pub(super) name: String,
+    pub(super) text: String,
+    pub(super) directory: PathBuf,
+    /// What was changed: the path, and how that was written, in backquotes.
+    pub(super) overrides: Vec<(KeyPath, String)>,
+}
+
+impl Source {
+    /// A text under the name that messages shall show. Files that the scene names are relative to the working
+    /// directory.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Source {
+        let mut text: String = text.into();
+        // Editors do not show a byte-order mark and do not count it in columns.
+        if text.starts_with('\u{feff}') {
+            text.drain(..'\u{feff}'.len_utf8());
+        }
+        Source { name: name.into(), text, directory: PathBuf::new(), overrides: Vec::new() }
+    }
+
+    /// The same text, where files that the scene names are relative to `directory`.
+    #[must_use]
+    pub fn in_directory(self, directory: impl Into<PathBuf>) -> Source {
+        Source { directory: directory.into(), ..self }
+    }
+
+    /// Reads a file. Files that the scene names are relative to its directory.
+    ///
+    /// # Errors
+    /// The file cannot be read, is a device or a pipe, or is not UTF-8.
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Source, SceneError> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let bytes = regular_file::read(path).map_err(|error| {
+            let message = format!("cannot read {name}: {error}");
+            SceneError::new(vec![Problem::new(ProblemKind::Unreadable, KeyPath::root(), message)])
+        })?;
+        let directory = path.parent().map(Path::to_owned).unwrap_or_default();
+        match String::from_utf8(bytes) {
+            Ok(text) => Ok(Source { directory, ..Source::new(name, text) }),
+            Err(error) => {
+                // Every good byte before the bad one is kept, so line and column are those of an editor.
+                let lossy = String::from_utf8_lossy(error.as_bytes());
+                let source = Source::new(name, lossy.as_ref());
+                let byte_order_mark = lossy.len() - source.text.len();
+                let offset = error.utf8_error().valid_up_to().saturating_sub(byte_order_mark);
+                let message = "the file is not UTF-8 text";
+                let problem = Problem::new(ProblemKind::Syntax, KeyPath::root(), message);
+                Err(source.error(vec![Problem { span: Some(offset..offset), ..problem }]))
+            }
+        }
+    }
+
+    /// The name that messages show: the path of the file.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The text, overrides included, without a byte-order mark.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The directory that files named in the scene are relative to; empty for the working directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// The scene that the text describes, validated.
+    ///
+    /// # Errors
+    /// The text is not TOML, not a scene, or not one that can be simulated; each problem with line and column.
+    pub fn scene(&self) -> Result<Scene, SceneError> {
+        let scene = self.scene_unchecked()?;
+        let problems = scene.validate();
+        if problems.is_empty() { Ok(scene) } else { Err(self.error(problems)) }
+    }
+
+    /// As [`scene`](Self::scene), without validation.
+    pub(super) fn scene_unchecked(&self) -> Result<Scene, SceneError> {
+        let document = document::parse(&self.text).map_err(|error| self.error(vec![syntax(&error)]))?;
+        let mut scene: Scene =
+            deserialize::from_table(document.get_ref()).map_err(|problems| self.error(problems))?;
+        scene.directory = self.directory.clone();
+        Ok(scene)
+    }
+
+    /// Problems with their lines and columns in this text, from top to bottom; what `--set` brought in is marked so.
+    pub fn error(&self, problems: Vec<Problem>) -> SceneError {
+        let document = document::parse(&self.text).ok();
+        let located = problems.into_iter().map(|mut problem| {
+            let span = match (problem.span.clone(), &document) {
+                (Some(span), _) => Some(span),
+                (None, Some(document)) => {
+                    let (path, inside) = (&problem.path, problem.inside.clone());
+                    let span = document::locate(&self.text, document.get_ref(), path, problem.underline);
+                    Some(document::inside(&self.text, span, inside))
+                }
+                (None, None) => None,
+            };
+            problem.span = span.map(|span| document::clamped(&self.text, span));
+            if problem.note.is_none() {
+                problem.note = self.override_of(&problem.path).map(|text| format!("from {text}"));
+            }
+            problem
+        });
+        let mut located: Vec<Problem> = located.collect();
+        located.sort_by_key(|problem| problem.span.as_ref().map(|span| span.start));
+        let mut place = document::Cursor::START;
+        for problem in &mut located {
+            if let Some(span) = &problem.span {
+                place = place.at(&self.text, span.start);
+                (problem.line, problem.column) = (Some(place.line), Some(place.column));
+            }
+        }
+        SceneError::located(located, self.clone())
+    }
+
+    /// The last override of the value at `path`, of what holds it, or of a part of it.
+    fn override_of(&self, path: &KeyPath) -> Option<&str> {
+        if path.segments().is_empty() {
+            return None;
+        }
+        self.overrides
+            .iter()
+            .rev()
+            .find(|(set, _)| path.starts_with(set) || set.starts_with(path))
+            .map(|(_, text)| text.as_str())
+    }
+}
+
+pub(super) fn syntax(error: &toml::de::Error) -> Problem {
+    let mut problem = Problem::new(ProblemKind::Syntax, KeyPath::root(), error.message());
+    // At the start if the parser does not say where: better than nowhere.
+    problem.span = Some(error.span().unwrap_or(0..0));
+    problem
+}

@@ -1,0 +1,180 @@
+//! Syntax and types: kinds and places of mistakes.
+
+use super::*;
+use crate::KeyPath;
+use crate::ProblemKind;
+
+/// The first line of each problem of `GOOD` with `old` replaced by `new`.
+fn problems(old: &str, new: &str) -> Vec<String> {
+    briefly(&error(&changed(old, new)))
+}
+
+#[test]
+fn the_scene_of_the_tests_is_good() {
+    let scene = read(GOOD).unwrap();
+    assert_eq!((scene.dimension, scene.time.step, scene.body.len()), (2, Some(1e-3), 1));
+}
+
+#[test]
+fn syntax() {
+    let failed = error(&changed("step = 1e-3", "step = 1e"));
+    assert_eq!((failed.line(), failed.column()), (Some(5), Some(10)));
+    assert_eq!(failed.problems()[0].kind, ProblemKind::Syntax);
+    assert_eq!(failed.problems().len(), 1);
+    assert_eq!(problems("duration =", "step = 2\nduration ="), ["6:1 : duplicate key"]);
+}
+
+#[test]
+fn unknown_fields_are_reported_together_and_with_what_else_is_wrong() {
+    let failed = error(&changed("step = 1e-3", "zoom = 1\nstpe = 1e-3"));
+    assert_eq!(
+        briefly(&failed),
+        ["5:1 time.zoom: unknown field `zoom`", "6:1 time.stpe: unknown field `stpe`",]
+    );
+    let expected = ["integrator", "solver", "step", "adaptive", "duration", "allow_unstable"];
+    let expected = expected.map(str::to_owned).to_vec();
+    assert_eq!(
+        failed.problems()[1].kind,
+        ProblemKind::UnknownField { field: "stpe".to_owned(), expected: expected.clone() }
+    );
+    assert_eq!(
+        failed.problems()[1].help,
+        [
+            "did you mean `step`?",
+            "fields here: `integrator`, `solver`, `step`, `adaptive`, `duration`, `allow_unstable`"
+        ]
+    );
+    assert_eq!(failed.problems()[0].help.len(), 1, "nothing is near `zoom`");
+}
+
+#[test]
+fn wrong_types() {
+    for (old, new, expected) in [
+        ("1e-3", "'abc'", "5:8 time.step: `step` takes a number, found the text `abc`"),
+        ("1e-3", "1e400", "5:8 time.step: the number 1e400 is too large"),
+        (
+            "dimension = 2",
+            "dimension = 2.0",
+            "1:13 dimension: `dimension` takes a whole number, 0 or more, found the number 2.0",
+        ),
+        (
+            "[2, 3]",
+            "[2, -3]",
+            "13:31 body.0.mesh.grid.cells.1: `cells` takes a whole number, 0 or more, found -3",
+        ),
+        (
+            "stiffness = 100.0",
+            "stiffness = [1, 2,\n 'x']",
+            "15:2 body.0.springs.stiffness.2: `stiffness` takes a number, found the text `x`",
+        ),
+        (
+            "stiffness = 100.0",
+            "stiffness = true",
+            "14:25 body.0.springs.stiffness: `stiffness` takes a number or a list of numbers, found `true`",
+        ),
+        (
+            "[0.0, -9.8]",
+            "2026-01-01",
+            "9:11 world.gravity: `gravity` takes a list, found the date 2026-01-01",
+        ),
+        (
+            "\"symplectic-euler\"",
+            "{ symplectic-euler = 3 }",
+            "4:35 time.integrator.symplectic-euler: `symplectic-euler` takes no parameters, found 3",
+        ),
+        (
+            "{ per_vertex = 1.0 }",
+            "1.0",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found the number 1.0",
+        ),
+        (
+            "{ per_vertex = 1.0 }",
+            "{ per_vertex = 1.0, total = 2.0 }",
+            "15:8 body.0.mass: `mass` takes exactly one of `density`, `per_vertex`, `total`, `preset`, found `per_vertex` and `total`",
+        ),
+        (
+            "{ per_vertex = 1.0 }",
+            "'density'",
+            "15:8 body.0.mass.density: `density` takes a number, found nothing",
+        ),
+    ] {
+        assert_eq!(problems(old, new), [expected], "{new}");
+    }
+}
+
+/// What `toml`'s own deserializer lets pass.
+#[test]
+fn lists_are_neither_tables_nor_longer_than_they_should_be() {
+    let cloth = "cloth = { cells = [2, 3, 4], origin = [0, 0], u = [1, 0], v = [0, 1] }";
+    assert_eq!(
+        problems("grid = { cells = [2, 3], spacing = 0.1 }", cloth),
+        ["13:28 body.0.mesh.cloth.cells: `cells` takes a list of 2 entries, found a list of 3 entries"]
+    );
+    assert_eq!(
+        problems("{ stiffness = 100.0 }", "[100.0]"),
+        [
+            "14:11 body.0.springs: `springs` takes a table with `stiffness`, `young`, `rest_length`, found a list of 1 entry"
+        ]
+    );
+}
+
+#[test]
+fn missing_fields_point_at_what_should_hold_them() {
+    for (old, new, expected) in [
+        ("dimension = 2", "", "1:1 dimension: missing field `dimension`"),
+        ("step = 1e-3\n", "", "3:1 time: [time] has neither `step` nor `adaptive`"),
+        ("cells = [2, 3], ", "", "13:10 body.0.mesh.grid.cells: missing field `cells` in `grid`"),
+        ("[output]", "[[body]]\nname = 'x'\n[output]", "18:1 body.1.mesh: missing field `mesh` in `body`"),
+        (
+            "{ grid = { cells = [2, 3], spacing = 0.1 } }",
+            "'grid'",
+            "13:8 body.0.mesh.grid.cells: missing field `cells` in `grid`",
+        ),
+    ] {
+        assert_eq!(problems(old, new), [expected], "{new}");
+    }
+    assert_eq!(briefly(&error("")), ["1:1 dimension: missing field `dimension`"]);
+}
+
+#[test]
+fn unknown_choices() {
+    for (old, new, expected) in [
+        (
+            "\"symplectic-euler\"",
+            "'symplectic_euler'",
+            "4:14 time.integrator: unknown choice `symplectic_euler` for `integrator`",
+        ),
+        ("grid =", "gird =", "13:10 body.0.mesh.gird: unknown choice `gird` for `mesh`"),
+        ("[\"state\"]", "['state', 'mseh']", "20:22 output.channels.1: unknown choice `mseh` for `channels`"),
+    ] {
+        assert_eq!(problems(old, new), [expected], "{new}");
+    }
+    let failed = error(&changed("grid =", "gird ="));
+    assert_eq!(failed.problems()[0].help[0], "did you mean `grid`?");
+    assert_eq!(failed.problems()[0].path, "body.0.mesh.gird".parse::<KeyPath>().unwrap());
+}
+
+#[test]
+fn whole_numbers_are_numbers_too() {
+    let scene = read(&changed("1e-3", "1_000000000000000000000")).unwrap();
+    assert_eq!(scene.time.step, Some(1e21));
+    let scene = read(&changed("stiffness = 100.0", "stiffness = 0x10")).unwrap();
+    assert_eq!(scene.body[0].springs.as_ref().unwrap().stiffness.as_ref().unwrap().as_slice(), [16.0]);
+    let scene = read(&changed("\"symplectic-euler\"", "{ symplectic-euler = {} }")).unwrap();
+    assert_eq!(scene.time.integrator, read(GOOD).unwrap().time.integrator);
+}
+
+#[test]
+fn columns_are_those_of_an_editor() {
+    for (text, line, column) in [
+        // A tab is one character, as are letters of several bytes; the byte-order mark is none.
+        ("\tdimension = 'x'", 1, 14),
+        ("\u{feff}dimension = 'x'", 1, 13),
+        ("title = 'ü\u{1F600}'\r\ndimension = 'x'\r\n", 2, 13),
+        ("world = { gravity = ['\u{1F600}é', 1] }\ndimension = 2", 1, 22),
+        ("title = 'ü\u{1F600}' x", 1, 14),
+    ] {
+        let failed = error(text);
+        assert_eq!((failed.line(), failed.column()), (Some(line), Some(column)), "{text:?}: {failed}");
+    }
+}

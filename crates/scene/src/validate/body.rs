@@ -1,0 +1,329 @@
+//! A body: its name, what holds it together, its mass.
+
+use super::check::{Checker, Sign};
+use super::{bending, damping, loads, membrane, mesh, motion, nodal, pins, transform};
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::{Body, MassSpec, MeshSpec, Springs};
+
+/// Names become topics and file names in a recording.
+const LONGEST_NAME: usize = 64;
+
+pub(super) fn name(check: &mut Checker, path: &KeyPath, body: &Body) {
+    if let Some(name) = &body.name {
+        identifier(check, &path.key("name"), name, "a body");
+    }
+}
+
+/// A name of `what`, as it may stand in topics, file names and messages.
+pub(super) fn identifier(check: &mut Checker, path: &KeyPath, name: &str, what: &str) {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.is_empty() || name.len() > LONGEST_NAME || !name.chars().all(allowed) {
+        let problem = Problem::semantic(path.clone(), format!("{name:?} cannot be the name of {what}"));
+        check.report(problem.with_help(format!(
+            "use letters a to z, digits, `_` and `-`: at least 1, at most {LONGEST_NAME} characters"
+        )));
+    }
+}
+
+pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: bool, duration: f64) {
+    let dimension = check.dimension;
+    mesh::mesh(check, &path.key("mesh"), &body.mesh);
+    transform::transform(check, path, body);
+    let has = Contents::of(&body.mesh, dimension).times(body.copies());
+    let made_of = MadeOf {
+        elastic: body.elastic.is_some(),
+        membrane: body.membrane.is_some(),
+        springs: body.springs.is_some(),
+    };
+    for problem in made_of.problems(path, &body.mesh, has, dimension, attracted) {
+        check.report(problem);
+    }
+    if let Some(material) = &body.elastic
+        && let Err(error) = material.check()
+    {
+        let path = path.key("elastic").key(material.name());
+        let mut problem = Problem::parameter(&path, error.field, error.value, error.problem);
+        if let Some(index) = error.index {
+            problem.path = problem.path.index(index);
+        }
+        check.report(problem);
+    }
+    if let Some(material) = &body.elastic
+        && material.plane().is_some()
+        && dimension == Some(3)
+    {
+        let path = path.key("elastic").key(material.name()).key("plane");
+        let problem =
+            Problem::semantic(path, "`plane` is for scenes of two dimensions, and `dimension` is 3");
+        check.report(problem.with_help("remove `plane`"));
+    }
+    if let Some(membrane) = &body.membrane {
+        membrane::membrane(check, path, membrane, body);
+    }
+    order(check, &path.key("order"), body);
+    if let Some(nodal) = &body.nodal_integration {
+        nodal::nodal(check, path, nodal, body);
+    }
+    if body.stress.is_some() && body.elastic.is_none() {
+        let problem =
+            Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");
+        check.report(problem.with_help("remove `stress`, or add `elastic`"));
+    }
+    if let Some(springs) = &body.springs {
+        self::springs(check, &path.key("springs"), springs, has.edge_count);
+    }
+    if let Some(bending) = &body.bending {
+        bending::bending(check, &path.key("bending"), bending, body);
+    }
+    if let Some(damping) = &body.damping {
+        damping::damping(check, &path.key("damping"), damping, body);
+    }
+    mass(check, &path.key("mass"), body, has);
+    pins::pins(check, &path.key("pin"), body, duration);
+    loads::loads(check, &path.key("load"), body, duration);
+    if let Some(position) = &body.position {
+        motion::position(check, &path.key("position"), position, body.vertex_count());
+    }
+    if let Some(velocity) = &body.velocity {
+        motion::velocity(check, &path.key("velocity"), velocity, body.vertex_count());
+    }
+}
+
+/// First or second, and second only of finite elements.
+fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
+    let Some(order) = body.order else { return };
+    if !(1..=2).contains(&order) {
+        let message = format!("`order` must be 1 or 2, got {order}");
+        check.report(Problem::semantic(path.clone(), message));
+    } else if body.elastic.is_none() {
+        let problem = Problem::semantic(
+            path.clone(),
+            "`order` is that of finite elements: it needs `elastic`, which this body does not have",
+        );
+        check.report(problem.with_help("remove `order`, or add `elastic`"));
+    } else if order == 2 && body.springs.is_some() {
+        let problem = Problem::semantic(
+            path.clone(),
+            "`springs` run from corner to corner and know no nodes in the middle of edges: a body of `order` 2 has none",
+        );
+        check.report(problem.with_help("remove `springs`, or use `order = 1`"));
+    }
+}
+
+/// What a mesh offers to be made into forces. A file is believed to have everything until it is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Contents {
+    /// Triangles in 2D, tetrahedra in 3D: what a material can fill.
+    pub(super) elements: bool,
+    /// Triangles in 3D that are no sides of tetrahedra: what a membrane can be made of.
+    pub(super) sheet: bool,
+    /// Edges or cells of any kind: what springs can be made of.
+    pub(super) edges: bool,
+    /// The number of edges where it is plain.
+    pub(super) edge_count: Option<u64>,
+}
+
+impl Contents {
+    pub(super) fn of(mesh: &MeshSpec, dimension: Option<usize>) -> Contents {
+        let flat = dimension != Some(3);
+        let sheet = match mesh {
+            MeshSpec::Cloth(_) | MeshSpec::Sphere(_) | MeshSpec::File(_) => !flat,
+            MeshSpec::Inline(inline) => !flat && !inline.triangles.is_empty() && inline.tetrahedra.is_empty(),
+            _ => false,
+        };
+        let (elements, edges, edge_count) = match mesh {
+            MeshSpec::Grid(_) | MeshSpec::File(_) => (true, true, None),
+            MeshSpec::Sphere(_) => (false, true, None),
+            MeshSpec::Ball(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) => (true, true, None),
+            MeshSpec::Annulus(_)
+            | MeshSpec::CooksMembrane(_)
+            | MeshSpec::TaperedBeam(_)
+            | MeshSpec::NotchedBeam(_)
+            | MeshSpec::EllipticMembrane(_) => (true, true, None),
+            MeshSpec::Cloth(cloth) => {
+                let [n0, n1] = cloth.cells.map(|n| n as u64);
+                // Along both sides and both diagonals of every cell; more than a u64 is refused elsewhere.
+                let cells = n0.checked_mul(n1);
+                let edges = cells.and_then(|cells| cells.checked_mul(4)?.checked_add(n0)?.checked_add(n1));
+                (flat, true, edges)
+            }
+            MeshSpec::Strand(strand) => (false, true, Some(strand.segments as u64)),
+            MeshSpec::Disk(_) => (false, false, Some(0)),
+            MeshSpec::Inline(inline) => {
+                let elements =
+                    if flat { &inline.triangles.is_empty() } else { &inline.tetrahedra.is_empty() };
+                let cells = !inline.triangles.is_empty() || !inline.tetrahedra.is_empty();
+                let explicit = inline.edges.len() as u64;
+                // Without explicit edges, springs run along the edges of the cells, which are not counted here.
+                (!elements, explicit > 0 || cells, (explicit > 0).then_some(explicit))
+            }
+        };
+        Contents { elements, sheet, edges, edge_count }
+    }
+
+    /// Of so many copies.
+    fn times(self, copies: u64) -> Contents {
+        Contents { edge_count: self.edge_count.and_then(|count| count.checked_mul(copies)), ..self }
+    }
+}
+
+/// Apart from the body, so that it can be tested without a material.
+pub(super) struct MadeOf {
+    pub(super) elastic: bool,
+    pub(super) membrane: bool,
+    pub(super) springs: bool,
+}
+
+impl MadeOf {
+    pub(super) fn problems(
+        &self,
+        path: &KeyPath,
+        mesh: &MeshSpec,
+        has: Contents,
+        dimension: Option<usize>,
+        attracted: bool,
+    ) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        let shape = mesh.name();
+        if self.elastic && !has.elements && !self.membrane {
+            let message =
+                format!("`elastic` fills triangles (2D) or tetrahedra (3D), and this {shape} has none");
+            let mut problem = Problem::semantic(path.key("elastic"), message).at_key();
+            if has.sheet {
+                problem = problem
+                    .with_help("for a sheet of finite elements add `membrane = { thickness = \"1 mm\" }`");
+            }
+            problems.push(if has.edges { problem.with_help("use `springs` instead") } else { problem });
+        }
+        if self.membrane && self.elastic && dimension == Some(3) && !has.sheet {
+            let message =
+                format!("`membrane` is made of triangles in 3D, and this {shape} has none of its own");
+            let problem = Problem::semantic(path.key("membrane"), message).at_key();
+            problems.push(if has.elements {
+                problem.with_help("remove `membrane`: it is a solid")
+            } else {
+                problem
+            });
+        }
+        if self.springs && !has.edges {
+            let message = format!("`springs` run along edges, and this {shape} has none");
+            problems.push(Problem::semantic(path.key("springs"), message).at_key());
+        }
+        if !self.elastic && !self.springs && has.edges && !attracted {
+            let message = format!("nothing holds this {shape} together");
+            let what = if has.elements { "`elastic` or `springs`" } else { "`springs`" };
+            let problem = Problem::semantic(path.key("mesh"), message).at_key();
+            problems.push(problem.with_help(format!(
+                "add {what}; for free particles use a `disk`, or `inline` points without cells"
+            )));
+        }
+        problems
+    }
+}
+
+fn springs(check: &mut Checker, path: &KeyPath, springs: &Springs, edge_count: Option<u64>) {
+    let edges = edge_count.filter(|&count| count > 0).map(|count| (count, "edges"));
+    match (&springs.stiffness, springs.young) {
+        (Some(stiffness), None) => {
+            check.one_or_many(&path.key("stiffness"), stiffness, Sign::Positive, "N/m", edges);
+        }
+        (None, Some(young)) => {
+            check.number(&path.key("young"), young, Sign::Positive, "N/m^2");
+        }
+        (given, _) => {
+            let how = if given.is_some() { "both are given" } else { "neither is given" };
+            let message =
+                format!("`springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], {how}");
+            check.report(Problem::semantic(path.clone(), message).at_key());
+        }
+    }
+    if let Some(rest_length) = &springs.rest_length {
+        check.one_or_many(&path.key("rest_length"), rest_length, Sign::Positive, "m", edges);
+    }
+}
+
+fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
+    match &body.mass {
+        MassSpec::Density(density) => {
+            let path = path.key("density");
+            check.number(
+                &path,
+                density.value,
+                Sign::Positive,
+                if body.membrane.is_some() {
+                    "kg/m^3"
+                } else {
+                    unit_of_density(&body.mesh, has, check.dimension)
+                },
+            );
+            something_to_fill(check, path, body, has);
+        }
+        MassSpec::Preset(_) => something_to_fill(check, path.key("preset"), body, has),
+        MassSpec::PerVertex(masses) => {
+            let count = body.vertex_count().map(|count| (count, "vertices"));
+            check.one_or_many(&path.key("per_vertex"), masses, Sign::Positive, "kg", count);
+        }
+        MassSpec::Total(total) => {
+            check.number(&path.key("total"), *total, Sign::Positive, "kg");
+        }
+    }
+}
+
+/// By what the mesh is made of: a file is believed to have elements until it is read.
+fn unit_of_density(mesh: &MeshSpec, has: Contents, dimension: Option<usize>) -> &'static str {
+    let sheet = matches!(mesh, MeshSpec::Cloth(_) | MeshSpec::Sphere(_))
+        || matches!(mesh, MeshSpec::Inline(inline) if !inline.triangles.is_empty());
+    match (has.elements, dimension) {
+        (true, Some(2)) => "kg/m^2",
+        (true, _) => "kg/m^3",
+        (false, _) if sheet => "kg/m^2",
+        (false, _) => "kg/m",
+    }
+}
+
+/// A density needs cells or edges.
+fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: Contents) {
+    if !has.edges {
+        let key = path.last_key().unwrap_or("density").to_owned();
+        let message = format!("`{key}` fills cells and edges, and this {} has none", body.mesh.name());
+        let problem = Problem::semantic(path, message).at_key();
+        check.report(problem.with_help("use `per_vertex` or `total` [kg]"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::schema::{ClothSpec, DiskSpec, StrandSpec};
+
+    fn messages(mesh: &MeshSpec, dimension: usize, elastic: bool, springs: bool) -> Vec<String> {
+        let has = Contents::of(mesh, Some(dimension));
+        let made_of = MadeOf { elastic, membrane: false, springs };
+        let problems = made_of.problems(&KeyPath::root(), mesh, has, Some(dimension), false);
+        problems.into_iter().map(|problem| format!("{}: {}", problem.path, problem.message)).collect()
+    }
+
+    fn filled(shape: &str) -> [String; 1] {
+        [format!("elastic: `elastic` fills triangles (2D) or tetrahedra (3D), and this {shape} has none")]
+    }
+
+    #[test]
+    fn elements_need_cells_of_the_dimension() {
+        let strand = MeshSpec::Strand(StrandSpec { segments: 1, start: vec![], end: vec![] });
+        assert_eq!(messages(&strand, 2, true, false), filled("strand"));
+        let disk = MeshSpec::Disk(DiskSpec {
+            count: 1,
+            radius: 1.0,
+            inner_radius: 0.0,
+            centre: None,
+            thickness: 0.0,
+            seed: 0,
+        });
+        assert_eq!(messages(&disk, 3, true, false), filled("disk"));
+        let cloth = MeshSpec::Cloth(ClothSpec { cells: [2, 3], origin: vec![], u: vec![], v: vec![] });
+        assert_eq!(messages(&cloth, 3, true, true), filled("cloth"));
+        assert!(messages(&cloth, 2, true, false).is_empty());
+        assert_eq!(Contents::of(&cloth, Some(3)).edge_count, Some(2 * 4 + 3 * 3 + 2 * 6));
+    }
+}

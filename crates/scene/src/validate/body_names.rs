@@ -1,0 +1,47 @@
+//! Bodies by their names, for what refers to them.
+
+use std::collections::HashMap;
+
+use super::check::Checker;
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::Scene;
+use crate::suggest;
+
+/// More bodies than these are not compared with a name that is none of theirs: every such name would be
+/// compared with all of them.
+const MOST_SUGGESTED: usize = 100;
+
+/// The names of all bodies.
+pub(super) struct BodyNames {
+    names: Vec<String>,
+    /// Body by name, the first of each.
+    index: HashMap<String, usize>,
+}
+
+impl BodyNames {
+    pub(super) fn of(scene: &Scene) -> BodyNames {
+        let names: Vec<String> =
+            scene.body.iter().enumerate().map(|(i, body)| body.name_or_default(i)).collect();
+        let index = names.iter().cloned().enumerate().rev().map(|(i, name)| (name, i)).collect();
+        BodyNames { names, index }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.names.len()
+    }
+
+    /// The body of this name; reports where there is none.
+    pub(super) fn known(&self, check: &mut Checker, path: &KeyPath, name: &str) -> Option<usize> {
+        let found = self.index.get(name).copied();
+        if found.is_none() {
+            let mut problem = Problem::semantic(path.clone(), format!("there is no body {name:?}"));
+            if self.count() <= MOST_SUGGESTED {
+                let known: Vec<&str> = self.names.iter().map(String::as_str).collect();
+                problem.help.extend(suggest::help(name, &known, "bodies"));
+            }
+            check.report(problem);
+        }
+        found
+    }
+}

@@ -1,0 +1,160 @@
+//! Checks of single values and vectors.
+
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::OneOrMany;
+
+/// Collects problems.
+pub(super) struct Checker {
+    /// `None` when the scene's dimension is itself wrong: then no vector can have the right length.
+    pub(super) dimension: Option<usize>,
+    problems: Vec<Problem>,
+}
+
+/// What a number must be, besides finite.
+#[derive(Clone, Copy)]
+pub(super) enum Sign {
+    Any,
+    NonNegative,
+    Positive,
+}
+
+impl Sign {
+    fn allows(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Sign::Any => true,
+                Sign::NonNegative => value >= 0.0,
+                Sign::Positive => value > 0.0,
+            }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Sign::Any => "finite",
+            Sign::NonNegative => "0 or more, and finite",
+            Sign::Positive => "positive and finite",
+        }
+    }
+}
+
+/// The unit as it ends a message: ` [m]`, or nothing.
+fn bracketed(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" [{unit}]") }
+}
+
+fn name(path: &KeyPath) -> &str {
+    path.last_key().unwrap_or("scene")
+}
+
+impl Checker {
+    pub(super) fn new(dimension: usize) -> Checker {
+        let dimension = matches!(dimension, 2 | 3).then_some(dimension);
+        Checker { dimension, problems: Vec::new() }
+    }
+
+    pub(super) fn into_problems(self) -> Vec<Problem> {
+        self.problems
+    }
+
+    pub(super) fn report(&mut self, problem: Problem) {
+        self.problems.push(problem);
+    }
+
+    /// One number. Whether it is right, so that what depends on it can be skipped.
+    pub(super) fn number(&mut self, path: &KeyPath, value: f64, sign: Sign, unit: &str) -> bool {
+        let right = sign.allows(value);
+        if !right {
+            let message =
+                format!("`{}` must be {}, got {value:?}{}", name(path), sign.words(), bracketed(unit));
+            self.report(Problem::semantic(path.clone(), message));
+        }
+        right
+    }
+
+    /// A count of at least 1.
+    pub(super) fn count(&mut self, path: &KeyPath, value: usize) -> bool {
+        if value == 0 {
+            self.report(Problem::semantic(
+                path.clone(),
+                format!("`{}` must be 1 or more, got 0", name(path)),
+            ));
+        }
+        value > 0
+    }
+
+    /// Each number of a list; the first bad one is reported.
+    pub(super) fn numbers(&mut self, path: &KeyPath, values: &[f64], sign: Sign, unit: &str) -> bool {
+        match values.iter().position(|&value| !sign.allows(value)) {
+            Some(index) => self.number(&path.index(index), values[index], sign, unit),
+            None => true,
+        }
+    }
+
+    /// A number for all or a list with one for each of `count` things, if their number is known.
+    pub(super) fn one_or_many(
+        &mut self,
+        path: &KeyPath,
+        values: &OneOrMany,
+        sign: Sign,
+        unit: &str,
+        count: Option<(u64, &str)>,
+    ) {
+        let values = match values {
+            OneOrMany::One(value) => {
+                self.number(path, *value, sign, unit);
+                return;
+            }
+            OneOrMany::Many(values) => values,
+        };
+        self.numbers(path, values, sign, unit);
+        let Some((count, things)) = count else { return };
+        if values.len() as u64 != count {
+            let message =
+                format!("`{}` lists {} numbers, but the body has {count} {things}", name(path), values.len());
+            let problem = Problem::semantic(path.clone(), message);
+            self.report(problem.with_help(format!("give one number for all, or {count}")));
+        }
+    }
+
+    /// A list with one entry per dimension.
+    pub(super) fn components(&mut self, path: &KeyPath, length: usize) -> bool {
+        let right = self.dimension.is_none_or(|dimension| dimension == length);
+        if let (false, Some(dimension)) = (right, self.dimension) {
+            let numbers = if length == 1 { "number" } else { "numbers" };
+            let message = format!(
+                "`{}` has {length} {numbers}, but `dimension` is {dimension}: {dimension} are needed",
+                name(path)
+            );
+            self.report(Problem::semantic(path.clone(), message));
+        }
+        right
+    }
+
+    /// A vector of the scene's dimension, of finite numbers.
+    pub(super) fn vector(&mut self, path: &KeyPath, vector: &[f64], unit: &str) -> bool {
+        self.components(path, vector.len()) & self.numbers(path, vector, Sign::Any, unit)
+    }
+
+    /// A list of such vectors; the first bad one is reported.
+    pub(super) fn vectors(&mut self, path: &KeyPath, vectors: &[Vec<f64>], unit: &str) {
+        for (index, vector) in vectors.iter().enumerate() {
+            if !self.vector(&path.index(index), vector, unit) {
+                return;
+            }
+        }
+    }
+
+    /// A direction: a vector that is not zero.
+    pub(super) fn direction(&mut self, path: &KeyPath, vector: &[f64], unit: &str) -> bool {
+        if !self.vector(path, vector, unit) {
+            return false;
+        }
+        let some = vector.iter().any(|&component| component != 0.0);
+        if !some {
+            let message = format!("`{}` is zero: it needs a direction", name(path));
+            self.report(Problem::semantic(path.clone(), message));
+        }
+        some
+    }
+}

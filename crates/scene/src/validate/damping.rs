@@ -1,0 +1,60 @@
+//! Damping of a body.
+
+use super::check::{Checker, Sign};
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::{Body, DampingSpec};
+
+/// `damping` at `path` of `body`.
+pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec, body: &Body) {
+    if *damping == DampingSpec::default() {
+        let problem = Problem::semantic(path.clone(), "`damping` names no kind of damping").at_key();
+        check.report(problem.with_help(
+            "give `strain_rate`, `dashpot`, `stiffness_proportional` or `mass_proportional`, or remove `damping`",
+        ));
+    }
+    if let Some(rate) = &damping.strain_rate {
+        let path = path.key("strain_rate");
+        check.number(&path.key("shear"), rate.shear, Sign::NonNegative, "Pa s");
+        check.number(&path.key("second"), rate.second, Sign::NonNegative, "Pa s");
+        needs(check, &path, body.elastic.is_some(), "`strain_rate` damps finite elements", "`elastic`");
+    }
+    if let Some(dashpot) = damping.dashpot {
+        let path = path.key("dashpot");
+        check.number(&path, dashpot, Sign::NonNegative, "N s/m");
+        needs(check, &path, body.springs.is_some(), "`dashpot` damps springs", "`springs`");
+    }
+    if let Some(beta) = damping.stiffness_proportional {
+        let path = path.key("stiffness_proportional");
+        check.number(&path, beta, Sign::NonNegative, "s");
+        let stiff = body.elastic.is_some() || body.springs.is_some() || body.bending.is_some();
+        needs(check, &path, stiff, "`stiffness_proportional` damps elements, springs and bending", "any");
+        if let Some(material) = &body.elastic
+            && material.lame().is_none()
+        {
+            let message = format!(
+                "`stiffness_proportional` needs the moduli for small strains, and `{}` is not meant to have any",
+                material.name()
+            );
+            check.report(Problem::semantic(path, message).with_help("use `strain_rate`"));
+        } else if body.nodal_integration.is_some() {
+            let message = "`stiffness_proportional` damps every element in proportion to its own stiffness, which locks, and not to that of \
+                           `nodal_integration`";
+            let problem = Problem::semantic(path, message).at_key();
+            check.report(
+                problem.with_help("use `strain_rate`, whose viscosities do not depend on the stiffness"),
+            );
+        }
+    }
+    if let Some(alpha) = damping.mass_proportional {
+        check.number(&path.key("mass_proportional"), alpha, Sign::NonNegative, "1/s");
+    }
+}
+
+/// Damping of something that the body does not have.
+fn needs(check: &mut Checker, path: &KeyPath, has: bool, what: &str, missing: &str) {
+    if !has {
+        let message = format!("{what}, and this body does not have {missing}");
+        check.report(Problem::semantic(path.clone(), message).at_key());
+    }
+}

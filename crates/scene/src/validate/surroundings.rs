@@ -1,0 +1,142 @@
+//! Time, world and output: everything but the bodies.
+
+use super::check::{Checker, Sign};
+use super::pins::formulas;
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::{Channel, OverTime, Scene, Time, Wall, World};
+use pliant::integrator::BadParameter;
+
+/// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
+const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
+
+/// A recording of more frames would not fit any disk: a frame of the smallest scene is about 100 bytes.
+const MOST_FRAMES: f64 = 1e9;
+
+pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
+    let duration = check.number(&path.key("duration"), time.duration, Sign::NonNegative, "s");
+    if let Some(step) = time.step {
+        let good = check.number(&path.key("step"), step, Sign::Positive, "s");
+        let steps = time.duration / step;
+        if good && duration && steps > MOST_STEPS {
+            let message = format!(
+                "{:?} [s] in steps of {step:?} [s] are {steps:.1e} steps, more than can be counted (2^53)",
+                time.duration
+            );
+            let problem = Problem::semantic(path.key("step"), message);
+            check.report(problem.with_help("increase `step` or reduce `duration`"));
+        }
+    }
+    let method = time.integrator.method().documentation;
+    if let Err(BadParameter { name, value, right }) = time.integrator.check() {
+        let path = path.key("integrator").key(method.name).key(name);
+        check.report(Problem::semantic(path, format!("`{name}` must be {right}, got {value:?}")));
+    }
+    if let Some(solver) = &time.solver {
+        let path = path.key("solver");
+        if method.solves == 0 {
+            let message = format!("{} is explicit and solves no equations", method.name);
+            check.report(Problem::semantic(path.clone(), message).with_help("remove `solver`"));
+        }
+        if let Some(tolerance) = solver.tolerance {
+            check.number(&path.key("tolerance"), tolerance, Sign::Positive, "m");
+        }
+        if let Some(iterations) = solver.iterations {
+            check.count(&path.key("iterations"), iterations as usize);
+        }
+        if let Some(retries) = solver.retries {
+            self::retries(check, &path.key("retries"), retries, time);
+        }
+    }
+}
+
+/// A step of which so many halves of halves are taken is `2^20` steps.
+const MOST_RETRIES: u32 = 20;
+
+fn retries(check: &mut Checker, path: &KeyPath, retries: u32, time: &Time) {
+    if retries > MOST_RETRIES {
+        let message = format!("`retries` must be 0 to {MOST_RETRIES}, got {retries}");
+        let help = "it is how often a step is halved: with 3, parts are as small as an eighth of it";
+        check.report(Problem::semantic(path.clone(), message).with_help(help));
+    }
+    if retries > 0 && time.adaptive.is_some() {
+        let message = "`retries` are for steps of a fixed size";
+        let problem = Problem::semantic(path.clone(), message).at_key();
+        check.report(problem.with_help(
+            "remove it: steps whose size follows the error are tried at smaller sizes by themselves, down to `smallest`",
+        ));
+    }
+}
+
+pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World, duration: f64) {
+    if let Some(gravity) = &world.gravity {
+        self::gravity(check, &path.key("gravity"), gravity, duration);
+    }
+    for (index, half_space) in world.walls.iter().enumerate() {
+        wall(check, &path.key("walls").index(index), half_space);
+    }
+    if let Some(nbody) = &world.nbody {
+        let path = path.key("nbody");
+        check.number(&path.key("constant"), nbody.constant, Sign::Positive, "m^3/(kg s^2)");
+        check.number(&path.key("softening"), nbody.softening, Sign::NonNegative, "m");
+        if let Some(tree) = &nbody.tree {
+            opening_angle(check, &path.key("tree").key("opening_angle"), tree.opening_angle);
+        }
+    }
+    if let Some(drag) = world.ether_drag {
+        check.number(&path.key("ether_drag"), drag, Sign::NonNegative, "1/s");
+    }
+}
+
+/// Numbers, and formulas that have a value where the run begins and where it ends.
+fn gravity(check: &mut Checker, path: &KeyPath, gravity: &[OverTime], duration: f64) {
+    check.components(path, gravity.len());
+    formulas(check, path, gravity, "m/s^2", duration);
+}
+
+fn opening_angle(check: &mut Checker, path: &KeyPath, angle: f64) {
+    if check.number(path, angle, Sign::Positive, "rad") && angle > 1.0 {
+        let message = format!("`opening_angle` must be at most 1, got {angle:?} [rad]");
+        let help = "0.5 is usual; above 1, the expansion of a box would be used within it";
+        check.report(Problem::semantic(path.clone(), message).with_help(help));
+    }
+}
+
+pub(super) fn wall(check: &mut Checker, path: &KeyPath, wall: &Wall) {
+    check.direction(&path.key("normal"), &wall.normal, "");
+    check.number(&path.key("offset"), wall.offset, Sign::Any, "m");
+}
+
+pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    let output = &scene.output;
+    let rate = path.key("rate");
+    if check.number(&rate, output.rate, Sign::Positive, "frames/s") {
+        let frames = output.rate * scene.time.duration;
+        if scene.time.duration.is_finite() && frames > MOST_FRAMES {
+            let message = format!(
+                "{:?} [frames/s] for {:?} [s] are {frames:.1e} frames",
+                output.rate, scene.time.duration
+            );
+            let problem = Problem::semantic(rate, message);
+            check.report(problem.with_help(format!("at most {MOST_FRAMES:.0e}: reduce `rate`")));
+        }
+    }
+    for (index, channel) in output.channels.iter().enumerate() {
+        if output.channels[..index].contains(channel) {
+            let message = format!("channel `{}` is listed twice", channel.name());
+            check.report(Problem::semantic(path.key("channels").index(index), message));
+        }
+        let nothing_holds = scene.world.walls.is_empty() && scene.body.iter().all(|body| body.pin.is_empty());
+        if *channel == Channel::Reactions && nothing_holds {
+            let message = "channel `reactions` is about pins and walls, and the scene has none";
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out, or give a body a `pin` or the world a wall"));
+        }
+        if channel.measure().is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
+            let message =
+                format!("channel `{}` is about finite elements, and no body is `elastic`", channel.name());
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out, or give a body `elastic`"));
+        }
+    }
+}

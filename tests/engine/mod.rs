@@ -1,0 +1,12 @@
+//! The engine, seen through scenes.
+
+mod batch_material;
+mod element_state;
+mod hessian;
+mod modes;
+mod multigrid;
+mod presets;
+mod rayleigh;
+mod simulation;
+mod statics;
+mod stops;
