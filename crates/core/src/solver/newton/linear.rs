@@ -1,13 +1,13 @@
 //! The linear system of one iteration of Newton's method, by the solver that the scene names.
 
 use super::evaluation::weights;
-use super::{CG_TOLERANCE, Newton, STATIC_SHIFT};
+use super::{Newton, STATIC_SHIFT};
 use crate::material::Psd;
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::cholesky::{Cholesky, NotPositiveDefinite};
 use crate::solver::conjugate_gradients::{CgEnd, Preconditioner};
 use crate::solver::hessian::{At, Weights};
-use crate::solver::iterative::Iterative;
+use crate::solver::iterative::{CG_TOLERANCE, Iterative};
 use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
