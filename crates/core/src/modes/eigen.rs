@@ -67,7 +67,7 @@ impl<const D: usize> Eigen<D> {
     ) -> Result<Self, ModesError> {
         let x = simulation.state().x().to_vec();
         let system = simulation.system_mut();
-        if system.terms().iter().any(|term| term.couples_all()) {
+        if system.terms().iter().any(|term| term.properties().couples_all) {
             return Err(ModesError::Attraction);
         }
         let free: Vec<bool> = system.inverse_mass().iter().map(|w| *w > 0.0).collect();

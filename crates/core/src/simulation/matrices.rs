@@ -47,7 +47,7 @@ impl Simulation {
     }
 
     fn matrix(&mut self, weights: Weights) -> Result<SparseMatrix, MatrixError> {
-        if let Some(term) = self.system.terms().iter().find(|term| term.couples_all()) {
+        if let Some(term) = self.system.terms().iter().find(|term| term.properties().couples_all) {
             return Err(MatrixError::Full { term: term.name() });
         }
         Ok(match self.system.dimension() {

@@ -268,8 +268,7 @@ impl<const D: usize> Newton<D> {
             solve.psd = Psd::Exact;
         }
         solve.value = Some(accepted.value);
-        let finite =
-            accepted.finite.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
+        let finite = accepted.finite.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
         std::mem::swap(solve.at, &mut self.trial);
         if !finite {
             return Err(Verdict::Infeasible);
