@@ -227,7 +227,7 @@ impl Surroundings<'_> {
     fn forces(&self) -> Forces<'_> {
         let (mut others, mut contiguous, mut uniform) = (0, None, [0.0; 3]);
         for term in self.terms {
-            match uniform_acceleration(term) {
+            match uniform_acceleration(term.as_ref()) {
                 Some(acceleration) => add(&mut uniform, acceleration),
                 None => {
                     others += 1;
@@ -241,7 +241,7 @@ impl Surroundings<'_> {
 
     /// Adds the rows of a block, from number `start` on, but for accelerations that are the same everywhere.
     fn add_forces(&self, start: usize, gradient: &mut [f64]) {
-        for term in self.terms.iter().filter(|term| uniform_acceleration(term).is_none()) {
+        for term in self.terms.iter().filter(|term| uniform_acceleration(term.as_ref()).is_none()) {
             term.add_rows(start / self.dimension, gradient);
         }
         self.add_dissipation(start, gradient);
@@ -283,7 +283,7 @@ impl Forces<'_> {
 }
 
 /// The acceleration [m/s^2] of a term that gives every vertex the same.
-fn uniform_acceleration(term: &Box<dyn EnergyTerm>) -> Option<&[f64]> {
+fn uniform_acceleration(term: &dyn EnergyTerm) -> Option<&[f64]> {
     term.layout().and_then(|layout| layout.acceleration())
 }
 

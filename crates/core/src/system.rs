@@ -81,7 +81,7 @@ impl ForceId {
 pub struct TermId(u64);
 
 /// Whether the matrix has a place for the second derivatives of a term.
-fn has_blocks(term: &mut Box<dyn EnergyTerm>) -> bool {
+fn has_blocks(term: &mut dyn EnergyTerm) -> bool {
     !term.stencils().vertices.is_empty() || term.changing().is_some()
 }
 
@@ -225,10 +225,10 @@ impl System {
         let Some(i) = self.ids.iter().position(|other| *other == id) else { return };
         self.force = ForceId::NONE;
         self.energies.clear();
-        let mut has_blocks = has_blocks(&mut self.terms[i]);
+        let mut has_blocks = has_blocks(self.terms[i].as_mut());
         match term {
             Some(mut term) => {
-                has_blocks |= self::has_blocks(&mut term);
+                has_blocks |= self::has_blocks(term.as_mut());
                 self.terms[i] = term;
             }
             None => {
@@ -247,7 +247,7 @@ impl System {
     /// Adds a term while a simulation runs. Forces without stencils come and go in every step: the matrix has
     /// no place for them, and its structure stays.
     pub(crate) fn insert_term(&mut self, mut term: Box<dyn EnergyTerm>) -> TermId {
-        let structure = (!has_blocks(&mut term)).then_some(self.structure);
+        let structure = (!has_blocks(term.as_mut())).then_some(self.structure);
         let id = self.add_term(term);
         self.structure = structure.unwrap_or(self.structure);
         self.energies.clear();

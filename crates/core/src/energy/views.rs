@@ -107,7 +107,10 @@ pub trait Driven {
     }
 
     /// The power of its force, `f . v` [W], at the time last said.
-    fn power(&mut self, x: &[f64], v: &[f64]) -> f64;
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let _ = (x, v);
+        0.0
+    }
 }
 
 /// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.
@@ -155,7 +158,7 @@ pub trait ChangingStencils: Sync {
     /// Finds the stencils at `x`, before a matrix is assembled there; whether they are others than before.
     fn find(&mut self, x: &[f64]) -> bool;
 
-    /// The stencils last found: lists of one size each.
+    /// The stencils last found, lists of one size each; the vertices of a stencil are distinct.
     fn lists(&self) -> &[Stencils];
 
     /// Writes the blocks of some stencils of a list at `(x, v)` to `out`, as

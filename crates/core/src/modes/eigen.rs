@@ -77,6 +77,7 @@ impl<const D: usize> Eigen<D> {
             return Err(ModesError::TooMany { asked, free: free_coordinates });
         }
         let mass = inertia.diagonal().to_vec();
+        system.find_stencils(&x);
         let assembler = Assembler::<D>::new(system);
         let mut eigen = Eigen { assembler, x, mass, inertia, pairs: vec![], free_coordinates, solves: 0 };
         eigen.assemble(system, STIFFNESS);

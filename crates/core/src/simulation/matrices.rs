@@ -59,6 +59,7 @@ impl Simulation {
     fn blocks<const D: usize>(&mut self, weights: Weights) -> SparseMatrix {
         let (state, numbering) = (&self.state, &self.numbering);
         self.system.as_if_free(|system| {
+            system.find_stencils(state.x());
             let mut assembler = Assembler::<D>::new(system);
             assembler.assemble(system, At { x: state.x(), v: state.v(), psd: Psd::Exact }, weights);
             let matrix = assembler.matrix();

@@ -9,7 +9,7 @@ mod tolerance;
 use super::cholesky::{self, Cholesky};
 use super::conjugate_gradients::{self, CgEnd, ConjugateGradients};
 use super::hessian::{Assembler, Weights};
-use super::iterative::Iterative;
+use super::iterative::{Iterative, Matrices};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Iterate, Objective, SolverWork, scene_size};
 use crate::deadline::Stop;
@@ -39,6 +39,8 @@ pub(crate) struct Newton<const D: usize> {
     options: SolverOptions,
     assembler: Option<Assembler<D>>,
     cholesky: Option<Cholesky>,
+    /// The version of the pattern that `cholesky` is for.
+    factor_pattern: u64,
     /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients; none if it is projected.
     at_hand: Option<Weights>,
     iterative: Option<Iterative<D>>,
@@ -69,6 +71,7 @@ impl<const D: usize> Newton<D> {
             options,
             assembler: None,
             cholesky: None,
+            factor_pattern: 0,
             at_hand: None,
             iterative: None,
             by_iterations: false,
@@ -134,7 +137,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return false;
             };
             let made_for = (weights, Psd::Exact);
-            let report = iterative.solve(assembler.matrix(), made_for, right, &mut self.solution, ESTIMATE);
+            let matrices = Matrices::of(assembler);
+            let report = iterative.solve(matrices, made_for, right, &mut self.solution, ESTIMATE);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {
                 right.copy_from_slice(&self.solution);
