@@ -13,6 +13,7 @@ mod architecture;
 mod attachment_limit;
 mod attachments;
 mod bending;
+mod changing_stencils;
 mod checkpoints;
 mod cli;
 mod counters;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use pliant::energy::{EnergyKind, EnergyTerm, Fault};
+use pliant::energy::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 use pliant::observer::{Frame, Observer, ObserverError};
 use pliant::run::{Plan, run};
 use pliant::simulation::Simulation;
@@ -23,8 +23,8 @@ impl EnergyTerm for Counting {
     fn name(&self) -> String {
         "counting".into()
     }
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
     fn energy(&mut self, x: &[f64]) -> f64 {
         self.energies.fetch_add(1, Ordering::Relaxed);
@@ -50,6 +50,8 @@ impl EnergyTerm for Counting {
         0
     }
 }
+
+impl TermViews for Counting {}
 
 /// Looks at frames, with or without their energies.
 struct Watching {

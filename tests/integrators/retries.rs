@@ -2,7 +2,7 @@
 
 use pliant::energy::gravity::UniformGravity;
 use pliant::energy::spring::Springs;
-use pliant::energy::{EnergyKind, EnergyTerm, Fault};
+use pliant::energy::{Driven, EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 use pliant::integrator::Method;
 use pliant::simulation::{Retried, RetriedSteps, Simulation, StepError};
 use pliant::solver::SolverOptions;
@@ -26,16 +26,8 @@ impl EnergyTerm for Refusing {
         "what refuses".into()
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Load
-    }
-
-    fn changes_with_time(&self) -> bool {
-        true
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
+    fn properties(&self) -> TermProperties {
+        TermProperties { changes_with_time: true, ..TermProperties::of(EnergyKind::Load) }
     }
 
     fn energy(&mut self, _: &[f64]) -> f64 {
@@ -64,6 +56,18 @@ impl EnergyTerm for Refusing {
 
     fn bytes(&self) -> usize {
         0
+    }
+}
+
+impl TermViews for Refusing {
+    fn driven(&mut self) -> Option<&mut dyn Driven> {
+        Some(self)
+    }
+}
+
+impl Driven for Refusing {
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
     }
 }
 

@@ -113,7 +113,9 @@ fn steady_loads_are_potential_energy() {
         assert!((end.total - start.total).abs() < 1e-3 * end.loads.unwrap().abs(), "{start:?} {end:?}");
     }
     let simulation = assembled(&block(2, "velocity-verlet", 1e-3, "[]", "[]")).simulation;
-    assert!(simulation.system().terms().iter().all(|t| t.kind() != pliant::energy::EnergyKind::Load));
+    assert!(
+        simulation.system().terms().iter().all(|t| t.properties().kind != pliant::energy::EnergyKind::Load)
+    );
 }
 
 /// C1, as loads and elements see it together: a homogeneous stretch is in equilibrium with the dead traction of its stress on all
@@ -162,7 +164,7 @@ fn follower_pressure_has_a_potential_where_its_rim_is_held() {
         let assembly = assembled(&block(2, "velocity-verlet", 1e-3, pin, upper));
         let terms = assembly.simulation.system().terms();
         let pressure = terms.iter().find(|t| t.name().contains("pressure")).unwrap();
-        assert_eq!(pressure.is_conservative(), conservative, "{pin}");
+        assert_eq!(pressure.properties().is_conservative, conservative, "{pin}");
         let said = assembly.report.uses.iter().any(|line| line.contains("with a potential"));
         assert_eq!(said, conservative, "{:?}", assembly.report.uses);
     }

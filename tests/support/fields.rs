@@ -1,6 +1,6 @@
 //! Potentials that only tests need.
 
-use pliant::energy::{EnergyKind, EnergyTerm, Fault};
+use pliant::energy::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 
 /// A potential in terms of the differences `d_i = x_{i+1} - x_i` of a one-dimensional row of unknowns, both ends held
 /// at zero: `E = sum_i 1/2 d_i^2 + alpha/3 d_i^3` (Fermi, Pasta, Ulam, Tsingou).
@@ -28,8 +28,8 @@ impl EnergyTerm for CubicChain {
     fn name(&self) -> String {
         "cubic chain".into()
     }
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
     fn energy(&mut self, x: &[f64]) -> f64 {
         let mut sum = 0.0;
@@ -76,3 +76,5 @@ impl EnergyTerm for CubicChain {
         0
     }
 }
+
+impl TermViews for CubicChain {}

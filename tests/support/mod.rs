@@ -3,6 +3,7 @@
 pub(crate) mod fields;
 pub(crate) mod oscillator;
 pub(crate) mod particles;
+pub(crate) mod penalty;
 pub(crate) mod reference;
 pub(crate) mod solid;
 

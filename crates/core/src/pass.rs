@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::constraint::Wall;
 use crate::dissipation::DissipativeTerm;
-use crate::energy::EnergyTerm;
+use crate::energy::{EnergyTerm, ForceLayout};
 use crate::lanes::{Kernel, Lanes, Numbers, WIDTH, dispatch};
 use crate::scalar::Scalar;
 
@@ -125,14 +125,16 @@ impl Surroundings<'_> {
         v: &mut [f64],
     ) -> Passed {
         let per_block = BLOCK * self.dimension;
+        let forces = if pass.kick == 0.0 { Forces::NONE } else { self.forces() };
+        let forces = &forces;
         let block = |(i, (x, v)): (usize, (&mut [f64], &mut [f64]))| {
             let start = i * per_block;
             let range = start..start + x.len();
             let from = from.map(|(x, v)| (&x[range.clone()], &v[range]));
             if x.len() <= SMALL_BLOCK_NUMBERS {
-                self.block::<SMALL_BLOCK_NUMBERS>(pass, start, from, x, v)
+                self.block::<SMALL_BLOCK_NUMBERS>(pass, forces, start, from, x, v)
             } else {
-                self.block::<BLOCK_NUMBERS>(pass, start, from, x, v)
+                self.block::<BLOCK_NUMBERS>(pass, forces, start, from, x, v)
             }
         };
         let blocks = x.len().div_ceil(per_block);
@@ -149,6 +151,7 @@ impl Surroundings<'_> {
     fn block<const NUMBERS: usize>(
         &self,
         pass: &Pass,
+        forces: &Forces<'_>,
         start: usize,
         from: Option<(&[f64], &[f64])>,
         x: &mut [f64],
@@ -156,18 +159,20 @@ impl Surroundings<'_> {
     ) -> Passed {
         let inverse_mass = &self.inverse_mass.numbers[start..start + x.len()];
         let same = self.inverse_mass.of_block[start / (BLOCK * self.dimension)];
-        let as_they_lie = if pass.kick == 0.0 { None } else { self.rows(start, x.len()) };
+        let (first, count) = (start / self.dimension, x.len() / self.dimension);
         let mut sums;
-        let (gradient, uniform) = match as_they_lie {
-            Some(found) => found,
+        let gradient = match forces.contiguous.and_then(|term| term.rows(first, count)) {
+            Some(rows) => rows,
             None => {
                 sums = Gradient([0.0; NUMBERS]);
                 let sums = &mut sums.0[..x.len()];
-                let uniform = if pass.kick == 0.0 { [0.0; 3] } else { self.add_forces(start, sums) };
-                (&*sums, uniform)
+                if pass.kick != 0.0 {
+                    self.add_forces(start, sums);
+                }
+                &*sums
             }
         };
-        let uniform = self.in_packs(&uniform);
+        let uniform = self.in_packs(&forces.uniform);
         let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, same, from, x, v });
         let mut put_back = false;
         if pass.walls {
@@ -181,10 +186,11 @@ impl Surroundings<'_> {
     /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.
     pub(crate) fn accelerations(&self, a: &mut [f64]) {
         let per_block = BLOCK * self.dimension;
+        let uniform = self.forces().uniform;
         let block = |(i, a): (usize, &mut [f64])| {
             let start = i * per_block;
             a.fill(0.0);
-            let uniform = self.add_forces(start, a);
+            self.add_forces(start, a);
             let uniform = uniform[..self.dimension].iter().cycle();
             for ((a, w), uniform) in a.iter_mut().zip(&self.inverse_mass.numbers[start..]).zip(uniform) {
                 *a = acceleration(*a, *w, *uniform);
@@ -217,34 +223,28 @@ impl Surroundings<'_> {
         }
     }
 
-    /// The rows of a block, `count` numbers from `start` on, where a single term has them as they are; and the acceleration
-    /// [m/s^2] that is not in them, the same everywhere.
-    fn rows(&self, start: usize, count: usize) -> Option<(&[f64], [f64; 3])> {
-        let (mut rows, mut uniform) = (None, [0.0; 3]);
-        if !self.dissipation.is_empty() {
-            return None;
-        }
+    /// What a pass knows of the forces of all its blocks.
+    fn forces(&self) -> Forces<'_> {
+        let (mut others, mut contiguous, mut uniform) = (0, None, [0.0; 3]);
         for term in self.terms {
-            match term.acceleration() {
+            match uniform_acceleration(term.as_ref()) {
                 Some(acceleration) => add(&mut uniform, acceleration),
-                None if rows.is_some() => return None,
-                None => rows = Some(term.rows(start / self.dimension, count / self.dimension)?),
+                None => {
+                    others += 1;
+                    contiguous = term.layout();
+                }
             }
         }
-        rows.map(|rows| (rows, uniform))
+        let alone = others == 1 && self.dissipation.is_empty();
+        Forces { uniform, contiguous: contiguous.filter(|_| alone) }
     }
 
-    /// Adds the rows of a block, from number `start` on; gives the acceleration [m/s^2] that is not in them, the same everywhere.
-    fn add_forces(&self, start: usize, gradient: &mut [f64]) -> [f64; 3] {
-        let mut uniform = [0.0; 3];
-        for term in self.terms {
-            match term.acceleration() {
-                Some(acceleration) => add(&mut uniform, acceleration),
-                None => term.add_rows(start / self.dimension, gradient),
-            }
+    /// Adds the rows of a block, from number `start` on, but for accelerations that are the same everywhere.
+    fn add_forces(&self, start: usize, gradient: &mut [f64]) {
+        for term in self.terms.iter().filter(|term| uniform_acceleration(term.as_ref()).is_none()) {
+            term.add_rows(start / self.dimension, gradient);
         }
         self.add_dissipation(start, gradient);
-        uniform
     }
 
     /// `uniform` in the order of the numbers of a block.
@@ -268,6 +268,23 @@ impl Surroundings<'_> {
             term.add_rows(start / self.dimension, gradient);
         }
     }
+}
+
+/// Forces of a pass that are read as they are.
+struct Forces<'a> {
+    /// The acceleration [m/s^2] that is the same everywhere.
+    uniform: [f64; 3],
+    /// The only term with other forces, where their rows may lie in memory as they are.
+    contiguous: Option<&'a dyn ForceLayout>,
+}
+
+impl Forces<'_> {
+    const NONE: Self = Forces { uniform: [0.0; 3], contiguous: None };
+}
+
+/// The acceleration [m/s^2] of a term that gives every vertex the same.
+fn uniform_acceleration(term: &dyn EnergyTerm) -> Option<&[f64]> {
+    term.layout().and_then(|layout| layout.acceleration())
 }
 
 fn add(sum: &mut [f64; 3], acceleration: &[f64]) {

@@ -38,7 +38,7 @@ use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
 use crate::solver::{SolverOptions, SolverWork, StepFault, Verdict, scene_size};
 use crate::state::State;
-use crate::system::System;
+use crate::system::{System, TermId};
 
 /// Prescribed motion that jumps: no body moves so.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -82,6 +82,8 @@ pub struct Simulation {
     points: Vec<(usize, Barycentric)>,
     /// The stability limit at the start, once somebody has asked for it.
     stability: Option<StabilityLimit>,
+    /// The term of [`Simulation::set_external_forces`].
+    external_forces: Option<TermId>,
 }
 
 impl Simulation {
@@ -126,6 +128,7 @@ impl Simulation {
             jumps_seen_until: 0.0,
             points: vec![],
             stability: None,
+            external_forces: None,
         }
     }
 
@@ -459,7 +462,8 @@ impl Simulation {
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
     pub fn element_states(&self) -> Vec<ElementState> {
-        self.system.terms().iter().flat_map(|t| t.element_states(self.state.x())).collect()
+        let elements = self.system.terms().iter().filter_map(|term| term.elements());
+        elements.flat_map(|elements| elements.element_states(self.state.x())).collect()
     }
 
     /// Names points of elements, each by the number of the element among [`element_states`](Self::element_states).
@@ -471,7 +475,7 @@ impl Simulation {
     pub fn point_states(&self) -> Vec<ElementState> {
         let state = |(element, at): &(usize, Barycentric)| {
             let mut element = *element;
-            self.system.terms().iter().find_map(|term| {
+            self.system.terms().iter().filter_map(|term| term.elements()).find_map(|term| {
                 let count = term.element_count();
                 if element < count {
                     return term.state_at(self.state.x(), element, at);

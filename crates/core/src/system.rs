@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crate::constraint::{Hold, Jump, Wall};
 use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
-use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{ChangingStencils, DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 use crate::state::State;
 
@@ -36,6 +36,12 @@ pub struct System {
     /// Whether any held coordinate moves.
     moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
+    /// Identities of the terms, in their order.
+    ids: Vec<TermId>,
+    /// Version of the stencils that change; `None` where no term has any.
+    changing: Option<u64>,
+    /// Whether any term guards the ways of vertices.
+    has_guards: bool,
     /// What takes energy away.
     dissipation: Vec<Box<dyn DissipativeTerm>>,
     /// Whether any term changes with time.
@@ -70,6 +76,15 @@ impl ForceId {
     }
 }
 
+/// Tells one term from any other in this process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TermId(u64);
+
+/// Whether the matrix has a place for the second derivatives of a term.
+fn has_blocks(term: &mut dyn EnergyTerm) -> bool {
+    !term.stencils().vertices.is_empty() || term.changing().is_some()
+}
+
 /// A number above zero that nothing else in this process has.
 fn fresh() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
@@ -89,6 +104,9 @@ impl System {
             structure: fresh(),
             moves: false,
             terms: vec![],
+            ids: vec![],
+            changing: None,
+            has_guards: false,
             dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
@@ -103,20 +121,33 @@ impl System {
         }
     }
 
-    /// Adds a potential.
-    pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) {
+    /// Adds a potential; the result names it.
+    pub fn add_term(&mut self, term: Box<dyn EnergyTerm>) -> TermId {
         self.force = ForceId::NONE;
         self.structure = fresh();
-        self.changes_with_time |= term.changes_with_time();
         // Nothing is allocated in a step.
         self.energies.reserve_exact(self.terms.len() + 1);
         self.terms.push(term);
+        let id = TermId(fresh());
+        self.ids.push(id);
+        self.terms_changed();
+        id
     }
 
     /// Adds a dissipative term.
     pub fn add_dissipation(&mut self, term: Box<dyn DissipativeTerm>) {
         self.structure = fresh();
         self.dissipation.push(term);
+        self.terms_changed();
+    }
+
+    /// Takes note of what the terms are now.
+    fn terms_changed(&mut self) {
+        self.changes_with_time = self.terms.iter().any(|term| term.properties().changes_with_time);
+        self.has_guards = self.terms.iter().any(|term| term.limit().is_some_and(|limit| limit.guards_way()));
+        let changing = self.terms.iter().any(|term| term.changing().is_some())
+            || self.dissipation.iter().any(|term| term.changing().is_some());
+        self.changing = changing.then(fresh);
     }
 
     /// Adds a wall.
@@ -183,38 +214,44 @@ impl System {
         self.force = ForceId::NONE;
     }
 
-    /// Puts `term` in the place of the one of this name, or after all others; without one, the one of this name is gone.
-    pub(crate) fn replace_term(&mut self, name: &str, term: Option<Box<dyn EnergyTerm>>) {
+    /// The first term for which `asked` holds.
+    pub fn find_term(&self, asked: impl Fn(&dyn EnergyTerm) -> bool) -> Option<TermId> {
+        let found = self.terms.iter().position(|term| asked(term.as_ref()))?;
+        Some(self.ids[found])
+    }
+
+    /// Puts `term` in the place of another, which keeps its identity; without a term, that one is gone.
+    pub(crate) fn replace_term(&mut self, id: TermId, term: Option<Box<dyn EnergyTerm>>) {
+        let Some(i) = self.ids.iter().position(|other| *other == id) else { return };
         self.force = ForceId::NONE;
         self.energies.clear();
-        let there = self.terms.iter().position(|term| term.name() == name);
-        // Forces without stencils come and go in every step: the matrix has no place for them.
-        let has_blocks = |term: &mut Box<dyn EnergyTerm>| !term.stencils().vertices.is_empty();
-        match (there, term) {
-            (Some(i), Some(mut term)) => {
-                if has_blocks(&mut term) | has_blocks(&mut self.terms[i]) {
-                    self.structure = fresh();
-                }
+        let mut has_blocks = has_blocks(self.terms[i].as_mut());
+        match term {
+            Some(mut term) => {
+                has_blocks |= self::has_blocks(term.as_mut());
                 self.terms[i] = term;
             }
-            (Some(i), None) => {
+            None => {
                 // The terms after it have other places.
-                if has_blocks(&mut self.terms[i]) || i + 1 < self.terms.len() {
-                    self.structure = fresh();
-                }
+                has_blocks |= i + 1 < self.terms.len();
                 self.terms.remove(i);
+                self.ids.remove(i);
             }
-            (None, Some(mut term)) => {
-                let structure = self.structure;
-                let has_blocks = has_blocks(&mut term);
-                self.add_term(term);
-                if !has_blocks {
-                    self.structure = structure;
-                }
-            }
-            (None, None) => {}
         }
-        self.changes_with_time = self.terms.iter().any(|term| term.changes_with_time());
+        if has_blocks {
+            self.structure = fresh();
+        }
+        self.terms_changed();
+    }
+
+    /// Adds a term while a simulation runs. Forces without stencils come and go in every step: the matrix has
+    /// no place for them, and its structure stays.
+    pub(crate) fn insert_term(&mut self, mut term: Box<dyn EnergyTerm>) -> TermId {
+        let structure = (!has_blocks(term.as_mut())).then_some(self.structure);
+        let id = self.add_term(term);
+        self.structure = structure.unwrap_or(self.structure);
+        self.energies.clear();
+        id
     }
 
     /// What `measure` finds where nothing is held.
@@ -427,7 +464,7 @@ impl System {
     /// Potential energy of one kind [J] at `x`, where the force is `force`: nothing that came with it is computed again.
     pub(crate) fn potential_with_force(&mut self, kind: EnergyKind, x: &[f64], force: ForceId) -> f64 {
         let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
-        let terms = self.terms.iter_mut().enumerate().filter(|(_, t)| t.kind() == kind);
+        let terms = self.terms.iter_mut().enumerate().filter(|(_, t)| t.properties().kind == kind);
         terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
     }
 
@@ -465,7 +502,11 @@ impl System {
 
     /// Sum of what each term can be expected to turn over from `x` on [J].
     pub fn potential_scale(&mut self, x: &[f64]) -> f64 {
-        self.terms.iter_mut().map(|t| t.scale(x)).sum()
+        let scale = |term: &mut Box<dyn EnergyTerm>| match term.measurements() {
+            Some(term) => term.scale(x),
+            None => term.energy(x).abs(),
+        };
+        self.terms.iter_mut().map(scale).sum()
     }
 
     /// Potential energy of all terms [J]; `+inf` outside the domain of a barrier material.
@@ -481,7 +522,69 @@ impl System {
 
     /// The largest part of the step from `x` to `x + dx` that every term admits, in (0, 1].
     pub(crate) fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        self.terms.iter().map(|t| t.max_step(x, dx)).fold(1.0, f64::min)
+        let limits = self.terms.iter().filter_map(|term| term.limit());
+        limits.map(|limit| limit.max_step(x, dx)).fold(1.0, f64::min)
+    }
+
+    /// Whether any term guards the ways of vertices: every motion must then ask how far it may go.
+    pub(crate) fn has_guards(&self) -> bool {
+        self.has_guards
+    }
+
+    /// The largest part of the way from `x` to `x + dx` that every term which guards ways admits, in (0, 1], and the name
+    /// of the one that admits least; `None` where all of it is free.
+    pub(crate) fn shortened_way(&self, x: &[f64], dx: &[f64]) -> Option<(f64, String)> {
+        if !self.has_guards {
+            return None;
+        }
+        let part = |term: &dyn EnergyTerm| {
+            let limit = term.limit().filter(|limit| limit.guards_way())?;
+            Some((limit.max_step(x, dx), term.name()))
+        };
+        let least = self.terms.iter().map(Box::as_ref).filter_map(part).min_by(|a, b| a.0.total_cmp(&b.0));
+        least.filter(|(part, _)| *part < 1.0)
+    }
+
+    /// Fault of the straight way `from` one configuration `to` another, where a term guards it.
+    pub(crate) fn way_fault(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
+        if !self.has_guards {
+            return None;
+        }
+        let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        self.shortened_way(from, &dx).map(|(_, term)| Fault::Way { term })
+    }
+
+    /// Tells terms whose stencils change that a step of `dt` [s] begins.
+    pub(crate) fn begin_step(&mut self, x: &[f64], v: &[f64], dt: f64) {
+        self.change_stencils(|term| term.begin_step(x, v, dt));
+    }
+
+    /// Lets terms find the stencils that change, before a matrix is assembled at `x`.
+    pub fn find_stencils(&mut self, x: &[f64]) {
+        self.change_stencils(|term| term.find(x));
+    }
+
+    /// Calls `change` for every term whose stencils change; another version where one says that they did.
+    fn change_stencils(&mut self, mut change: impl FnMut(&mut dyn ChangingStencils) -> bool) {
+        if self.changing.is_none() {
+            return;
+        }
+        let mut changed = false;
+        for term in self.terms.iter_mut().filter_map(|term| term.changing_mut()) {
+            changed |= change(term);
+        }
+        for term in self.dissipation.iter_mut().filter_map(|term| term.changing_mut()) {
+            changed |= change(term);
+        }
+        if changed {
+            self.changing = Some(fresh());
+        }
+    }
+
+    /// Version of the stencils that change: another number whenever a term has found others. `None` where
+    /// no term has any.
+    pub fn changing_structure(&self) -> Option<u64> {
+        self.changing
     }
 
     /// Kinetic energy `sum 1/2 m |v|^2` [J].
@@ -498,10 +601,8 @@ impl System {
     /// Says what time it is [s] to the potentials that depend on it. The force last evaluated stays as it is.
     pub fn set_time(&mut self, time: f64) {
         if self.changes_with_time {
-            self.terms
-                .iter_mut()
-                .filter(|term| term.changes_with_time())
-                .for_each(|term| term.set_time(time));
+            let changing = self.terms.iter_mut().filter(|term| term.properties().changes_with_time);
+            changing.filter_map(|term| term.driven()).for_each(|term| term.set_time(time));
         }
     }
 
@@ -512,7 +613,10 @@ impl System {
         self.energies.clear();
         for term in &mut self.terms {
             if self.to_be_measured {
-                let (is_finite, energy) = term.evaluate_with_energy(x);
+                let (is_finite, energy) = match term.measurements() {
+                    Some(term) => term.evaluate_with_energy(x),
+                    None => (term.evaluate(x), None),
+                };
                 self.energies.push(energy);
                 finite &= is_finite;
             } else {
@@ -577,7 +681,8 @@ impl System {
 
     /// The power [W] of the forces of those terms that are `asked`, at the time last said.
     pub(crate) fn power(&mut self, asked: impl Fn(&dyn EnergyTerm) -> bool, x: &[f64], v: &[f64]) -> f64 {
-        self.terms.iter_mut().filter(|term| asked(term.as_ref())).map(|term| term.power(x, v)).sum()
+        let asked = self.terms.iter_mut().filter(|term| asked(term.as_ref()));
+        asked.filter_map(|term| term.driven()).map(|term| term.power(x, v)).sum()
     }
 
     fn surroundings(&self) -> Surroundings<'_> {
@@ -606,14 +711,18 @@ impl System {
         y.fill(0.0);
         let mut approximate = false;
         for term in &mut self.terms {
-            approximate |= term.add_stiffness_product(x, p, y);
+            match term.measurements() {
+                Some(term) => approximate |= term.add_stiffness_product(x, p, y),
+                None => term.add_hessian_product(x, p, y),
+            }
         }
         approximate
     }
 
     /// No more stiffness products will be asked for.
     pub(crate) fn end_stiffness_products(&mut self) {
-        self.terms.iter_mut().for_each(|term| term.end_stiffness_products());
+        let terms = self.terms.iter_mut().filter_map(|term| term.measurements());
+        terms.for_each(|term| term.end_stiffness_products());
     }
 
     /// `y = d2E/dx2 p` [N], written over `y`; pinned vertices included.
@@ -643,6 +752,11 @@ impl System {
         }
     }
 
+    /// The dissipation functions `R(x, v)` [W] together.
+    pub(crate) fn dissipation_functions(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.dissipation.iter_mut().map(|term| term.value(x, v)).sum()
+    }
+
     /// Energy that the dissipative terms take away per time at `(x, v)`, `v . dR/dv` [W]; ether drag and walls are not among
     /// them.
     pub fn dissipated_power(&mut self, x: &[f64], v: &[f64]) -> f64 {
@@ -651,7 +765,8 @@ impl System {
 
     /// Extremes of `det F` over all elements; `None` without elements.
     pub fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        self.terms.iter_mut().filter_map(|t| t.deformation(x)).reduce(DeformationExtremes::merge)
+        let terms = self.terms.iter_mut().filter_map(|term| term.measurements());
+        terms.filter_map(|term| term.deformation(x)).reduce(DeformationExtremes::merge)
     }
 
     /// Why `x` has no finite energy or force.

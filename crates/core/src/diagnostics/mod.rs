@@ -70,7 +70,7 @@ impl Diagnostics {
         let kinetic = system.kinetic(v);
         let elastic = system.potential_with_force(EnergyKind::Elastic, x, force);
         let gravitational = system.potential_with_force(EnergyKind::Gravitational, x, force);
-        let has_loads = system.terms().iter().any(|term| term.kind() == EnergyKind::Load);
+        let has_loads = system.terms().iter().any(|term| term.properties().kind == EnergyKind::Load);
         let loads = has_loads.then(|| system.potential_with_force(EnergyKind::Load, x, force));
         let (linear_momentum, angular_momentum) = match system.dimension() {
             2 => momenta::<2>(system.mass(), x, v),

@@ -20,7 +20,7 @@ pub use strain_rate::{StrainRate, Viscosity};
 
 use std::ops::Range;
 
-use crate::energy::{Fault, Stencils};
+use crate::energy::{ChangingStencils, Fault, Stencils};
 
 /// One additive dissipation function `R(x, v)` [W].
 ///
@@ -55,6 +55,22 @@ pub trait DissipativeTerm: Send + Sync {
     /// The energy taken away per time, `v . dR/dv` [W]: `2 R` where `R` is quadratic in `v`. The derivative last evaluated is
     /// lost.
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64;
+
+    /// The dissipation function `R(x, v)` itself [W]: half the [`power`](Self::power) where it is quadratic in `v`; another
+    /// term says what it is. The derivative last evaluated is lost.
+    fn value(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        0.5 * self.power(x, v)
+    }
+
+    /// Its stencils that change from one matrix to the next.
+    fn changing(&self) -> Option<&dyn ChangingStencils> {
+        None
+    }
+
+    /// The same, to find them anew.
+    fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
+        None
+    }
 
     /// The first place where `(x, v)` gives no finite force; called only after something went wrong.
     fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {

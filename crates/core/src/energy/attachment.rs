@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::load::add_rows;
-use super::{EnergyKind, EnergyTerm, Fault, Stencils};
+use super::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
 use crate::dissipation::DissipativeTerm;
 use crate::material::Psd;
 
@@ -166,8 +166,8 @@ impl EnergyTerm for Attachment {
         format!("attachment `{}`", self.ties.name)
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -234,6 +234,8 @@ impl EnergyTerm for Attachment {
         self.ties.bytes() + 8 * (self.gradient.len() + self.product.len())
     }
 }
+
+impl TermViews for Attachment {}
 
 /// Dashpots beside ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the rate of `d`. Where the ends meet,
 /// `d = 0`, they part along `w`, and the force is `c w`. As that of the ties, it keeps momentum and angular momentum.

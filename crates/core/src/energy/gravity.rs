@@ -1,6 +1,6 @@
 //! Uniform gravity.
 
-use super::{EnergyKind, EnergyTerm, Fault};
+use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, TermProperties, TermViews};
 
 /// `E = -sum_i m_i g . x_i`, zero at the origin.
 #[derive(Clone, Debug)]
@@ -59,8 +59,8 @@ impl EnergyTerm for UniformGravity {
         "uniform gravity".into()
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Gravitational
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Gravitational)
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -68,12 +68,6 @@ impl EnergyTerm for UniformGravity {
         rows.zip(&self.negative_mass)
             .map(|(x, m)| m * x.iter().zip(&self.acceleration).map(|(x, g)| x * g).sum::<f64>())
             .sum()
-    }
-
-    /// `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
-    fn scale(&mut self, x: &[f64]) -> f64 {
-        let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
-        self.total_mass() * g * crate::algebra::scene_size(x, self.acceleration.len())
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {
@@ -89,10 +83,6 @@ impl EnergyTerm for UniformGravity {
         }
     }
 
-    fn acceleration(&self) -> Option<&[f64]> {
-        self.accelerates.then_some(&self.acceleration[..])
-    }
-
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
@@ -101,6 +91,30 @@ impl EnergyTerm for UniformGravity {
 
     fn bytes(&self) -> usize {
         size_of_val(&self.negative_mass[..])
+    }
+}
+
+impl TermViews for UniformGravity {
+    fn layout(&self) -> Option<&dyn ForceLayout> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl ForceLayout for UniformGravity {
+    fn acceleration(&self) -> Option<&[f64]> {
+        self.accelerates.then_some(&self.acceleration[..])
+    }
+}
+
+impl Measurements for UniformGravity {
+    /// `M |g| L`, `L` the size of the scene: the origin of the potential is arbitrary.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let g = self.acceleration.iter().map(|a| a * a).sum::<f64>().sqrt();
+        self.total_mass() * g * crate::algebra::scene_size(x, self.acceleration.len())
     }
 }
 

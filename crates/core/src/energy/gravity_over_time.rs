@@ -1,7 +1,7 @@
 //! Uniform gravity that changes with time.
 
 use super::gravity::UniformGravity;
-use super::{EnergyKind, EnergyTerm, Fault};
+use super::{Driven, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, TermProperties, TermViews};
 
 /// `E = -sum_i m_i g(t) . x_i`, zero at the origin.
 ///
@@ -39,17 +39,8 @@ impl EnergyTerm for GravityOverTime {
         "uniform gravity that changes with time".into()
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Gravitational
-    }
-
-    fn changes_with_time(&self) -> bool {
-        true
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
-        self.now = (self.acceleration)(time);
+    fn properties(&self) -> TermProperties {
+        TermProperties { changes_with_time: true, ..TermProperties::of(EnergyKind::Gravitational) }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -62,17 +53,6 @@ impl EnergyTerm for GravityOverTime {
         energy
     }
 
-    /// `sum_i m_i g(t) . v_i`.
-    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
-        // Minus the energy, with velocities for places.
-        -self.energy(v)
-    }
-
-    /// By the largest gravity: it may begin at zero.
-    fn scale(&mut self, x: &[f64]) -> f64 {
-        self.field.total_mass() * self.largest * crate::algebra::scene_size(x, self.dimension())
-    }
-
     fn evaluate(&mut self, _x: &[f64]) -> bool {
         let d = self.dimension();
         self.field.set_acceleration(&self.now[..d]);
@@ -81,10 +61,6 @@ impl EnergyTerm for GravityOverTime {
 
     fn add_rows(&self, first: usize, g: &mut [f64]) {
         self.field.add_rows(first, g);
-    }
-
-    fn acceleration(&self) -> Option<&[f64]> {
-        self.field.acceleration()
     }
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
@@ -96,5 +72,45 @@ impl EnergyTerm for GravityOverTime {
 
     fn bytes(&self) -> usize {
         self.field.bytes()
+    }
+}
+
+impl TermViews for GravityOverTime {
+    fn layout(&self) -> Option<&dyn ForceLayout> {
+        Some(self)
+    }
+
+    fn driven(&mut self) -> Option<&mut dyn Driven> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl ForceLayout for GravityOverTime {
+    fn acceleration(&self) -> Option<&[f64]> {
+        self.field.acceleration()
+    }
+}
+
+impl Driven for GravityOverTime {
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+        self.now = (self.acceleration)(time);
+    }
+
+    /// `sum_i m_i g(t) . v_i`.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        // Minus the energy, with velocities for places.
+        -self.energy(v)
+    }
+}
+
+impl Measurements for GravityOverTime {
+    /// By the largest gravity: it may begin at zero.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        self.field.total_mass() * self.largest * crate::algebra::scene_size(x, self.dimension())
     }
 }

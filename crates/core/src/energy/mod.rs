@@ -11,12 +11,12 @@ pub mod nbody;
 pub mod patch;
 mod rows;
 pub mod spring;
+mod views;
 
 use std::ops::Range;
 
-use crate::element::Barycentric;
-use crate::element::ElementState;
 use crate::material::Psd;
+pub use views::{ChangingStencils, Driven, Elements, ForceLayout, Measurements, StepLimit, TermViews};
 
 /// Which sum of the diagnostics an energy belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +85,11 @@ pub enum Fault {
         /// Name of what holds the vertices.
         hold: String,
     },
+    /// The straight way of a step leads through places that a term lets nothing pass.
+    Way {
+        /// Name of the term.
+        term: String,
+    },
     /// Two gravitating bodies at the same place without softening.
     Pair {
         /// Index of the first vertex.
@@ -110,6 +115,7 @@ impl std::fmt::Display for Fault {
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
             Fault::Load { load, time } => write!(f, "{load} is not finite at t = {time:.6} s"),
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
+            Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")
             }
@@ -184,73 +190,63 @@ impl ShapeProducts {
     }
 }
 
+/// Facts about a term that stay as they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TermProperties {
+    /// Which sum of the diagnostics its energy belongs to.
+    pub kind: EnergyKind,
+    /// Whether each of its vertices acts on all others: matrices are then full.
+    pub couples_all: bool,
+    /// Whether it is made of tetrahedra: factors of its Hessian fill up as those of sheets and strands do not.
+    pub fills_space: bool,
+    /// Whether the potential depends on time; [`Driven::set_time`] is called only if it does.
+    pub changes_with_time: bool,
+    /// Whether the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the gradient is minus
+    /// the force all the same, and Hessian products are those of its derivative, which is not symmetric.
+    pub is_conservative: bool,
+}
+
+impl TermProperties {
+    /// Those of a conservative term of short reach that does not change with time.
+    pub const fn of(kind: EnergyKind) -> Self {
+        TermProperties {
+            kind,
+            couples_all: false,
+            fills_space: false,
+            changes_with_time: false,
+            is_conservative: true,
+        }
+    }
+
+    /// Whether energy comes in through the term from outside: [`Driven::power`] says how much.
+    pub const fn supplies(self) -> bool {
+        self.changes_with_time || !self.is_conservative
+    }
+}
+
 /// One additive potential `E(x)`, or `E(x, t)`.
 ///
 /// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own business. It
-/// takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated in a step.
-pub trait EnergyTerm: Send + Sync {
+/// takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated in a step. What only some
+/// terms know is in the traits of [`TermViews`].
+pub trait EnergyTerm: TermViews + Send + Sync {
     /// Name for reports, e.g. `corotated elements of beam`.
     fn name(&self) -> String;
 
-    /// Which sum of the diagnostics this belongs to.
-    fn kind(&self) -> EnergyKind;
-
-    /// Whether each of its vertices acts on all others: matrices are then full.
-    fn couples_all(&self) -> bool {
-        false
-    }
-
-    /// Whether it is made of tetrahedra: factors of its Hessian fill up as those of sheets and strands do not.
-    fn fills_space(&self) -> bool {
-        false
-    }
-
-    /// Whether the potential depends on time; [`set_time`](Self::set_time) is called only if it does.
-    fn changes_with_time(&self) -> bool {
-        false
-    }
-
-    /// Says what time it is [s]. Whatever is asked from then on is about the potential of that time, but for
-    /// [`add_rows`](Self::add_rows), which goes on with the gradient last evaluated.
-    fn set_time(&mut self, time: f64) {
-        let _ = time;
-    }
+    /// Its kind, and what solvers and measurements must know of it.
+    fn properties(&self) -> TermProperties;
 
     /// The energy `E(x)` [J]; `+inf` outside the domain of a barrier material. The same bits for any number of threads.
     fn energy(&mut self, x: &[f64]) -> f64;
-
-    /// How much energy this term can be expected to turn over from `x` on [J]: what a change of the total is compared with.
-    fn scale(&mut self, x: &[f64]) -> f64 {
-        self.energy(x).abs()
-    }
 
     /// Computes `dE/dx` [N] at `x` and holds it for [`add_rows`](Self::add_rows); returns whether all of it is finite. The same
     /// bits for any number of threads. [`energy`](Self::energy) and the other measurements leave it alone.
     fn evaluate(&mut self, x: &[f64]) -> bool;
 
-    /// As [`evaluate`](Self::evaluate), before a measurement: with the energy `E(x)` [J] where it comes almost for free with the
-    /// gradient. The gradient has the same bits as without.
-    fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
-        (self.evaluate(x), None)
-    }
-
     /// Adds rows of the gradient last evaluated to `g`, flat `(vertices, dimension)`: as many as it has, from vertex `first`
     /// on. A step calls this block by block, from several threads, and every vertex once: whatever is left to do per vertex is
     /// done here, while the rows are in the cache.
     fn add_rows(&self, first: usize, g: &mut [f64]);
-
-    /// What [`add_rows`](Self::add_rows) would add for `count` vertices from `first` on, at most a block of a step, where that lies
-    /// in memory as it is. A step reads it there, if no other term has rows.
-    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
-        let _ = (first, count);
-        None
-    }
-
-    /// The acceleration [m/s^2], one component per dimension, that the force last evaluated is for every vertex, whatever its mass.
-    /// A step adds it as it is and does not ask for rows. `None`: the force is another for each vertex.
-    fn acceleration(&self) -> Option<&[f64]> {
-        None
-    }
 
     /// Adds `dE/dx` [N] at `x` to `g`.
     fn add_gradient(&mut self, x: &[f64], g: &mut [f64]) {
@@ -261,15 +257,9 @@ pub trait EnergyTerm: Send + Sync {
     /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
-    /// As [`add_hessian_product`](Self::add_hessian_product), for the search of the largest frequency, which is then corrected by
-    /// one exact product: a term whose exact products are expensive may approximate. It then returns true.
-    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        self.add_hessian_product(x, p, y);
-        false
-    }
-
     /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of its own. Asked for
-    /// by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians).
+    /// by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians). Stencils that change while a simulation
+    /// runs are in [`ChangingStencils`] instead.
     ///
     /// A term without stencils has no second derivative, or leaves it out of the matrix: Newton's method then still converges to the
     /// right solution, but more slowly.
@@ -284,63 +274,8 @@ pub trait EnergyTerm: Send + Sync {
         let _ = (stencils, x, psd, out);
     }
 
-    /// The largest part of the step from `x` to `x + dx` that stays where the energy is finite: in (0, 1].
-    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        let _ = (x, dx);
-        1.0
-    }
-
-    /// No more of these products will be asked for: memory for them can go.
-    fn end_stiffness_products(&mut self) {}
-
-    /// Whether the force is the gradient of [`energy`](Self::energy). If not, the energy is zero, the gradient is minus the force
-    /// all the same, and Hessian products are those of its derivative, which is not symmetric.
-    fn is_conservative(&self) -> bool {
-        true
-    }
-
-    /// Whether energy comes in through this term from outside.
-    fn supplies(&self) -> bool {
-        self.changes_with_time() || !self.is_conservative()
-    }
-
-    /// The power of its force, `f . v` [W], at the time last said. Asked only if it [`supplies`](Self::supplies) energy.
-    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
-        let _ = (x, v);
-        0.0
-    }
-
     /// The first place where `x` has no finite energy or force; called only after something went wrong.
     fn fault(&self, x: &[f64]) -> Option<Fault>;
-
-    /// Extremes of `det F`; `None` for terms without elements.
-    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let _ = x;
-        None
-    }
-
-    /// Deformation and stress of every element, in the order of the mesh; empty for terms without elements.
-    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
-        let _ = x;
-        vec![]
-    }
-
-    /// Products of the shape functions of solid elements of second order, whose consistent masses are more
-    /// accurate than lumped ones; `None` for all other terms.
-    fn shape_products(&self) -> Option<ShapeProducts> {
-        None
-    }
-
-    /// How many elements there are.
-    fn element_count(&self) -> usize {
-        0
-    }
-
-    /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is no such element.
-    fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
-        let _ = (x, element, at);
-        None
-    }
 
     /// Bytes held, for the memory report.
     fn bytes(&self) -> usize;

@@ -1,7 +1,7 @@
 //! The generalised-alpha family, Newmark's methods included.
 
 use super::Integrator;
-use super::implicit::{Next, Solve, StageSolver};
+use super::implicit::{Next, Solve, StageSolver, prescribe};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
@@ -178,9 +178,7 @@ impl Alpha {
         let time = state.time + new_f * h;
         self.next.x.copy_from_slice(x);
         self.next.v.fill(0.0);
-        if !system.prescribe(time, &mut self.next.x, &mut self.next.v) {
-            return Err(StepFault::at(system, &self.next.x, &self.next.v));
-        }
+        prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
         let solve = Solve {
             inertia,
             stiffness: s,

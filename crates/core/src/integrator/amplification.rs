@@ -6,7 +6,7 @@ use num_complex::Complex64 as c64;
 
 use super::Method;
 use crate::dissipation::{DissipativeTerm, MassProportional};
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
 use crate::material::Psd;
 use crate::solver::SolverOptions;
 use crate::state::State;
@@ -166,8 +166,8 @@ impl EnergyTerm for Oscillator {
     fn name(&self) -> String {
         "oscillator".into()
     }
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
     fn energy(&mut self, x: &[f64]) -> f64 {
         0.5 * self.stiff(x).iter().map(|x| x * x).sum::<f64>()
@@ -201,3 +201,5 @@ impl EnergyTerm for Oscillator {
         0
     }
 }
+
+impl TermViews for Oscillator {}

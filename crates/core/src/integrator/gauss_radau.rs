@@ -209,7 +209,7 @@ impl GaussRadau {
     fn choose_origin(&mut self, system: &System, state: &State) -> bool {
         let d = self.dimension;
         self.origin = [0.0; 3];
-        let only_each_other = system.terms().iter().all(|term| term.couples_all())
+        let only_each_other = system.terms().iter().all(|term| term.properties().couples_all)
             && !(system.terms().is_empty() || system.is_damped() || system.ether_drag() != 0.0)
             && system.constraints().is_empty();
         if !only_each_other {

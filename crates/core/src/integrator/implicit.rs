@@ -74,9 +74,7 @@ impl StageSolver {
         }
         // Held coordinates are where they are held, and what follows goes by these.
         v.fill(0.0);
-        if !system.prescribe(time, x, v) {
-            return Err(StepFault::at(system, x, v));
-        }
+        prescribe(system, time, x, v)?;
         let solve = Solve {
             inertia,
             stiffness: g * g,
@@ -134,6 +132,9 @@ impl StageSolver {
                     guess.u[i] = target[i] + acceleration.map_or(0.0, |a| stiffness / inertia * a[i]);
                     guess.x[i] = if held { x[i] } else { velocity.origin[i] + guess.u[i] };
                 }
+                if system.has_guards() {
+                    shorten(system, &velocity, x, guess);
+                }
                 let there = minimizer.objective(system, &objective, guess);
                 if there < best {
                     best = there;
@@ -173,6 +174,31 @@ impl StageSolver {
         let predicted = minimizer(system.dimension(), self.options).predicted_bytes(system, x);
         // The target, and two configurations.
         (predicted + 8 * 5 * x.len()).saturating_sub(self.bytes())
+    }
+}
+
+/// Moves held coordinates of `x`, and sets their velocities `v`, as prescribed at `time` [s].
+///
+/// # Errors
+/// A number is not finite, or the way leads through what a term keeps apart: there is no cure within the step.
+pub(super) fn prescribe(system: &System, time: f64, x: &mut [f64], v: &mut [f64]) -> Result<(), StepFault> {
+    let before = (system.has_guards() && system.has_prescribed_motion()).then(|| x.to_vec());
+    if !system.prescribe(time, x, v) {
+        return Err(StepFault::at(system, x, v));
+    }
+    match before.and_then(|before| system.way_fault(&before, x)) {
+        Some(fault) => Err(StepFault { fault: Some(fault), vertex: None, solve: None }),
+        None => Ok(()),
+    }
+}
+
+/// Takes a guess back to where the straight way from `x` is free, as terms that guard ways see it.
+fn shorten(system: &System, velocity: &Velocity<'_>, x: &[f64], guess: &mut Iterate) {
+    let dx: Vec<f64> = guess.x.iter().zip(x).map(|(guess, x)| guess - x).collect();
+    let Some((part, _)) = system.shortened_way(x, &dx) else { return };
+    for i in (0..x.len()).filter(|i| system.inverse_mass()[*i] > 0.0) {
+        guess.u[i] = x[i] - velocity.origin[i] + part * dx[i];
+        guess.x[i] = velocity.origin[i] + guess.u[i];
     }
 }
 

@@ -191,6 +191,19 @@ impl Method {
         self.scheme == Scheme::QuasiStatic
     }
 
+    /// Whether the new positions are those of its last solve: of a minimum, or of stages whose way was found free.
+    pub fn ends_at_solution(&self) -> bool {
+        match self.scheme {
+            Scheme::Dirk(tableau) => tableau.is_stiffly_accurate(),
+            Scheme::Alpha(coefficients) => coefficients.alpha_f == 0.0,
+            Scheme::Collocation(tableau) => tableau.a.last() == Some(&tableau.b),
+            Scheme::Bdf2(_) | Scheme::QuasiStatic => true,
+            Scheme::Splitting(_) | Scheme::RungeKutta(_) | Scheme::Linearised(_) | Scheme::GaussRadau(_) => {
+                false
+            }
+        }
+    }
+
     /// Whether a step takes as many iterations as it needs, and may be long.
     pub fn iterates(&self) -> bool {
         self.documentation.solves > 0 || matches!(self.scheme, Scheme::GaussRadau(_))

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::splitting::Stage;
 use super::{IntegratorSpec, Method, Scheme, amplification};
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
 use crate::material::Psd;
 use crate::solver::SolverOptions;
 use crate::state::State;
@@ -245,8 +245,8 @@ impl EnergyTerm for Hardening {
     fn name(&self) -> String {
         "hardening oscillator".into()
     }
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
     fn energy(&mut self, x: &[f64]) -> f64 {
         0.5 * x[0].powi(2) + 0.25 * x[0].powi(4)
@@ -274,3 +274,5 @@ impl EnergyTerm for Hardening {
         0
     }
 }
+
+impl TermViews for Hardening {}

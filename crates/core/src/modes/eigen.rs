@@ -70,7 +70,7 @@ impl<const D: usize> Eigen<D> {
     ) -> Result<Self, ModesError> {
         let x = simulation.state().x().to_vec();
         let system = simulation.system_mut();
-        if system.terms().iter().any(|term| term.couples_all()) {
+        if system.terms().iter().any(|term| term.properties().couples_all) {
             return Err(ModesError::Attraction);
         }
         let free: Vec<bool> = system.inverse_mass().iter().map(|w| *w > 0.0).collect();
@@ -80,6 +80,7 @@ impl<const D: usize> Eigen<D> {
             return Err(ModesError::TooMany { asked, free: free_coordinates });
         }
         let mass = inertia.diagonal().to_vec();
+        system.find_stencils(&x);
         let assembler = Assembler::<D>::new(system);
         let mut eigen = Eigen { assembler, x, mass, inertia, pairs: vec![], free_coordinates, solves: 0 };
         eigen.assemble(system, STIFFNESS);

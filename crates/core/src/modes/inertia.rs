@@ -28,7 +28,7 @@ impl<const D: usize> Inertia<D> {
     /// Consistent wherever it can be.
     pub(super) fn consistent(system: &System) -> Self {
         let mut inertia = Self::lumped(system);
-        for products in system.terms().iter().filter_map(|term| term.shape_products()) {
+        for products in system.terms().iter().filter_map(|term| term.elements()?.shape_products()) {
             if let Some(density) = density(&products, system.mass()) {
                 inertia.rows.resize(system.mass().len(), vec![]);
                 products.each(|a, b, product| inertia.rows[a as usize].push((b, density * product)));

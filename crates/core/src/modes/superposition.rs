@@ -85,10 +85,10 @@ fn ensure_steady(system: &System) -> Result<(), ModesError> {
     if !system.walls().is_empty() {
         return fail("walls push where they are met".into());
     }
-    if let Some(term) = system.terms().iter().find(|term| term.changes_with_time()) {
+    if let Some(term) = system.terms().iter().find(|term| term.properties().changes_with_time) {
         return fail(format!("{} changes with time", term.name()));
     }
-    if let Some(term) = system.terms().iter().find(|term| !term.is_conservative()) {
+    if let Some(term) = system.terms().iter().find(|term| !term.properties().is_conservative) {
         return fail(format!("{} follows the body", term.name()));
     }
     if let Some(hold) = system.constraints().iter().find(|hold| hold.motion().is_some()) {

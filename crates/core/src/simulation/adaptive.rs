@@ -65,7 +65,7 @@ impl Simulation {
     /// `None` where there is no estimate, or no such step.
     pub fn estimate_of_a_step(&mut self, h: f64) -> Option<f64> {
         let controller = self.controller.take()?;
-        let stepped = self.integrator.step(&mut self.system, &mut self.state, h).is_ok();
+        let stepped = self.attempt(h).is_ok();
         let judgement = stepped.then(|| self.judge(&controller, h)).flatten();
         if stepped {
             self.integrator.undo(&mut self.state);
@@ -98,7 +98,7 @@ impl Simulation {
                 return Err(self.too_small(smallest, last));
             }
             let end = if h == goal - time { goal } else { time + h };
-            let (judgement, fault) = match self.integrator.step(&mut self.system, &mut self.state, h) {
+            let (judgement, fault) = match self.attempt(h) {
                 Err(fault) => (None, Some(fault)),
                 Ok(()) => {
                     let judged = self.judge(controller, h);

@@ -76,7 +76,14 @@ impl Simulation {
             let (d, n) = (self.system.dimension(), self.system.mass().len());
             Box::new(ExternalForces::new(EXTERNAL, d, n, self.numbering.clone(), force))
         });
-        self.system.replace_term(EXTERNAL, term);
+        match (self.external_forces.take(), term) {
+            (Some(id), None) => self.system.replace_term(id, None),
+            (Some(id), term) => {
+                self.system.replace_term(id, term);
+                self.external_forces = Some(id);
+            }
+            (None, term) => self.external_forces = term.map(|term| self.system.insert_term(term)),
+        }
         self.changed();
     }
 

@@ -3,7 +3,6 @@
 use super::Simulation;
 use crate::energy::EnergyTerm;
 use crate::energy::batch::{BatchElastic, BatchMaterial};
-use crate::energy::elastic::nodal_name;
 use crate::topology::{BodyKind, BodyTopology, Topology};
 
 /// A body cannot have this material.
@@ -49,8 +48,12 @@ impl Simulation {
         if found.kind != BodyKind::Solid {
             return Err(MaterialError::NoSolid { body: body.to_owned() });
         }
-        let nodal = nodal_name(body);
-        if self.system.terms().iter().any(|term| term.name() == nodal) {
+        let of_body = |term: &dyn EnergyTerm| term.elements().is_some_and(|elements| elements.body() == body);
+        let id = self.system.find_term(of_body);
+        let in_parts = |term: &dyn EnergyTerm| {
+            term.elements().is_some_and(|elements| elements.body() == body && !elements.is_whole())
+        };
+        if self.system.find_term(in_parts).is_some() {
             return Err(MaterialError::NodalIntegration { body: body.to_owned() });
         }
         let rest = self.numbering.to_internal(&topology.rest_positions, topology.dimension).into_owned();
@@ -82,7 +85,13 @@ impl Simulation {
                     &rest,
                 )),
             };
-        self.replace_term(&term.name(), term);
+        match id {
+            Some(id) => self.system.replace_term(id, Some(term)),
+            None => {
+                self.system.insert_term(term);
+            }
+        }
+        self.changed();
         self.stability = None;
         Ok(())
     }
@@ -102,10 +111,5 @@ impl Simulation {
             cell
         };
         corners.iter().enumerate().map(cell).collect()
-    }
-
-    fn replace_term(&mut self, name: &str, term: Box<dyn EnergyTerm>) {
-        self.system.replace_term(name, Some(term));
-        self.changed();
     }
 }

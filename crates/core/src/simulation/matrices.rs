@@ -47,7 +47,7 @@ impl Simulation {
     }
 
     fn matrix(&mut self, weights: Weights) -> Result<SparseMatrix, MatrixError> {
-        if let Some(term) = self.system.terms().iter().find(|term| term.couples_all()) {
+        if let Some(term) = self.system.terms().iter().find(|term| term.properties().couples_all) {
             return Err(MatrixError::Full { term: term.name() });
         }
         Ok(match self.system.dimension() {
@@ -59,6 +59,7 @@ impl Simulation {
     fn blocks<const D: usize>(&mut self, weights: Weights) -> SparseMatrix {
         let (state, numbering) = (&self.state, &self.numbering);
         self.system.as_if_free(|system| {
+            system.find_stencils(state.x());
             let mut assembler = Assembler::<D>::new(system);
             assembler.assemble(system, At { x: state.x(), v: state.v(), psd: Psd::Exact }, weights);
             let matrix = assembler.matrix();

@@ -82,9 +82,23 @@ impl Simulation {
         Ok(())
     }
 
+    /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a term guards
+    /// the ways of vertices, a scheme whose solves do not end at its new positions must have come there straight.
+    pub(super) fn attempt(&mut self, h: f64) -> Result<(), StepFault> {
+        let Simulation { system, state, integrator, method, .. } = self;
+        system.begin_step(state.x(), state.v(), h);
+        let before = (system.has_guards() && !method.ends_at_solution()).then(|| state.x().to_vec());
+        integrator.step(system, state, h)?;
+        let Some(fault) = before.and_then(|before| system.way_fault(&before, state.x())) else {
+            return Ok(());
+        };
+        integrator.undo(state);
+        Err(StepFault { fault: Some(fault), vertex: None, solve: None })
+    }
+
     /// One step of the scheme, or a part of one, of `h` [s] to the time `end` [s], and the force there.
     fn single_step(&mut self, h: f64, end: f64) -> Result<(), StepFault> {
-        self.integrator.step(&mut self.system, &mut self.state, h)?;
+        self.attempt(h)?;
         if !self.state.ensure_force(&mut self.system, end) {
             let fault = StepFault::at(&self.system, self.state.x(), self.state.v());
             self.integrator.undo(&mut self.state);

@@ -7,6 +7,7 @@ use super::cholesky;
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
 use super::{SolveError, SolverOptions, SolverWork, Verdict, scene_size};
+use crate::energy::Fault;
 use crate::material::Psd;
 use crate::system::System;
 
@@ -104,6 +105,8 @@ struct Coupled<const D: usize> {
 struct Structure<const D: usize> {
     stages: usize,
     assembler: Assembler<D>,
+    /// Version of the pattern of the assembler that the rest is for.
+    pattern: u64,
     damped: bool,
     /// Place of each vertex in the order of elimination.
     place: Vec<usize>,
@@ -114,8 +117,11 @@ struct Structure<const D: usize> {
 impl<const D: usize> Structure<D> {
     /// `None` where the factor would not fit memory.
     fn new(system: &mut System, stages: usize, x: &[f64]) -> Option<Self> {
-        let assembler = Assembler::<D>::new(system);
-        let damped = system.is_damped();
+        Self::of(Assembler::<D>::new(system), system.is_damped(), stages, x)
+    }
+
+    /// That of the pattern of `assembler`.
+    fn of(assembler: Assembler<D>, damped: bool, stages: usize, x: &[f64]) -> Option<Self> {
         let matrix = assembler.matrix();
         let order = nested_dissection(matrix, x);
         let mut place = vec![0; order.len()];
@@ -141,7 +147,8 @@ impl<const D: usize> Structure<D> {
         }
         let value = vec![0.0; row.len()];
         let symbolic = SymbolicLu::new(column_start, row)?;
-        Some(Structure { stages, assembler, damped, place, value, symbolic })
+        let pattern = assembler.pattern();
+        Some(Structure { stages, assembler, pattern, damped, place, value, symbolic })
     }
 
     /// Stages are joined by masses and by damping; the Hessians are of each alone.
@@ -204,6 +211,42 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
+    /// Takes starts back to where the straight way from the old positions is free, as terms that guard ways see it.
+    ///
+    /// # Errors
+    /// Prescribed motion alone leads through what a term keeps apart.
+    fn shorten(system: &System, stages: &Stages<'_>, z: &mut [Vec<f64>]) -> Result<(), StepFault> {
+        let is_held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
+        for z in z {
+            let held: Vec<f64> =
+                z.iter().zip(&is_held).map(|(z, held)| if *held { *z } else { 0.0 }).collect();
+            if let Some((_, term)) = system.shortened_way(stages.x, &held) {
+                let fault = Some(Fault::Way { term });
+                return Err(StepFault { fault, vertex: None, solve: None });
+            }
+            let Some((part, _)) = system.shortened_way(stages.x, z) else { continue };
+            z.iter_mut().zip(&is_held).filter(|(_, held)| !**held).for_each(|(z, _)| *z *= part);
+        }
+        Ok(())
+    }
+
+    /// The part of a direction that terms which guard ways admit in every stage.
+    fn admitted(
+        &mut self,
+        system: &System,
+        stages: &Stages<'_>,
+        z: &[Vec<f64>],
+        direction: &[Vec<f64>],
+    ) -> f64 {
+        let mut admitted = 1.0_f64;
+        for i in (0..stages.count()).filter(|_| system.has_guards()) {
+            self.positions(stages, z, i);
+            let part = system.shortened_way(&self.positions, &direction[i]);
+            admitted = admitted.min(part.map_or(1.0, |(part, _)| part));
+        }
+        admitted
+    }
+
     /// The positions of stage `i`, in `positions`.
     fn positions(&mut self, stages: &Stages<'_>, z: &[Vec<f64>], i: usize) {
         self.positions.clear();
@@ -236,6 +279,36 @@ impl<const D: usize> Coupled<D> {
         if square.is_finite() { square.sqrt() } else { f64::INFINITY }
     }
 
+    /// The structure with room for the stencils of all stages; another one where it has grown. `None` where its factor would
+    /// not fit memory.
+    fn structure_for(
+        &mut self,
+        system: &mut System,
+        stages: &Stages<'_>,
+        z: &[Vec<f64>],
+    ) -> Option<Structure<D>> {
+        let mut structure = self.structure.take()?;
+        if system.changing_structure().is_none() {
+            return Some(structure);
+        }
+        loop {
+            let before = structure.assembler.pattern();
+            for i in 0..stages.count() {
+                self.positions(stages, z, i);
+                system.find_stencils(&self.positions);
+                structure.assembler.include_stencils(system);
+            }
+            if structure.assembler.pattern() == before {
+                break;
+            }
+        }
+        if structure.assembler.pattern() == structure.pattern {
+            return Some(structure);
+        }
+        self.work.analyses += 1;
+        Structure::of(structure.assembler, structure.damped, structure.stages, stages.x)
+    }
+
     /// Assembles and factorises at these stages; false where the matrix is singular.
     fn factorize(
         &mut self,
@@ -245,11 +318,12 @@ impl<const D: usize> Coupled<D> {
         v: &[Vec<f64>],
     ) -> bool {
         let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
-        let Some(mut structure) = self.structure.take() else { return false };
+        let Some(mut structure) = self.structure_for(system, stages, z) else { return false };
         structure.value.fill(0.0);
         for i in 0..s {
             self.positions(stages, z, i);
             system.set_time(stages.times[i]);
+            system.find_stencils(&self.positions);
             let at = At { x: &self.positions, v: &v[i], psd: Psd::Exact };
             let stiffness = Weights { inertia: 0.0, stiffness: h * h, damping: 0.0 };
             structure.assembler.assemble(system, at, stiffness);
@@ -333,6 +407,9 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             let solve = Some(SolveError { verdict, iterations, correction });
             Err(StepFault { solve, ..StepFault::at(system, x, v) })
         };
+        if system.has_guards() {
+            Self::shorten(system, stages, z)?;
+        }
         Self::velocities(system, stages, z, v);
         let mut norm = self.residual(system, stages, z, v);
         if norm == f64::INFINITY {
@@ -367,7 +444,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             }
             self.work.newton_iterations += 1;
             let direction = self.residual.clone();
-            let (mut step, mut halvings) = (1.0, 0);
+            let (mut step, mut halvings) = (self.admitted(system, stages, z, &direction), 0);
             let there = loop {
                 let (mut trial, mut trial_v) =
                     (std::mem::take(&mut self.trial), std::mem::take(&mut self.trial_v));
@@ -400,6 +477,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 step *= 0.5;
             };
             self.work.halvings += u64::from(halvings);
+            let is_whole = step == 1.0;
             for i in 0..s {
                 z[i].copy_from_slice(&self.trial[i]);
                 v[i].copy_from_slice(&self.trial_v[i]);
@@ -409,7 +487,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             // Rounding: with a factor of this very place corrections would shrink fast, were there anything left to correct.
             let small = correction <= if old_factor { ROUNDING } else { STAGNATION } * self.size;
             let floor = small && correction >= 0.5 * last;
-            if halvings == 0 && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
+            if is_whole && (correction <= tolerance && (iteration > 0 || !old_factor) || floor) {
                 let free = |n: &usize| system.inverse_mass()[n % stages.x.len()] > 0.0;
                 let increments = z.iter().flatten().enumerate().filter(|(n, _)| free(n)).map(|(_, z)| *z);
                 self.work.note_loose(correction, increments, self.size);

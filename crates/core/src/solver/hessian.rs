@@ -4,6 +4,8 @@
 //! group; afterwards every row of the matrix adds the few groups that touch it, in a fixed order. Groups depend on the mesh
 //! alone, so the matrix has the same bits on any number of threads.
 
+mod changing;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -14,6 +16,7 @@ use crate::energy::Stencils;
 use crate::lanes::{Kernel, Lanes, dispatch};
 use crate::material::Psd;
 use crate::system::System;
+use changing::Changing;
 
 /// Stencils in a group.
 const GROUP: usize = 512;
@@ -61,6 +64,8 @@ pub struct Assembler<const D: usize> {
     held: Vec<bool>,
     /// Version of the structure of the system.
     structure: u64,
+    /// The matrix with the blocks of stencils that change.
+    changing: Changing<D>,
 }
 
 /// The stencils of one term.
@@ -152,6 +157,7 @@ impl<const D: usize> Assembler<D> {
             source,
             held,
             structure: system.structure(),
+            changing: Changing::default(),
         }
     }
 
@@ -167,11 +173,32 @@ impl<const D: usize> Assembler<D> {
 
     /// The matrix last assembled.
     pub fn matrix(&self) -> &BlockMatrix<D> {
+        self.changing.matrix().unwrap_or(&self.matrix)
+    }
+
+    /// The part of it whose structure stays: without the blocks of stencils that change.
+    pub fn fixed(&self) -> &BlockMatrix<D> {
         &self.matrix
     }
 
-    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`.
+    /// Version of the pattern of [`matrix`](Self::matrix), for this assembler: a factor of another version does not fit.
+    pub fn pattern(&self) -> u64 {
+        self.changing.pattern()
+    }
+
+    /// Makes room in the matrix for the stencils that terms have found last.
+    pub(crate) fn include_stencils(&mut self, system: &System) {
+        self.changing.include(system, &self.matrix, &self.held);
+    }
+
+    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`; of stencils that change, those that terms have found
+    /// last.
     pub fn assemble(&mut self, system: &System, at: At<'_>, weights: Weights) {
+        self.assemble_fixed(system, at, weights);
+        self.changing.assemble(system, at, weights, &self.matrix, &self.held);
+    }
+
+    fn assemble_fixed(&mut self, system: &System, at: At<'_>, weights: Weights) {
         for plan in &mut self.terms {
             plan.sum(system, at, weights, &mut self.sums);
         }
@@ -209,13 +236,12 @@ impl<const D: usize> Assembler<D> {
 
     /// Adds `part` of the largest diagonal entry to the diagonal of the free coordinates.
     pub fn shift(&mut self, part: f64) {
-        let BlockMatrix { diagonal, value, .. } = &mut self.matrix;
-        let entries = |block: &Block<D>| (0..D).fold(0.0, |m: f64, k| m.max(block[k][k]));
-        let largest = diagonal.iter().fold(0.0, |m: f64, at| m.max(entries(&value[*at as usize])));
-        for (row, at) in diagonal.iter().enumerate() {
-            for k in (0..D).filter(|k| !self.held[row * D + k]) {
-                value[*at as usize][k][k] += part * largest;
-            }
+        let matrix = self.matrix();
+        let entries = |at: &u32| (0..D).fold(0.0, |m: f64, k| m.max(matrix.value[*at as usize][k][k]));
+        let largest = matrix.diagonal.iter().fold(0.0, |m: f64, at| m.max(entries(at)));
+        shift(&mut self.matrix, &self.held, part * largest);
+        if let Some(whole) = self.changing.matrix_mut() {
+            shift(whole, &self.held, part * largest);
         }
     }
 
@@ -226,7 +252,22 @@ impl<const D: usize> Assembler<D> {
             .iter()
             .map(|t| 4 * t.slot.len() + t.scratch.iter().map(|s| size_of_val(&s[..])).sum::<usize>());
         let lists = self.upper.len() + self.source_start.len() + self.source.len();
-        self.matrix.bytes() + size_of_val(&self.sums[..]) + 4 * lists + self.held.len() + plans.sum::<usize>()
+        self.matrix.bytes()
+            + self.changing.bytes()
+            + size_of_val(&self.sums[..])
+            + 4 * lists
+            + self.held.len()
+            + plans.sum::<usize>()
+    }
+}
+
+/// Adds a number to the diagonal of the free coordinates.
+fn shift<const D: usize>(matrix: &mut BlockMatrix<D>, held: &[bool], by: f64) {
+    let BlockMatrix { diagonal, value, .. } = matrix;
+    for (row, at) in diagonal.iter().enumerate() {
+        for k in (0..D).filter(|k| !held[row * D + k]) {
+            value[*at as usize][k][k] += by;
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{self, BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
-use super::hessian::Weights;
+use super::hessian::{Assembler, Weights};
 use super::multigrid::Multigrid;
 use crate::deadline::Stop;
 use crate::material::Psd;
@@ -14,6 +14,21 @@ const MULTIGRID_ITERATIONS: u64 = 300;
 /// The levels are computed anew where a solve takes so many times the iterations that the first solve with them lets expect, and
 /// one more.
 const WORN_OUT: f64 = 1.2;
+
+/// A matrix, its part whose structure stays, and the version of its pattern.
+#[derive(Clone, Copy)]
+pub(super) struct Matrices<'a, const D: usize> {
+    pub(super) whole: &'a BlockMatrix<D>,
+    pub(super) fixed: &'a BlockMatrix<D>,
+    pub(super) pattern: u64,
+}
+
+impl<'a, const D: usize> Matrices<'a, D> {
+    /// Those last assembled.
+    pub(super) fn of(assembler: &'a Assembler<D>) -> Self {
+        Matrices { whole: assembler.matrix(), fixed: assembler.fixed(), pattern: assembler.pattern() }
+    }
+}
 
 /// Conjugate gradients with a preconditioner, kept from one matrix to the next.
 pub(super) struct Iterative<const D: usize> {
@@ -27,7 +42,7 @@ enum Kind<const D: usize> {
     /// Computed anew where it no longer fits.
     Multigrid {
         levels: Box<Multigrid<D>>,
-        made_for: Option<(Weights, Psd)>,
+        made_for: Option<(Weights, Psd, u64)>,
         /// Iterations of the first solve for each factor `e` of the residual.
         first_rate: Option<f64>,
     },
@@ -50,12 +65,12 @@ impl<const D: usize> Iterative<D> {
         self.cg.set_stop(stop);
     }
 
-    /// Solves `matrix solution = right` to a relative residual of `tolerance`; the matrix was made with these weights and this
+    /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these weights and this
     /// treatment of elements.
     pub(super) fn solve(
         &mut self,
-        matrix: &BlockMatrix<D>,
-        of: (Weights, Psd),
+        Matrices { whole: matrix, fixed, pattern }: Matrices<'_, D>,
+        (weights, psd): (Weights, Psd),
         right: &[f64],
         solution: &mut [f64],
         tolerance: f64,
@@ -69,12 +84,13 @@ impl<const D: usize> Iterative<D> {
                 (jacobi, 10 * right.len() as u64 + 1000)
             }
             Kind::Multigrid { levels, made_for, first_rate } => {
-                if *made_for != Some(of) {
+                let of = Some((weights, psd, pattern));
+                if *made_for != of {
                     (*made_for, *first_rate) = (None, None);
-                    if levels.update(matrix).is_err() {
+                    if levels.update_parts(fixed, matrix, pattern).is_err() {
                         return indefinite;
                     }
-                    *made_for = Some(of);
+                    *made_for = of;
                 }
                 (&mut **levels, MULTIGRID_ITERATIONS)
             }

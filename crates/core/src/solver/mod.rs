@@ -124,6 +124,9 @@ pub struct SolverWork {
     pub hessians: u64,
     /// Matrices factorised.
     pub factorizations: u64,
+    /// Patterns analysed anew, because they had no room for stencils that changed; zero where none do.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub analyses: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
     /// Solves by conjugate gradients that stalled and were left to a factorisation.
@@ -133,6 +136,11 @@ pub struct SolverWork {
     /// tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loose: Option<u64>,
+}
+
+/// Counts that only some runs have are not written where they are zero.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Corrections below this part of the size of the scene are small, whatever the motion.
@@ -166,6 +174,7 @@ impl SolverWork {
             halvings: self.halvings + other.halvings,
             hessians: self.hessians + other.hessians,
             factorizations: self.factorizations + other.factorizations,
+            analyses: self.analyses + other.analyses,
             cg_iterations: self.cg_iterations + other.cg_iterations,
             fallbacks: self.fallbacks + other.fallbacks,
             loose: self.loose.or(other.loose).map(|_| self.loose.unwrap_or(0) + other.loose.unwrap_or(0)),

@@ -155,7 +155,7 @@ fn multigrid_from(system: &System) -> usize {
 }
 
 fn has_solids(system: &System) -> bool {
-    system.terms().iter().any(|term| term.fills_space())
+    system.terms().iter().any(|term| term.properties().fills_space)
 }
 
 fn of_what(system: &System) -> &'static str {
@@ -168,5 +168,5 @@ fn of_what(system: &System) -> &'static str {
 
 /// Whether the matrix is full.
 fn is_full(system: &System) -> bool {
-    system.terms().iter().any(|term| term.couples_all())
+    system.terms().iter().any(|term| term.properties().couples_all)
 }

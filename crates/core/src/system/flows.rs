@@ -27,12 +27,14 @@ impl Looked {
 
 /// Whether energy comes in through this term otherwise than from its own store, and it is gravity.
 pub(crate) fn is_changing_gravity(term: &dyn EnergyTerm) -> bool {
-    term.kind() == EnergyKind::Gravitational && term.supplies()
+    let term = term.properties();
+    term.kind == EnergyKind::Gravitational && term.supplies()
 }
 
 /// The same, and it is not.
 pub(crate) fn feeds(term: &dyn EnergyTerm) -> bool {
-    term.kind() != EnergyKind::Gravitational && term.supplies()
+    let term = term.properties();
+    term.kind != EnergyKind::Gravitational && term.supplies()
 }
 
 impl Flows {

@@ -30,7 +30,9 @@ impl Parts {
                 &cells,
                 rest,
             );
-            terms.into_iter().flatten().for_each(|term| system.add_term(term));
+            for term in terms.into_iter().flatten() {
+                system.add_term(term);
+            }
         } else if let Some(material) = &spec.elastic {
             system.add_term(match (self.mesh.order(), D) {
                 _ if self.thickness.is_some() => {

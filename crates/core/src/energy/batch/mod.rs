@@ -6,7 +6,10 @@ mod tangent;
 use std::ops::Range;
 
 use super::elastic::points_of;
-use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use super::{
+    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
+    TermViews,
+};
 use crate::algebra::Mat;
 use crate::algebra::all_finite;
 use crate::element::ElementState;
@@ -151,8 +154,8 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
         format!("elements of `{}`", self.body)
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
 
     /// NaN where the material could not be evaluated.
@@ -239,17 +242,25 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
         Some(Fault::Element { body: self.body.clone(), element, j: determinant::<D>(f) })
     }
 
-    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let mut f = std::mem::take(&mut self.f);
-        self.deform(0..self.cells.len(), x, &mut f);
-        let points = quadrature_count::<D, N>();
-        let extremes = f.chunks_exact(points * D * D).map(|element| {
-            let j = element.chunks_exact(D * D).map(determinant::<D>).fold(f64::INFINITY, f64::min);
-            DeformationExtremes { min_j: j, inverted: u64::from(j <= 0.0) }
-        });
-        let found = extremes.reduce(DeformationExtremes::merge);
-        self.f = f;
-        found
+    fn bytes(&self) -> usize {
+        let numbers = self.gradient.len() + self.f.len() + self.p.len() + self.psi.len();
+        8 * numbers + size_of_val(&self.cells[..]) + size_of_val(&self.points[..])
+    }
+}
+
+impl<const D: usize, const N: usize> TermViews for BatchElastic<D, N> {
+    fn elements(&self) -> Option<&dyn Elements> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl<const D: usize, const N: usize> Elements for BatchElastic<D, N> {
+    fn body(&self) -> &str {
+        &self.body
     }
 
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
@@ -265,9 +276,19 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState> {
         (element < self.cells.len()).then(|| self.state(&self.deformation_at(x, element, at)))
     }
+}
 
-    fn bytes(&self) -> usize {
-        let numbers = self.gradient.len() + self.f.len() + self.p.len() + self.psi.len();
-        8 * numbers + size_of_val(&self.cells[..]) + size_of_val(&self.points[..])
+impl<const D: usize, const N: usize> Measurements for BatchElastic<D, N> {
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let mut f = std::mem::take(&mut self.f);
+        self.deform(0..self.cells.len(), x, &mut f);
+        let points = quadrature_count::<D, N>();
+        let extremes = f.chunks_exact(points * D * D).map(|element| {
+            let j = element.chunks_exact(D * D).map(determinant::<D>).fold(f64::INFINITY, f64::min);
+            DeformationExtremes { min_j: j, inverted: u64::from(j <= 0.0) }
+        });
+        let found = extremes.reduce(DeformationExtremes::merge);
+        self.f = f;
+        found
     }
 }

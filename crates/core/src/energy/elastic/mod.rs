@@ -13,7 +13,6 @@ use std::sync::Arc;
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;
-pub(crate) use nodal::nodal_name;
 
 use block::{Block, BlockMaterial};
 use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
@@ -21,7 +20,10 @@ pub(crate) use kernels::{gather, scatter};
 use simplex::{Fused, SimplexForces};
 
 use super::patch::{Patch, Patches, Scratch, Workspace};
-use super::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, ShapeProducts, Stencils};
+use super::{
+    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, ShapeProducts,
+    Stencils, StepLimit, TermProperties, TermViews,
+};
 use crate::algebra::Mat;
 use crate::element::ElementState;
 use crate::element::{
@@ -231,12 +233,8 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         format!("elements of `{}`", self.body)
     }
 
-    fn fills_space(&self) -> bool {
-        D == 3
-    }
-
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties { fills_space: D == 3, ..TermProperties::of(EnergyKind::Elastic) }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -269,10 +267,6 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         self.patches.add_rows(&self.workspace, first, g);
     }
 
-    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
-        self.patches.rows(&self.workspace, first, count)
-    }
-
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let Elastic { patches, rest, material, workspace, .. } = self;
         patches.evaluate(workspace, x, Some(p), |patch, scratch| {
@@ -295,13 +289,6 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         hessian::fill(self, stencils, x, psd, out);
     }
 
-    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        match self.material.domain() {
-            Domain::Everywhere => 1.0,
-            Domain::PositiveJ => hessian::step_to_collapse(self, x, dx),
-        }
-    }
-
     /// Of elements with several quadrature points, `J` at the first that is at fault.
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         self.elements().find_map(|(element, vertices, pack, lane)| {
@@ -311,14 +298,39 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         })
     }
 
-    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let Elastic { patches, rest, workspace, .. } = self;
-        let mut parts =
-            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
-        patches.map(workspace, x, &mut parts, |patch, scratch| {
-            dispatch_compact(ExtremesKernel { patches, rest, patch, scratch })
-        });
-        parts.into_iter().reduce(DeformationExtremes::merge)
+    fn bytes(&self) -> usize {
+        self.patches.bytes() + size_of_val(&self.rest[..]) + self.workspace.bytes()
+    }
+}
+
+impl<const D: usize, const N: usize> TermViews for Elastic<D, N> {
+    fn elements(&self) -> Option<&dyn Elements> {
+        Some(self)
+    }
+
+    fn layout(&self) -> Option<&dyn ForceLayout> {
+        Some(self)
+    }
+
+    fn limit(&self) -> Option<&dyn StepLimit> {
+        match self.material.domain() {
+            Domain::Everywhere => None,
+            Domain::PositiveJ => Some(self),
+        }
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl<const D: usize, const N: usize> Elements for Elastic<D, N> {
+    fn body(&self) -> &str {
+        &self.body
+    }
+
+    fn is_whole(&self) -> bool {
+        self.nodes.is_none()
     }
 
     /// Quadratic elements at their centroid, where strains are most accurate.
@@ -373,9 +385,29 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
         }
         Some(self.material.state(&dx.mul(&j.inverse())))
     }
+}
 
-    fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.rest[..]) + self.workspace.bytes()
+impl<const D: usize, const N: usize> Measurements for Elastic<D, N> {
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let Elastic { patches, rest, workspace, .. } = self;
+        let mut parts =
+            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
+        patches.map(workspace, x, &mut parts, |patch, scratch| {
+            dispatch_compact(ExtremesKernel { patches, rest, patch, scratch })
+        });
+        parts.into_iter().reduce(DeformationExtremes::merge)
+    }
+}
+
+impl<const D: usize, const N: usize> ForceLayout for Elastic<D, N> {
+    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
+        self.patches.rows(&self.workspace, first, count)
+    }
+}
+
+impl<const D: usize, const N: usize> StepLimit for Elastic<D, N> {
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        hessian::step_to_collapse(self, x, dx)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Loads that do not turn with the body.
 
 use super::{VectorField, add_rows};
-use crate::energy::{EnergyKind, EnergyTerm, Fault};
+use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
 
 /// `E = -sum_i f_i(t) . (x_i - X_i)`, zero in the rest shape: point loads, dead traction, forces per volume. The force on a vertex
 /// is that of a field `f(X, t)` at sample points of the rest shape (quadrature points, or the vertices themselves), each of which
@@ -80,31 +80,13 @@ impl EnergyTerm for DeadLoad {
         self.name.clone()
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Load
-    }
-
-    fn changes_with_time(&self) -> bool {
-        self.changes
-    }
-
-    fn set_time(&mut self, time: f64) {
-        if time != self.time {
-            self.time = time;
-            self.look(time);
-        }
+    fn properties(&self) -> TermProperties {
+        TermProperties { changes_with_time: self.changes, ..TermProperties::of(EnergyKind::Load) }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
         let d = self.dimension;
         -(0..self.now.len()).map(|i| self.now[i] * self.displacement(x, i / d, i % d)).sum::<f64>()
-    }
-
-    /// The sum of all forces over the size of the scene.
-    fn scale(&mut self, x: &[f64]) -> f64 {
-        let lengths =
-            self.now.chunks_exact(self.dimension).map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
-        lengths.sum::<f64>() * crate::algebra::scene_size(x, self.dimension)
     }
 
     fn evaluate(&mut self, _x: &[f64]) -> bool {
@@ -119,13 +101,6 @@ impl EnergyTerm for DeadLoad {
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
 
-    /// `sum_i f_i(t) . v_i`.
-    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
-        let velocities =
-            self.vertices.iter().flat_map(|i| &v[*i as usize * self.dimension..][..self.dimension]);
-        self.now.iter().zip(velocities).map(|(f, v)| f * v).sum()
-    }
-
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         let finite = crate::algebra::all_finite(&self.now);
         (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
@@ -137,5 +112,40 @@ impl EnergyTerm for DeadLoad {
             + 8 * (self.rest.len() + self.now.len() + self.held.len())
             + size_of_val(&self.samples[..])
             + shares
+    }
+}
+
+impl TermViews for DeadLoad {
+    fn driven(&mut self) -> Option<&mut dyn Driven> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl Driven for DeadLoad {
+    fn set_time(&mut self, time: f64) {
+        if time != self.time {
+            self.time = time;
+            self.look(time);
+        }
+    }
+
+    /// `sum_i f_i(t) . v_i`.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        let velocities =
+            self.vertices.iter().flat_map(|i| &v[*i as usize * self.dimension..][..self.dimension]);
+        self.now.iter().zip(velocities).map(|(f, v)| f * v).sum()
+    }
+}
+
+impl Measurements for DeadLoad {
+    /// The sum of all forces over the size of the scene.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let lengths =
+            self.now.chunks_exact(self.dimension).map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
+        lengths.sum::<f64>() * crate::algebra::scene_size(x, self.dimension)
     }
 }

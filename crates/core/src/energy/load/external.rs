@@ -1,7 +1,7 @@
 //! Forces from outside that are set while a simulation runs: by a controller, a hand, another program.
 
 use crate::algebra::all_finite;
-use crate::energy::{EnergyKind, EnergyTerm, Fault};
+use crate::energy::{Driven, EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
 use crate::numbering::Numbering;
 
 /// A function of the time [s] and the positions, flat [m], that writes forces, flat [N]; false where it cannot.
@@ -56,28 +56,17 @@ impl EnergyTerm for ExternalForces {
         self.name.clone()
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Load
-    }
-
-    fn changes_with_time(&self) -> bool {
-        matches!(self.force, ExternalForce::Function(_))
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
+    fn properties(&self) -> TermProperties {
+        TermProperties {
+            changes_with_time: matches!(self.force, ExternalForce::Function(_)),
+            is_conservative: false,
+            ..TermProperties::of(EnergyKind::Load)
+        }
     }
 
     /// Zero: there is no potential.
     fn energy(&mut self, _x: &[f64]) -> f64 {
         0.0
-    }
-
-    /// The sum of all forces over the size of the scene.
-    fn scale(&mut self, x: &[f64]) -> f64 {
-        let rows = self.now.chunks_exact(self.dimension);
-        let lengths = rows.map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
-        lengths.sum::<f64>() * crate::algebra::scene_size(x, self.dimension)
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
@@ -104,15 +93,6 @@ impl EnergyTerm for ExternalForces {
 
     fn add_hessian_product(&mut self, _x: &[f64], _p: &[f64], _y: &mut [f64]) {}
 
-    fn is_conservative(&self) -> bool {
-        false
-    }
-
-    /// `sum_i f_i . v_i`, of the force last evaluated.
-    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
-        self.now.iter().zip(v).map(|(f, v)| f * v).sum()
-    }
-
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         (!all_finite(&self.now)).then(|| Fault::Load { load: self.name.clone(), time: self.time })
     }
@@ -120,5 +100,35 @@ impl EnergyTerm for ExternalForces {
     fn bytes(&self) -> usize {
         let constant = if let ExternalForce::Constant(force) = &self.force { force.len() } else { 0 };
         8 * (self.now.len() + constant) + self.numbering.bytes()
+    }
+}
+
+impl TermViews for ExternalForces {
+    fn driven(&mut self) -> Option<&mut dyn Driven> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl Driven for ExternalForces {
+    fn set_time(&mut self, time: f64) {
+        self.time = time;
+    }
+
+    /// `sum_i f_i . v_i`, of the force last evaluated.
+    fn power(&mut self, _x: &[f64], v: &[f64]) -> f64 {
+        self.now.iter().zip(v).map(|(f, v)| f * v).sum()
+    }
+}
+
+impl Measurements for ExternalForces {
+    /// The sum of all forces over the size of the scene.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let rows = self.now.chunks_exact(self.dimension);
+        let lengths = rows.map(|f| f.iter().map(|c| c * c).sum::<f64>().sqrt());
+        lengths.sum::<f64>() * crate::algebra::scene_size(x, self.dimension)
     }
 }

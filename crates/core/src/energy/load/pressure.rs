@@ -6,7 +6,9 @@ use std::ops::Range;
 
 use super::add_rows;
 use crate::element::{FacePoint, area_rate, face_edges, face_middle, face_points, vector_area};
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{
+    Driven, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties, TermViews,
+};
 use crate::material::Psd;
 
 /// A pressure that may change with time and differ from place to place.
@@ -229,22 +231,11 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         self.name.clone()
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Load
-    }
-
-    fn changes_with_time(&self) -> bool {
-        self.pressure.changes
-    }
-
-    fn is_conservative(&self) -> bool {
-        self.conservative
-    }
-
-    fn set_time(&mut self, time: f64) {
-        if time != self.time {
-            self.time = time;
-            self.look(time);
+    fn properties(&self) -> TermProperties {
+        TermProperties {
+            changes_with_time: self.pressure.changes,
+            is_conservative: self.conservative,
+            ..TermProperties::of(EnergyKind::Load)
         }
     }
 
@@ -253,19 +244,6 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
             return 0.0;
         }
         self.uniform * (self.volume(x) - self.rest_volume)
-    }
-
-    /// The sum of all forces over the size of the scene.
-    fn scale(&mut self, x: &[f64]) -> f64 {
-        let mut force = 0.0;
-        for (face, areas) in self.faces() {
-            let nodes = nodes::<D, N>(x, face);
-            for (point, p) in areas {
-                let area = vector_area::<D, N>(&nodes, point).iter().map(|c| c * c).sum::<f64>().sqrt();
-                force += area * p.iter().map(|p| p.abs()).sum::<f64>();
-            }
-        }
-        force * crate::algebra::scene_size(x, D)
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
@@ -292,18 +270,44 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         self.add_product(x, p, 1.0, false, y);
     }
 
-    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        self.add_product(x, p, 0.5, false, y);
-        self.add_product(x, p, 0.5, true, y);
-        false
-    }
-
     fn stencils(&mut self) -> Stencils {
         self.face_stencils()
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         self.face_hessians(stencils, x, psd, out);
+    }
+
+    fn fault(&self, _x: &[f64]) -> Option<Fault> {
+        let finite = crate::algebra::all_finite(self.now.as_flattened());
+        (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.vertices[..])
+            + size_of_val(&self.faces[..])
+            + size_of_val(&self.points[..])
+            + size_of_val(&self.now[..])
+            + 8 * self.force.len()
+    }
+}
+
+impl<const D: usize, const N: usize> TermViews for Pressure<D, N> {
+    fn driven(&mut self) -> Option<&mut dyn Driven> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl<const D: usize, const N: usize> Driven for Pressure<D, N> {
+    fn set_time(&mut self, time: f64) {
+        if time != self.time {
+            self.time = time;
+            self.look(time);
+        }
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
@@ -318,17 +322,25 @@ impl<const D: usize, const N: usize> EnergyTerm for Pressure<D, N> {
         }
         power
     }
+}
 
-    fn fault(&self, _x: &[f64]) -> Option<Fault> {
-        let finite = crate::algebra::all_finite(self.now.as_flattened());
-        (!finite).then(|| Fault::Load { load: self.name.clone(), time: self.time })
+impl<const D: usize, const N: usize> Measurements for Pressure<D, N> {
+    /// The sum of all forces over the size of the scene.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        let mut force = 0.0;
+        for (face, areas) in self.faces() {
+            let nodes = nodes::<D, N>(x, face);
+            for (point, p) in areas {
+                let area = vector_area::<D, N>(&nodes, point).iter().map(|c| c * c).sum::<f64>().sqrt();
+                force += area * p.iter().map(|p| p.abs()).sum::<f64>();
+            }
+        }
+        force * crate::algebra::scene_size(x, D)
     }
 
-    fn bytes(&self) -> usize {
-        size_of_val(&self.vertices[..])
-            + size_of_val(&self.faces[..])
-            + size_of_val(&self.points[..])
-            + size_of_val(&self.now[..])
-            + 8 * self.force.len()
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_product(x, p, 0.5, false, y);
+        self.add_product(x, p, 0.5, true, y);
+        false
     }
 }

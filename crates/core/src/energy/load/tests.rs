@@ -1,7 +1,7 @@
 //! Loads against closed forms and differences.
 
 use super::*;
-use crate::energy::EnergyTerm;
+use crate::energy::{Driven, EnergyTerm, Measurements};
 use crate::material::Psd;
 use pliant_mesh::Mesh;
 use pliant_mesh::spec::{GridSpec, MeshSpec};
@@ -146,7 +146,7 @@ fn products<const D: usize, const N: usize>() {
         [(&faces[..], true, steady(-2.0)), (open, false, steady(2.0)), (open, false, varying())]
     {
         let mut term = Pressure::<D, N>::new("p".into(), faces, &mesh.points, closed, pressure);
-        assert_eq!(term.is_conservative(), closed);
+        assert_eq!(term.properties().is_conservative, closed);
         let p: Vec<f64> = (0..x.len()).map(|i| scattered(3 * i + 7)).collect();
         let q: Vec<f64> = (0..x.len()).map(|i| scattered(5 * i + 2)).collect();
         let product = |term: &mut Pressure<D, N>, p: &[f64], symmetric: bool| {

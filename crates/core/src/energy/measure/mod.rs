@@ -20,7 +20,7 @@ pub(crate) use self::blocks::{Blocks, fill};
 pub(crate) use self::kernels::RateKernel;
 use self::kernels::{EnergyKernel, GradientKernel, HessianKernel};
 use super::patch::Workspace;
-use super::{EnergyKind, EnergyTerm, Fault};
+use super::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 use crate::lanes::{dispatch, dispatch_compact};
 use crate::material::Psd;
 use crate::scalar::Scalar;
@@ -59,8 +59,8 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
         format!("{}s of `{}`", Q::OF, self.body)
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -112,3 +112,5 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
         self.stencils.bytes() + self.workspace.bytes()
     }
 }
+
+impl<Q: Measure<D, N>, const D: usize, const N: usize> TermViews for Measured<Q, D, N> {}

@@ -9,7 +9,7 @@ use std::ops::{BitAnd, Range};
 
 use rayon::prelude::*;
 
-use super::{EnergyKind, EnergyTerm, Fault, Stencils};
+use super::{EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties, TermViews};
 use crate::lanes::{WIDTH, dispatch, dispatch_compact};
 use crate::material::Psd;
 use kernels::{EnergyKernel, PairKernel, Particles};
@@ -120,12 +120,8 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         format!("mutual gravity of {} particles", self.vertices.len())
     }
 
-    fn couples_all(&self) -> bool {
-        true
-    }
-
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Gravitational
+    fn properties(&self) -> TermProperties {
+        TermProperties { couples_all: true, ..TermProperties::of(EnergyKind::Gravitational) }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -172,12 +168,6 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         }
     }
 
-    fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
-        load(&mut self.position, &self.vertices, x);
-        let finite = self.sum_pairs::<false, true>();
-        (finite, Some(-self.constant * self.parts.iter().sum::<f64>()))
-    }
-
     fn add_rows(&self, first: usize, g: &mut [f64]) {
         let end = first + g.len() / D;
         let start = self.vertices.partition_point(|&v| (v as usize) < first);
@@ -202,6 +192,31 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         self.add_rows(0, y);
     }
 
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        coincident::<D>(&self.vertices, self.softening2, x)
+    }
+
+    fn bytes(&self) -> usize {
+        let block = size_of::<Block<D>>();
+        let blocks = self.position.len() * (1 + self.partial.len()) + self.direction.len();
+        let lists = 4 * self.vertices.len() + size_of_val(&self.pairs[..]);
+        lists + size_of_val(&self.mass[..]) + block * blocks
+    }
+}
+
+impl<const D: usize> TermViews for NBody<D> {
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> Measurements for NBody<D> {
+    fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
+        load(&mut self.position, &self.vertices, x);
+        let finite = self.sum_pairs::<false, true>();
+        (finite, Some(-self.constant * self.parts.iter().sum::<f64>()))
+    }
+
     fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         if self.vertices.len() < self.stiffness_by_tree {
             self.add_hessian_product(x, p, y);
@@ -219,17 +234,6 @@ impl<const D: usize> EnergyTerm for NBody<D> {
 
     fn end_stiffness_products(&mut self) {
         self.stiffness = None;
-    }
-
-    fn fault(&self, x: &[f64]) -> Option<Fault> {
-        coincident::<D>(&self.vertices, self.softening2, x)
-    }
-
-    fn bytes(&self) -> usize {
-        let block = size_of::<Block<D>>();
-        let blocks = self.position.len() * (1 + self.partial.len()) + self.direction.len();
-        let lists = 4 * self.vertices.len() + size_of_val(&self.pairs[..]);
-        lists + size_of_val(&self.mass[..]) + block * blocks
     }
 }
 

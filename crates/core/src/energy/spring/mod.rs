@@ -19,7 +19,7 @@ use self::half_springs::HalfSprings;
 use self::pair::Pair;
 use self::runs::Runs;
 use super::rows::Add;
-use super::{EnergyKind, EnergyTerm, Fault, Stencils};
+use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Stencils, TermProperties, TermViews};
 use crate::lanes::dispatch;
 use crate::material::Psd;
 
@@ -84,8 +84,8 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         format!("springs of `{}`", self.body)
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -107,13 +107,6 @@ impl<const D: usize> EnergyTerm for Springs<D> {
             let to_rows = &mut g[from - first * D..to - first * D];
             dispatch(Add { from: &rows[from - start..to - start], to: to_rows });
         }
-    }
-
-    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
-        let Range { start, end } = self.coordinates;
-        let (from, to) = (first * D, (first + count) * D);
-        let rows = on!(&self.layout, springs => springs.gradient());
-        (start <= from && to <= end).then(|| &rows[from - start..to - start])
     }
 
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
@@ -154,5 +147,20 @@ impl<const D: usize> EnergyTerm for Springs<D> {
 
     fn bytes(&self) -> usize {
         on!(&self.layout, springs => springs.bytes()) + size_of_val(&self.pairs[..])
+    }
+}
+
+impl<const D: usize> TermViews for Springs<D> {
+    fn layout(&self) -> Option<&dyn ForceLayout> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> ForceLayout for Springs<D> {
+    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
+        let Range { start, end } = self.coordinates;
+        let (from, to) = (first * D, (first + count) * D);
+        let rows = on!(&self.layout, springs => springs.gradient());
+        (start <= from && to <= end).then(|| &rows[from - start..to - start])
     }
 }

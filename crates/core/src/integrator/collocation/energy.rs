@@ -121,5 +121,5 @@ impl StageEnergy {
 
 /// Whether all of its energy is stored: none comes in from outside.
 fn has_potential(term: &dyn EnergyTerm) -> bool {
-    !term.supplies()
+    !term.properties().supplies()
 }

@@ -40,6 +40,8 @@ pub struct Multigrid<const D: usize> {
     held: Held,
     /// A power of two: all levels are those of so many times the matrix.
     scale: f64,
+    /// Version of the pattern that the finest level has.
+    pattern: u64,
 }
 
 /// A level and the way to the next.
@@ -100,13 +102,51 @@ impl<const D: usize> Multigrid<D> {
         }
         let last = levels.last().map_or(matrix, |level| &level.coarse);
         let coarsest = Coarsest::new(last, positions.as_flattened())?;
-        Some(Multigrid { levels, coarsest, held: Held::new::<D>(held), scale: 1.0 })
+        Some(Multigrid { levels, coarsest, held: Held::new::<D>(held), scale: 1.0, pattern: 0 })
     }
 
     /// Rows of every level, the finest first.
     pub fn rows(&self) -> Vec<usize> {
         let levels = self.levels.iter().map(|level| level.prolongation.rows());
         levels.chain([self.coarsest.rows()]).collect()
+    }
+
+    /// Takes a matrix whose pattern, of this version, has more blocks than the levels were made for: the finest level smooths with
+    /// all of it, coarser ones are of the `fixed` part alone. The preconditioner stays symmetric and positive definite, as it
+    /// does for any coarse matrix that is.
+    ///
+    /// # Errors
+    /// [`NotPositiveDefinite`] where the fixed part is not.
+    pub(crate) fn update_parts(
+        &mut self,
+        fixed: &BlockMatrix<D>,
+        whole: &BlockMatrix<D>,
+        pattern: u64,
+    ) -> Result<(), NotPositiveDefinite> {
+        let Multigrid { levels, coarsest, held, scale, .. } = self;
+        for (i, inverse) in held.coordinates.iter().zip(&mut held.inverse) {
+            let (vertex, k) = (*i as usize / D, *i as usize % D);
+            *inverse = 1.0 / whole.value[whole.diagonal[vertex] as usize][k][k];
+        }
+        // A power of two that brings the largest entries near 1, within what single precision can hold.
+        let diagonal = whole.diagonal.iter().map(|at| whole.value[*at as usize]);
+        let largest = diagonal.flat_map(|block| (0..D).map(move |k| block[k][k])).fold(0.0, f64::max);
+        *scale = if largest > 0.0 { (-largest.log2().floor()).clamp(-120.0, 120.0).exp2() } else { 1.0 };
+        if std::mem::replace(&mut self.pattern, pattern) != pattern {
+            levels.iter_mut().take(1).for_each(|finest| finest.smoother = Smoother::new(whole));
+        }
+        let mut fine = fixed;
+        for (l, Level { smoother, prolongation, galerkin, coarse }) in levels.iter_mut().enumerate() {
+            smoother.set(if l == 0 { whole } else { fine }, *scale);
+            galerkin.compute(fine, prolongation, if l == 0 { &held.mask } else { &[] }, coarse);
+            fine = coarse;
+        }
+        if let Some(Level { coarse, .. }) = levels.last_mut() {
+            for at in &coarse.diagonal {
+                (0..D).for_each(|k| coarse.value[*at as usize][k][k] *= 1.0 + SHIFT);
+            }
+        }
+        coarsest.set(levels.last().map_or(fixed, |level| &level.coarse), *scale)
     }
 
     /// Solves roughly for the right-hand side of the first level.
@@ -156,27 +196,7 @@ impl Held {
 
 impl<const D: usize> Preconditioner<D> for Multigrid<D> {
     fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
-        let Multigrid { levels, coarsest, held, scale } = self;
-        for (i, inverse) in held.coordinates.iter().zip(&mut held.inverse) {
-            let (vertex, k) = (*i as usize / D, *i as usize % D);
-            *inverse = 1.0 / matrix.value[matrix.diagonal[vertex] as usize][k][k];
-        }
-        // A power of two that brings the largest entries near 1, within what single precision can hold.
-        let diagonal = matrix.diagonal.iter().map(|at| matrix.value[*at as usize]);
-        let largest = diagonal.flat_map(|block| (0..D).map(move |k| block[k][k])).fold(0.0, f64::max);
-        *scale = if largest > 0.0 { (-largest.log2().floor()).clamp(-120.0, 120.0).exp2() } else { 1.0 };
-        let mut fine = matrix;
-        for (l, Level { smoother, prolongation, galerkin, coarse }) in levels.iter_mut().enumerate() {
-            smoother.set(fine, *scale);
-            galerkin.compute(fine, prolongation, if l == 0 { &held.mask } else { &[] }, coarse);
-            fine = coarse;
-        }
-        if let Some(Level { coarse, .. }) = levels.last_mut() {
-            for at in &coarse.diagonal {
-                (0..D).for_each(|k| coarse.value[*at as usize][k][k] *= 1.0 + SHIFT);
-            }
-        }
-        coarsest.set(levels.last().map_or(matrix, |level| &level.coarse), *scale)
+        self.update_parts(matrix, matrix, self.pattern)
     }
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {

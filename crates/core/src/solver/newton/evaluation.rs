@@ -15,7 +15,7 @@ impl<const D: usize> Newton<D> {
             system.evaluate_dissipation(&at.x, &self.velocity);
         }
         self.follower.clear();
-        for term in system.terms().iter().filter(|term| !term.is_conservative()) {
+        for term in system.terms().iter().filter(|term| !term.properties().is_conservative) {
             self.follower.resize(at.x.len(), 0.0);
             term.add_rows(0, &mut self.follower);
         }
@@ -58,8 +58,8 @@ impl<const D: usize> Newton<D> {
         let mut potential = system.potential_energy(&at.x) + work;
         if system.is_damped() {
             self.velocity_at(system, objective, at);
-            // Dissipation functions are quadratic in the velocities: R is half the power.
-            potential += 0.5 / objective.velocity.rate * system.dissipated_power(&last.x, &self.velocity);
+            let dissipation = system.dissipation_functions(&last.x, &self.velocity);
+            potential += 1.0 / objective.velocity.rate * dissipation;
         }
         0.5 * objective.inertia * inertia + objective.stiffness * potential
     }

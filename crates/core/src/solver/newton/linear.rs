@@ -1,13 +1,13 @@
 //! The linear system of one iteration of Newton's method, by the solver that the scene names.
 
 use super::evaluation::weights;
-use super::{CG_TOLERANCE, Newton, STATIC_SHIFT};
+use super::{Newton, STATIC_SHIFT};
 use crate::material::Psd;
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::cholesky::{Cholesky, NotPositiveDefinite};
 use crate::solver::conjugate_gradients::{CgEnd, Preconditioner};
 use crate::solver::hessian::{At, Weights};
-use crate::solver::iterative::Iterative;
+use crate::solver::iterative::{CG_TOLERANCE, Iterative, Matrices};
 use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
@@ -51,6 +51,7 @@ impl<const D: usize> Newton<D> {
         }
         let assembler = self.assembler.as_mut().expect("prepared");
         if !old_matrix {
+            system.find_stencils(x);
             assembler.assemble(system, At { x, v: &self.velocity, psd }, weights);
             if objective.inertia == 0.0 && psd == Psd::Projected {
                 // Projected Hessians may be singular, and nothing has inertia.
@@ -58,7 +59,7 @@ impl<const D: usize> Newton<D> {
             }
             self.work.hessians += 1;
         }
-        let matrix = assembler.matrix();
+        let matrices @ Matrices { whole: matrix, fixed, pattern } = Matrices::of(assembler);
         self.at_hand = None;
         if by_iterations {
             if self.iterative.is_none() {
@@ -66,7 +67,7 @@ impl<const D: usize> Newton<D> {
                     LinearSolver::Multigrid => {
                         // Where vertices are at the start may be anything; the lattices are for where they belong.
                         let rest = system.rest_positions().unwrap_or(x);
-                        Iterative::multigrid(matrix, rest, assembler.held(), &system.stop())
+                        Iterative::multigrid(fixed, rest, assembler.held(), &system.stop())
                     }
                     _ => Some(Iterative::jacobi()),
                 };
@@ -74,7 +75,7 @@ impl<const D: usize> Newton<D> {
             let Some(iterative) = &mut self.iterative else { return Direction::Failed };
             iterative.set_stop(system.stop());
             let made_for = (weights, psd);
-            let report = iterative.solve(matrix, made_for, &self.direction, &mut self.solution, forcing);
+            let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {
                 self.at_hand = (psd == Psd::Exact).then_some(weights);
@@ -94,8 +95,10 @@ impl<const D: usize> Newton<D> {
             self.direct = (pause, pause);
             self.work.fallbacks += 1;
         }
-        if self.cholesky.is_none() {
+        if self.cholesky.is_none() || self.factor_pattern != pattern {
+            self.work.analyses += u64::from(self.cholesky.is_some());
             self.cholesky = Cholesky::new(matrix, x);
+            self.factor_pattern = pattern;
         }
         let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };
         self.work.factorizations += 1;

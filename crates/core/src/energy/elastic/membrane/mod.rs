@@ -18,7 +18,10 @@ use crate::dissipation::simplex_packs;
 use crate::element::ElementState;
 use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
 use crate::energy::patch::{PackIndex, Patch, Patches, Workspace};
-use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{
+    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
+    TermViews,
+};
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
 use crate::material::Stress;
 use crate::material::{Lame, Material, Plane, Psd};
@@ -153,8 +156,8 @@ impl EnergyTerm for Membrane {
         format!("membrane of `{}`", self.body)
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Elastic)
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -222,15 +225,35 @@ impl EnergyTerm for Membrane {
         })
     }
 
-    /// The ratio of areas, for `J`.
-    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
-        let Membrane { patches, rest, workspace, .. } = self;
-        let mut parts =
-            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
-        patches.map(workspace, x, &mut parts, |patch, scratch| {
-            dispatch_compact(AreaKernel { patches, rest, patch, scratch })
-        });
-        parts.into_iter().reduce(DeformationExtremes::merge)
+    fn stencils(&mut self) -> Stencils {
+        self.patches.lanes()
+    }
+
+    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
+        hessian::fill(self, stencils, x, psd, out);
+    }
+
+    fn bytes(&self) -> usize {
+        self.patches.bytes()
+            + size_of_val(&self.rest[..])
+            + size_of_val(&self.axes[..])
+            + self.workspace.bytes()
+    }
+}
+
+impl TermViews for Membrane {
+    fn elements(&self) -> Option<&dyn Elements> {
+        Some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl Elements for Membrane {
+    fn body(&self) -> &str {
+        &self.body
     }
 
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
@@ -245,25 +268,23 @@ impl EnergyTerm for Membrane {
         self.axes.len()
     }
 
-    fn stencils(&mut self) -> Stencils {
-        self.patches.lanes()
-    }
-
-    fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        hessian::fill(self, stencils, x, psd, out);
-    }
-
     /// The same everywhere in the element.
     fn state_at(&self, x: &[f64], element: usize, _at: &Barycentric) -> Option<ElementState> {
         let stencil = self.patches.stencils().find(|(number, ..)| *number == element)?;
         Some(self.state(x, &stencil))
     }
+}
 
-    fn bytes(&self) -> usize {
-        self.patches.bytes()
-            + size_of_val(&self.rest[..])
-            + size_of_val(&self.axes[..])
-            + self.workspace.bytes()
+impl Measurements for Membrane {
+    /// The ratio of areas, for `J`.
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let Membrane { patches, rest, workspace, .. } = self;
+        let mut parts =
+            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
+        patches.map(workspace, x, &mut parts, |patch, scratch| {
+            dispatch_compact(AreaKernel { patches, rest, patch, scratch })
+        });
+        parts.into_iter().reduce(DeformationExtremes::merge)
     }
 }
 

@@ -29,7 +29,7 @@ use super::hessian::{MARGIN, first_root};
 use super::kernels::BLOCKS;
 use crate::algebra::Mat;
 use crate::element::ElementState;
-use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{EnergyKind, EnergyTerm, Fault, Stencils, StepLimit, TermProperties, TermViews};
 use crate::lanes::{WIDTH, dispatch};
 use crate::material::Stress;
 use crate::material::{Domain, Material, MaterialSpec, MaterialVisitor, Psd};
@@ -75,11 +75,6 @@ pub fn nodal_integration<const D: usize, const N: usize>(
         nodes,
     };
     Some([Box::new(elements), Box::new(nodal)])
-}
-
-/// The name of the term at the nodes of a body.
-pub(crate) fn nodal_name(body: &str) -> String {
-    format!("nodes of `{body}`")
 }
 
 /// Any material behind a pointer.
@@ -208,15 +203,11 @@ impl<const D: usize> Nodal<D> {
 
 impl<const D: usize> EnergyTerm for Nodal<D> {
     fn name(&self) -> String {
-        nodal_name(&self.body)
+        format!("nodes of `{}`", self.body)
     }
 
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Elastic
-    }
-
-    fn fills_space(&self) -> bool {
-        D == 3
+    fn properties(&self) -> TermProperties {
+        TermProperties { fills_space: D == 3, ..TermProperties::of(EnergyKind::Elastic) }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -281,15 +272,6 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
         hessian::fill(self, stencils, x, psd, out);
     }
 
-    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        if self.material.domain() == Domain::Everywhere {
-            return 1.0;
-        }
-        let changes = self.deformation_gradients(dx);
-        let roots = self.deformation_gradients(x).zip(changes).map(|(f, df)| MARGIN * first_root(&f, &df));
-        roots.fold(1.0, f64::min)
-    }
-
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         let mut nodes = self.deformation_gradients(x).enumerate();
         let (node, f) = nodes.find(|(_, f)| self.material.is_at_fault(f))?;
@@ -303,5 +285,22 @@ impl<const D: usize> EnergyTerm for Nodal<D> {
             + size_of_val(&self.gradient[..])
             + size_of_val(&self.energies[..])
             + size_of_val(&self.parts[..])
+    }
+}
+
+impl<const D: usize> TermViews for Nodal<D> {
+    fn limit(&self) -> Option<&dyn StepLimit> {
+        match self.material.domain() {
+            Domain::Everywhere => None,
+            Domain::PositiveJ => Some(self),
+        }
+    }
+}
+
+impl<const D: usize> StepLimit for Nodal<D> {
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        let changes = self.deformation_gradients(dx);
+        let roots = self.deformation_gradients(x).zip(changes).map(|(f, df)| MARGIN * first_root(&f, &df));
+        roots.fold(1.0, f64::min)
     }
 }

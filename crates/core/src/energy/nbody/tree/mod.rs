@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 
 use rayon::prelude::*;
 
-use super::{EnergyKind, EnergyTerm, Fault, coincident, gather};
+use super::{EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews, coincident, gather};
 use crate::lanes::{WIDTH, dispatch, dispatch_compact};
 use kernels::{Derivative, Force, Law, ListKernel, Potential};
 use list::List;
@@ -213,12 +213,8 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         format!("mutual gravity of {} particles by a tree", self.vertices.len())
     }
 
-    fn couples_all(&self) -> bool {
-        true
-    }
-
-    fn kind(&self) -> EnergyKind {
-        EnergyKind::Gravitational
+    fn properties(&self) -> TermProperties {
+        TermProperties { couples_all: true, ..TermProperties::of(EnergyKind::Gravitational) }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
@@ -275,11 +271,6 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         self.add_rows(0, y);
     }
 
-    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
-        self.add_hessian_product(x, p, y);
-        true
-    }
-
     fn fault(&self, x: &[f64]) -> Option<Fault> {
         coincident::<D>(&self.vertices, self.softening2, x)
     }
@@ -288,6 +279,19 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
         let lists: usize = self.tasks.iter().map(|t| t.list.bytes() + size_of_val(&t.sums[..])).sum();
         let positions = size_of_val(&self.gradient[..]) + 2 * size_of_val(&self.position[..]);
         12 * self.vertices.len() + positions + self.tree.bytes() + lists
+    }
+}
+
+impl<const D: usize> TermViews for TreeGravity<D> {
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> Measurements for TreeGravity<D> {
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_hessian_product(x, p, y);
+        true
     }
 }
 

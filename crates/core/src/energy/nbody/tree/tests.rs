@@ -207,8 +207,8 @@ impl EnergyTerm for Exact {
     fn name(&self) -> String {
         self.0.name()
     }
-    fn kind(&self) -> EnergyKind {
-        self.0.kind()
+    fn properties(&self) -> TermProperties {
+        self.0.properties()
     }
     fn energy(&mut self, x: &[f64]) -> f64 {
         self.0.energy(x)
@@ -229,6 +229,8 @@ impl EnergyTerm for Exact {
         self.0.bytes()
     }
 }
+
+impl TermViews for Exact {}
 
 /// What is predicted is enough, and not many times too much.
 #[test]

@@ -1,0 +1,168 @@
+//! Further traits of energy terms, each for the terms that have an answer, reached by asking.
+
+use std::ops::Range;
+
+use super::{DeformationExtremes, EnergyTerm, ShapeProducts, Stencils};
+use crate::element::{Barycentric, ElementState};
+use crate::material::Psd;
+
+/// The further traits that a term has; none, if it overrides nothing.
+pub trait TermViews {
+    /// Its elements.
+    fn elements(&self) -> Option<&dyn Elements> {
+        None
+    }
+
+    /// Its gradient, where it lies in memory in a form that steps read directly.
+    fn layout(&self) -> Option<&dyn ForceLayout> {
+        None
+    }
+
+    /// How far vertices may move; `None`: any distance.
+    fn limit(&self) -> Option<&dyn StepLimit> {
+        None
+    }
+
+    /// Its dependence on time, and the power that it supplies.
+    fn driven(&mut self) -> Option<&mut dyn Driven> {
+        None
+    }
+
+    /// What measurements ask, where the term answers better than its energy and its products do.
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        None
+    }
+
+    /// Its stencils that change from one matrix to the next.
+    fn changing(&self) -> Option<&dyn ChangingStencils> {
+        None
+    }
+
+    /// The same, to find them anew.
+    fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
+        None
+    }
+}
+
+/// A term made of elements, in which deformation and stress are known.
+pub trait Elements {
+    /// Name of the body that they fill.
+    fn body(&self) -> &str;
+
+    /// Whether the material of the body is in the elements alone, and no part of it at the nodes.
+    fn is_whole(&self) -> bool {
+        true
+    }
+
+    /// Number of elements.
+    fn element_count(&self) -> usize;
+
+    /// Deformation and stress of every element, in the order of the mesh.
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState>;
+
+    /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is no such element.
+    fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState>;
+
+    /// Products of the shape functions of solid elements of second order, whose consistent masses are more
+    /// accurate than lumped ones; `None` for all other elements.
+    fn shape_products(&self) -> Option<ShapeProducts> {
+        None
+    }
+}
+
+/// Gradients that a step reads where they are, instead of adding them to others.
+pub trait ForceLayout: Sync {
+    /// What [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from `first` on, at most a block of a step, where that lies
+    /// in memory as it is. A step reads it there, if no other term has rows.
+    fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
+        let _ = (first, count);
+        None
+    }
+
+    /// The acceleration [m/s^2], one component per dimension, that the force last evaluated is for every vertex, whatever its mass.
+    /// A step adds it as it is and does not ask for rows. `None`: the force is another for each vertex.
+    fn acceleration(&self) -> Option<&[f64]> {
+        None
+    }
+}
+
+/// A bound on how far vertices may move at once.
+pub trait StepLimit {
+    /// The largest part of the step from `x` to `x + dx` that stays where the energy is finite: in (0, 1].
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64;
+
+    /// Whether places beyond the limit have finite energies again, as those behind a thin obstacle: every motion must then ask,
+    /// that of explicit schemes included. An element that is turned inside out shows in its energy, and need not guard the way.
+    fn guards_way(&self) -> bool {
+        false
+    }
+}
+
+/// A potential that depends on time, or a force that brings energy in.
+pub trait Driven {
+    /// Says what time it is [s]. Whatever is asked from then on is about the potential of that time, but for
+    /// [`add_rows`](EnergyTerm::add_rows), which goes on with the gradient last evaluated.
+    fn set_time(&mut self, time: f64) {
+        let _ = time;
+    }
+
+    /// The power of its force, `f . v` [W], at the time last said.
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let _ = (x, v);
+        0.0
+    }
+}
+
+/// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.
+pub trait Measurements: EnergyTerm {
+    /// How much energy this term can be expected to turn over from `x` on [J]: what a change of the total is compared with.
+    fn scale(&mut self, x: &[f64]) -> f64 {
+        self.energy(x).abs()
+    }
+
+    /// As [`evaluate`](EnergyTerm::evaluate), before a measurement: with the energy `E(x)` [J] where it comes almost for free with the
+    /// gradient. The gradient has the same bits as without.
+    fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
+        (self.evaluate(x), None)
+    }
+
+    /// As [`add_hessian_product`](EnergyTerm::add_hessian_product), for the search of the largest frequency, which is then corrected by
+    /// one exact product: a term whose exact products are expensive may approximate. It then returns true.
+    fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        self.add_hessian_product(x, p, y);
+        false
+    }
+
+    /// No more of these products will be asked for: memory for them can go.
+    fn end_stiffness_products(&mut self) {}
+
+    /// Extremes of `det F`; `None` for terms without elements.
+    fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
+        let _ = x;
+        None
+    }
+}
+
+/// Stencils that are found anew as vertices move: of contacts. Their blocks are added to the matrix of all other
+/// stencils, whose structure is kept.
+///
+/// The energy or dissipation function itself must not depend on when stencils were found last: they say which blocks of
+/// the matrix are not zero, and nothing else.
+pub trait ChangingStencils: Sync {
+    /// Begins a step of `dt` [s] from positions `x` [m] and velocities `v` [m/s]; whether the stencils are others now.
+    fn begin_step(&mut self, x: &[f64], v: &[f64], dt: f64) -> bool {
+        let _ = (x, v, dt);
+        false
+    }
+
+    /// Finds the stencils at `x`, before a matrix is assembled there; whether they are others than before.
+    fn find(&mut self, x: &[f64]) -> bool;
+
+    /// The stencils last found, lists of one size each; the vertices of a stencil are distinct.
+    fn lists(&self) -> &[Stencils];
+
+    /// Writes the blocks of some stencils of a list at `(x, v)` to `out`, as
+    /// [`stencil_hessians`](EnergyTerm::stencil_hessians) lays them out: of `d2E/dx2` [N/m] for an energy, of `d2R/dv2` [N s/m]
+    /// for a dissipation function. `v` is empty where nothing dissipates. Called from several threads.
+    fn blocks(&self, list: usize, stencils: Range<usize>, at: (&[f64], &[f64]), psd: Psd, out: &mut [f64]);
+}

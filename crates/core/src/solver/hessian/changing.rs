@@ -1,0 +1,266 @@
+//! Blocks of stencils that change: the matrix of all others is kept as it is, and a second one, whose pattern has room
+//! for these too, is filled from both.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{At, GROUP, NOWHERE, Weights, add, for_pairs};
+use crate::energy::{ChangingStencils, Stencils};
+use crate::solver::block_matrix::{Block, BlockMatrix};
+use crate::system::System;
+
+/// The pattern forgets places of earlier stencils where they are so many times those that are needed.
+const SPARE: usize = 8;
+
+/// The matrix of a system whose stencils change.
+#[derive(Default)]
+pub(super) struct Changing<const D: usize> {
+    /// Version of the stencils that the plans are for.
+    version: Option<u64>,
+    /// The whole matrix; none as long as no stencil has been found.
+    whole: Option<Whole<D>>,
+    /// One for each list of each term.
+    plans: Vec<ListPlan<D>>,
+    /// How often the pattern of the whole matrix has been made.
+    patterns: u64,
+}
+
+/// A matrix with the blocks of the fixed one, and others.
+struct Whole<const D: usize> {
+    matrix: BlockMatrix<D>,
+    /// Where each block of the fixed matrix is.
+    place: Vec<u32>,
+}
+
+/// The stencils of one list.
+struct ListPlan<const D: usize> {
+    /// Index of the term in the system, and whether it is one of the dissipative terms.
+    term: (usize, bool),
+    list: usize,
+    stencils: Stencils,
+    /// For each pair `a <= b` of each stencil, where its block and the transposed one go.
+    slot: Vec<[u32; 2]>,
+    /// Memory for the blocks.
+    blocks: Vec<Block<D>>,
+}
+
+/// The term of this index whose stencils change.
+fn term(system: &System, (index, dissipative): (usize, bool)) -> Option<&dyn ChangingStencils> {
+    if dissipative { system.dissipation()[index].changing() } else { system.terms()[index].changing() }
+}
+
+impl<const D: usize> Changing<D> {
+    /// The whole matrix, where it has other blocks than the fixed one.
+    pub(super) fn matrix(&self) -> Option<&BlockMatrix<D>> {
+        self.whole.as_ref().map(|whole| &whole.matrix)
+    }
+
+    /// The whole matrix, to be changed.
+    pub(super) fn matrix_mut(&mut self) -> Option<&mut BlockMatrix<D>> {
+        self.whole.as_mut().map(|whole| &mut whole.matrix)
+    }
+
+    /// Version of the pattern of the whole matrix: zero for that of the fixed one.
+    pub(super) fn pattern(&self) -> u64 {
+        self.patterns
+    }
+
+    /// Makes room for the stencils that the terms of `system` have found last, unless they are those of before.
+    pub(super) fn include(&mut self, system: &System, fixed: &BlockMatrix<D>, held: &[bool]) {
+        let version = system.changing_structure();
+        if self.version == version {
+            return;
+        }
+        self.version = version;
+        self.plans = plans(system);
+        if self.whole.is_none() && self.plans.is_empty() {
+            return;
+        }
+        let is_held = |v: u32| held[v as usize * D..][..D].iter().all(|held| *held);
+        let fits = self.whole.as_ref().is_some_and(|whole| self.place_all(&whole.matrix, is_held).is_some());
+        if !fits {
+            self.whole = Some(self.with_room(fixed, is_held));
+            self.patterns += 1;
+        }
+        let Some(whole) = &self.whole else { return };
+        let slots = self.place_all(&whole.matrix, is_held).expect("the pattern was made for them");
+        self.plans.iter_mut().zip(slots).for_each(|(plan, slot)| plan.slot = slot);
+    }
+
+    /// Places of all blocks in `matrix`, plan by plan; `None` where it has no room for one of them.
+    fn place_all(
+        &self,
+        matrix: &BlockMatrix<D>,
+        is_held: impl Fn(u32) -> bool,
+    ) -> Option<Vec<Vec<[u32; 2]>>> {
+        self.plans.iter().map(|plan| place(&plan.stencils, matrix, &is_held)).collect()
+    }
+
+    /// A matrix with room for the blocks of the fixed one, of all stencils, and of those before, unless these are many.
+    fn with_room(&self, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) -> Whole<D> {
+        let mut keys = vec![];
+        for plan in &self.plans {
+            for stencil in plan.stencils.vertices.chunks_exact(plan.stencils.size) {
+                for_pairs(stencil, |a, b| {
+                    if !(is_held(a) || is_held(b)) {
+                        keys.extend([(a, b), (b, a)]);
+                    }
+                });
+            }
+        }
+        keys.sort_unstable();
+        keys.dedup();
+        let earlier = self.matrix().filter(|m| m.column.len() < fixed.column.len() + SPARE * keys.len());
+        let (mut row_start, mut column, mut rest) = (vec![0], vec![], &keys[..]);
+        for row in 0..fixed.rows() {
+            let first = column.len();
+            let (own, after) = rest.split_at(rest.partition_point(|(a, _)| *a as usize <= row));
+            rest = after;
+            column.extend_from_slice(&fixed.column[blocks_of(fixed, row)]);
+            column.extend(own.iter().map(|(_, b)| *b));
+            column.extend(earlier.iter().flat_map(|m| &m.column[blocks_of(m, row)]));
+            column[first..].sort_unstable();
+            dedup_from(&mut column, first);
+            row_start.push(column.len() as u32);
+        }
+        let matrix = BlockMatrix::zero(row_start, column);
+        let mut place = Vec::with_capacity(fixed.column.len());
+        for row in 0..fixed.rows() {
+            let columns = fixed.column[blocks_of(fixed, row)].iter();
+            place.extend(columns.map(|c| find(&matrix, row as u32, *c).expect("all blocks of it are there")));
+        }
+        Whole { matrix, place }
+    }
+
+    /// Fills the whole matrix: the fixed one, and the blocks of all stencils, each times its factor.
+    pub(super) fn assemble(
+        &mut self,
+        system: &System,
+        at: At<'_>,
+        weights: Weights,
+        fixed: &BlockMatrix<D>,
+        held: &[bool],
+    ) {
+        self.include(system, fixed, held);
+        let Some(Whole { matrix, place }) = &mut self.whole else { return };
+        matrix.value.fill([[0.0; D]; D]);
+        place.iter().zip(&fixed.value).for_each(|(place, block)| matrix.value[*place as usize] = *block);
+        for plan in &mut self.plans {
+            let factor = if plan.term.1 { weights.damping } else { weights.stiffness };
+            plan.fill(system, at);
+            plan.add(matrix, factor, held);
+        }
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let plan = |plan: &ListPlan<D>| {
+            4 * plan.stencils.vertices.len() + size_of_val(&plan.slot[..]) + size_of_val(&plan.blocks[..])
+        };
+        let whole = self.whole.as_ref().map_or(0, |whole| whole.matrix.bytes() + 4 * whole.place.len());
+        whole + self.plans.iter().map(plan).sum::<usize>()
+    }
+}
+
+/// The lists of all terms that have any stencil, energies first.
+fn plans<const D: usize>(system: &System) -> Vec<ListPlan<D>> {
+    let energies = (0..system.terms().len()).map(|index| (index, false));
+    let dissipative = (0..system.dissipation().len()).map(|index| (index, true));
+    let mut plans = vec![];
+    for at in energies.chain(dissipative) {
+        let lists = term(system, at).map_or(&[][..], |term| term.lists());
+        for (list, stencils) in lists.iter().enumerate().filter(|(_, list)| !list.vertices.is_empty()) {
+            let stencils = stencils.clone();
+            plans.push(ListPlan { term: at, list, stencils, slot: vec![], blocks: vec![] });
+        }
+    }
+    plans
+}
+
+/// Places of the blocks of all pairs in `matrix`; `None` where it has no room for one of them.
+fn place<const D: usize>(
+    stencils: &Stencils,
+    matrix: &BlockMatrix<D>,
+    is_held: impl Fn(u32) -> bool,
+) -> Option<Vec<[u32; 2]>> {
+    let (mut slot, mut fits) = (vec![], true);
+    for stencil in stencils.vertices.chunks_exact(stencils.size) {
+        for_pairs(stencil, |a, b| {
+            let places = if is_held(a) || is_held(b) {
+                Some([NOWHERE; 2])
+            } else {
+                find(matrix, a, b).and_then(|one| Some([one, find(matrix, b, a)?]))
+            };
+            fits &= places.is_some();
+            slot.push(places.unwrap_or([NOWHERE; 2]));
+        });
+    }
+    fits.then_some(slot)
+}
+
+/// The blocks of a row.
+fn blocks_of<const D: usize>(matrix: &BlockMatrix<D>, row: usize) -> Range<usize> {
+    matrix.row_start[row] as usize..matrix.row_start[row + 1] as usize
+}
+
+/// Index of the block in `row` and `column`.
+fn find<const D: usize>(matrix: &BlockMatrix<D>, row: u32, column: u32) -> Option<u32> {
+    let range = blocks_of(matrix, row as usize);
+    let at = matrix.column[range.clone()].binary_search(&column).ok()?;
+    Some((range.start + at) as u32)
+}
+
+/// Removes repeated numbers among the sorted ones from `first` on.
+fn dedup_from(numbers: &mut Vec<u32>, first: usize) {
+    let mut kept = first;
+    for i in first..numbers.len() {
+        if i == first || numbers[i] != numbers[kept - 1] {
+            numbers[kept] = numbers[i];
+            kept += 1;
+        }
+    }
+    numbers.truncate(kept);
+}
+
+impl<const D: usize> ListPlan<D> {
+    /// Pairs of vertices of a stencil.
+    fn pairs(&self) -> usize {
+        self.stencils.size * (self.stencils.size + 1) / 2
+    }
+
+    /// Computes the blocks, group by group.
+    fn fill(&mut self, system: &System, at: At<'_>) {
+        let pairs = self.pairs();
+        let ListPlan { term: index, list, slot, blocks, .. } = self;
+        let Some(term) = term(system, *index) else { return };
+        blocks.resize(slot.len(), [[0.0; D]; D]);
+        let group = |(group, out): (usize, &mut [Block<D>])| {
+            let first = group * GROUP;
+            let stencils = first..first + out.len() / pairs;
+            term.blocks(*list, stencils, (at.x, at.v), at.psd, out.as_flattened_mut().as_flattened_mut());
+        };
+        blocks.par_chunks_mut(GROUP * pairs).enumerate().for_each(group);
+    }
+
+    /// Adds the blocks in the order of the stencils, without rows and columns of held coordinates.
+    fn add(&self, matrix: &mut BlockMatrix<D>, factor: f64, held: &[bool]) {
+        let mut next = self.slot.iter().zip(&self.blocks);
+        for stencil in self.stencils.vertices.chunks_exact(self.stencils.size) {
+            for_pairs(stencil, |a, b| {
+                let Some((slot, block)) = next.next().filter(|(slot, _)| slot[0] != NOWHERE) else { return };
+                let mut block = *block;
+                let (rows, columns) = (&held[a as usize * D..][..D], &held[b as usize * D..][..D]);
+                for k in 0..D {
+                    for l in 0..D {
+                        block[k][l] = if rows[k] || columns[l] { 0.0 } else { factor * block[k][l] };
+                    }
+                }
+                add(&mut matrix.value[slot[0] as usize], &block, false);
+                if a != b {
+                    add(&mut matrix.value[slot[1] as usize], &block, true);
+                }
+            });
+        }
+    }
+}

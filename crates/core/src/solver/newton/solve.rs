@@ -1,0 +1,297 @@
+//! One solve: its iterations, and what one leaves for the next.
+
+use super::evaluation::weights;
+use super::linear::Direction;
+use super::search::{Accepted, Slope};
+use super::{CONTRACTION, FORCING, FORCING_PART, NEAR, Newton, RUNAWAY, ULPS};
+use crate::material::Psd;
+use crate::solver::conjugate_gradients::dot;
+use crate::solver::iterative::CG_TOLERANCE;
+use crate::solver::options::LinearSolver;
+use crate::solver::{Iterate, Objective, SolveError, StepFault, Verdict};
+use crate::system::System;
+
+/// State of one solve.
+pub(super) struct Solve<'a> {
+    system: &'a mut System,
+    objective: &'a Objective<'a>,
+    at: &'a mut Iterate,
+    /// The iteration at hand.
+    iteration: u32,
+    /// Largest component of the last correction [m], and of the one before.
+    correction: f64,
+    before: f64,
+    /// The objective at the iterate, where the line search left it.
+    value: Option<f64>,
+    /// Treatment of element Hessians.
+    psd: Psd,
+    /// Whether a matrix at hand may serve again.
+    keep: bool,
+    /// Relative residual that is asked of conjugate gradients.
+    forcing: f64,
+    /// Whether `forcing` follows the convergence.
+    inexact: bool,
+    /// Whether Hessians were indefinite, or a step was shortened.
+    curved: bool,
+    /// Whether the objective is another one in every iteration: with dissipation, or forces without energy.
+    changes: bool,
+    /// Corrections of so much [m] are rounding.
+    floor: f64,
+    /// Corrections of so much [m] are none.
+    negligible: f64,
+}
+
+/// Solution of the linear system of one iteration, in `direction`.
+#[derive(Clone, Copy)]
+struct Correction {
+    /// Slope of the objective along it, below zero.
+    slope: f64,
+    /// Whether it says nothing of how far a minimum is.
+    truncated: bool,
+    /// Whether the matrix is one of before.
+    old_matrix: bool,
+}
+
+/// Whether a solve goes on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Progress {
+    Continues,
+    Converged,
+}
+
+use Progress::{Continues, Converged};
+
+impl<'a> Solve<'a> {
+    fn new(system: &'a mut System, objective: &'a Objective<'a>, at: &'a mut Iterate) -> Self {
+        let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
+        Solve {
+            iteration: 0,
+            correction: f64::INFINITY,
+            before: f64::INFINITY,
+            value: None,
+            psd: Psd::Exact,
+            // The textbook's single iteration is one with the Hessian where it starts.
+            keep: !objective.single_iteration,
+            forcing: CG_TOLERANCE,
+            inexact: false,
+            curved: false,
+            changes: false,
+            floor: ULPS * f64::EPSILON * reach,
+            negligible: 0.0,
+            system,
+            objective,
+            at,
+        }
+    }
+
+    fn fault(&self, verdict: Verdict) -> StepFault {
+        let (iterations, correction) = (self.iteration, self.correction);
+        let solve = Some(SolveError { verdict, iterations, correction });
+        StepFault { solve, ..StepFault::at(self.system, &self.at.x, &self.at.x) }
+    }
+
+    /// # Errors
+    /// In statics, a body that nothing holds runs away.
+    fn check_distance(&self, size: f64) -> Result<(), Verdict> {
+        if self.objective.inertia != 0.0 {
+            return Ok(());
+        }
+        let away = self.at.u.iter().zip(self.system.inverse_mass());
+        let away = away.fold(0.0, |m: f64, (u, w)| if *w == 0.0 { m } else { m.max(u.abs()) });
+        if away > RUNAWAY * size { Err(Verdict::Indefinite) } else { Ok(()) }
+    }
+
+    /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much the matrix has
+    /// changed: the former need not be much less. Negative curvature, though, shows only in solves that are accurate.
+    fn set_forcing(&mut self, truncated: bool) {
+        self.curved |= self.psd == Psd::Projected || truncated || !self.keep;
+        let shrink = if self.before.is_finite() { self.correction / self.before } else { FORCING[0] };
+        let last = self.correction * shrink.min(1.0) <= self.negligible;
+        self.forcing = if self.curved || last {
+            CG_TOLERANCE
+        } else {
+            (FORCING_PART * shrink).clamp(CG_TOLERANCE, FORCING[1])
+        };
+    }
+}
+
+impl<const D: usize> Newton<D> {
+    /// Moves the free coordinates of `at` to a minimum of the objective.
+    pub(super) fn solve(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        at: &mut Iterate,
+    ) -> Result<(), StepFault> {
+        let mut solve = Solve::new(system, objective, at);
+        self.iterate(&mut solve).map_err(|verdict| solve.fault(verdict))
+    }
+
+    fn iterate(&mut self, solve: &mut Solve<'_>) -> Result<(), Verdict> {
+        if !self.residual(solve.system, solve.objective, solve.at) {
+            return Err(Verdict::Infeasible);
+        }
+        solve.changes = solve.system.is_damped() || !self.follower.is_empty();
+        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within one minimisation.
+        let linear = self.options.linear.choose(solve.system);
+        solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
+        if solve.inexact {
+            self.at_hand = None;
+            solve.forcing = FORCING[0];
+        }
+        for iteration in 0..self.options.max_iterations {
+            solve.iteration = iteration;
+            if self.iteration(solve)? == Converged {
+                return Ok(());
+            }
+        }
+        solve.iteration = self.options.max_iterations;
+        Err(Verdict::IterationCap)
+    }
+
+    fn iteration(&mut self, solve: &mut Solve<'_>) -> Result<Progress, Verdict> {
+        if self.residual.iter().all(|r| *r == 0.0) {
+            return Ok(Converged);
+        }
+        if solve.system.is_stopped() {
+            return Err(Verdict::Stopped);
+        }
+        solve.before = solve.correction;
+        solve.negligible = self.tolerance(solve.system, solve.objective, solve.at).max(solve.floor);
+        let Some(found) = self.correction(solve)? else { return Ok(Converged) };
+        self.work.newton_iterations += 1;
+        solve.check_distance(self.size)?;
+        if solve.objective.single_iteration {
+            self.go(solve.system, solve.objective, solve.at, 1.0);
+            std::mem::swap(solve.at, &mut self.trial);
+            return Ok(Converged);
+        }
+        let slope = self.slope(solve, found);
+        match self.search(solve.system, solve.objective, solve.at, &slope) {
+            Some(accepted) => self.advance(solve, found, &accepted),
+            None => self.retreat(solve, found, slope.whole),
+        }
+    }
+
+    /// Finds the direction, by another matrix where the one at hand leads nowhere; `None` at a minimum.
+    fn correction(&mut self, solve: &mut Solve<'_>) -> Result<Option<Correction>, Verdict> {
+        // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
+        let mut old_matrix = solve.keep && self.at_hand == Some(weights(solve.objective));
+        loop {
+            let (slope, truncated) = self.direction(solve, old_matrix)?;
+            solve.correction = self.direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+            if old_matrix && !(slope < 0.0 && solve.correction <= CONTRACTION * solve.before) {
+                old_matrix = false;
+                continue;
+            }
+            if slope < 0.0 {
+                return Ok(Some(Correction { slope, truncated, old_matrix }));
+            }
+            if slope == 0.0 && solve.correction <= solve.negligible && !truncated {
+                // So near that the product underflows.
+                return Ok(None);
+            }
+            if solve.psd == Psd::Projected || self.options.linear == LinearSolver::MatrixFree {
+                return Err(Verdict::Indefinite);
+            }
+            // From here on to the end of this solve: a Hessian that was indefinite once will be again.
+            solve.psd = Psd::Projected;
+        }
+    }
+
+    /// Solves for the direction: the slope along it, NaN where there is none, and whether it is truncated.
+    fn direction(&mut self, solve: &mut Solve<'_>, old_matrix: bool) -> Result<(f64, bool), Verdict> {
+        let Solve { system, objective, at, psd, forcing, .. } = solve;
+        let found = self.solve_linear(system, objective, at, *psd, (old_matrix, *forcing));
+        let truncated = matches!(found, Direction::Truncated);
+        match found {
+            Direction::Truncated if objective.single_iteration => Ok((f64::NAN, truncated)),
+            Direction::Descent | Direction::Truncated => {
+                Ok((dot(&self.direction, &self.residual), truncated))
+            }
+            Direction::Indefinite => Ok((f64::NAN, truncated)),
+            Direction::Failed if system.is_stopped() => Err(Verdict::Stopped),
+            Direction::Failed => Err(Verdict::LinearSolver),
+        }
+    }
+
+    /// The objective along a correction.
+    fn slope(&mut self, solve: &mut Solve<'_>, found: Correction) -> Slope {
+        let Solve { correction, negligible, .. } = *solve;
+        let start = match solve.value {
+            Some(value) if !solve.changes => value,
+            _ => self.value(solve.system, solve.objective, solve.at, solve.at),
+        };
+        // In a step of time a part of the direction of an earlier matrix is worth less than a new
+        // matrix; in statics it leads on from the last equilibrium.
+        let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
+        Slope { start, slope: found.slope, correction, negligible, whole }
+    }
+
+    /// After a correction that lowers the objective nowhere: a better one from the same place, if there is any.
+    fn retreat(
+        &mut self,
+        solve: &mut Solve<'_>,
+        found: Correction,
+        whole: bool,
+    ) -> Result<Progress, Verdict> {
+        if whole {
+            solve.keep = false;
+        } else if solve.forcing > CG_TOLERANCE {
+            // A loose solution may point nowhere: an accurate one with the same matrix comes before another matrix.
+            (solve.forcing, solve.correction) = (CG_TOLERANCE, f64::INFINITY);
+        } else if solve.correction <= solve.negligible && !found.truncated {
+            self.note_loose(solve.system, solve.at, solve.correction);
+            return Ok(Converged);
+        } else if found.old_matrix {
+            solve.keep = false;
+        } else if solve.psd == Psd::Exact {
+            solve.psd = Psd::Projected;
+        } else {
+            return Err(Verdict::Stalled);
+        }
+        Ok(Continues)
+    }
+
+    /// Goes to the place that the line search accepted.
+    fn advance(
+        &mut self,
+        solve: &mut Solve<'_>,
+        found: Correction,
+        accepted: &Accepted,
+    ) -> Result<Progress, Verdict> {
+        self.work.halvings += u64::from(accepted.halvings);
+        let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
+        solve.keep = accepted.halvings == 0;
+        if solve.keep && solve.correction <= NEAR * self.size {
+            // Near a minimum the exact Hessian is positive definite, and converges quadratically.
+            solve.psd = Psd::Exact;
+        }
+        solve.value = Some(accepted.value);
+        let finite = accepted.finite.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
+        std::mem::swap(solve.at, &mut self.trial);
+        if !finite {
+            return Err(Verdict::Infeasible);
+        }
+        if self.has_converged(solve, found, steady) {
+            self.note_loose(solve.system, solve.at, solve.correction);
+            return Ok(Converged);
+        }
+        if solve.inexact {
+            solve.set_forcing(found.truncated);
+        }
+        Ok(Continues)
+    }
+
+    /// Whether the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were exact and steps whole.
+    fn has_converged(&self, solve: &Solve<'_>, found: Correction, steady: bool) -> bool {
+        let (before, correction) = (solve.before, solve.correction);
+        // The first correction by a factor of an earlier solve says little about the next.
+        let known = (solve.iteration > 0 || !found.old_matrix) && !found.truncated;
+        let tolerance = self.tolerance(solve.system, solve.objective, solve.at);
+        let rounding = correction <= solve.floor && correction >= 0.5 * before;
+        // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
+        let left = if steady { self.left(solve.objective, before, correction) } else { correction };
+        (left <= tolerance || rounding) && known && solve.forcing <= CG_TOLERANCE
+    }
+}
