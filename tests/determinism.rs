@@ -92,6 +92,33 @@ fn nodal_integration_gives_the_same_bits_on_any_number_of_threads() {
     }
 }
 
+// 15 x 15 x 14 hexahedra and 57 x 55 quadrilaterals are four patches: as many as it takes for the work to
+// be shared out.
+#[test]
+fn cells_give_the_same_bits_on_any_number_of_threads() {
+    let cases = [
+        ("velocity-verlet", 1e-5, 1, &[15u32, 15, 14][..]),
+        ("velocity-verlet", 1e-5, 2, &[57, 55][..]),
+        ("implicit-euler", 5e-3, 1, &[57, 55][..]),
+    ];
+    for (name, h, steps, cells) in cases {
+        let d = cells.len();
+        let size: Vec<f64> = cells.iter().map(|n| 0.1 * f64::from(*n)).collect();
+        let cells: Vec<usize> = cells.iter().map(|n| *n as usize).collect();
+        let mut solid = Solid::grid(&cells, &size, isotropic("neo-hookean", 1e5, 0.49)).of_whole_cells();
+        solid.pin = at_zero(d, 0);
+        solid.gravity = Some(vec![0.3; d]);
+        assert_same_bits(&format!("{name} in {d}D"), || {
+            let mut simulation = solid.simulation(method(name), h);
+            let rest = simulation.state().x().to_vec();
+            for (k, v) in simulation.state_mut().v_mut().iter_mut().enumerate() {
+                *v = if rest[k - k % d] == 0.0 { 0.0 } else { 0.1 * scattered(k) };
+            }
+            outcome(&mut simulation, steps)
+        });
+    }
+}
+
 /// A sheet of `n` x `n` masses with structural and diagonal springs, in the plane z = 0, shaken.
 fn sheet(n: usize) -> Simulation {
     sheet_by(n, IntegratorSpec::SymplecticEuler)
@@ -211,11 +238,13 @@ fn fingerprint() -> u64 {
         for (cells, size) in [(&[3, 4, 5][..], &[0.3, 0.4, 0.5][..]), (&[7, 9][..], &[0.7, 0.9][..])] {
             let mut solid = Solid::grid(cells, size, elastic.clone());
             solid.gravity = Some(vec![1.0; cells.len()]);
-            let mut simulation = solid.simulation(method("symplectic-euler"), 1e-5);
-            for (k, x) in simulation.state_mut().x_mut().iter_mut().enumerate() {
-                *x += 0.015 * scattered(k);
+            for solid in [solid.clone(), solid.of_whole_cells()] {
+                let mut simulation = solid.simulation(method("symplectic-euler"), 1e-5);
+                for (k, x) in simulation.state_mut().x_mut().iter_mut().enumerate() {
+                    *x += 0.015 * scattered(k);
+                }
+                add(outcome(&mut simulation, 20));
             }
-            add(outcome(&mut simulation, 20));
         }
     }
     add(outcome(&mut sheet(9), 100));

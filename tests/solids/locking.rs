@@ -134,7 +134,7 @@ fn part(solid: Solid, size: &[f64]) -> f64 {
 }
 
 /// Deflection of the end of a cantilever in space under its weight.
-fn hung(mut solid: Solid, size: &[f64]) -> f64 {
+pub(super) fn hung(mut solid: Solid, size: &[f64]) -> f64 {
     (solid.pin, solid.gravity) = (at_zero(3, 0), Some(vec![0.0, 0.0, -1e-3]));
     let mut simulation = solid.simulation(method("quasi-static"), 1.0);
     let rest = simulation.state().x().to_vec();

@@ -17,7 +17,7 @@ const MU: f64 = 1.0 / 2.6;
 const LAMBDA: f64 = 0.3 / 0.52;
 
 /// The displacement of the manufactured solution and its gradient.
-fn manufactured<const D: usize>(x: [f64; D]) -> ([f64; D], [[f64; D]; D]) {
+pub(super) fn manufactured<const D: usize>(x: [f64; D]) -> ([f64; D], [[f64; D]; D]) {
     let (mut u, mut g) = ([0.0; D], [[0.0; D]; D]);
     for i in 0..D {
         // u_i = 0.1 sin(pi x_i) prod_(j != i) cos(k_j pi x_j); in the plane k_1 = 1 for u_0.
@@ -48,7 +48,7 @@ fn stress<const D: usize>(x: [f64; D], material: &str) -> [[f64; D]; D] {
 }
 
 /// The body force `-Div P`, from differences of the exact stress: `h^4` of the fourth order.
-fn body_force<const D: usize>(x: [f64; D], material: &str) -> [f64; D] {
+pub(super) fn body_force<const D: usize>(x: [f64; D], material: &str) -> [f64; D] {
     let h = 1e-3;
     let mut b = [0.0; D];
     for j in 0..D {
@@ -110,8 +110,7 @@ fn cube<const D: usize, const N: usize>(material: &str, n: usize) -> Solid {
 /// norms).
 fn errors<const D: usize, const N: usize>(material: &str, n: usize) -> [f64; 2] {
     let solid = cube::<D, N>(material, n);
-    let mut simulation = solid.simulation(method("quasi-static"), 1.0);
-    let rest = simulation.state().x().to_vec();
+    let rest = solid.probe().rest();
     let mut loads = vec![0.0; rest.len()];
     integrate::<D, N>(&solid, &rest, &rest, |weight, x, _, _, values, element| {
         let b = body_force(x, material);
@@ -119,6 +118,13 @@ fn errors<const D: usize, const N: usize>(material: &str, n: usize) -> [f64; 2] 
             (0..D).for_each(|c| loads[*v as usize * D + c] += weight * value * b[c]);
         }
     });
+    solved::<D, N>(&solid, loaded::<D>(&solid, loads))
+}
+
+/// The quasi-static simulation of a body with these forces at its vertices [N].
+pub(super) fn loaded<const D: usize>(solid: &Solid, loads: Vec<f64>) -> Simulation {
+    let mut simulation = solid.simulation(method("quasi-static"), 1.0);
+    let rest = simulation.state().x().to_vec();
     let vertices = (rest.len() / D) as u32;
     // The number of the vertex in the place of its position.
     let sample = |v: u32| Sample { point: [f64::from(v), 0.0, 0.0], shares: vec![(v, 1.0)] };
@@ -129,19 +135,13 @@ fn errors<const D: usize, const N: usize>(material: &str, n: usize) -> [f64; 2] 
     let samples = all.iter().map(|v| sample(*v)).collect();
     let load = DeadLoad::new("body force".into(), D, all, &rest, samples, Box::new(force), false);
     simulation.system_mut().add_term(Box::new(load));
-    solved::<D, N>(&solid, simulation)
+    simulation
 }
 
 /// Errors of the equilibrium of `simulation`, which has its loads.
-fn solved<const D: usize, const N: usize>(solid: &Solid, mut simulation: Simulation) -> [f64; 2] {
+fn solved<const D: usize, const N: usize>(solid: &Solid, simulation: Simulation) -> [f64; 2] {
     let rest = simulation.state().x().to_vec();
-    for (x, rest) in simulation.state_mut().x_mut().chunks_exact_mut(D).zip(rest.as_chunks::<D>().0) {
-        let u = manufactured(*rest).0;
-        x.iter_mut().zip(u).for_each(|(x, u)| *x += u);
-    }
-    simulation.set_solver(SolverOptions { tolerance: Some(1e-12), ..SolverOptions::default() });
-    simulation.step().unwrap();
-    let x = simulation.state().x().to_vec();
+    let x = equilibrium::<D>(simulation);
     let (mut value, mut gradient) = (0.0, 0.0);
     integrate::<D, N>(solid, &rest, &x, |weight, position, u, g, _, _| {
         let (exact, slope) = manufactured(position);
@@ -151,6 +151,18 @@ fn solved<const D: usize, const N: usize>(solid: &Solid, mut simulation: Simulat
         }
     });
     [f64::sqrt(value), f64::sqrt(gradient)]
+}
+
+/// The equilibrium near the manufactured solution.
+pub(super) fn equilibrium<const D: usize>(mut simulation: Simulation) -> Vec<f64> {
+    let rest = simulation.state().x().to_vec();
+    for (x, rest) in simulation.state_mut().x_mut().chunks_exact_mut(D).zip(rest.as_chunks::<D>().0) {
+        let u = manufactured(*rest).0;
+        x.iter_mut().zip(u).for_each(|(x, u)| *x += u);
+    }
+    simulation.set_solver(SolverOptions { tolerance: Some(1e-12), ..SolverOptions::default() });
+    simulation.step().unwrap();
+    simulation.state().x().to_vec()
 }
 
 /// Compares errors on ever finer meshes, from `n` cells a side on, with those of an independent code, to 1 %, and the orders with

@@ -4,6 +4,7 @@ mod axial;
 mod bar;
 mod beam;
 mod benchmarks;
+mod cells;
 mod column;
 mod energy_alone;
 mod falling;

@@ -18,7 +18,8 @@ fn gradient(dimension: usize, scale: f64) -> Vec<Vec<f64>> {
 /// A unit square or cube of `n` cells a side, inner vertices moved by up to 20 % of a cell; the unknowns of the inner
 /// vertices.
 fn perturbed(dimension: usize, kind: Kind, n: usize, elastic: &Value) -> (Solid, Vec<usize>) {
-    let mut mesh = Solid::grid(&vec![n; dimension], &vec![1.0; dimension], elastic.clone()).mesh();
+    let grid = Solid::grid(&vec![n; dimension], &vec![1.0; dimension], elastic.clone());
+    let mut mesh = grid.of_kind(kind).mesh();
     for v in 0..mesh.vertex_count() {
         if is_inside(mesh.point(v)) {
             for c in 0..dimension {

@@ -64,8 +64,11 @@ impl Solid {
     /// A free body of these vertices and elements.
     pub(crate) fn inline(mesh: &Mesh, elastic: Value) -> Self {
         let points: Vec<&[f64]> = mesh.points.chunks_exact(mesh.dimension).collect();
-        let cells = if mesh.dimension == 2 { json!(mesh.triangles) } else { json!(mesh.tetrahedra) };
-        let key = if mesh.dimension == 2 { "triangles" } else { "tetrahedra" };
+        let (cells, key) = match (mesh.block(), mesh.dimension) {
+            (Some(block), _) => (json!(block.cells().collect::<Vec<_>>()), block.kind.plural),
+            (None, 2) => (json!(mesh.triangles), "triangles"),
+            (None, _) => (json!(mesh.tetrahedra), "tetrahedra"),
+        };
         let mut solid = Solid::grid(&[1, 1], &[1.0, 1.0], elastic);
         solid.dimension = mesh.dimension;
         solid.mesh = json!({ "inline": { "points": points, key: cells } });
@@ -82,7 +85,16 @@ impl Solid {
         match kind {
             Kind::Order(order) => self.of_order(order),
             Kind::Nodal => Solid { nodal_integration: json!({}), ..self },
+            Kind::Whole => self.of_whole_cells(),
         }
+    }
+
+    /// The same of quadrilaterals or hexahedra, if it is a grid.
+    pub(crate) fn of_whole_cells(mut self) -> Self {
+        if let Some(grid) = self.mesh.get_mut("grid") {
+            grid["element"] = json!(if self.dimension == 2 { "quadrilateral" } else { "hexahedron" });
+        }
+        self
     }
 
     /// The mesh, without the nodes in the middle of edges.
@@ -128,6 +140,8 @@ pub(crate) enum Kind {
     Order(u8),
     /// Linear, with nodal integration.
     Nodal,
+    /// Quadrilaterals and hexahedra.
+    Whole,
 }
 
 impl Kind {
@@ -138,13 +152,15 @@ impl Kind {
 }
 
 /// Every kind of element: dimension and kind.
-pub(crate) const KINDS: [(usize, Kind); 6] = [
+pub(crate) const KINDS: [(usize, Kind); 8] = [
     (2, Kind::Order(1)),
     (3, Kind::Order(1)),
     (2, Kind::Order(2)),
     (3, Kind::Order(2)),
     (2, Kind::Nodal),
     (3, Kind::Nodal),
+    (2, Kind::Whole),
+    (3, Kind::Whole),
 ];
 
 /// Every registered material with its example parameters, as in a scene.

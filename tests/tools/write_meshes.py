@@ -49,6 +49,37 @@ def plane():
     return meshio.Mesh(flat, [("triangle6", np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]]))])
 
 
+# Two hexahedra on a common side, one bent, with the side that is their end; two quadrilaterals in the plane.
+CORNERS = np.array([[x, y, z] for x in (0, 1, 2) for y in (0, 1) for z in (0, 1)], float)
+CORNERS[11] = [2.2, 1.3, 1.1]
+HEXAHEDRA = np.array([[4 * i + c for c in (0, 4, 6, 2, 1, 5, 7, 3)] for i in (0, 1)])
+END = np.array([[0, 1, 3, 2]])
+QUADS = np.array([[0, 4, 6, 2], [4, 8, 10, 6]])
+
+
+def hexahedra():
+    return meshio.Mesh(CORNERS, [("hexahedron", HEXAHEDRA), ("quad", END)])
+
+
+def quads():
+    return meshio.Mesh(CORNERS * [1, 1, 0], [("quad", QUADS)])
+
+
+def gmsh_cells(gmsh):
+    """The hexahedra and their end as Gmsh has them: an entity each, in named groups."""
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.model.add("cells")
+    for dimension, entity, name in [(2, 1, "end"), (3, 1, "first"), (3, 2, "second")]:
+        gmsh.model.addDiscreteEntity(dimension, entity)
+        group = gmsh.model.addPhysicalGroup(dimension, [entity])
+        gmsh.model.setPhysicalName(dimension, group, name)
+    gmsh.model.mesh.addNodes(3, 1, list(range(1, 13)), CORNERS.ravel())
+    gmsh.model.mesh.addElementsByType(1, 5, [], HEXAHEDRA[0] + 1)
+    gmsh.model.mesh.addElementsByType(2, 5, [], HEXAHEDRA[1] + 1)
+    gmsh.model.mesh.addElementsByType(1, 3, [], (END + 1).ravel())
+
+
 def twisted_bar():
     """A bar of 0.1 x 0.1 x 0.4 m along z, turned by a quarter from end to end: 10-node tetrahedra."""
     n, height = (2, 2, 8), 0.4
@@ -194,6 +225,10 @@ def binary_gmsh(folder):
         with open(os.path.join(folder, f"solid_{name}_big.msh"), "wb") as file:
             file.write(data)
     gmsh.finalize()
+    gmsh_cells(gmsh)
+    write_gmsh(gmsh, folder, "cells_41_binary.msh", 4.1, True)
+    write_gmsh(gmsh, folder, "cells_22.msh", 2.2, False)
+    gmsh.finalize()
     gmsh_solid(gmsh, order=2)
     write_gmsh(gmsh, folder, "quadratic_41_binary.msh", 4.1, True)
     write_gmsh(gmsh, folder, "quadratic_22_binary.msh", 2.2, True)
@@ -248,6 +283,9 @@ def main(folder):
     write("plane.vtu", plane(), "vtu", binary=False)
     write("quadratic.msh", quadratic(), "gmsh22", binary=False)
     write("plane.msh", plane(), "gmsh", binary=False)
+    write("cells.vtu", hexahedra(), "vtu", binary=True, compression="zlib")
+    write("cells.vtk", hexahedra(), "vtk42", binary=False)
+    write("quads.vtu", quads(), "vtu", binary=False)
     write("solid.mesh", solid("medit:ref"), "medit")
     write("solid.node", meshio.Mesh(POINTS, [("tetra", TETRAHEDRA)]), "tetgen")
     os.replace(os.path.join(folder, "surface_binary.ply"), os.path.join(folder, "surface_little.ply"))

@@ -521,7 +521,7 @@ impl System {
     }
 
     /// The largest part of the step from `x` to `x + dx` that every term admits, in (0, 1].
-    pub(crate) fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+    pub fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let limits = self.terms.iter().filter_map(|term| term.limit());
         limits.map(|limit| limit.max_step(x, dx)).fold(1.0, f64::min)
     }

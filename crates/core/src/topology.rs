@@ -3,12 +3,14 @@
 
 use std::ops::Range;
 
+use crate::element::CellBlock;
+
 /// What kind of thing a body is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum BodyKind {
-    /// Filled with triangles (2D) or tetrahedra (3D).
+    /// Filled with triangles or quadrilaterals (2D), tetrahedra or hexahedra (3D).
     Solid,
     /// A surface in space, of finite elements.
     Membrane,
@@ -42,6 +44,8 @@ pub struct BodyTopology {
     /// In a body of second order the vertices in the middle of the edges `01, 12, 02, 03, 13, 23` of each tetrahedron; otherwise
     /// empty.
     pub tetrahedron_middles: Vec<[u32; 6]>,
+    /// Cells that are no simplices: the elements of a body of quadrilaterals or hexahedra.
+    pub blocks: Vec<CellBlock>,
     /// Triangles to draw: the boundary of a solid, all of a cloth; four flat ones for each curved one.
     pub surface: Vec<[u32; 3]>,
 }
@@ -51,6 +55,9 @@ impl BodyTopology {
     /// without elements. In a simulation of this `dimension`.
     pub fn elements(&self, dimension: usize) -> Option<(&[u32], usize)> {
         match (self.kind, dimension) {
+            (BodyKind::Solid, _) if !self.blocks.is_empty() => {
+                self.blocks.first().map(|block| (&block.vertices[..], block.kind.nodes))
+            }
             (BodyKind::Solid, 3) => Some((self.tetrahedra.as_flattened(), 4)),
             (BodyKind::Solid | BodyKind::Membrane, _) => Some((self.triangles.as_flattened(), 3)),
             _ => None,
@@ -63,7 +70,8 @@ impl BodyTopology {
         let triangles = self.triangles.iter().chain(&self.surface).flatten();
         let tetrahedra = self.tetrahedra.iter().flatten();
         let middles = self.triangle_middles.iter().flatten().chain(self.tetrahedron_middles.iter().flatten());
-        edges.chain(triangles).chain(tetrahedra).chain(middles).copied().max()
+        let blocks = self.blocks.iter().flat_map(|block| &block.vertices);
+        edges.chain(triangles).chain(tetrahedra).chain(middles).chain(blocks).copied().max()
     }
 
     /// Bytes of its cells.
@@ -73,6 +81,7 @@ impl BodyTopology {
             + size_of_val(&self.tetrahedra[..])
             + size_of_val(&self.triangle_middles[..])
             + size_of_val(&self.tetrahedron_middles[..])
+            + self.blocks.iter().map(|block| size_of_val(&block.vertices[..])).sum::<usize>()
             + size_of_val(&self.surface[..])
     }
 }

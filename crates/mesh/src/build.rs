@@ -58,6 +58,9 @@ fn build_shape(
 /// As [`build`]; what makes the transformation or the copies impossible.
 pub fn build_body(body: &BodyMesh<'_>, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
     let mut mesh = build_shape(body.shape, dimension, base, body.quadratic)?;
+    if let (true, Some(block)) = (body.quadratic, mesh.block()) {
+        return Err(MeshError::NoSecondOrder { cells: block.kind.plural });
+    }
     if body.quadratic {
         let count = 7 * mesh.element_count() as u64;
         mesh = mesh.promoted_to_quadratic().ok_or(MeshError::TooMany { what: "vertices", count })?;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use pliant::element::CellKind;
+
 /// A cell of a mesh, named by its kind and its index among the cells of that kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cell {
@@ -13,11 +15,14 @@ pub enum Cell {
     Triangle(usize),
     /// Index into `tetrahedra`.
     Tetrahedron(usize),
+    /// Kind, and index into the block of that kind.
+    Other(&'static CellKind, usize),
 }
 
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Cell::Edge(i) | Cell::Line(i) | Cell::Triangle(i) | Cell::Tetrahedron(i)) = self;
+        let (Cell::Edge(i) | Cell::Line(i) | Cell::Triangle(i) | Cell::Tetrahedron(i) | Cell::Other(_, i)) =
+            self;
         write!(f, "{} {i}", self.noun())
     }
 }
@@ -30,6 +35,7 @@ impl Cell {
             Cell::Line(_) => "line",
             Cell::Triangle(_) => "triangle",
             Cell::Tetrahedron(_) => "tetrahedron",
+            Cell::Other(kind, _) => kind.name,
         }
     }
 
@@ -38,7 +44,8 @@ impl Cell {
         match self {
             Cell::Edge(_) | Cell::Line(_) => ("length", "m"),
             Cell::Triangle(_) => ("area", "m^2"),
-            Cell::Tetrahedron(_) => ("volume", "m^3"),
+            Cell::Other(kind, _) if kind.dimension == 2 => ("area", "m^2"),
+            Cell::Other(..) | Cell::Tetrahedron(_) => ("volume", "m^3"),
         }
     }
 }

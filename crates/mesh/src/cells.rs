@@ -7,6 +7,7 @@ use super::quadratic::MidNodes;
 use super::tokens::Fault;
 use super::topology::firsts;
 use super::{FormatError, Group, Mesh};
+use pliant::element::{CellBlock, CellKind};
 
 /// Names of groups by their dimension and number.
 pub(super) type Names = BTreeMap<(u8, u64), String>;
@@ -112,6 +113,44 @@ impl<const N: usize> CellsOf<N> {
     }
 }
 
+/// Cells of one kind that are no simplices.
+#[derive(Debug)]
+pub(super) struct BlockOf {
+    block: CellBlock,
+    places: Vec<Place>,
+    /// Cells of each group, ascending.
+    groups: BTreeMap<u64, Vec<u32>>,
+}
+
+impl BlockOf {
+    /// As for simplices.
+    fn merge_repeated(&mut self) {
+        let nodes = self.block.kind.nodes;
+        let mut known: BTreeMap<Vec<u32>, u32> = BTreeMap::new();
+        let mut index = Vec::with_capacity(self.block.len());
+        for vertices in self.block.cells() {
+            let mut key = vertices.to_vec();
+            key.sort_unstable();
+            let next = known.len() as u32;
+            index.push(*known.entry(key).or_insert(next));
+        }
+        let (mut vertices, mut places) = (Vec::new(), Vec::new());
+        for (cell, number) in index.iter().enumerate() {
+            // The first of those with the same vertices.
+            if *number as usize == places.len() {
+                vertices.extend_from_slice(&self.block.vertices[cell * nodes..][..nodes]);
+                places.push(self.places[cell]);
+            }
+        }
+        (self.block.vertices, self.places) = (vertices, places);
+        for cells in self.groups.values_mut() {
+            cells.iter_mut().for_each(|cell| *cell = index[*cell as usize]);
+            cells.sort_unstable();
+            cells.dedup();
+        }
+    }
+}
+
 /// Cells of every dimension.
 #[derive(Debug, Default)]
 pub(super) struct Cells {
@@ -119,6 +158,8 @@ pub(super) struct Cells {
     pub lines: CellsOf<2>,
     pub triangles: CellsOf<3>,
     pub tetrahedra: CellsOf<4>,
+    /// Cells that are no simplices, by kind.
+    pub blocks: Vec<BlockOf>,
     /// Whether lines are springs also where there are triangles, as a format without solids has it.
     pub lines_are_springs: bool,
     /// Where the first cell of first order is, points apart, and the first of second order with its name.
@@ -133,6 +174,28 @@ impl Cells {
             self.first_order.get_or_insert(place);
         }
         self.enter(vertices, &[], place, groups);
+    }
+
+    /// Enters a cell that is no simplex.
+    pub(super) fn push_kind(
+        &mut self,
+        kind: &'static CellKind,
+        vertices: &[u32],
+        place: Place,
+        groups: &[u64],
+    ) {
+        self.first_order.get_or_insert(place);
+        let known = self.blocks.iter().position(|of| of.block.kind == kind);
+        let known = known.unwrap_or_else(|| {
+            let block = CellBlock { kind, vertices: Vec::new() };
+            self.blocks.push(BlockOf { block, places: Vec::new(), groups: BTreeMap::new() });
+            self.blocks.len() - 1
+        });
+        let of = &mut self.blocks[known];
+        let cell = of.places.len() as u32;
+        of.block.vertices.extend_from_slice(vertices);
+        of.places.push(place);
+        groups.iter().for_each(|group| of.groups.entry(*group).or_default().push(cell));
     }
 
     /// Enters a cell of second order: two to four corners, and the nodes in the middle of its edges in the order of
@@ -164,6 +227,7 @@ impl Cells {
         self.lines.merge_repeated();
         self.triangles.merge_repeated();
         self.tetrahedra.merge_repeated();
+        self.blocks.iter_mut().for_each(BlockOf::merge_repeated);
     }
 
     /// Puts vertices, cells and groups together: `xyz` flat `(n, 3)` [m], with the place of each vertex. Groups without
@@ -201,6 +265,7 @@ impl Cells {
         let corners = corners.chain(self.lines.vertices.as_flattened());
         let corners = corners.chain(self.triangles.vertices.as_flattened());
         let corners = corners.chain(self.tetrahedra.vertices.as_flattened());
+        let corners = corners.chain(self.blocks.iter().flat_map(|of| &of.block.vertices));
         corners.for_each(|&vertex| dropped[vertex as usize] = false);
         let (mut index, mut kept) = (vec![0_u32; count], 0);
         for vertex in 0..count {
@@ -217,6 +282,8 @@ impl Cells {
         self.lines.renumber(&index);
         self.triangles.renumber(&index);
         self.tetrahedra.renumber(&index);
+        let blocks = self.blocks.iter_mut().flat_map(|of| &mut of.block.vertices);
+        blocks.for_each(|vertex| *vertex = index[*vertex as usize]);
     }
 
     fn assemble(self, xyz: Vec<f64>, vertices: Vec<Place>, names: &Names) -> FileMesh {
@@ -230,13 +297,16 @@ impl Cells {
         enter(&mut groups, &self.lines, 1, names);
         enter(&mut groups, &self.triangles, 2, names);
         enter(&mut groups, &self.tetrahedra, 3, names);
+        let mut blocks: Vec<&BlockOf> = self.blocks.iter().collect();
+        blocks.sort_by_key(|of| of.block.kind.dimension);
+        blocks.into_iter().for_each(|of| enter_block(&mut groups, of, names));
         for group in groups.values_mut() {
             for indices in [&mut group.cells, &mut group.vertices] {
                 indices.sort_unstable();
                 indices.dedup();
             }
         }
-        let Cells { lines, triangles, tetrahedra, lines_are_springs, .. } = self;
+        let Cells { lines, triangles, tetrahedra, blocks, lines_are_springs, .. } = self;
         let mut file = FileMesh { xyz, vertices, ..FileMesh::default() };
         file.mesh = Mesh {
             triangle_middles: triangles.middles.iter().flatten().map(|&[a, b, c, ..]| [a, b, c]).collect(),
@@ -246,9 +316,14 @@ impl Cells {
             groups,
             ..Mesh::default()
         };
+        for BlockOf { block, places, .. } in blocks {
+            file.mesh.blocks.push(block);
+            file.blocks.push(places);
+        }
         file.triangles = triangles.places;
         file.tetrahedra = tetrahedra.places;
-        if lines_are_springs || (file.mesh.triangles.is_empty() && file.mesh.tetrahedra.is_empty()) {
+        let simplices = !file.mesh.triangles.is_empty() || !file.mesh.tetrahedra.is_empty();
+        if lines_are_springs || !simplices && file.mesh.blocks.is_empty() {
             file.mesh.edges = lines.vertices;
             file.edges = lines.places;
         } else {
@@ -256,6 +331,27 @@ impl Cells {
             file.lines = lines.places;
         }
         file
+    }
+}
+
+/// Enters the groups of a block. Called after those of simplices, with ascending dimensions: the highest
+/// one's cells stay.
+fn enter_block(groups: &mut BTreeMap<String, Group>, of: &BlockOf, names: &Names) {
+    let (dimension, nodes) = (of.block.kind.dimension, of.block.kind.nodes);
+    for (&tag, members) in &of.groups {
+        let name = names.get(&(dimension as u8, tag)).cloned().unwrap_or_else(|| tag.to_string());
+        let group = groups.entry(name).or_default();
+        for &cell in members {
+            group.vertices.extend(&of.block.vertices[cell as usize * nodes..][..nodes]);
+        }
+        if group.topological_dimension > dimension && !group.cells.is_empty() {
+            continue;
+        }
+        if group.topological_dimension != dimension {
+            group.cells.clear();
+            group.topological_dimension = dimension;
+        }
+        group.cells.extend(members);
     }
 }
 

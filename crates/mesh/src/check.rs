@@ -9,12 +9,17 @@ use pliant::element::least_jacobian;
 /// a height of 1e-9 h pass: they cost accuracy, not meaning.
 pub(super) const DEGENERATE: f64 = 1e-12;
 
+mod blocks;
+
+pub(super) use blocks::flat_cells;
+
 /// Checks coordinates, then indices, then shapes, then that every vertex is used and no element twice; the
 /// first fault is returned.
 pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
     check_numbers(mesh)?;
     different_vertices(mesh)?;
     edges(mesh)?;
+    blocks::check(mesh)?;
     if !mesh.tetrahedra.is_empty() {
         shapes(mesh, &mesh.tetrahedra, Cell::Tetrahedron)?;
     } else {
@@ -26,6 +31,9 @@ pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
         _ => {}
     }
     unreferenced(mesh)?;
+    if mesh.block().is_some() {
+        return Ok(());
+    }
     match mesh.element_dimension() {
         3 => repeated(&mesh.tetrahedra, Cell::Tetrahedron),
         2 => repeated(&mesh.triangles, Cell::Triangle),
@@ -50,6 +58,7 @@ pub(super) fn check_numbers(mesh: &Mesh) -> Result<(), MeshError> {
     in_range(&mesh.lines, count, Cell::Line)?;
     in_range(&mesh.triangles, count, Cell::Triangle)?;
     in_range(&mesh.tetrahedra, count, Cell::Tetrahedron)?;
+    blocks::in_range(mesh)?;
     in_range(&mesh.triangle_middles, count, Cell::Triangle)?;
     in_range(&mesh.tetrahedron_middles, count, Cell::Tetrahedron)
 }
@@ -58,6 +67,7 @@ pub(super) fn check_numbers(mesh: &Mesh) -> Result<(), MeshError> {
 fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
     different::<2, 0>(&mesh.edges, &[], Cell::Edge)?;
     different::<2, 0>(&mesh.lines, &[], Cell::Line)?;
+    blocks::different_vertices(mesh)?;
     different(&mesh.triangles, &mesh.triangle_middles, Cell::Triangle)?;
     different(&mesh.tetrahedra, &mesh.tetrahedron_middles, Cell::Tetrahedron)
 }
@@ -78,7 +88,7 @@ pub(super) fn unusable_cells(mesh: &Mesh) -> Result<(), MeshError> {
     if mesh.dimension == 2 && !mesh.tetrahedra.is_empty() {
         return Err(MeshError::TetrahedraInPlane { count: mesh.tetrahedra.len() });
     }
-    Ok(())
+    blocks::usable(mesh)
 }
 
 fn in_range<const N: usize>(
@@ -179,7 +189,9 @@ pub(super) fn used_vertices(mesh: &Mesh) -> Option<Vec<bool>> {
     let mut used = vec![false; mesh.vertex_count()];
     let mut mark = |vertices: &[u32]| vertices.iter().for_each(|&v| used[v as usize] = true);
     mark(mesh.edges.as_flattened());
-    if !mesh.tetrahedra.is_empty() {
+    if let Some(block) = mesh.block() {
+        mark(&block.vertices);
+    } else if !mesh.tetrahedra.is_empty() {
         mark(mesh.tetrahedra.as_flattened());
         mark(mesh.tetrahedron_middles.as_flattened());
     } else {

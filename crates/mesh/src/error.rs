@@ -155,6 +155,63 @@ pub enum MeshError {
         /// Number of tetrahedra.
         count: usize,
     },
+    /// Solids do not fit the plane.
+    #[error("the mesh has {count} {cells}, but the scene is two-dimensional; set `dimension = 3`")]
+    SolidsInPlane {
+        /// Number of cells.
+        count: usize,
+        /// Their kind.
+        cells: &'static str,
+    },
+    /// An element of another dimension than the scene's.
+    #[error(
+        "`element` is \"{found}\" where the scene has {dimension} dimensions; use \"{other}\", or leave \
+         it out"
+    )]
+    WrongElement {
+        /// The element.
+        found: &'static str,
+        /// Dimension of the scene.
+        dimension: usize,
+        /// The element of that dimension.
+        other: &'static str,
+    },
+    /// Cells of two kinds and the same dimension.
+    #[error(
+        "the mesh has {} and {}: cells of one dimension must be of one kind; split one kind into the other, \
+         or make a body of each", cells[0], cells[1]
+    )]
+    MixedCells {
+        /// Kinds of cells.
+        cells: [&'static str; 2],
+    },
+    /// A surface in space of cells that are no triangles.
+    #[error(
+        "the mesh is a surface of {count} {cells} in space: surfaces are made of triangles; split each in two"
+    )]
+    SheetOfCells {
+        /// Number of cells.
+        count: usize,
+        /// Their kind.
+        cells: &'static str,
+    },
+    /// A cell with `det J <= 0` at a node or a quadrature point.
+    #[error(
+        "{cell} is folded: det J is {least:.3} of its mean at one of its nodes, and must be positive at all; \
+         move its vertices until all its angles are below 180 degrees"
+    )]
+    FoldedCell {
+        /// The element.
+        cell: Cell,
+        /// Least `det J` in it, as a fraction of its mean.
+        least: f64,
+    },
+    /// Elements of second order of cells that have none.
+    #[error("`order = 2` is for triangles and tetrahedra, and the mesh has {cells}; remove `order`")]
+    NoSecondOrder {
+        /// Their kind.
+        cells: &'static str,
+    },
     /// A vertex off the plane of a two-dimensional scene.
     #[error("vertex {vertex} has z = {z}; in a two-dimensional scene every z must be 0")]
     OffPlane {
@@ -394,9 +451,10 @@ pub enum MeshError {
     },
     /// Elements that are not linear simplices.
     #[error(
-        "element {element} is a {name} (type {kind}); supported are points, lines, triangles and tetrahedra of \
-             first order (in Gmsh: `Mesh.ElementOrder = 1;` and no recombination), or second order with `order = 2` in \
-             the body, or with `drop_mid_nodes = true` beside `path` to use the corners only"
+        "element {element} is a {name} (type {kind}); supported are points, lines, triangles, \
+             quadrilaterals, tetrahedra and hexahedra of first order (in Gmsh: `Mesh.ElementOrder = 1;`), or \
+             triangles and tetrahedra of second order with `order = 2` in the body, or with `drop_mid_nodes = \
+             true` beside `path` to use the corners only"
     )]
     ElementType {
         /// Its tag in the file.

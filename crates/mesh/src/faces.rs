@@ -19,7 +19,7 @@ impl Mesh {
             array.copy_from_slice(face);
             array
         };
-        match (N, self.triangles.is_empty()) {
+        match (N, self.triangles.is_empty() && self.block().is_none()) {
             (2, true) => self.edges.iter().map(|edge| array(edge)).collect(),
             (2, false) => self.boundary_edges().iter().map(|edge| array(edge)).collect(),
             _ => self.surface_triangles().iter().map(|triangle| array(triangle)).collect(),
@@ -49,6 +49,36 @@ impl Mesh {
         };
         let selected: Vec<[u32; N]> = faces.into_iter().filter(is_selected).collect();
         if selected.is_empty() { Err(MeshError::NoFace { whole: false }) } else { Ok(selected) }
+    }
+
+    /// The quadrilaterals of the surface of a body of hexahedra, counter-clockwise seen from outside,
+    /// that `selection` names: those that have all their vertices in it; without a selection, all.
+    ///
+    /// # Errors
+    /// As [`select_faces`](Self::select_faces).
+    pub fn select_quadrilaterals(&self, selection: Option<&Selection>) -> Result<Vec<[u32; 4]>, MeshError> {
+        let mut faces = self.block().map_or_else(Vec::new, |block| self.quadrilaterals(block));
+        if let Some(selection) = selection {
+            let vertices = select(self, selection)?;
+            let named = self.group_of_quadrilaterals(selection);
+            faces.retain(|face| match &named {
+                Some(named) => named.binary_search(&sorted(*face)).is_ok(),
+                None => face.iter().all(|v| vertices.binary_search(v).is_ok()),
+            });
+        }
+        if faces.is_empty() { Err(MeshError::NoFace { whole: selection.is_none() }) } else { Ok(faces) }
+    }
+
+    /// The cells of a group of quadrilaterals, each with its vertices ascending, in order; `None` for any
+    /// other selection.
+    fn group_of_quadrilaterals(&self, selection: &Selection) -> Option<Vec<[u32; 4]>> {
+        let Selection::Group(name) = selection else { return None };
+        let group = self.groups.get(name).filter(|group| group.topological_dimension == 2)?;
+        let block = self.blocks.iter().find(|block| block.kind.nodes == 4)?;
+        let mut cells: Vec<[u32; 4]> =
+            group.cells.iter().map(|cell| sorted(block.of::<4>()[*cell as usize])).collect();
+        cells.sort_unstable();
+        Some(cells)
     }
 
     /// These `faces` of a mesh of second order with the nodes in the middle of their edges, as [elements](pliant::element::face_points)

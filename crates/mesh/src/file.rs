@@ -94,6 +94,8 @@ pub(super) struct FileMesh {
     pub lines: Vec<Place>,
     pub triangles: Vec<Place>,
     pub tetrahedra: Vec<Place>,
+    /// Of the cells of each block.
+    pub blocks: Vec<Vec<Place>>,
 }
 
 /// The format that the extension names.
@@ -286,6 +288,11 @@ impl FileMesh {
             Cell::Line(i) => locate(&self.lines, i, FileTag::Element),
             Cell::Triangle(i) => locate(&self.triangles, i, FileTag::Element),
             Cell::Tetrahedron(i) => locate(&self.tetrahedra, i, FileTag::Element),
+            Cell::Other(kind, i) => {
+                let block = self.mesh.blocks.iter().position(|block| block.kind == kind);
+                let places = block.and_then(|block| self.blocks.get(block));
+                locate(places.map_or(&[], |places| places), i, FileTag::Element)
+            }
         };
         match error {
             MeshError::OffPlane { vertex: i, .. }
@@ -296,6 +303,7 @@ impl FileMesh {
             | MeshError::RepeatedCell { cell: c, .. }
             | MeshError::Degenerate { cell: c, .. }
             | MeshError::Folded { cell: c, .. }
+            | MeshError::FoldedCell { cell: c, .. }
             | MeshError::Inverted { cell: c, .. } => cell(c),
             MeshError::ZeroLengthEdge { edge, .. } => cell(&Cell::Edge(*edge)),
             _ => Site::default(),

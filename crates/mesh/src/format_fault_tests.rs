@@ -14,8 +14,8 @@ fn faults_of_vtk_files_name_line_or_byte() {
     assert!(line == 6 && message.starts_with("coordinate 2 of vertex 3 is NaN"), "{line} {message}");
     let (line, _, message) = fault(Format::Vtk, &changed(ascii, "CELLS 4 18", "CELLS 5 18"));
     assert!(message.starts_with("cells in the list: 4, but it must be 5"), "{line} {message}");
-    let (_, _, message) = fault(Format::Vtk, &changed(ascii, "CELL_TYPES 4\n10", "CELL_TYPES 4\n12"));
-    assert!(message.contains("8-node hexahedron (cell type 12)"), "{message}");
+    let (_, _, message) = fault(Format::Vtk, &changed(ascii, "CELL_TYPES 4\n10", "CELL_TYPES 4\n13"));
+    assert!(message.contains("6-node wedge (cell type 13)"), "{message}");
     let (_, _, message) = fault(Format::Vtk, &changed(ascii, "CELL_TYPES 4\n10", "CELL_TYPES 4\n5"));
     assert!(message.contains("vertices of a cell of its type: 4, but it must be 3"), "{message}");
     let (line, _, message) = fault(Format::Vtk, &changed(ascii, "UNSTRUCTURED_GRID", "STRUCTURED_POINTS"));

@@ -2,7 +2,7 @@
 
 use super::file::{Format, Input, Site, parse};
 use super::{FileTag, FormatError, Mesh, MeshError, MidNodes};
-use crate::spec::FileSpec;
+use crate::spec::{FileSpec, Selection};
 
 /// The files of `tests/data/meshes`.
 macro_rules! data {
@@ -121,18 +121,60 @@ fn binary_gmsh_files_read_back_in_both_orders_of_bytes() {
     }
 }
 
+const CELLS: [(&str, Format, &[u8]); 4] = [
+    ("vtu", Format::Vtu, data!("cells.vtu")),
+    ("vtk", Format::Vtk, data!("cells.vtk")),
+    ("gmsh 4.1", Format::Gmsh, data!("cells_41_binary.msh")),
+    ("gmsh 2.2", Format::Gmsh, data!("cells_22.msh")),
+];
+
+#[test]
+fn hexahedra_read_back_with_the_groups_of_their_sides() {
+    for (name, format, bytes) in CELLS {
+        let mesh = read(format, bytes);
+        let kinds: Vec<(&str, usize)> = mesh.blocks.iter().map(|b| (b.kind.name, b.len())).collect();
+        assert!(kinds.contains(&("hexahedron", 2)) && kinds.contains(&("quadrilateral", 1)), "{name}");
+        let block = mesh.block().unwrap();
+        assert_eq!(block.of::<8>(), [[0, 4, 6, 2, 1, 5, 7, 3], [4, 8, 10, 6, 5, 9, 11, 7]], "{name}");
+        assert_eq!((mesh.element_count(), mesh.element_dimension(), mesh.vertex_count()), (2, 3, 12));
+        assert_eq!(mesh.point(11), [2.2, 1.3, 1.1], "{name}");
+        assert!(mesh.edges.is_empty() && mesh.unique_edges().len() == 20, "{name}");
+        if format == Format::Gmsh {
+            let end = &mesh.groups["end"];
+            assert_eq!((end.topological_dimension, &end.cells[..]), (2, &[0][..]), "{name}");
+            assert_eq!(end.vertices, [0, 1, 2, 3], "{name}");
+            assert_eq!(
+                (&mesh.groups["second"].cells[..], mesh.groups["second"].vertices.len()),
+                (&[1][..], 8)
+            );
+            let faces = mesh.select_quadrilaterals(Some(&Selection::Group("end".into()))).unwrap();
+            assert_eq!(faces, [[2, 0, 1, 3]], "{name}: outwards");
+        }
+        assert_eq!(mesh.select_quadrilaterals(None).unwrap().len(), 10, "{name}");
+    }
+    let (_, _, message) = fault(Format::Vtu, data!("quads.vtu"));
+    assert!(message.contains("a surface of 2 quadrilaterals in space"), "{message}");
+    let plane = with(Format::Vtu, data!("quads.vtu"), &[], 2, MidNodes::Refuse).map_err(|(_, error)| error);
+    // Those of the upper corners are not used.
+    assert!(plane.unwrap_err().to_string().contains("vertex 1 belongs to no"), "unused");
+    // Turned inside out.
+    let turned = changed(data!("cells_22.msh"), " 1 5 7 3 2 6 8 4", " 2 6 8 4 1 5 7 3");
+    let (line, _, message) = fault(Format::Gmsh, &turned);
+    assert!(line > 0 && message.contains("hexahedron 0 is inverted"), "{line} {message}");
+}
+
 #[test]
 fn faults_of_binary_gmsh_files_name_their_offset() {
     let [two, four] = [GMSH_BINARY[0].1, GMSH_BINARY[2].1];
     let after =
         |bytes: &[u8], word: &[u8]| bytes.windows(word.len()).position(|w| w == word).unwrap() + word.len();
-    // 2.2: the type of the first packet, 2, made a hexahedron's. 4.1: the tag of a node of the last element.
-    let mut hexahedra = two.to_vec();
+    // 2.2: the type of the first packet, 2, made a prism's. 4.1: the tag of a node of the last element.
+    let mut prisms = two.to_vec();
     let at = after(two, b"$Elements\n4\n");
-    hexahedra[at] = 5;
-    let (_, tag, message) = fault(Format::Gmsh, &hexahedra);
+    prisms[at] = 6;
+    let (_, tag, message) = fault(Format::Gmsh, &prisms);
     assert_eq!(tag, Some(FileTag::Byte(at as u64)), "{message}");
-    assert!(message.contains("8-node hexahedron"), "{message}");
+    assert!(message.contains("6-node prism"), "{message}");
     let mut unknown = four.to_vec();
     let at = after(four, b"$Elements") + 1;
     let end = four.windows(13).position(|w| w == b"\n$EndElements").unwrap();

@@ -34,6 +34,12 @@ fn padded(point: &[f64]) -> [f64; 3] {
     x
 }
 
+/// Longest of these edges of a cell [m].
+pub(super) fn longest_edge<const D: usize>(nodes: &[[f64; D]], edges: &[[usize; 2]]) -> f64 {
+    let length = |[a, b]: &[usize; 2]| (0..D).fold(0.0, |sum: f64, c| sum.hypot(nodes[*b][c] - nodes[*a][c]));
+    edges.iter().map(length).fold(0.0, f64::max)
+}
+
 /// Measures an edge, a triangle or a tetrahedron, `N` = 2, 3, 4.
 ///
 /// `points` is flat, `(n, dimension)` [m], and holds every index of `cell`. Tetrahedra and triangles in the plane are

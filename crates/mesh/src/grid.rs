@@ -3,6 +3,7 @@
 use super::build::{at_least_one, positive, vector};
 use super::{Mesh, MeshError, MeshSize};
 use crate::spec::GridSpec;
+use pliant::element::CellBlock;
 
 /// Corners `(i, j, k)` of the six tetrahedra of Kuhn's split, as offsets from the cell's lower corner. All contain the
 /// diagonal from (0, 0, 0) to (1, 1, 1), so that neighbouring cells match without alternating; all are positive.
@@ -28,6 +29,19 @@ pub(super) fn size(spec: &GridSpec, dimension: usize) -> Result<MeshSize, MeshEr
         spec.cells.iter().fold(1_u64, |all, &count| all.saturating_mul((count as u64).saturating_add(extra)))
     };
     let cells = product(0);
+    if let Some(kind) = spec.cell_kind() {
+        if kind.dimension != dimension {
+            let (found, other) = (kind.name, if dimension == 2 { "quadrilateral" } else { "hexahedron" });
+            return Err(MeshError::WrongElement { found, dimension, other });
+        }
+        let size = MeshSize {
+            vertices: product(1),
+            blocks: cells,
+            block_nodes: kind.nodes as u64,
+            ..MeshSize::default()
+        };
+        return size.checked(dimension);
+    }
     let (triangles, tetrahedra) =
         if dimension == 2 { (cells.saturating_mul(2), 0) } else { (0, cells.saturating_mul(6)) };
     MeshSize { vertices: product(1), triangles, tetrahedra, ..MeshSize::default() }.checked(dimension)
@@ -35,7 +49,8 @@ pub(super) fn size(spec: &GridSpec, dimension: usize) -> Result<MeshSize, MeshEr
 
 /// Vertex `(i, j, k)` has index `(i (ny + 1) + j) (nz + 1) + k` and lies at `origin + spacing (i, j, k)` or at
 /// `origin + size (i/nx, j/ny, k/nz)`. A 2D cell is split into `(i,j) (i+1,j) (i+1,j+1)` and
-/// `(i,j) (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`; cells in the order of their lower corners.
+/// `(i,j) (i+1,j+1) (i,j+1)`, a 3D cell into the six tetrahedra of `KUHN`, neither where `element` names
+/// the whole cell; cells in the order of their lower corners.
 pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError> {
     let size = size(spec, dimension)?;
     let origin = spec.origin.clone().unwrap_or_else(|| vec![0.0; dimension]);
@@ -61,6 +76,10 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
     size.reserve(&mut mesh.points, size.vertices * dimension as u64)?;
     size.reserve(&mut mesh.triangles, size.triangles)?;
     size.reserve(&mut mesh.tetrahedra, size.tetrahedra)?;
+    let mut whole = spec.cell_kind().map(|kind| CellBlock { kind, vertices: vec![] });
+    if let Some(block) = &mut whole {
+        size.reserve(&mut block.vertices, size.blocks * size.block_nodes)?;
+    }
     // Two dimensions are three with a single layer of vertices.
     let [nx, ny, nz] = [spec.cells[0], spec.cells[1], spec.cells.get(2).copied().unwrap_or(0)];
     let index = |i: usize, j: usize, k: usize| ((i * (ny + 1) + j) * (nz + 1) + k) as u32;
@@ -74,6 +93,16 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
     }
     for i in 0..nx {
         for j in 0..ny {
+            if let Some(block) = &mut whole {
+                let layers = if dimension == 2 { 0..1 } else { 0..nz };
+                let around = [[0, 0], [1, 0], [1, 1], [0, 1]];
+                for k in layers {
+                    for c in (0..dimension - 1).take(block.kind.nodes / 4) {
+                        block.vertices.extend(around.map(|[a, b]| index(i + a, j + b, k + c)));
+                    }
+                }
+                continue;
+            }
             if dimension == 2 {
                 mesh.triangles.extend(HALVES.map(|half| half.map(|[a, b]| index(i + a, j + b, 0))));
             }
@@ -82,6 +111,7 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
             }
         }
     }
+    mesh.blocks.extend(whole);
     Ok(mesh)
 }
 
@@ -129,6 +159,7 @@ mod tests {
             size: Some(vec![0.3, 0.7, 1.1]),
             origin: Some(vec![-1.0, 0.0, 2.0]),
             spacing: None,
+            element: None,
         };
         let mesh = build_grid(&spec, 3).unwrap();
         assert_eq!(mesh.bounding_box(), (vec![-1.0, 0.0, 2.0], vec![-1.0 + 0.3, 0.7, 2.0 + 1.1]));

@@ -10,6 +10,8 @@ pub(super) fn size(spec: &InlineSpec, dimension: usize) -> Result<MeshSize, Mesh
         edges: spec.edges.len() as u64,
         triangles: spec.triangles.len() as u64,
         tetrahedra: spec.tetrahedra.len() as u64,
+        blocks: (spec.quadrilaterals.len() + spec.hexahedra.len()) as u64,
+        block_nodes: if spec.hexahedra.is_empty() { 4 } else { 8 },
         ..MeshSize::default()
     }
     .checked(dimension)
@@ -29,6 +31,7 @@ pub(super) fn build(spec: &InlineSpec, dimension: usize) -> Result<Mesh, MeshErr
         edges: spec.edges.clone(),
         triangles: spec.triangles.clone(),
         tetrahedra: spec.tetrahedra.clone(),
+        blocks: spec.blocks(),
         ..Mesh::default()
     })
 }

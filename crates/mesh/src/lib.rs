@@ -10,6 +10,8 @@
 
 use std::collections::BTreeMap;
 
+use pliant::element::CellBlock;
+
 mod annulus;
 mod ball;
 mod build;
@@ -80,7 +82,7 @@ pub use clean::Cleaned;
 pub use error::MeshError;
 pub use file::{files, read};
 pub use format_error::FormatError;
-pub use pieces::Contents;
+pub use pieces::{BlockCount, Contents};
 pub use quadratic::MidNodes;
 pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
@@ -100,7 +102,7 @@ pub struct Group {
     pub vertices: Vec<u32>,
 }
 
-/// Vertices and the simplices between them.
+/// Vertices and the cells between them.
 ///
 /// `points` is flat, `(n, dimension)` [m]. A mesh may hold cells of several dimensions at once: a solid keeps the
 /// boundary triangles that carry its named groups. Elements are made of the cells of the highest dimension.
@@ -125,6 +127,8 @@ pub struct Mesh {
     /// In a mesh of second order the vertices in the middle of the edges of each tetrahedron, in the order
     /// `01, 12, 02, 03, 13, 23` (VTK's); otherwise empty.
     pub tetrahedron_middles: Vec<[u32; 6]>,
+    /// Cells that are no simplices, a block for each kind: of one dimension, these or simplices.
+    pub blocks: Vec<CellBlock>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
     /// Result of each step of cleaning that the scene asked for, in order.
@@ -142,19 +146,31 @@ impl Mesh {
         &self.points[i * self.dimension..(i + 1) * self.dimension]
     }
 
-    /// Topological dimension of the elements: 3 with tetrahedra, 2 with triangles, 1 with edges only, 0 for points.
+    /// Topological dimension of the elements: 3 with tetrahedra or hexahedra, 2 with triangles or
+    /// quadrilaterals, 1 with edges only, 0 for points.
     pub fn element_dimension(&self) -> usize {
-        if !self.tetrahedra.is_empty() {
+        let of_blocks = self.blocks.iter().map(|block| block.kind.dimension).max().unwrap_or(0);
+        let of_simplices = if !self.tetrahedra.is_empty() {
             3
         } else if !self.triangles.is_empty() {
             2
         } else {
             usize::from(!self.edges.is_empty())
-        }
+        };
+        of_simplices.max(of_blocks)
+    }
+
+    /// The elements, where they are no simplices.
+    pub fn block(&self) -> Option<&CellBlock> {
+        let dimension = self.element_dimension();
+        self.blocks.iter().find(|block| block.kind.dimension == dimension)
     }
 
     /// Number of elements: cells of the highest dimension there is; 0 for points.
     pub fn element_count(&self) -> usize {
+        if let Some(block) = self.block() {
+            return block.len();
+        }
         match self.element_dimension() {
             3 => self.tetrahedra.len(),
             2 => self.triangles.len(),

@@ -2,13 +2,17 @@
 
 use super::Mesh;
 use super::geometry::measure;
-use pliant::element::MassMatrix;
+use pliant::element::{CellBlock, CellVisitor, Isoparametric, MassMatrix};
 
 impl Mesh {
     /// Volume of the elements [m^3], or area [m^2], that falls to each vertex: every element gives equal shares to its
     /// vertices, one of second order those of [`MassMatrix::lumped`]. Zero for vertices without elements.
     pub fn lumped_measure(&self) -> Vec<f64> {
         let mut shares = vec![0.0; self.vertex_count()];
+        if let Some(block) = self.block() {
+            block.kind.visit(Lumped { mesh: self, block, shares: &mut shares });
+            return shares;
+        }
         match (self.element_dimension(), self.dimension, self.order()) {
             (3, 3, 2) => self.share_lumped::<3, 10>(&mut shares),
             (2, 2, 2) => self.share_lumped::<2, 6>(&mut shares),
@@ -39,6 +43,10 @@ impl Mesh {
     /// Empty rows for vertices without elements.
     pub fn consistent_measure(&self) -> Vec<Vec<(u32, f64)>> {
         let mut rows = vec![vec![]; self.vertex_count()];
+        if let Some(block) = self.block() {
+            block.kind.visit(Consistent { mesh: self, block, rows: &mut rows });
+            return rows;
+        }
         match (self.element_dimension(), self.dimension, self.order()) {
             (3, _, 2) => self.add_products(&self.elements::<10>(), consistent::<3, 10>(self), &mut rows),
             (3, _, _) => self.add_products(&self.tetrahedra, consistent::<3, 4>(self), &mut rows),
@@ -97,6 +105,41 @@ impl Mesh {
         for v in cell {
             shares[v as usize] += volume / N as f64;
         }
+    }
+}
+
+/// Adds the lumped masses of cells for unit density to their vertices.
+struct Lumped<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+    shares: &'a mut [f64],
+}
+
+impl CellVisitor for Lumped<'_> {
+    type Output = ();
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) {
+        for cell in self.block.of::<N>() {
+            for (v, m) in cell.iter().zip(kind.lumped(&self.mesh.nodes::<D, N>(cell))) {
+                self.shares[*v as usize] += m;
+            }
+        }
+    }
+}
+
+/// Adds the consistent mass matrices of cells for unit density to the rows of their vertices.
+struct Consistent<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+    rows: &'a mut [Vec<(u32, f64)>],
+}
+
+impl CellVisitor for Consistent<'_> {
+    type Output = ();
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) {
+        let matrix = |cell: &[u32; N]| kind.consistent(&self.mesh.nodes::<D, N>(cell));
+        self.mesh.add_products(self.block.of::<N>(), matrix, self.rows);
     }
 }
 

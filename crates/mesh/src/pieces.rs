@@ -4,6 +4,25 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{Cleaned, Mesh};
+use pliant::element::CellBlock;
+
+/// Number of cells of a kind.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct BlockCount {
+    /// Name of the kind, singular and plural.
+    pub kind: [&'static str; 2],
+    /// Topological dimension.
+    pub dimension: usize,
+    /// How many.
+    pub count: usize,
+}
+
+impl BlockCount {
+    fn of(block: &CellBlock) -> Self {
+        let kind = block.kind;
+        BlockCount { kind: [kind.name, kind.plural], dimension: kind.dimension, count: block.len() }
+    }
+}
 
 /// Counts of what a mesh holds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -15,6 +34,9 @@ pub struct Contents {
     pub tetrahedra: usize,
     /// Triangles; with tetrahedra these are sides that carry groups.
     pub triangles: usize,
+    /// Cells that are no simplices; those of lower dimension than the elements are sides that carry groups.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<BlockCount>,
     /// Edges that springs run along.
     pub edges: usize,
     /// Lines that carry groups.
@@ -35,6 +57,7 @@ impl Mesh {
             order: self.order(),
             tetrahedra: self.tetrahedra.len(),
             triangles: self.triangles.len(),
+            blocks: self.blocks.iter().map(BlockCount::of).collect(),
             edges: self.edges.len(),
             lines: self.lines.len(),
             pieces: if is_cloud { 0 } else { self.piece_count() },
@@ -57,7 +80,9 @@ impl Mesh {
             }
         };
         self.edges.iter().for_each(|cell| connect(cell));
-        if self.tetrahedra.is_empty() {
+        if let Some(block) = self.block() {
+            block.cells().for_each(&mut connect);
+        } else if self.tetrahedra.is_empty() {
             self.triangles.iter().for_each(|cell| connect(cell));
             self.triangles
                 .iter()

@@ -2,7 +2,7 @@
 
 use super::Mesh;
 use super::geometry::{Measure, measure};
-use pliant::element;
+use pliant::element::{self, CellBlock, CellVisitor, Isoparametric};
 
 /// Size and shape of a mesh.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -20,7 +20,7 @@ pub struct Quality {
 /// Sizes and shapes of the elements: the cells of the highest dimension `d` there is.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct ElementQuality {
-    /// 3 tetrahedra, 2 triangles, 1 edges.
+    /// 3 tetrahedra or hexahedra, 2 triangles or quadrilaterals, 1 edges.
     pub topological_dimension: usize,
     /// Number of elements.
     pub count: usize,
@@ -71,6 +71,9 @@ impl Mesh {
     pub fn quality(&self) -> Quality {
         let (lower, upper) = self.bounding_box();
         let mut elements = match self.element_dimension() {
+            _ if self.block().is_some() => {
+                self.block().and_then(|block| block.kind.visit(Cells { mesh: self, block }))
+            }
             3 => elements(self, &self.tetrahedra),
             2 => elements(self, &self.triangles),
             _ => elements(self, &self.edges),
@@ -109,6 +112,46 @@ impl Mesh {
         (quality.smallest_volume, quality.smallest) = smallest;
         (quality.largest_volume, quality.largest) = largest;
         quality.curved = Some(curved);
+    }
+}
+
+struct Cells<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+}
+
+impl CellVisitor for Cells<'_> {
+    type Output = Option<ElementQuality>;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Self::Output {
+        let of_cell = |cell: &[u32; N]| {
+            let nodes = self.mesh.nodes::<D, N>(cell);
+            (kind.volume(&nodes), kind.mean_ratio(&nodes))
+        };
+        let cells: Vec<(f64, f64)> = self.block.of::<N>().iter().map(of_cell).collect();
+        let by = |value: fn(&(f64, f64)) -> f64| {
+            let indices = 0..cells.len();
+            let less = |a: &usize, b: &usize| value(&cells[*a]).total_cmp(&value(&cells[*b])).then(a.cmp(b));
+            // The first of several.
+            (indices.clone().min_by(less), indices.rev().max_by(|a, b| less(a, b).then(b.cmp(a))))
+        };
+        let ((Some(smallest), Some(largest)), (Some(worst), _)) = (by(|cell| cell.0), by(|cell| cell.1))
+        else {
+            return None;
+        };
+        Some(ElementQuality {
+            topological_dimension: D,
+            count: cells.len(),
+            total_volume: cells.iter().map(|cell| cell.0).sum(),
+            smallest_volume: cells[smallest].0,
+            smallest,
+            largest_volume: cells[largest].0,
+            largest,
+            worst_mean_ratio: cells[worst].1,
+            worst,
+            average_mean_ratio: cells.iter().map(|cell| cell.1 / cells.len() as f64).sum(),
+            curved: None,
+        })
     }
 }
 

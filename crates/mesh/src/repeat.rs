@@ -47,6 +47,10 @@ fn append(mesh: &mut Mesh, other: &Mesh, by: &[f64; 3]) {
         mesh.triangles.len(),
         mesh.tetrahedra.len(),
     ];
+    let mut cells = cells;
+    for block in &mesh.blocks {
+        cells[block.kind.dimension] += block.len();
+    }
     for (name, group) in &other.groups {
         let whole = mesh.groups.entry(name.clone()).or_default();
         // The cells of a group of points are vertices.
@@ -59,6 +63,9 @@ fn append(mesh: &mut Mesh, other: &Mesh, by: &[f64; 3]) {
     extend(&mut mesh.lines, &other.lines, first);
     extend(&mut mesh.triangles, &other.triangles, first);
     extend(&mut mesh.tetrahedra, &other.tetrahedra, first);
+    for (block, other) in mesh.blocks.iter_mut().zip(&other.blocks) {
+        block.vertices.extend(other.vertices.iter().map(|vertex| first + vertex));
+    }
     extend(&mut mesh.triangle_middles, &other.triangle_middles, first);
     extend(&mut mesh.tetrahedron_middles, &other.tetrahedron_middles, first);
 }

@@ -16,6 +16,10 @@ pub struct MeshSize {
     pub triangles: u64,
     /// Number of tetrahedra.
     pub tetrahedra: u64,
+    /// Number of cells that are no simplices.
+    pub blocks: u64,
+    /// Nodes of each of them.
+    pub block_nodes: u64,
     /// Number of lines on the boundary.
     pub lines: u64,
     /// Whether there are nodes in the middle of edges.
@@ -27,13 +31,14 @@ pub struct MeshSize {
 impl MeshSize {
     /// Refuses what 32-bit indices cannot count; fills in `bytes`.
     pub(super) fn checked(mut self, dimension: usize) -> Result<MeshSize, MeshError> {
-        let Self { vertices, edges, triangles, tetrahedra, lines, .. } = self;
+        let Self { vertices, edges, triangles, tetrahedra, lines, blocks, .. } = self;
         for (what, count) in [
             ("vertices", vertices),
             ("edges", edges),
             ("triangles", triangles),
             ("tetrahedra", tetrahedra),
             ("lines", lines),
+            ("cells", blocks),
         ] {
             // u32::MAX itself stays free, for whoever needs a "no vertex".
             if count > u64::from(u32::MAX) {
@@ -42,6 +47,7 @@ impl MeshSize {
         }
         // At most 2^32 of each: none of these products overflows.
         self.bytes = vertices * 8 * dimension as u64 + (edges + lines) * 8 + triangles * 12 + tetrahedra * 16;
+        self.bytes += blocks * 4 * self.block_nodes;
         if self.quadratic {
             self.bytes += triangles * 12 + tetrahedra * 24;
         }
@@ -135,6 +141,7 @@ pub fn predicted_body_size(
         triangles: times(size.triangles),
         tetrahedra: times(size.tetrahedra),
         lines: times(size.lines),
+        blocks: times(size.blocks),
         ..size
     }
     .checked(dimension)

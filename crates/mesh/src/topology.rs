@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Mesh;
+use pliant::element::CellBlock;
 
 /// Corners of the faces of a positive tetrahedron, each counter-clockwise seen from outside.
 const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
@@ -64,10 +65,14 @@ impl Mesh {
     /// without explicit [`edges`](Mesh::edges) are made of these; with edges only, those come back sorted, each once.
     pub fn unique_edges(&self) -> Vec<[u32; 2]> {
         let mut edges = Vec::new();
+        if let Some(block) = self.block() {
+            edges.extend(block.edges());
+        }
         match self.element_dimension() {
             3 => append_edges(&mut edges, &self.tetrahedra),
             2 => append_edges(&mut edges, &self.triangles),
-            _ => append_edges(&mut edges, &self.edges),
+            1 => append_edges(&mut edges, &self.edges),
+            _ => {}
         }
         edges.sort_unstable();
         edges.dedup();
@@ -112,12 +117,27 @@ impl Mesh {
     }
 
     /// The surface of a solid: the faces that belong to one tetrahedron only, counter-clockwise seen from outside, in
-    /// the order of their tetrahedra. Without tetrahedra the triangles as they stand.
+    /// the order of their tetrahedra. Without tetrahedra the triangles as they stand. Quadrilaterals,
+    /// those of hexahedra too, are split in two.
     pub fn surface_triangles(&self) -> Vec<[u32; 3]> {
+        if let Some(block) = self.block() {
+            let halves = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]];
+            return self.quadrilaterals(block).into_iter().flat_map(halves).collect();
+        }
         if self.tetrahedra.is_empty() {
             return self.triangles.clone();
         }
         unpaired(self.tetrahedra.iter().flat_map(|tet| FACES.map(|face| face.map(|i| tet[i]))).collect())
+    }
+
+    /// The quadrilaterals that a surface of these cells is made of, counter-clockwise seen from outside;
+    /// of plane cells all.
+    pub(super) fn quadrilaterals(&self, block: &CellBlock) -> Vec<[u32; 4]> {
+        if block.kind.dimension == 2 {
+            block.of::<4>().to_vec()
+        } else {
+            unpaired(block.sides::<4>().collect())
+        }
     }
 
     /// Edges with a single triangle of [`surface_triangles`](Mesh::surface_triangles) beside them, in the direction in

@@ -84,6 +84,13 @@ fn rotation(spec: &RotateSpec, dimension: usize) -> Result<[[f64; 3]; 3], MeshEr
 fn mirror(mesh: &mut Mesh) {
     mesh.triangles.iter_mut().for_each(|cell| cell.swap(1, 2));
     mesh.tetrahedra.iter_mut().for_each(|cell| cell.swap(1, 2));
+    for block in &mut mesh.blocks {
+        let (kind, before) = (block.kind, block.vertices.clone());
+        let cells = block.vertices.chunks_exact_mut(kind.nodes).zip(before.chunks_exact(kind.nodes));
+        cells.for_each(|(cell, before)| {
+            cell.iter_mut().zip(kind.mirror).for_each(|(vertex, node)| *vertex = before[*node]);
+        });
+    }
     // Edges 01, 12, 20 become 02, 21, 10.
     mesh.triangle_middles.iter_mut().for_each(|middles| middles.swap(0, 2));
     for middles in &mut mesh.tetrahedron_middles {

@@ -6,6 +6,7 @@ use super::FormatError;
 use super::cells::Cells;
 use super::file::Place;
 use super::number_type::index;
+use pliant::element::CELL_KINDS;
 
 /// One vertex.
 pub const VERTEX: u8 = 1;
@@ -46,7 +47,7 @@ impl Kind {
 /// polygons fans of triangles about their first vertex, right for convex ones.
 ///
 /// # Errors
-/// Cells that are no simplices, a wrong number of vertices, an index out of range.
+/// Cells of other kinds, a wrong number of vertices, an index out of range.
 pub(super) fn enter(
     cells: &mut Cells,
     cell_type: f64,
@@ -85,7 +86,13 @@ pub(super) fn enter(
                 .for_each(|edge| cells.push(&[vertices[0], edge[0], edge[1]], place, &[]));
             return Ok(());
         }
-        _ => return Err(unsupported(cell_type)),
+        _ => {
+            let known = CELL_KINDS.iter().find(|known| known.vtk == kind);
+            let known = known.ok_or_else(|| unsupported(cell_type))?;
+            exactly(known.nodes, vertices.len())?;
+            cells.push_kind(known, &vertices, place, &[]);
+            return Ok(());
+        }
     };
     exactly(corners, vertices.len())?;
     cells.push(&vertices, place, &[]);
@@ -113,9 +120,7 @@ fn unsupported(cell_type: f64) -> FormatError {
     let name = match cell_type as u8 {
         6 => "triangle strip",
         8 => "pixel",
-        9 => "4-node quadrilateral",
         11 => "voxel",
-        12 => "8-node hexahedron",
         13 => "6-node wedge",
         14 => "5-node pyramid",
         23 => "8-node quadrilateral",
@@ -125,6 +130,7 @@ fn unsupported(cell_type: f64) -> FormatError {
     };
     FormatError::Unsupported {
         found: format!("a {name} (cell type {cell_type})"),
-        supported: "cells are vertices, lines, triangles and tetrahedra, of first or second order",
+        supported: "cells are vertices, lines, triangles and tetrahedra, of first or second order, \
+                    quadrilaterals and hexahedra of first",
     }
 }

@@ -1,5 +1,6 @@
 //! What bodies are made of, for Python.
 
+use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
 use pliant::topology::{BodyTopology, Topology};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -21,6 +22,11 @@ fn described<'py>(py: Python<'py>, body: &BodyTopology) -> PyResult<Bound<'py, P
     table.set_item("edges", indices(py, &body.edges)?)?;
     table.set_item("triangles", indices(py, &body.triangles)?)?;
     table.set_item("tetrahedra", indices(py, &body.tetrahedra)?)?;
+    let block = |kind: &CellKind| body.blocks.iter().find(|block| block.kind == kind);
+    let quadrilaterals = block(QUADRILATERAL.kind).map_or(&[][..], |block| block.of::<4>());
+    table.set_item("quadrilaterals", indices(py, quadrilaterals)?)?;
+    let hexahedra = block(HEXAHEDRON.kind).map_or(&[][..], |block| block.of::<8>());
+    table.set_item("hexahedra", indices(py, hexahedra)?)?;
     table.set_item("triangle_middles", indices(py, &body.triangle_middles)?)?;
     table.set_item("tetrahedron_middles", indices(py, &body.tetrahedron_middles)?)?;
     table.set_item("surface", indices(py, &body.surface)?)?;

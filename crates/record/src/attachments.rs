@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::container::Container;
 use super::{FORMAT_VERSION, LIBRARY, Options};
+use pliant::element::CellBlock;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
 
 /// Name of the metadata record.
@@ -35,6 +36,18 @@ pub struct BodySummary {
     pub triangles: usize,
     /// Number of tetrahedra.
     pub tetrahedra: usize,
+    /// Cells that are no simplices, by kind.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<BlockSummary>,
+}
+
+/// Cells of one kind, as files and `info` describe them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BlockSummary {
+    /// Name of the kind, as `hexahedron`.
+    pub kind: String,
+    /// Number of cells.
+    pub cells: usize,
 }
 
 impl From<&BodyTopology> for BodySummary {
@@ -47,7 +60,14 @@ impl From<&BodyTopology> for BodySummary {
             edges: body.edges.len(),
             triangles: body.triangles.len(),
             tetrahedra: body.tetrahedra.len(),
+            blocks: body.blocks.iter().map(BlockSummary::from).collect(),
         }
+    }
+}
+
+impl From<&CellBlock> for BlockSummary {
+    fn from(block: &CellBlock) -> Self {
+        BlockSummary { kind: block.kind.name.to_owned(), cells: block.len() }
     }
 }
 
@@ -69,7 +89,8 @@ pub(super) fn write<W: Write + Seek>(
         }
     }
     for body in &topology.bodies {
-        for (cells, suffix) in &cells_of(body) {
+        let blocks = body.blocks.iter().map(|block| (Cow::Borrowed(&block.vertices[..]), block.kind.suffix));
+        for (cells, suffix) in &cells_of(body).into_iter().chain(blocks).collect::<Vec<_>>() {
             if !cells.is_empty() {
                 let bytes: Vec<u8> = cells.iter().flat_map(|index| index.to_le_bytes()).collect();
                 container.attach(

@@ -57,7 +57,7 @@ mod warning;
 
 use std::time::Duration;
 
-pub use attachments::BodySummary;
+pub use attachments::{BlockSummary, BodySummary};
 pub use continuation::Beginning;
 pub use elements::BodyRows;
 pub use error::RecordError;

@@ -1,7 +1,7 @@
 //! `pliant check`: the assembled problem in numbers, without running it.
 
 use pliant::energy::nbody::ForceError;
-use pliant_mesh::{Cleaned, Contents};
+use pliant_mesh::{BlockCount, Cleaned, Contents};
 use pliant_scene::assembly::{BodyReport, Report, UnstableStep};
 use serde_json::json;
 
@@ -89,16 +89,21 @@ fn meshes(report: &Report, width: usize) -> String {
 }
 
 fn contents(mesh: &Contents) -> String {
-    let solid = mesh.tetrahedra > 0;
+    let dimension = mesh.blocks.iter().map(|block| block.dimension).max().unwrap_or(0);
+    let solid = mesh.tetrahedra > 0 || dimension == 3;
+    let block = |b: &BlockCount| counted(b.count as u64, b.kind[0], b.kind[1]);
+    let of_blocks = mesh.blocks.iter().find(|block| block.dimension == dimension).map(block);
+    let sides_of_blocks = mesh.blocks.iter().filter(|block| block.dimension < dimension).map(block);
     let order = if mesh.order == 2 { " of second order" } else { "" };
     let plural = |n: usize, one: &str, many: &str| (n > 0).then(|| counted(n as u64, one, many));
     let triangles = plural(mesh.triangles, "triangle", "triangles");
     let elements =
         if solid { plural(mesh.tetrahedra, "tetrahedron", "tetrahedra") } else { triangles.clone() };
+    let elements = of_blocks.or(elements);
     let edges = plural(mesh.edges, "edge", "edges");
     let kinds: Vec<String> = elements.map(|text| text + order).into_iter().chain(edges).collect();
     let sides = [triangles.filter(|_| solid), plural(mesh.lines, "line", "lines")];
-    let sides: Vec<String> = sides.into_iter().flatten().collect();
+    let sides: Vec<String> = sides.into_iter().flatten().chain(sides_of_blocks).collect();
     let mut parts = vec![format!(
         "{}{} in {}",
         kinds.join(" and "),

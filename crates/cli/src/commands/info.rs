@@ -1,7 +1,8 @@
 //! `pliant info`: what a recording holds.
 
-use pliant_record::Status as Ending;
+use pliant::element::{CELL_KINDS, CellKind};
 use pliant_record::read::{self, FileInfo, FileState};
+use pliant_record::{BodySummary, Status as Ending};
 use serde_json::json;
 
 use crate::arguments::InfoArguments;
@@ -56,9 +57,12 @@ fn describe(info: &FileInfo, width: usize) -> String {
     }
     if !info.bodies.is_empty() {
         let mut rows = vec![row(["body", "vertices", "edges", "triangles", "tetrahedra"])];
+        let kinds = CELL_KINDS.iter().filter(|kind| info.bodies.iter().any(|body| cells(body, kind) > 0));
+        rows[0].extend(kinds.clone().map(|kind| kind.plural.to_owned()));
         for body in &info.bodies {
             let counts =
                 [u64::from(body.vertices), body.edges as u64, body.triangles as u64, body.tetrahedra as u64];
+            let counts = counts.into_iter().chain(kinds.clone().map(|kind| cells(body, kind) as u64));
             rows.push(std::iter::once(body.name.clone()).chain(counts.map(count)).collect());
         }
         out += &format!("\n{}", table(&rows, 0));
@@ -77,6 +81,11 @@ fn describe(info: &FileInfo, width: usize) -> String {
         out += &format!("\n{}", table(&rows, 0));
     }
     out
+}
+
+/// Number of cells of a kind.
+fn cells(body: &BodySummary, kind: &CellKind) -> usize {
+    body.blocks.iter().filter(|block| block.kind == kind.name).map(|block| block.cells).sum()
 }
 
 fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {

@@ -4,6 +4,7 @@
 //! section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
 
 mod at_rest;
+mod cell_strain_rate;
 mod mass_proportional;
 mod measured;
 mod quadratic_strain_rate;
@@ -12,6 +13,7 @@ mod strain_rate;
 mod tests;
 
 pub use at_rest::AtRest;
+pub use cell_strain_rate::CellStrainRate;
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
 pub use quadratic_strain_rate::QuadraticStrainRate;

@@ -69,6 +69,18 @@ fn quadratic<const D: usize, const C: usize, const N: usize>() -> (Vec<f64>, Vec
     (deformed, vec![Box::new(term)])
 }
 
+/// One bent cell.
+fn cells<const D: usize, const N: usize>(
+    cell: &'static crate::element::Isoparametric<D, N>,
+) -> (Vec<f64>, Vec<Box<dyn DissipativeTerm>>) {
+    let nodes = cell.nodes.as_flattened().iter().enumerate();
+    let rest: Vec<f64> = nodes.map(|(i, x)| 0.5 * x + 0.03 * number(i + 5)).collect();
+    let viscosity = Viscosity { shear: 3.0, second: 2.0 };
+    let term = CellStrainRate::<D, N>::new("a", viscosity, cell, &[std::array::from_fn(|a| a as u32)], &rest);
+    let deformed = rest.iter().enumerate().map(|(i, x)| x + 0.1 * number(i)).collect();
+    (deformed, vec![Box::new(term)])
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -112,6 +124,8 @@ fn forces_are_derivatives_of_the_dissipation_and_products_of_forces() {
     check_derivatives(terms::<3, 4>());
     check_derivatives(quadratic::<2, 3, 6>());
     check_derivatives(quadratic::<3, 4, 10>());
+    check_derivatives(cells(&crate::element::QUADRILATERAL));
+    check_derivatives(cells(&crate::element::HEXAHEDRON));
 }
 
 fn rigid_velocity<const D: usize>(x: &[f64]) -> Vec<f64> {
@@ -150,6 +164,8 @@ fn a_rigid_motion_of_a_deformed_body_is_not_damped() {
     // Slopes of the shape functions are up to four times as steep.
     check_rigid::<2>(quadratic::<2, 3, 6>(), 4e-14);
     check_rigid::<3>(quadratic::<3, 4, 10>(), 4e-14);
+    check_rigid::<2>(cells(&crate::element::QUADRILATERAL), 4e-14);
+    check_rigid::<3>(cells(&crate::element::HEXAHEDRON), 4e-14);
 }
 
 /// `C = beta K` at rest, `K` of linear elasticity.

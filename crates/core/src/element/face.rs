@@ -1,10 +1,16 @@
-//! Faces of elements, for what acts on a surface: edges in two dimensions, triangles in three, of first and second order. This is
-//! the one place that knows their shape functions and quadrature.
+//! Faces of elements, for what acts on a surface: edges in two dimensions, triangles in three, of first
+//! and second order, and quadrilaterals. This is the one place that knows their shape functions and
+//! quadrature.
 //!
-//! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, 3 and 6 in 3D. A face of second order
-//! has its corners first, then the nodes in the middle of its edges in the order `01, 12, 20`, and may be curved.
+//! The dimension `D` and the number of nodes `N` say which face it is: 2 and 3 nodes in 2D, 3, 4 and 6 in
+//! 3D. A face of second order has its corners first, then the nodes in the middle of its edges in the
+//! order `01, 12, 20`, and may be curved.
 
+use super::multilinear::{self, GAUSS};
 use super::shape::TRIANGLE_EDGES;
+
+/// Corners of the reference quadrilateral `[-1, 1]^2`.
+const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 /// A point of a reference face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,18 +19,37 @@ pub struct FacePoint<const N: usize> {
     pub weight: f64,
     /// The shape function of every node; their sum is 1.
     pub shape: [f64; N],
-    /// Their derivatives by the coordinates of the face `xi_k = lambda_k`, `k = 1 .. D - 1`; one in 2D, the second then 0.
+    /// Their derivatives by the coordinates of the face `xi_k = lambda_k`, `k = 1 .. D - 1`; one in 2D,
+    /// the second then 0. Of a quadrilateral by coordinates from 0 to 1.
     pub slopes: [[f64; 2]; N],
 }
 
 /// Corners of the edges whose middle nodes a face of second order has, in their order.
 pub const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2]] {
     match (D, N) {
-        (2, 2) | (3, 3) => &[],
+        (2, 2) | (3, 3 | 4) => &[],
         (2, 3) => &[[0, 1]],
         (3, 6) => &TRIANGLE_EDGES,
-        _ => panic!("a face has 2 or 3 nodes in 2D, 3 or 6 in 3D"),
+        _ => panic!("a face has 2 or 3 nodes in 2D, 3, 4 or 6 in 3D"),
     }
+}
+
+/// Whether the face is a quadrilateral.
+const fn is_quadrilateral<const D: usize, const N: usize>() -> bool {
+    D == 3 && N == 4
+}
+
+/// Number of corners of a face.
+pub(crate) const fn face_corners<const D: usize, const N: usize>() -> usize {
+    if is_quadrilateral::<D, N>() { 4 } else { D }
+}
+
+/// The point of a quadrilateral at `xi` in `[-1, 1]^2`.
+fn square_point<const N: usize>(weight: f64, xi: [f64; 2]) -> FacePoint<N> {
+    let (mut shape, mut slopes) = ([0.0; N], [[0.0; 2]; N]);
+    shape.copy_from_slice(&multilinear::shape(&SQUARE, &xi));
+    slopes.copy_from_slice(&multilinear::slopes(&SQUARE, &xi).map(|slope| slope.map(|s| 2.0 * s)));
+    FacePoint { weight, shape, slopes }
 }
 
 /// The point with the barycentric coordinates `lambda`.
@@ -59,7 +84,8 @@ fn face_point<const D: usize, const N: usize>(weight: f64, lambda: [f64; 3]) -> 
 
 /// Quadrature on a face, exact for polynomials of degree 5 (edges: Gauss, 3 points) and 4 (triangles, 6 points: Dunavant 1985,
 /// *High degree efficient symmetrical Gaussian quadrature rules for the triangle*, Int. J. Numer. Meth. Eng. 21, 1129, degree 4).
-/// That is all there is in the force of a uniform pressure on a curved face of second order, and in the volume behind it.
+/// That is all there is in the force of a uniform pressure on a curved face of second order, and in the
+/// volume behind it; of degree 3 in each coordinate on quadrilaterals (Gauss, 2 x 2 points), likewise.
 ///
 /// # Panics
 /// If there is no such face.
@@ -68,6 +94,9 @@ pub fn face_points<const D: usize, const N: usize>() -> Vec<FacePoint<N>> {
         let far = 0.5 * (1.0 - 0.6_f64.sqrt());
         let points = [(5.0 / 18.0, far), (4.0 / 9.0, 0.5), (5.0 / 18.0, 1.0 - far)];
         return points.iter().map(|(w, s)| face_point::<D, N>(*w, [1.0 - s, *s, 0.0])).collect();
+    }
+    if is_quadrilateral::<D, N>() {
+        return SQUARE.iter().map(|corner| square_point(0.25, corner.map(|c| GAUSS * c))).collect();
     }
     let orbits = [
         (0.223_381_589_678_011_47, 0.445_948_490_915_964_9),
@@ -80,7 +109,11 @@ pub fn face_points<const D: usize, const N: usize>() -> Vec<FacePoint<N>> {
 
 /// The middle of a face, which stands for all of it.
 pub fn face_middle<const D: usize, const N: usize>() -> FacePoint<N> {
-    face_point::<D, N>(1.0, [1.0 / D as f64; 3])
+    if is_quadrilateral::<D, N>() {
+        square_point(1.0, [0.0; 2])
+    } else {
+        face_point::<D, N>(1.0, [1.0 / D as f64; 3])
+    }
 }
 
 /// The vector area `n dA` of a face with the nodes `x`, out of the body, as if it were everywhere what it is at `point`: so it is
@@ -92,9 +125,14 @@ pub fn vector_area<const D: usize, const N: usize>(x: &[[f64; D]; N], point: &Fa
     if D == 2 {
         (area[0], area[1]) = (s[1], -s[0]);
     } else {
-        area.copy_from_slice(&cross(s, t).map(|c| 0.5 * c));
+        area.copy_from_slice(&cross(s, t).map(|c| share::<D, N>() * c));
     }
     area
+}
+
+/// Area of the reference face in 3D.
+const fn share<const D: usize, const N: usize>() -> f64 {
+    if is_quadrilateral::<D, N>() { 1.0 } else { 0.5 }
 }
 
 /// The derivatives of the place on a face by its coordinates.
@@ -126,7 +164,8 @@ pub fn area_rate<const D: usize, const N: usize>(
     } else {
         // 1/2 (slope_0 u x t + s x slope_1 u).
         let [s, t] = tangents(x, point);
-        let across = [0, 1, 2].map(|c| sign * 0.5 * (slope[1] * s[c] - slope[0] * t[c]));
+        let factor = sign * share::<D, N>();
+        let across = [0, 1, 2].map(|c| factor * (slope[1] * s[c] - slope[0] * t[c]));
         rate.copy_from_slice(&cross(across, [0, 1, 2].map(|c| u[c])));
     }
     rate
@@ -193,5 +232,17 @@ mod tests {
         is_a_lagrange_basis::<3, 3>();
         is_a_lagrange_basis::<2, 3>();
         is_a_lagrange_basis::<3, 6>();
+    }
+
+    #[test]
+    fn a_flat_quadrilateral_has_its_area_at_every_point() {
+        let x = [[1.0, 2.0, 3.0], [3.0, 2.0, 3.0], [3.0, 2.0, 7.0], [1.0, 2.0, 7.0]];
+        let points = face_points::<3, 4>();
+        assert!((points.iter().map(|p| p.weight).sum::<f64>() - 1.0).abs() < 1e-15);
+        for point in points.iter().chain([&face_middle::<3, 4>()]) {
+            let area = vector_area(&x, point);
+            assert!((area[1] + 8.0).abs() < 1e-14 && area[0] == 0.0 && area[2] == 0.0, "{area:?}");
+            assert!((point.shape.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        }
     }
 }

@@ -3,23 +3,34 @@
 //! The number of nodes `N` and the dimension `D` say which simplex it is: 3 and 6 nodes in 2D, 4 and 10 in 3D, of first and
 //! second order. [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
 //! [`MassMatrix`] its mass, [`least_jacobian`] whether a curved element is valid.
+//!
+//! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`] integrates
+//! over them.
 
+mod cell;
 mod face;
+mod hexahedron;
 mod mass;
+mod multilinear;
 mod quadratic;
 mod quadrature;
+mod quadrilateral;
 mod shape;
 mod simplex;
 mod state;
 mod tangents;
 mod validity;
 
+pub use cell::{CELL_KINDS, CellBlock, CellKind, CellVisitor, Isoparametric};
+pub(crate) use face::face_corners;
 pub use face::{FacePoint, face_points, vector_area};
 pub use face::{area_rate, cross, face_edges, face_middle};
+pub use hexahedron::HEXAHEDRON;
 pub use mass::{MassMatrix, mass_rule};
 pub use quadrature::{
     QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
 };
+pub use quadrilateral::QUADRILATERAL;
 pub use shape::{Barycentric, jacobian, order, reference_gradients, shape_functions};
 pub use shape::{TETRAHEDRON_EDGES, TRIANGLE_EDGES};
 pub use validity::{least_jacobian, volume};
@@ -81,6 +92,8 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
         source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.4; rule: Keast 1986",
     },
+    QUADRILATERAL.kind.about,
+    HEXAHEDRON.kind.about,
     About {
         name: "nodally integrated triangle",
         summary: "Linear triangle that does not lock: the material is evaluated at vertices, but for a part of the shear modulus",

@@ -21,6 +21,14 @@ pub enum MaterialError {
         /// The body.
         body: String,
     },
+    /// A material that is given by functions is evaluated in simplices alone.
+    #[error("`{body}` is made of {cells}: materials that functions give are for triangles and tetrahedra")]
+    NoSimplices {
+        /// The body.
+        body: String,
+        /// Its cells.
+        cells: &'static str,
+    },
     /// A material that is given by functions cannot be split in two parts.
     #[error(
         "`{body}` has `nodal_integration`, which splits a material of this library in two parts: remove it, or use `order = 2`"
@@ -47,6 +55,9 @@ impl Simulation {
         let found = topology.bodies.iter().find(|one| one.name == body).ok_or_else(none)?;
         if found.kind != BodyKind::Solid {
             return Err(MaterialError::NoSolid { body: body.to_owned() });
+        }
+        if let Some(block) = found.blocks.first() {
+            return Err(MaterialError::NoSimplices { body: body.to_owned(), cells: block.kind.plural });
         }
         let of_body = |term: &dyn EnergyTerm| term.elements().is_some_and(|elements| elements.body() == body);
         let id = self.system.find_term(of_body);

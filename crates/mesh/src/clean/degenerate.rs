@@ -1,9 +1,11 @@
 //! `drop_degenerate`: no cells without a volume, and no cell twice.
 
+use std::collections::BTreeMap;
+
 use super::{Cleaned, Kind, Step, consecutive};
 use crate::Mesh;
 use crate::MeshError;
-use crate::check::is_flat;
+use crate::check::{flat_cells, is_flat};
 use crate::file::FileMesh;
 use crate::topology::firsts;
 
@@ -40,6 +42,18 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
             }
         }
     }
+    for block in 0..file.mesh.blocks.len() {
+        let (name, is_element) =
+            (file.mesh.blocks[block].kind.plural, file.mesh.blocks[block].kind.dimension == dimension);
+        for (count, why) in of_block(file, block).into_iter().zip(["without a volume", "that repeat another"])
+        {
+            if count > 0 || is_element {
+                cleaned.push(Cleaned { why, ..Cleaned::new("drop_degenerate", "dropped", count, name) });
+            }
+        }
+    }
+    file.mesh.blocks.retain(|block| !block.is_empty());
+    file.blocks.retain(|places| !places.is_empty());
     if file.mesh.element_dimension() != dimension {
         return Err(MeshError::NothingLeft { count });
     }
@@ -68,6 +82,35 @@ fn of_kind(file: &mut FileMesh, kind: Kind) -> [usize; 2] {
     let numbers = firsts.iter().map(|&first| kept[first as usize]).collect();
     file.retain_cells(kind, &keep, &numbers);
     [degenerate, repeated]
+}
+
+/// The same for a block.
+fn of_block(file: &mut FileMesh, block: usize) -> [usize; 2] {
+    let cells = &file.mesh.blocks[block];
+    let flat = if cells.kind.dimension == file.mesh.dimension {
+        flat_cells(&file.mesh, cells)
+    } else {
+        vec![false; cells.len()]
+    };
+    let mut firsts: BTreeMap<Vec<u32>, u32> = BTreeMap::new();
+    let (mut keep, mut numbers, mut counts) = (vec![], vec![], [0, 0]);
+    for (cell, flat) in cells.cells().zip(flat) {
+        if flat || !all_differ(cell) {
+            counts[0] += 1;
+            keep.push(false);
+            numbers.push(None);
+            continue;
+        }
+        let mut key = cell.to_vec();
+        key.sort_unstable();
+        let next = firsts.len() as u32;
+        let number = *firsts.entry(key).or_insert(next);
+        counts[1] += usize::from(number != next);
+        keep.push(number == next);
+        numbers.push(Some(number));
+    }
+    file.retain_block(block, &keep, &numbers);
+    counts
 }
 
 fn all_differ(nodes: &[u32]) -> bool {

@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::MeshError;
 use super::file::{FileMesh, Place};
 use crate::spec::FileSpec;
+use pliant::element::CellBlock;
 
 /// The steps there are, in the order in which they are taken.
 pub(super) const STEPS: &[Step] = &[merge::STEP, degenerate::STEP, unused::STEP, orient::STEP];
@@ -179,6 +180,21 @@ impl FileMesh {
         }
     }
 
+    /// Removes the cells of a block that `keep` does not keep; `numbers` as for cells of other kinds.
+    fn retain_block(&mut self, block: usize, keep: &[bool], numbers: &Numbers) {
+        let CellBlock { kind, vertices } = &mut self.mesh.blocks[block];
+        let mut kept = keep.iter().flat_map(|&keep| std::iter::repeat_n(keep, kind.nodes));
+        vertices.retain(|_| kept.next().is_none_or(|keep| keep));
+        let dimension = kind.dimension;
+        if let Some(places) = self.blocks.get_mut(block) {
+            retain(places, keep);
+        }
+        let groups = self.mesh.groups.values_mut();
+        for group in groups.filter(|group| group.topological_dimension == dimension) {
+            renumber(&mut group.cells, numbers);
+        }
+    }
+
     /// Removes the vertices that `keep` does not keep; `numbers` as for cells. No cell may use one without
     /// a number.
     fn retain_vertices(&mut self, keep: &[bool], numbers: &Numbers) {
@@ -191,6 +207,7 @@ impl FileMesh {
         let cells =
             cells.chain(mesh.triangles.as_flattened_mut()).chain(mesh.triangle_middles.as_flattened_mut());
         let cells = cells.chain(mesh.tetrahedra.as_flattened_mut());
+        let cells = cells.chain(mesh.blocks.iter_mut().flat_map(|block| &mut block.vertices));
         for vertex in cells.chain(mesh.tetrahedron_middles.as_flattened_mut()) {
             if let Some(number) = numbers[*vertex as usize] {
                 *vertex = number;

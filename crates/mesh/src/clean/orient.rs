@@ -5,6 +5,7 @@ use crate::Mesh;
 use crate::MeshError;
 use crate::file::FileMesh;
 use crate::geometry::measure;
+use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 
 pub(super) const STEP: Step = Step {
     asked: |spec| spec.orient,
@@ -15,6 +16,9 @@ pub(super) const STEP: Step = Step {
 
 fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
     let mesh = &mut file.mesh;
+    if let Some(turned) = mesh.block().map(|block| block.kind.visit(LeftHanded { mesh, block })) {
+        return Ok(vec![turn_cells(mesh, &turned)]);
+    }
     let (turned, what) = match (mesh.dimension, mesh.element_dimension()) {
         (_, 3) => (left_handed(mesh, &mesh.tetrahedra), "tetrahedra"),
         (2, 2) => (left_handed(mesh, &mesh.triangles), "triangles"),
@@ -26,6 +30,38 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
     }
     let total = Some(mesh.element_count());
     Ok(vec![Cleaned { total, ..Cleaned::new("orient", "oriented", turned.len(), what) }])
+}
+
+/// Mirrors these elements, which are no simplices.
+fn turn_cells(mesh: &mut Mesh, turned: &[usize]) -> Cleaned {
+    let (dimension, total) = (mesh.element_dimension(), Some(mesh.element_count()));
+    let mut what = "cells";
+    for block in mesh.blocks.iter_mut().filter(|block| block.kind.dimension == dimension) {
+        let kind = block.kind;
+        what = kind.plural;
+        for &i in turned {
+            let cell = &mut block.vertices[i * kind.nodes..][..kind.nodes];
+            let before = cell.to_vec();
+            cell.iter_mut().zip(kind.mirror).for_each(|(vertex, node)| *vertex = before[*node]);
+        }
+    }
+    Cleaned { total, ..Cleaned::new("orient", "oriented", turned.len(), what) }
+}
+
+/// Cells of negative volume that are no simplices.
+struct LeftHanded<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+}
+
+impl CellVisitor for LeftHanded<'_> {
+    type Output = Vec<usize>;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Vec<usize> {
+        let cells = self.block.of::<N>();
+        let is_left = |i: &usize| kind.volume(&self.mesh.nodes::<D, N>(&cells[*i])) < 0.0;
+        (0..cells.len()).filter(is_left).collect()
+    }
 }
 
 /// Cells of negative volume.

@@ -29,6 +29,17 @@ fn apply(file: &mut FileMesh) -> Vec<Cleaned> {
             cleaned.push(Cleaned { why: "between them", ..cells });
         }
     }
+    for block in 0..file.mesh.blocks.len() {
+        let cells = &file.mesh.blocks[block];
+        let name = cells.kind.plural;
+        let keep: Vec<bool> = cells.cells().map(|cell| cell.iter().all(|&v| used[v as usize])).collect();
+        let count = keep.iter().filter(|keep| !**keep).count();
+        if count > 0 {
+            file.retain_block(block, &keep, &consecutive(&keep));
+            let cells = Cleaned::new("drop_unused", "dropped", count, name);
+            cleaned.push(Cleaned { why: "between them", ..cells });
+        }
+    }
     file.retain_vertices(&used, &consecutive(&used));
     cleaned
 }

@@ -1,4 +1,5 @@
-//! `$Elements`: simplices of first and second order; what else Gmsh writes is refused by its name.
+//! `$Elements`: simplices of first and second order, quadrilaterals and hexahedra of first; what else
+//! Gmsh writes is refused by its name.
 
 use super::nodes::Nodes;
 use super::source::Source;
@@ -8,6 +9,7 @@ use crate::cells::Cells;
 use crate::file::Place;
 use crate::quadratic::MidNodes;
 use crate::tokens::Fault;
+use pliant::element::{CELL_KINDS, CellKind};
 
 /// Reads the section up to its end.
 pub(super) fn read(
@@ -27,6 +29,14 @@ pub(super) fn read(
     Ok(elements.cells)
 }
 
+/// What a type of Gmsh is.
+#[derive(Clone, Copy)]
+enum Shape {
+    /// A simplex: numbers of corners and of nodes in the middle of edges.
+    Simplex((usize, usize)),
+    Block(&'static CellKind),
+}
+
 struct Elements<'a> {
     version: Version,
     nodes: &'a Nodes,
@@ -42,7 +52,7 @@ impl Elements<'_> {
             let tag = source.natural("the tag of an element")?;
             let place = source.place(tag);
             let kind = source.natural("the type of an element")?;
-            let corners = self.corners(kind).ok_or_else(|| source.fault(unsupported(tag, kind)))?;
+            let corners = self.shape(kind).ok_or_else(|| source.fault(unsupported(tag, kind)))?;
             let tags = source.natural("the number of tags of an element")?;
             let groups = physical(source, tags)?;
             self.cell(source, corners, tag, place, groups.as_slice())?;
@@ -63,7 +73,7 @@ impl Elements<'_> {
             let tags = source.natural("the number of tags of an element")?;
             for _ in 0..packet {
                 let tag = source.natural("the tag of an element")?;
-                let corners = self.corners(kind).ok_or_else(|| Fault::at(place, unsupported(tag, kind)))?;
+                let corners = self.shape(kind).ok_or_else(|| Fault::at(place, unsupported(tag, kind)))?;
                 let place = source.place(tag);
                 let groups = physical(source, tags)?;
                 self.cell(source, corners, tag, place, groups.as_slice())?;
@@ -89,7 +99,7 @@ impl Elements<'_> {
             let groups = entities.get(&(dimension, entity)).map_or(&[][..], Vec::as_slice);
             for _ in 0..count {
                 let tag = source.size("the tag of an element")?;
-                let corners = self.corners(kind).ok_or_else(|| Fault::at(block, unsupported(tag, kind)))?;
+                let corners = self.shape(kind).ok_or_else(|| Fault::at(block, unsupported(tag, kind)))?;
                 let place = source.place(tag);
                 self.cell(source, corners, tag, place, groups)?;
             }
@@ -100,6 +110,12 @@ impl Elements<'_> {
     fn node(&self, source: &mut Source) -> Result<u64, Fault> {
         let expected = "the tag of a node";
         if self.version == Version::Two { source.natural(expected) } else { source.size(expected) }
+    }
+
+    /// The shape of a cell by the type's number in Gmsh.
+    fn shape(&self, kind: u64) -> Option<Shape> {
+        let block = || CELL_KINDS.iter().find(|known| known.gmsh == kind).map(|known| Shape::Block(known));
+        self.corners(kind).map(Shape::Simplex).or_else(block)
     }
 
     /// Number of corners and of nodes in the middle of edges of a simplex, by the type's number in Gmsh.
@@ -121,12 +137,16 @@ impl Elements<'_> {
     fn cell(
         &mut self,
         source: &mut Source,
-        (corners, middles): (usize, usize),
+        shape: Shape,
         element: u64,
         place: Place,
         groups: &[u64],
     ) -> Result<(), Fault> {
         let mut vertices = [0_u32; 10];
+        let (corners, middles) = match shape {
+            Shape::Simplex(counts) => counts,
+            Shape::Block(kind) => (kind.nodes, 0),
+        };
         let vertices = &mut vertices[..corners + middles];
         for vertex in &mut *vertices {
             let node = self.node(source)?;
@@ -140,6 +160,10 @@ impl Elements<'_> {
         {
             // Gmsh has edge 23 before edge 13.
             std::mem::swap(last_but_one, last);
+        }
+        if let Shape::Block(kind) = shape {
+            self.cells.push_kind(kind, vertices, place, groups);
+            return Ok(());
         }
         match vertices.split_at(corners) {
             (corners, []) => self.cells.push(corners, place, groups),
@@ -163,8 +187,6 @@ fn physical(source: &mut Source, tags: u64) -> Result<Option<u64>, Fault> {
 
 fn unsupported(element: u64, kind: u64) -> MeshError {
     let name = match kind {
-        3 => "4-node quadrangle",
-        5 => "8-node hexahedron",
         6 => "6-node prism",
         7 => "5-node pyramid",
         8 => "3-node second-order line",

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use pliant::element::{CellBlock, CellKind, HEXAHEDRON, QUADRILATERAL};
 use pliant::value::*;
 
 mod selection;
@@ -32,7 +33,8 @@ pub struct BodyMesh<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeshSpec {
-    /// A box of cells: two triangles each in 2D, six tetrahedra each in 3D.
+    /// A box of cells: two triangles or a quadrilateral each in 2D, six tetrahedra or a hexahedron each
+    /// in 3D.
     Grid(GridSpec),
     /// A rectangular sheet of triangles in 3D (or 2D) with springs along both diagonals of every cell.
     Cloth(ClothSpec),
@@ -85,6 +87,29 @@ pub struct GridSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
     #[schemars(length(min = 2, max = 3))]
     pub origin: Option<Vec<f64>>,
+    /// Elements that cells are made into: 2 triangles or 6 tetrahedra each without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<WholeCell>,
+}
+
+/// Element that is a whole cell of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WholeCell {
+    /// 4 nodes, in 2D.
+    Quadrilateral,
+    /// 8 nodes, in 3D.
+    Hexahedron,
+}
+
+impl GridSpec {
+    /// Kind of the cells, where they are no simplices.
+    pub fn cell_kind(&self) -> Option<&'static CellKind> {
+        Some(match self.element? {
+            WholeCell::Quadrilateral => QUADRILATERAL.kind,
+            WholeCell::Hexahedron => HEXAHEDRON.kind,
+        })
+    }
 }
 
 /// A rectangular sheet. Vertex `(i, j)` has index `i (n1 + 1) + j`, at `origin + i/n0 u + j/n1 v`.
@@ -202,6 +227,23 @@ pub struct InlineSpec {
     /// Tetrahedra.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tetrahedra: Vec<[u32; 4]>,
+    /// Quadrilaterals in 2D, vertices counter-clockwise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub quadrilaterals: Vec<[u32; 4]>,
+    /// Hexahedra: the vertices of the bottom, counter-clockwise seen from above, then those above them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hexahedra: Vec<[u32; 8]>,
+}
+
+impl InlineSpec {
+    /// Its cells that are no simplices, by kind.
+    pub fn blocks(&self) -> Vec<CellBlock> {
+        let blocks = [
+            CellBlock { kind: QUADRILATERAL.kind, vertices: self.quadrilaterals.concat() },
+            CellBlock { kind: HEXAHEDRON.kind, vertices: self.hexahedra.concat() },
+        ];
+        blocks.into_iter().filter(|block| !block.is_empty()).collect()
+    }
 }
 
 impl MeshSpec {

@@ -125,7 +125,8 @@ impl Simulation {
     }
 
     /// list of dict: The bodies: ``name``, ``kind``, ``vertices`` (first, and one behind the last), and their cells by rows of vertex numbers:
-    /// ``edges``, ``triangles``, ``tetrahedra``, ``surface``, and the nodes in the middle of the edges of cells of second order.
+    /// ``edges``, ``triangles``, ``tetrahedra``, ``quadrilaterals``, ``hexahedra``, ``surface``, and the
+    /// nodes in the middle of the edges of cells of second order.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let topology = self.lock()?.topology.clone();

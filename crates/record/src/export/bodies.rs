@@ -2,6 +2,7 @@
 
 use crate::RecordError;
 use crate::read::{FileInfo, Trajectory};
+use pliant::element::{CELL_KINDS, CellBlock};
 
 /// All bodies.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub(super) struct Body {
     /// Those of second order, corners first.
     pub(super) quadratic_triangles: Vec<[u32; 6]>,
     pub(super) quadratic_tetrahedra: Vec<[u32; 10]>,
+    /// Cells that are no simplices.
+    pub(super) blocks: Vec<CellBlock>,
     /// Triangles to draw.
     pub(super) surface: Vec<[u32; 3]>,
 }
@@ -38,7 +41,7 @@ impl Body {
     }
 
     fn has_cells(&self) -> bool {
-        let linear = !self.triangles.is_empty() || !self.tetrahedra.is_empty();
+        let linear = !self.blocks.is_empty() || !self.triangles.is_empty() || !self.tetrahedra.is_empty();
         linear || !self.quadratic_triangles.is_empty() || !self.quadratic_tetrahedra.is_empty()
     }
 }
@@ -58,6 +61,7 @@ impl Bodies {
             let tetrahedra = cells.of("tet")?;
             let quadratic_triangles = cells.of("tri6")?;
             let quadratic_tetrahedra = cells.of("tet10")?;
+            let blocks = cells.blocks()?;
             let edges = cells.of("edge")?;
             let surface = cells.of("surface")?;
             // It is not written twice where it is all triangles.
@@ -71,6 +75,7 @@ impl Bodies {
                 tetrahedra,
                 quadratic_triangles,
                 quadratic_tetrahedra,
+                blocks,
                 surface,
             });
         }
@@ -90,19 +95,35 @@ struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// The cells of one kind; none if the recording has no such attachment.
+    /// The cells of each kind that is no simplex.
+    fn blocks(&mut self) -> Result<Vec<CellBlock>, RecordError> {
+        let mut blocks = Vec::new();
+        for &kind in CELL_KINDS {
+            let vertices = self.flat(kind.suffix, kind.nodes)?;
+            if !vertices.is_empty() {
+                blocks.push(CellBlock { kind, vertices });
+            }
+        }
+        Ok(blocks)
+    }
+
+    /// The cells of one kind of simplices; none if the recording has no such attachment.
     fn of<const N: usize>(&mut self, kind: &str) -> Result<Vec<[u32; N]>, RecordError> {
+        Ok(self.flat(kind, N)?.as_chunks::<N>().0.to_vec())
+    }
+
+    /// The vertices of the cells of a kind, `nodes` each.
+    fn flat(&mut self, kind: &str, nodes: usize) -> Result<Vec<u32>, RecordError> {
         let attachment = self.trajectory.attachment(&format!("topology/{}.{kind}.u32", self.name))?;
         let Some(bytes) = attachment else { return Ok(Vec::new()) };
         let (words, rest) = bytes.as_chunks::<4>();
         let indices: Vec<u32> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
-        let (cells, more) = indices.as_chunks::<N>();
-        if !rest.is_empty() || !more.is_empty() {
+        if !rest.is_empty() || !indices.len().is_multiple_of(nodes) {
             return Err(unexpected(self.info, "the cells of a body are cut off"));
         }
         if indices.iter().any(|&vertex| vertex as usize >= self.vertex_count) {
             return Err(unexpected(self.info, "a cell has a vertex that does not exist"));
         }
-        Ok(cells.to_vec())
+        Ok(indices)
     }
 }

@@ -188,3 +188,49 @@ fn cells_that_are_elements_carry_what_was_recorded_of_them() {
         2
     );
 }
+
+#[test]
+fn quadrilaterals_and_hexahedra_read_back_with_their_stresses() {
+    for (dimension, cells, element) in [(2, "[3, 2]", "quadrilateral"), (3, "[3, 2, 2]", "hexahedron")] {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.mcap");
+        let text = format!(
+            "dimension = {dimension}
+time = {{ integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }}
+[[body]]
+mesh = {{ grid = {{ cells = {cells}, spacing = 0.1, element = '{element}' }} }}
+elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}
+mass = {{ density = 1000.0 }}
+pin = [{{ half_space = {{ normal = [1.0, 0.0, 0.0], offset = 0.0 }} }}]
+[world]
+gravity = [0.0, -9.8, 1.0]
+"
+        );
+        let text = if dimension == 2 {
+            text.replace(", 0.0], offset", "], offset").replace(", 1.0]", "]")
+        } else {
+            text
+        };
+        let last = recorded(&text, &file);
+        let mut export = Export::open(&file).unwrap();
+        let vtu = folder.path().join("a.vtu");
+        written(&mut export, 10, &vtu);
+        let mesh = read_back(&vtu, dimension);
+        assert_eq!(mesh.points, last);
+        let block = mesh.block().unwrap();
+        assert_eq!((block.kind.name, block.len()), (element, if dimension == 2 { 6 } else { 12 }));
+        let text = std::fs::read_to_string(&vtu).unwrap();
+        let after = text.split("Name=\"von-mises\"").nth(1).unwrap();
+        let (bytes, _) = pliant_files::base64::decode(after.split(['>', '<']).nth(1).unwrap().as_bytes());
+        let stresses: Vec<f64> =
+            bytes[8..].as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
+        assert!(stresses.len() == block.len() && stresses.iter().all(|stress| *stress > 1.0), "{stresses:?}");
+        let obj = folder.path().join("a.obj");
+        written(&mut export, 10, &obj);
+        let surface = read_back(&obj, 3);
+        // Two triangles for each quadrilateral of the surface, which closes.
+        let faces = if dimension == 2 { 6 } else { 2 * (3 * 2 + 3 * 2 + 2 * 2) };
+        assert_eq!(surface.triangles.len(), 2 * faces);
+        assert_eq!(surface.boundary_edges().len(), if dimension == 2 { 10 } else { 0 });
+    }
+}

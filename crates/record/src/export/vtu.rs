@@ -9,6 +9,7 @@ use super::Frame;
 use super::bodies::Bodies;
 use crate::read::ElementRows;
 use pliant::diagnostics::Measure;
+use pliant::element::CellBlock;
 use pliant_files::base64;
 use pliant_mesh::vtk_cells::{
     LINE, QUADRATIC_TETRAHEDRON, QUADRATIC_TRIANGLE, TETRAHEDRON, TRIANGLE, VERTEX,
@@ -35,8 +36,12 @@ impl Grid {
             // Triangles of a solid in space are its surface, and not among its cells.
             let solids = body.tetrahedra.len() + body.quadratic_tetrahedra.len();
             let flat = body.triangles.len() + body.quadratic_triangles.len();
-            let count = if solids > 0 { solids } else { flat };
+            let of_blocks: usize = body.blocks.iter().map(CellBlock::len).sum();
+            let count = [of_blocks, solids, flat].into_iter().find(|count| *count > 0).unwrap_or(0);
             grid.solids.push((body.name.clone(), grid.cells as usize, count));
+            for block in &body.blocks {
+                block.cells().for_each(|cell| grid.push(block.kind.vtk, cell, number));
+            }
             body.tetrahedra.iter().for_each(|cell| grid.push(TETRAHEDRON, cell, number));
             body.triangles.iter().for_each(|cell| grid.push(TRIANGLE, cell, number));
             body.quadratic_tetrahedra.iter().for_each(|cell| grid.push(QUADRATIC_TETRAHEDRON, cell, number));

@@ -26,6 +26,7 @@ const ALL: [Channel; 3] = [Channel::State, Channel::Mesh, Channel::Energy];
 /// A tetrahedron, a triangle of springs, and particles until there are `vertex_count`.
 fn topology(vertex_count: u32) -> Topology {
     let body = |name: &str, kind, vertices| BodyTopology {
+        blocks: vec![],
         name: name.to_owned(),
         kind,
         vertices,

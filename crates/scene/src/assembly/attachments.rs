@@ -200,6 +200,10 @@ fn ends(
             let message = format!("`{}` is of second order; use `nearest_vertex`", other.name);
             return Err((key, message));
         }
+        _ if other.mesh.block().is_some() => {
+            let message = format!("`{}` has cells that are no simplices; use `nearest_vertex`", other.name);
+            return Err((key, message));
+        }
         _ => cells(other),
     };
     let search = Search::new(&other.mesh, cells);

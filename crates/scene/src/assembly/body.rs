@@ -6,10 +6,8 @@ use super::bending::Bends;
 use super::loads::{self, Placed};
 use super::pins::{self, Held};
 use super::{initial, mass};
-use crate::Body;
-use crate::KeyPath;
-use crate::OneOrMany;
-use crate::Problem;
+use crate::{Body, KeyPath, OneOrMany, Problem};
+use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::numbering::{Numbering, is_local};
 use pliant::system::System;
 use pliant::topology::{BodyKind, BodyTopology};
@@ -65,6 +63,13 @@ impl Parts {
             problems.extend(one("membrane", message.into()));
         } else if spec.elastic.is_some() && thickness.is_none() && mesh.element_dimension() != dimension {
             problems.push(no_elements(&mesh, path.key("elastic")));
+        }
+        if let (Some(block), true) = (mesh.block(), spec.nodal_integration.is_some()) {
+            let message = format!(
+                "`nodal_integration` is for triangles and tetrahedra; {} do not lock without it",
+                block.kind.plural
+            );
+            problems.extend(one("nodal_integration", message));
         }
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
         if spec.springs.is_some() && springs.is_empty() {
@@ -159,6 +164,9 @@ impl Parts {
     /// Whether the vertices of its cells are near one another in memory.
     pub(super) fn is_numbered_locally(&self) -> bool {
         let (n, d) = (self.mass.len(), self.mesh.element_dimension());
+        if let Some(block) = self.mesh.block() {
+            return block.kind.visit(Local { block, vertices: n });
+        }
         match d {
             3 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<10>(), n, d),
             2 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<6>(), n, d),
@@ -180,7 +188,7 @@ impl Parts {
         };
         let triangles =
             || self.mesh.triangles.iter().map(|t| globalised(t, self.first_vertex)).collect::<Vec<_>>();
-        let solid = !self.mesh.tetrahedra.is_empty();
+        let solid = self.mesh.element_dimension() == 3;
         let triangle_middles = if solid { &[] } else { &self.mesh.triangle_middles[..] };
         BodyTopology {
             name: self.name.clone(),
@@ -197,6 +205,7 @@ impl Parts {
                 .iter()
                 .map(|m| globalised(m, self.first_vertex))
                 .collect(),
+            blocks: self.blocks(),
             surface: self.mesh.drawn_triangles().iter().map(|t| globalised(t, self.first_vertex)).collect(),
         }
     }
@@ -205,15 +214,48 @@ impl Parts {
     pub(super) fn element_count(&self) -> usize {
         match (self.elastic, self.mesh.dimension, self.thickness) {
             (false, ..) => 0,
+            (true, ..) if self.mesh.block().is_some() => self.mesh.element_count(),
             (true, 3, None) => self.mesh.tetrahedra.len(),
             _ => self.mesh.triangles.len(),
         }
+    }
+
+    /// The cells of a block of `N` nodes by their vertices in the system.
+    pub(super) fn renumbered_cells<const N: usize>(
+        &self,
+        block: &CellBlock,
+        numbering: &Numbering,
+    ) -> Vec<[u32; N]> {
+        block.of::<N>().iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
+    }
+
+    /// Its elements, where they are no simplices, by their vertices in the simulation.
+    fn blocks(&self) -> Vec<CellBlock> {
+        let global = |block: &CellBlock| CellBlock {
+            kind: block.kind,
+            vertices: block.vertices.iter().map(|v| self.first_vertex + v).collect(),
+        };
+        self.mesh.block().map(global).into_iter().collect()
     }
 
     /// Its triangles (3 nodes, of second order 6) or tetrahedra (4, 10) by their vertices in the simulation.
     pub(super) fn elements<const N: usize>(&self, numbering: &Numbering) -> Vec<[u32; N]> {
         let cells = self.mesh.elements::<N>();
         cells.iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
+    }
+}
+
+/// Whether the vertices of cells are near one another in memory.
+struct Local<'a> {
+    block: &'a CellBlock,
+    vertices: usize,
+}
+
+impl CellVisitor for Local<'_> {
+    type Output = bool;
+
+    fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) -> bool {
+        is_local(self.block.of::<N>(), self.vertices, D)
     }
 }
 

@@ -4,8 +4,10 @@ use super::body::{Parts, renumbered};
 use crate::Body;
 use crate::DampingSpec;
 use pliant::dissipation::{
-    AtRest, DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate, Viscosity,
+    AtRest, CellStrainRate, DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate,
+    Viscosity,
 };
+use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::energy::elastic::{flattened, points_of};
 use pliant::energy::measure::{Constants, Length};
 use pliant::material::{MaterialSpec, Plane};
@@ -89,6 +91,9 @@ impl Parts {
             return None;
         }
         let name = &self.name;
+        if let Some(block) = self.mesh.block() {
+            return Some(block.kind.visit(CellsViscosity { parts: self, block, viscosity, rest, numbering }));
+        }
         Some(match (self.thickness, self.mesh.order(), D) {
             (Some(h), ..) => {
                 let Viscosity { shear, second } = viscosity;
@@ -111,5 +116,24 @@ impl Parts {
                 Box::new(QuadraticStrainRate::<3, 10>::new(name, viscosity, &elements, rest))
             }
         })
+    }
+}
+
+/// Makes the dashpots of cells of whatever kind is visited.
+struct CellsViscosity<'a> {
+    parts: &'a Parts,
+    block: &'a CellBlock,
+    viscosity: Viscosity,
+    rest: &'a [f64],
+    numbering: &'a Numbering,
+}
+
+impl CellVisitor for CellsViscosity<'_> {
+    type Output = Box<dyn DissipativeTerm>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        let CellsViscosity { parts, block, viscosity, rest, numbering } = self;
+        let cells = parts.renumbered_cells::<N>(block, numbering);
+        Box::new(CellStrainRate::new(&parts.name, viscosity, cell, &cells, rest))
     }
 }

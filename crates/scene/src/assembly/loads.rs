@@ -28,6 +28,7 @@ enum On {
     Vertices(Vec<u32>),
     Edges(Vec<[u32; 2]>),
     Triangles(Vec<[u32; 3]>),
+    Quadrilaterals(Vec<[u32; 4]>),
     QuadraticEdges(Vec<[u32; 3]>),
     QuadraticTriangles(Vec<[u32; 6]>),
 }
@@ -59,6 +60,7 @@ fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
     if matches!(key, "traction" | "pressure") {
         let selection = selection.as_ref();
         return match (mesh.dimension, mesh.order()) {
+            (3, _) if mesh.block().is_some() => mesh.select_quadrilaterals(selection).map(On::Quadrilaterals),
             (2, 1) => mesh.select_faces(selection).map(On::Edges),
             (2, _) => mesh.select_faces::<2>(selection).map(|f| On::QuadraticEdges(mesh.quadratic_faces(&f))),
             (_, 1) => mesh.select_faces(selection).map(On::Triangles),
@@ -83,6 +85,7 @@ impl Placed {
             On::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
             On::Edges(faces) => self.described_faces::<2, 2>(faces, held) + changes,
             On::Triangles(faces) => self.described_faces::<3, 3>(faces, held) + changes,
+            On::Quadrilaterals(faces) => self.described_faces::<3, 4>(faces, held) + changes,
             On::QuadraticEdges(faces) => self.described_faces::<2, 3>(faces, held) + changes,
             On::QuadraticTriangles(faces) => self.described_faces::<3, 6>(faces, held) + changes,
         }
@@ -135,6 +138,7 @@ impl Placed {
             }
             On::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
             On::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),
+            On::Quadrilaterals(faces) => self.on_faces::<3, 4>(faces, global, held, rest),
             On::QuadraticEdges(faces) => self.on_faces::<2, 3>(faces, global, held, rest),
             On::QuadraticTriangles(faces) => self.on_faces::<3, 6>(faces, global, held, rest),
         }

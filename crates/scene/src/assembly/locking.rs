@@ -33,6 +33,9 @@ pub(super) fn warnings(scene: &Scene, bodies: &[Parts]) -> Vec<String> {
 
 fn of_body(spec: &Body, body: &Parts) -> Vec<String> {
     let Some(material) = &spec.elastic else { return vec![] };
+    if body.mesh.block().is_some() {
+        return vec![];
+    }
     if body.thickness.is_some() || body.mesh.order() > 1 || spec.nodal_integration.is_some() {
         return vec![];
     }

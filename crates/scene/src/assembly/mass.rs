@@ -83,10 +83,11 @@ fn filled(
 /// A density by length, area or volume has to fit what the mesh is made of. In two dimensions everything is one metre thick,
 /// and a mass per volume is as good as one per area.
 fn wrong_density(density: Quantity, mesh: &Mesh, membrane: bool, path: &KeyPath) -> Option<Problem> {
+    let of_block = mesh.block().map(|block| block.kind.plural);
     let (what, kinds): (&str, &[Kind]) = match (mesh.element_dimension(), mesh.dimension) {
-        (3, _) => ("tetrahedra", &[Kind::DENSITY]),
+        (3, _) => (of_block.unwrap_or("tetrahedra"), &[Kind::DENSITY]),
         (2, 3) if membrane => ("a membrane", &[Kind::DENSITY, Kind::AREA_DENSITY]),
-        (2, 2) => ("triangles in 2D", &[Kind::AREA_DENSITY, Kind::DENSITY]),
+        (2, 2) => (of_block.unwrap_or("triangles in 2D"), &[Kind::AREA_DENSITY, Kind::DENSITY]),
         (2, _) => ("triangles in 3D", &[Kind::AREA_DENSITY]),
         _ => ("springs", &[Kind::LINEAR_DENSITY]),
     };

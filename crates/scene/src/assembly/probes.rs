@@ -6,7 +6,9 @@ use crate::ProbeSpec;
 use crate::Problem;
 use crate::Scene;
 use pliant::algebra::Mat;
-use pliant::element::{Barycentric, jacobian, order, shape_functions, simplex_rest};
+use pliant::element::{
+    Barycentric, CellBlock, CellVisitor, Isoparametric, jacobian, order, shape_functions, simplex_rest,
+};
 use pliant::energy::elastic::{flattened, points_of};
 use pliant::probe::Probe;
 use pliant_mesh::Mesh;
@@ -99,6 +101,9 @@ struct Inside {
 
 /// The cell in which a place at rest is deepest; `None` outside of all. `N` is the number of corners of a cell.
 fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<Inside> {
+    if let Some(block) = mesh.block() {
+        return block.kind.visit(Deepest { mesh, block, at });
+    }
     match (D, mesh.order()) {
         (_, 1) => deepest::<D, N>(mesh, at),
         (2, _) => deepest::<2, 6>(mesh, at),
@@ -120,6 +125,36 @@ fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<In
         let weights = shape_functions::<D, N>(&at).to_vec();
         Inside { cell, at, vertices: nodes.to_vec(), weights }
     })
+}
+
+/// The same for cells of whatever kind is visited; `at` of the place are its coordinates in the reference
+/// cell.
+struct Deepest<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+    at: &'a [f64],
+}
+
+impl CellVisitor for Deepest<'_> {
+    type Output = Option<Inside>;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Self::Output {
+        let mut best: Option<(f64, usize, [f64; D])> = None;
+        for (number, cell) in self.block.of::<N>().iter().enumerate() {
+            let Some(xi) = kind.locate(&self.mesh.nodes::<D, N>(cell), self.at) else { continue };
+            // As deep as the nearest side is far, in half widths of the cell.
+            let depth = xi.iter().map(|x| 1.0 - x.abs()).fold(f64::INFINITY, f64::min);
+            if depth >= -TOLERANCE && best.as_ref().is_none_or(|(deepest, ..)| depth > *deepest) {
+                best = Some((depth, number, xi));
+            }
+        }
+        best.map(|(_, cell, xi)| {
+            let mut at = [0.0; 4];
+            at[..D].copy_from_slice(&xi);
+            let vertices = self.block.of::<N>()[cell].to_vec();
+            Inside { cell, at, vertices, weights: (kind.shape)(&xi).to_vec() }
+        })
+    }
 }
 
 /// The triangle of a sheet in which a place is deepest, of those that are as near as half the thickness.

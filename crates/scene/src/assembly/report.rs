@@ -180,6 +180,8 @@ fn uses(
         format!("quadratic elements: the material is evaluated at {points} points in each{}", curved(bodies)),
         "quadratic elements: no body has `order = 2`",
     );
+    let cells: Vec<String> = bodies.iter().filter_map(whole_cells).collect();
+    say(!cells.is_empty(), cells.join("; "), "quadrilaterals and hexahedra: no body has any");
     let nodal: Vec<String> = scene.body.iter().zip(bodies).filter_map(|(spec, body)| {
         let part = spec.nodal_integration.as_ref()?.stabilisation_or_default();
         Some(format!(
@@ -330,6 +332,16 @@ fn cost(method: &Documentation) -> String {
         0 => plural(method.force_evaluations as usize, "force evaluation"),
         solves => plural(solves as usize, "nonlinear solve"),
     }
+}
+
+/// What a body of cells that are no simplices is made of.
+fn whole_cells(body: &Parts) -> Option<String> {
+    let block = body.mesh.block().filter(|_| body.elastic)?;
+    let (cells, points) = (block.kind.plural, block.kind.quadrature_points());
+    Some(format!(
+        "{cells} in `{}`: the material is evaluated at {points} points in each, with one change of volume",
+        body.name
+    ))
 }
 
 /// The most curved element of all bodies, if any side is.

@@ -1,12 +1,12 @@
 //! What stores energy in a body: finite elements of every kind, springs, bending.
 
 use super::body::{Parts, renumbered};
-use crate::Body;
-use crate::Stress;
+use crate::{Body, Stress};
+use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::energy::EnergyTerm;
-use pliant::energy::elastic::{Elastic, Membrane, Sheet, nodal_integration};
+use pliant::energy::elastic::{Dilatation, Elastic, MeanDilatation, Membrane, Sheet, nodal_integration};
 use pliant::energy::spring::Springs;
-use pliant::material::{Material, MaterialVisitor, Plane};
+use pliant::material::{Material, MaterialSpec, MaterialVisitor, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
 
@@ -33,6 +33,10 @@ impl Parts {
             for term in terms.into_iter().flatten() {
                 system.add_term(term);
             }
+        } else if let (Some(material), Some(block)) = (&spec.elastic, self.mesh.block()) {
+            let stress = spec.stress.unwrap_or_default();
+            let maker = CellsMaker { parts: self, block, material, stress, rest, numbering };
+            system.add_term(block.kind.visit(maker));
         } else if let Some(material) = &spec.elastic {
             system.add_term(match (self.mesh.order(), D) {
                 _ if self.thickness.is_some() => {
@@ -108,6 +112,45 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
         let Elements { body, cells, rest, stress } = self.0;
         Box::new(Elastic::<D, N>::quadratic(body, material, stress, &cells, rest))
+    }
+}
+
+/// Makes the term of cells of whatever kind is visited.
+struct CellsMaker<'a> {
+    parts: &'a Parts,
+    block: &'a CellBlock,
+    material: &'a MaterialSpec,
+    stress: Stress,
+    rest: &'a [f64],
+    numbering: &'a Numbering,
+}
+
+impl CellVisitor for CellsMaker<'_> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        let CellsMaker { parts, block, material, stress, rest, numbering } = self;
+        let how = (stress, Dilatation::of(material));
+        let cells = parts.renumbered_cells(block, numbering);
+        material.visit::<D, _>(MeanDilatationMaker { body: &parts.name, cells, cell, how, rest })
+    }
+}
+
+/// Makes their term of whatever material is visited.
+struct MeanDilatationMaker<'a, const D: usize, const N: usize> {
+    body: &'a str,
+    cells: Vec<[u32; N]>,
+    cell: &'static Isoparametric<D, N>,
+    how: (Stress, Dilatation),
+    rest: &'a [f64],
+}
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for MeanDilatationMaker<'_, D, N> {
+    type Output = Box<dyn EnergyTerm>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
+        let Self { body, cells, cell, how, rest } = self;
+        Box::new(MeanDilatation::new(body, material, how, cell, &cells, rest))
     }
 }
 

@@ -27,7 +27,8 @@ pub struct Body {
     /// Makes copies of the shape, after `transform`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeat: Option<RepeatSpec>,
-    /// Finite elements: the material that fills the mesh's triangles (2D) or tetrahedra (3D), or with `membrane` its triangles in 3D.
+    /// Finite elements: the material that fills the mesh's triangles or quadrilaterals (2D), tetrahedra
+    /// or hexahedra (3D), or with `membrane` its triangles in 3D.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub elastic: Option<MaterialSpec>,
     /// Makes a sheet in 3D of finite elements: how thick it is.

@@ -151,12 +151,16 @@ impl Contents {
             MeshSpec::Strand(strand) => (false, true, Some(strand.segments as u64)),
             MeshSpec::Disk(_) => (false, false, Some(0)),
             MeshSpec::Inline(inline) => {
-                let elements =
-                    if flat { &inline.triangles.is_empty() } else { &inline.tetrahedra.is_empty() };
-                let cells = !inline.triangles.is_empty() || !inline.tetrahedra.is_empty();
+                let [simplices, others] = if flat {
+                    [inline.triangles.is_empty(), inline.quadrilaterals.is_empty()]
+                } else {
+                    [inline.tetrahedra.is_empty(), inline.hexahedra.is_empty()]
+                };
+                let none = simplices && others;
+                let cells = !none || !inline.triangles.is_empty() || !inline.tetrahedra.is_empty();
                 let explicit = inline.edges.len() as u64;
                 // Without explicit edges, springs run along the edges of the cells, which are not counted here.
-                (!elements, explicit > 0 || cells, (explicit > 0).then_some(explicit))
+                (!none, explicit > 0 || cells, (explicit > 0).then_some(explicit))
             }
         };
         Contents { elements, sheet, edges, edge_count }

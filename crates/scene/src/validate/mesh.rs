@@ -65,6 +65,15 @@ fn grid(check: &mut Checker, path: &KeyPath, grid: &GridSpec) {
     if let Some(origin) = &grid.origin {
         check.vector(&path.key("origin"), origin, "m");
     }
+    let wrong = grid.cell_kind().filter(|kind| check.dimension.is_some_and(|d| d != kind.dimension));
+    if let Some(kind) = wrong {
+        let (other, d) = if kind.dimension == 2 { ("hexahedron", 3) } else { ("quadrilateral", 2) };
+        let message =
+            format!("`element = \"{}\"` is for {}D, and `dimension` is {d}", kind.name, kind.dimension);
+        let problem = Problem::semantic(path.key("element"), message);
+        check
+            .report(problem.with_help(format!("use `element = \"{other}\"`, or leave it out for simplices")));
+    }
 }
 
 fn cloth(check: &mut Checker, path: &KeyPath, cloth: &ClothSpec) {
@@ -149,6 +158,12 @@ fn inline(check: &mut Checker, path: &KeyPath, inline: &InlineSpec) {
     cells(check, &path.key("edges"), &inline.edges, count);
     cells(check, &path.key("triangles"), &inline.triangles, count);
     cells(check, &path.key("tetrahedra"), &inline.tetrahedra, count);
+    cells(check, &path.key("quadrilaterals"), &inline.quadrilaterals, count);
+    cells(check, &path.key("hexahedra"), &inline.hexahedra, count);
+    if check.dimension == Some(2) && !inline.hexahedra.is_empty() {
+        let message = "`hexahedra` are for 3D only, and `dimension` is 2";
+        check.report(Problem::semantic(path.key("hexahedra"), message).at_key());
+    }
     if check.dimension == Some(2) && !inline.tetrahedra.is_empty() {
         let message = "`tetrahedra` are for 3D only, and `dimension` is 2";
         check.report(Problem::semantic(path.key("tetrahedra"), message).at_key());

@@ -48,6 +48,18 @@ impl<const D: usize> Block<D> {
         m
     }
 
+    /// One entry of all lanes.
+    #[inline(always)]
+    pub(super) fn entry(&self, row: usize, column: usize) -> &[f64; WIDTH] {
+        &self.0[row][column]
+    }
+
+    /// One entry of all lanes.
+    #[inline(always)]
+    pub(super) fn entry_mut(&mut self, row: usize, column: usize) -> &mut [f64; WIDTH] {
+        &mut self.0[row][column]
+    }
+
     /// Sets one entry of one lane.
     pub(super) fn set(&mut self, row: usize, column: usize, lane: usize, value: f64) {
         self.0[row][column][lane] = value;

@@ -3,6 +3,7 @@
 mod block;
 mod hessian;
 mod kernels;
+mod mean_dilatation;
 mod membrane;
 mod nodal;
 mod simplex;
@@ -10,6 +11,8 @@ mod simplex;
 use std::ops::Range;
 use std::sync::Arc;
 
+pub(crate) use mean_dilatation::{CellPacks, PointPack, cell_gradient, gradient_of_lane};
+pub use mean_dilatation::{Dilatation, MeanDilatation};
 pub use membrane::flattened;
 pub use membrane::{Membrane, Sheet};
 pub use nodal::nodal_integration;

@@ -5,7 +5,7 @@ mod matrix;
 use std::ops::Range;
 
 use super::add_rows;
-use crate::element::{FacePoint, area_rate, face_edges, face_middle, face_points, vector_area};
+use crate::element::{FacePoint, area_rate, face_corners, face_edges, face_middle, face_points, vector_area};
 use crate::energy::{
     Driven, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties, TermViews,
 };
@@ -202,10 +202,11 @@ pub fn rim<const D: usize, const N: usize>(faces: &[[u32; N]]) -> Vec<u32> {
         // A point where an edge begins meets one where an edge ends.
         2 => faces.iter().flat_map(|face| [[face[0], NONE, NONE], [NONE, face[1], NONE]]).collect(),
         _ => {
-            let middle = |face: &[u32; N], i: usize| if N == D { NONE } else { face[D + i] };
-            let side = |face: &[u32; N], i: usize| [face[i], face[(i + 1) % D], middle(face, i)];
+            let corners = face_corners::<D, N>();
+            let middle = |face: &[u32; N], i: usize| if N == corners { NONE } else { face[corners + i] };
+            let side = |face: &[u32; N], i: usize| [face[i], face[(i + 1) % corners], middle(face, i)];
             debug_assert!(face_edges::<D, N>().iter().enumerate().all(|(i, e)| *e == [i, (i + 1) % D]));
-            faces.iter().flat_map(|face| (0..D).map(|i| side(face, i))).collect()
+            faces.iter().flat_map(|face| (0..corners).map(|i| side(face, i))).collect()
         }
     };
     sides.sort_unstable();

@@ -1,0 +1,229 @@
+//! The exact Hessian of a cell. With `b_a` of [`packs`](super::packs) at a point, `C = dP/dF` at `Fb`,
+//! `s^D = theta / J`, `g = (cof F b_a)_a = dJ/dx`, `G` its mean by the weights and
+//! `l = G / theta - g / J`,
+//!
+//! ```text
+//! dFb = s (dF + F (l . dx) / D)
+//! K   = sum_q w_q { dFb : C : dFb + p (l l^T / D + g g^T / J^2) + s/D (l t^T + t l^T)
+//!                   + (pm / theta - p / J) d2J }  -  V pm G G^T / theta^2,     t_a = P b_a,
+//! d2J_ab = [F (b_a x b_b)]_x
+//! ```
+//!
+//! For materials linear in `F` only the first term is left, with `s F = I` beside `l` and
+//! `l = sum_q w_q b / V - b`.
+
+use std::ops::Range;
+
+use super::{Dilatation, MeanDilatation, PointPack, gradient_of_lane};
+use crate::algebra::{Mat, project_positive};
+use crate::element::cross;
+use crate::energy::elastic::block::Block;
+use crate::energy::elastic::points_of;
+use crate::lanes::WIDTH;
+use crate::material::{Psd, Tangent};
+
+/// A quadrature point of one cell.
+struct Point<const D: usize, const N: usize> {
+    /// Its part of the volume.
+    part: f64,
+    /// `b` of every node.
+    gradient: [[f64; D]; N],
+    f: Mat<f64, D>,
+    j: f64,
+    /// `dJ/dx`, or of the trace.
+    slope: [[f64; D]; N],
+}
+
+/// Writes the Hessians of `stencils`.
+pub(super) fn fill<const D: usize, const N: usize>(
+    term: &MeanDilatation<D, N>,
+    stencils: Range<usize>,
+    x: &[f64],
+    psd: Psd,
+    out: &mut [f64],
+) {
+    let n = N * D;
+    let mut matrix = vec![0.0; n * n];
+    let pairs = N * (N + 1) / 2;
+    let lanes = term.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
+    for ((vertices, pack, lane), out) in lanes {
+        if term.packs.volume[pack][lane] == 0.0 {
+            out.fill(0.0);
+            continue;
+        }
+        matrix.fill(0.0);
+        let points = points(term, x, &vertices, pack, lane);
+        add(term, &points, term.packs.volume[pack][lane], &mut matrix);
+        if psd == Psd::Projected {
+            project_positive(&mut matrix, n);
+        }
+        let mut blocks = out.chunks_exact_mut(D * D);
+        for (a, b) in (0..N).flat_map(|a| (a..N).map(move |b| (a, b))) {
+            let Some(block) = blocks.next() else { return };
+            for (i, row) in block.chunks_exact_mut(D).enumerate() {
+                row.copy_from_slice(&matrix[(a * D + i) * n + b * D..][..D]);
+            }
+        }
+    }
+}
+
+fn points<const D: usize, const N: usize>(
+    term: &MeanDilatation<D, N>,
+    x: &[f64],
+    vertices: &[u32; N],
+    pack: usize,
+    lane: usize,
+) -> Vec<Point<D, N>> {
+    let nodes = points_of::<D, N>(x, vertices);
+    let point = |rest: &PointPack<D, N>| {
+        let (gradient, part) = rest.lane(lane);
+        let f = gradient_of_lane(&nodes, &gradient);
+        let cofactor = if term.dilatation == Dilatation::Small { Mat::identity() } else { f.cofactor() };
+        let slope = gradient.map(|b| cofactor.mul_vec(&b));
+        Point { part, gradient, f, j: f.determinant(), slope }
+    };
+    term.packs.rest(pack).iter().map(point).collect()
+}
+
+/// The mean over the volume.
+fn mean<const D: usize, const N: usize>(points: &[Point<D, N>], of: impl Fn(&Point<D, N>) -> f64) -> f64 {
+    points.iter().map(|point| point.part * of(point)).sum()
+}
+
+/// Adds the Hessian of a cell of this volume.
+fn add<const D: usize, const N: usize>(
+    term: &MeanDilatation<D, N>,
+    points: &[Point<D, N>],
+    volume: f64,
+    matrix: &mut [f64],
+) {
+    let (small, finite) = (term.dilatation == Dilatation::Small, term.dilatation == Dilatation::Finite);
+    let theta = if small { mean(points, |point| point.f.trace()) } else { mean(points, |point| point.j) };
+    let mut mean_slope = [[0.0; D]; N];
+    for a in 0..N {
+        (0..D).for_each(|i| mean_slope[a][i] = mean(points, |point| point.slope[a][i]));
+    }
+    // The points side by side in the lanes of a block; those that are left over repeat the last.
+    let mut stress = Block::ZERO;
+    let dilated: Vec<Mat<f64, D>> =
+        points.iter().map(|point| dilate(point, theta, term.dilatation)).collect();
+    (0..WIDTH).for_each(|lane| stress.set_lane(lane, &dilated[lane.min(points.len() - 1)]));
+    term.material.stress(term.stress, std::slice::from_mut(&mut stress));
+    let pressure = |q: usize| stress.lane(q).dot(&dilated[q]) / D as f64;
+    let mean_pressure: f64 = (0..points.len()).map(|q| points[q].part * pressure(q)).sum();
+    for (q, point) in points.iter().enumerate() {
+        let tangent = term.material.tangent(&dilated[q], Psd::Exact);
+        let w = volume * point.part;
+        // Without a mean only this is left.
+        add_tangent(&tangent, w * scale::<D>(point.j, theta, finite).powi(2), &point.gradient, matrix);
+        if term.dilatation == Dilatation::Own {
+            continue;
+        }
+        let (s, f, l) = if small {
+            (1.0, Mat::identity(), combined(&mean_slope, 1.0, &point.slope, -1.0))
+        } else {
+            let l = combined(&mean_slope, 1.0 / theta, &point.slope, -1.0 / point.j);
+            (scale::<D>(point.j, theta, true), point.f, l)
+        };
+        let along = tangent.apply(&f);
+        let (p, d) = (if small { 0.0 } else { pressure(q) }, D as f64);
+        let with_stress = if small { along } else { along.scale(s * s) + stress.lane(q).scale(s) };
+        let v = point.gradient.map(|b| with_stress.mul_vec(&b));
+        add_product(&v, &l, w / d, matrix);
+        add_product(&l, &v, w / d, matrix);
+        add_product(&l, &l, w * (s * s * along.dot(&f) / (d * d) + p / d), matrix);
+        if finite {
+            add_product(&point.slope, &point.slope, w * p / (point.j * point.j), matrix);
+            add_second(point, w * (mean_pressure / theta - p / point.j), matrix);
+        }
+    }
+    if finite {
+        add_product(&mean_slope, &mean_slope, -volume * mean_pressure / (theta * theta), matrix);
+    }
+}
+
+/// `s` of a point.
+fn scale<const D: usize>(j: f64, theta: f64, finite: bool) -> f64 {
+    if finite { super::kernels::root::<f64, D>(theta, j) } else { 1.0 }
+}
+
+/// `Fb` of a point.
+fn dilate<const D: usize, const N: usize>(point: &Point<D, N>, theta: f64, how: Dilatation) -> Mat<f64, D> {
+    match how {
+        Dilatation::Finite => point.f.scale(scale::<D>(point.j, theta, true)),
+        Dilatation::Small => point.f + Mat::scalar((theta - point.f.trace()) / D as f64),
+        Dilatation::Own => point.f,
+    }
+}
+
+/// `alpha u + beta v`.
+fn combined<const D: usize, const N: usize>(
+    u: &[[f64; D]; N],
+    alpha: f64,
+    v: &[[f64; D]; N],
+    beta: f64,
+) -> [[f64; D]; N] {
+    let mut sum = [[0.0; D]; N];
+    for a in 0..N {
+        (0..D).for_each(|i| sum[a][i] = alpha * u[a][i] + beta * v[a][i]);
+    }
+    sum
+}
+
+/// Adds `factor u v^T`.
+fn add_product<const D: usize, const N: usize>(
+    u: &[[f64; D]; N],
+    v: &[[f64; D]; N],
+    factor: f64,
+    matrix: &mut [f64],
+) {
+    for (u, row) in u.as_flattened().iter().zip(matrix.chunks_exact_mut(N * D)) {
+        row.iter_mut().zip(v.as_flattened()).for_each(|(entry, v)| *entry += factor * u * v);
+    }
+}
+
+/// Adds `w C_ijkl (grad N_a)_j (grad N_b)_l`.
+fn add_tangent<const D: usize, const N: usize>(
+    tangent: &Tangent<D>,
+    weight: f64,
+    gradient: &[[f64; D]; N],
+    matrix: &mut [f64],
+) {
+    for a in 0..N {
+        for i in 0..D {
+            let row = &mut matrix[(a * D + i) * N * D..][..N * D];
+            for k in 0..D {
+                for l in 0..D {
+                    let sum: f64 = (0..D).map(|j| gradient[a][j] * tangent.0[i][j][k][l]).sum();
+                    (0..N).for_each(|b| row[b * D + k] += weight * sum * gradient[b][l]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds `factor d2J/dx2`.
+fn add_second<const D: usize, const N: usize>(point: &Point<D, N>, factor: f64, matrix: &mut [f64]) {
+    let padded = |b: &[f64; D]| {
+        let mut padded = [0.0; 3];
+        padded[..D].copy_from_slice(b);
+        padded
+    };
+    for a in 0..N {
+        for b in 0..N {
+            let normal = cross(padded(&point.gradient[a]), padded(&point.gradient[b]));
+            // Its cross product is the block; in the plane it is along z.
+            let mut axis = [0.0, 0.0, normal[2]];
+            if D == 3 {
+                (0..3).for_each(|m| axis[m] = (0..3).map(|n| point.f[m][n] * normal[n]).sum());
+            }
+            for (i, k, m, sign) in TURNS.into_iter().filter(|(i, k, ..)| *i < D && *k < D) {
+                matrix[(a * D + i) * N * D + b * D + k] += factor * sign * axis[m];
+            }
+        }
+    }
+}
+
+/// `(i, k, m)` with the permutation symbol.
+const TURNS: [(usize, usize, usize, f64); 6] =
+    [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0), (0, 2, 1, -1.0)];

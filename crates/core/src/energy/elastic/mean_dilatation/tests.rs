@@ -1,0 +1,302 @@
+//! Cells with a mean dilatation against differences of their energy, for every material.
+
+use super::*;
+use crate::algebra::tests::sample::Random;
+use crate::element::{CellKind, CellVisitor, HEXAHEDRON, QUADRILATERAL};
+use crate::material::{MaterialSpec, MaterialVisitor};
+
+/// A grid of bent cells: rest positions, flat, and the cells.
+fn bent<const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    counts: [usize; D],
+) -> (Vec<f64>, Vec<[u32; N]>) {
+    let stride = |axis: usize| counts[axis + 1..].iter().map(|n| n + 1).product::<usize>();
+    let mut random = Random(21);
+    let mut rest = vec![];
+    for vertex in 0..counts.iter().map(|n| n + 1).product() {
+        for axis in 0..D {
+            let i = vertex / stride(axis) % (counts[axis] + 1);
+            rest.push(0.1 * (i as f64 + random.uniform(-0.15, 0.15)));
+        }
+    }
+    let mut cells = vec![];
+    for lower in 0..counts.iter().product() {
+        let mut places = [0; D];
+        let mut left: usize = lower;
+        for axis in (0..D).rev() {
+            (places[axis], left) = (left % counts[axis], left / counts[axis]);
+        }
+        let vertex = |corner: &[f64; D]| {
+            let at = |axis: usize| stride(axis) * (places[axis] + usize::from(corner[axis] > 0.0));
+            (0..D).map(at).sum::<usize>() as u32
+        };
+        let mut vertices = [0; N];
+        vertices.iter_mut().zip(cell.nodes).for_each(|(v, corner)| *v = vertex(corner));
+        cells.push(vertices);
+    }
+    (rest, cells)
+}
+
+/// A deformation with `J > 0` that is no polynomial of the cell.
+fn deformed<const D: usize>(rest: &[f64], size: f64) -> Vec<f64> {
+    let mut random = Random(6);
+    let mut x = vec![];
+    for row in rest.chunks_exact(D) {
+        for c in 0..D {
+            let other = row[(c + 1) % D];
+            let smooth = 0.2 * row[c] + 0.3 * other + 0.8 * row[c] * other + 0.4;
+            x.push(row[c] + size * (smooth + random.uniform(-0.004, 0.004)));
+        }
+    }
+    x
+}
+
+struct Made<'a, const D: usize, const N: usize> {
+    cell: &'static Isoparametric<D, N>,
+    how: (Stress, Dilatation),
+    cells: &'a [[u32; N]],
+    rest: &'a [f64],
+}
+
+impl<const D: usize, const N: usize> MaterialVisitor<D> for Made<'_, D, N> {
+    type Output = MeanDilatation<D, N>;
+
+    fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
+        MeanDilatation::new("block", material, self.how, self.cell, self.cells, self.rest)
+    }
+}
+
+fn made<const D: usize, const N: usize>(
+    cell: &'static Isoparametric<D, N>,
+    spec: &MaterialSpec,
+    stress: Stress,
+    cells: &[[u32; N]],
+    rest: &[f64],
+) -> MeanDilatation<D, N> {
+    let how = (stress, Dilatation::of(spec));
+    spec.visit::<D, _>(Made { cell, how, cells, rest })
+}
+
+/// Every registered material with its example parameters.
+fn materials() -> Vec<MaterialSpec> {
+    MaterialSpec::examples()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+fn gradient(term: &mut dyn EnergyTerm, x: &[f64]) -> Vec<f64> {
+    let mut g = vec![0.0; x.len()];
+    term.add_gradient(x, &mut g);
+    g
+}
+
+/// The Hessian of stencils, times a direction.
+fn by_stencils(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], psd: Psd, d: usize) -> (Vec<f64>, f64) {
+    let stencils = term.stencils();
+    let (size, count) = (stencils.size, stencils.vertices.len() / stencils.size);
+    let per_stencil = size * (size + 1) / 2 * d * d;
+    let mut blocks = vec![0.0; count * per_stencil];
+    term.stencil_hessians(0..count, x, psd, &mut blocks);
+    let (mut y, mut least) = (vec![0.0; x.len()], 0.0f64);
+    for (vertices, blocks) in stencils.vertices.chunks_exact(size).zip(blocks.chunks_exact(per_stencil)) {
+        let mut work = 0.0;
+        let mut blocks = blocks.chunks_exact(d * d);
+        for (a, b) in (0..size).flat_map(|a| (a..size).map(move |b| (a, b))) {
+            let block = blocks.next().unwrap();
+            for (i, k) in (0..d).flat_map(|i| (0..d).map(move |k| (i, k))) {
+                let (u, v) = (vertices[a] as usize * d + i, vertices[b] as usize * d + k);
+                y[u] += block[i * d + k] * p[v];
+                work += p[u] * block[i * d + k] * p[v];
+                if a != b {
+                    y[v] += block[i * d + k] * p[u];
+                    work += p[u] * block[i * d + k] * p[v];
+                }
+            }
+        }
+        least = least.min(work);
+    }
+    (y, least)
+}
+
+/// Richardson's extrapolation of central differences, of error `O(step^4)`.
+fn derivative(f: impl Fn(f64) -> Vec<f64>, step: f64) -> Vec<f64> {
+    let central = |h: f64| -> Vec<f64> {
+        f(h).iter().zip(f(-h)).map(|(ahead, behind)| (ahead - behind) / (2.0 * h)).collect()
+    };
+    central(step).iter().zip(central(2.0 * step)).map(|(near, far)| (4.0 * near - far) / 3.0).collect()
+}
+
+struct Derivatives;
+
+impl CellVisitor for Derivatives {
+    type Output = ();
+
+    /// Errors of differences: of truncation `1e-12`, of rounding `1e-16 / 1e-3` times the energy of
+    /// volumes over that of the change, a hundred for these materials.
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
+        let (rest, cells) = bent(cell, [2; D]);
+        let x = deformed::<D>(&rest, 1.0);
+        let mut random = Random(4);
+        let p: Vec<f64> = x.iter().map(|_| random.uniform(-0.1, 0.1)).collect();
+        let moved = |t: f64| -> Vec<f64> { x.iter().zip(&p).map(|(x, p)| x + t * p).collect() };
+        for spec in materials() {
+            for stress in [Stress::Analytic, Stress::Autodiff] {
+                let what = format!("{}, {}, {stress:?}", cell.kind.name, spec.name());
+                let term = std::cell::RefCell::new(made(cell, &spec, stress, &cells, &rest));
+                let g = gradient(&mut *term.borrow_mut(), &x);
+                let power: f64 = g.iter().zip(&p).map(|(g, p)| g * p).sum();
+                let energy = |t: f64| vec![term.borrow_mut().energy(&moved(t))];
+                let found = derivative(energy, 1e-3)[0];
+                let scale: f64 = g.iter().zip(&p).map(|(g, p)| (g * p).abs()).sum();
+                assert!((power - found).abs() < 1e-9 * scale, "{what}: {power} is not {found}");
+                let expected = derivative(|t| gradient(&mut *term.borrow_mut(), &moved(t)), 1e-3);
+                let mut product = vec![0.0; x.len()];
+                term.borrow_mut().add_hessian_product(&x, &p, &mut product);
+                let scale = largest(&expected);
+                let error = difference(&product, &expected) / scale;
+                assert!(error < 1e-8, "{what}: product off by {error:e}");
+                let (by_stencils, _) = by_stencils(&mut *term.borrow_mut(), &x, &p, Psd::Exact, D);
+                let error = difference(&product, &by_stencils) / scale;
+                assert!(error < 1e-11, "{what}: stencils off by {error:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn forces_and_hessians_are_derivatives_of_the_energy_for_every_material() {
+    every(|kind| kind.visit(Derivatives));
+}
+
+fn every(work: impl Fn(&'static CellKind)) {
+    crate::element::CELL_KINDS.iter().for_each(|kind| work(kind));
+}
+
+struct Affine;
+
+impl CellVisitor for Affine {
+    type Output = ();
+
+    /// Under an affine motion the cells are plain ones, and a rotation costs nothing.
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
+        let (rest, cells) = bent(cell, [3, 2, 2][..D].try_into().unwrap());
+        let g = [[0.1, 0.2, -0.1], [-0.15, 0.3, 0.05], [0.2, -0.1, -0.2]];
+        let mut f = Mat::<f64, D>::identity();
+        (0..D).for_each(|i| (0..D).for_each(|j| f[i][j] += g[i][j]));
+        let image = |f: &Mat<f64, D>| -> Vec<f64> {
+            rest.as_chunks::<D>().0.iter().flat_map(|row| f.mul_vec(row).map(|y| y + 0.3)).collect()
+        };
+        let volume: f64 = cells.iter().map(|c| cell.volume(&points_of(&rest, c))).sum();
+        let turn = Random(9).rotation::<D>();
+        for spec in materials() {
+            let mut term = made(cell, &spec, Stress::Analytic, &cells, &rest);
+            let density = term.material.state(&f).energy_density;
+            let energy = term.energy(&image(&f));
+            assert!((energy / (volume * density) - 1.0).abs() < 1e-11, "{}: {energy}", spec.name());
+            for state in term.element_states(&image(&f)) {
+                assert!((state.j() - f.determinant()).abs() < 1e-12);
+            }
+            let stiffness = largest(&gradient(&mut term, &image(&f)));
+            if spec.about().frame_indifferent && spec.about().has_rest_shape {
+                let error = largest(&gradient(&mut term, &image(&turn))) / stiffness;
+                assert!(error < 1e-10, "{}: {error:e}", spec.name());
+            }
+            let extremes = term.deformation(&image(&f)).unwrap();
+            assert!((extremes.min_j - f.determinant()).abs() < 1e-12 && extremes.inverted == 0);
+        }
+    }
+}
+
+#[test]
+fn affine_motions_strain_cells_uniformly_and_rotations_not_at_all() {
+    every(|kind| kind.visit(Affine));
+}
+
+struct Projected;
+
+impl CellVisitor for Projected {
+    type Output = ();
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) {
+        let (rest, cells) = bent(cell, [2; D]);
+        // Half as large: compressed, where matrices are indefinite.
+        let x: Vec<f64> = deformed::<D>(&rest, 1.0).iter().map(|x| 0.5 * x).collect();
+        let spec: MaterialSpec =
+            serde_json::from_value(serde_json::json!({ "neo-hookean": { "young": 1e5, "poisson": 0.4 } }))
+                .unwrap();
+        let mut term = made(cell, &spec, Stress::Analytic, &cells, &rest);
+        let mut random = Random(12);
+        let mut negative = false;
+        for _ in 0..50 {
+            let p: Vec<f64> = x.iter().map(|_| random.uniform(-1.0, 1.0)).collect();
+            let smooth: Vec<f64> = x.chunks_exact(D).flat_map(|x| [x[1], -x[0], 0.0][..D].to_vec()).collect();
+            for p in [&p, &smooth] {
+                let (_, exact) = by_stencils(&mut term, &x, p, Psd::Exact, D);
+                negative |= exact < 0.0;
+                let (y, least) = by_stencils(&mut term, &x, p, Psd::Projected, D);
+                assert!(least > -1e-12 * largest(&y), "{}: {least:e}", cell.kind.name);
+            }
+        }
+        assert!(negative, "nothing to project");
+    }
+}
+
+#[test]
+fn projected_hessians_of_cells_are_positive() {
+    every(|kind| kind.visit(Projected));
+}
+
+/// A node drawn through its cell: the energy is infinite, forces are no numbers, and the cell is named. Also
+/// of materials that know inversion.
+#[test]
+fn folded_cells_have_no_energy_and_are_named() {
+    let (rest, cells) = bent(&HEXAHEDRON, [2, 2, 2]);
+    for spec in materials().iter().filter(|spec| Dilatation::of(spec) == Dilatation::Finite) {
+        let mut term = made(&HEXAHEDRON, spec, Stress::Analytic, &cells, &rest);
+        assert_eq!(term.fault(&rest), None);
+        let mut x = rest.clone();
+        (0..3).for_each(|c| x[c] = 0.25);
+        assert_eq!(term.energy(&x), f64::INFINITY, "{}", spec.name());
+        assert!(!term.evaluate(&x));
+        match term.fault(&x) {
+            Some(Fault::Element { element: 0, j, .. }) => assert!(j < 0.0),
+            other => panic!("{other:?}"),
+        }
+        let dx: Vec<f64> = x.iter().zip(&rest).map(|(x, rest)| x - rest).collect();
+        let step = term.max_step(&rest, &dx);
+        assert!(step > 0.0 && step < 1.0);
+        let part: Vec<f64> = rest.iter().zip(&dx).map(|(x, dx)| x + step * dx).collect();
+        assert!(term.energy(&part).is_finite());
+    }
+}
+
+/// A change of volume from point to point that leaves the volume of the cell alone costs nothing but shear,
+/// however large the bulk modulus: the mode `u = xi eta` of bending.
+#[test]
+fn the_bulk_modulus_sees_the_volume_of_the_cell_alone() {
+    let energy = |poisson: f64, name: &str| {
+        let spec: MaterialSpec =
+            serde_json::from_value(serde_json::json!({ name: { "lame_mu": 1.0, "lame_lambda": poisson } }))
+                .or_else(|_| {
+                    let mu = 1.0;
+                    let nu = poisson / (2.0 * (poisson + mu));
+                    let young = 2.0 * mu * (1.0 + nu);
+                    serde_json::from_value(serde_json::json!({ name: { "young": young, "poisson": nu } }))
+                })
+                .unwrap();
+        let rest: Vec<f64> = QUADRILATERAL.nodes.as_flattened().to_vec();
+        let mut term = made(&QUADRILATERAL, &spec, Stress::Analytic, &[[0, 1, 2, 3]], &rest);
+        let x: Vec<f64> = rest.chunks_exact(2).flat_map(|x| [x[0] + 1e-3 * x[0] * x[1], x[1]]).collect();
+        term.energy(&x)
+    };
+    for name in ["linear", "neo-hookean", "stable-neo-hookean"] {
+        let (soft, stiff) = (energy(1.0, name), energy(1e4, name));
+        assert!((stiff / soft - 1.0).abs() < 1e-2, "{name}: {soft:e} {stiff:e}");
+    }
+}

@@ -1,0 +1,124 @@
+//! What cells that are no simplices must satisfy.
+
+use crate::geometry::longest_edge;
+use crate::{Cell, Mesh, MeshError};
+use pliant::element::{CellBlock, CellVisitor, Isoparametric};
+
+/// Cells that fit the dimension of the mesh, of one kind in each dimension.
+pub(super) fn usable(mesh: &Mesh) -> Result<(), MeshError> {
+    for (i, block) in mesh.blocks.iter().enumerate() {
+        let kind = block.kind;
+        if kind.dimension > mesh.dimension {
+            return Err(MeshError::SolidsInPlane { count: block.len(), cells: kind.plural });
+        }
+        let simplices = match kind.dimension {
+            2 if !mesh.triangles.is_empty() => Some("triangles"),
+            3 if !mesh.tetrahedra.is_empty() => Some("tetrahedra"),
+            _ => None,
+        };
+        let others = mesh.blocks[..i].iter().find(|other| other.kind.dimension == kind.dimension);
+        if let Some(cells) = simplices.or(others.map(|other| other.kind.plural)) {
+            return Err(MeshError::MixedCells { cells: [cells, kind.plural] });
+        }
+    }
+    match mesh.block() {
+        Some(block) if block.kind.dimension < mesh.dimension => {
+            Err(MeshError::SheetOfCells { count: block.len(), cells: block.kind.plural })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Cells with vertices that exist.
+pub(super) fn in_range(mesh: &Mesh) -> Result<(), MeshError> {
+    let count = mesh.vertex_count();
+    for block in &mesh.blocks {
+        if let Some(i) = block.vertices.iter().position(|vertex| *vertex as usize >= count) {
+            let cell = Cell::Other(block.kind, i / block.kind.nodes);
+            return Err(MeshError::IndexOutOfRange { cell, vertex: block.vertices[i], count });
+        }
+    }
+    Ok(())
+}
+
+/// No vertex twice in a cell.
+pub(super) fn different_vertices(mesh: &Mesh) -> Result<(), MeshError> {
+    for block in &mesh.blocks {
+        for (i, cell) in block.cells().enumerate() {
+            let repeated = cell.iter().enumerate().find(|(a, vertex)| cell[..*a].contains(vertex));
+            if let Some((_, &vertex)) = repeated {
+                return Err(MeshError::RepeatedVertex { cell: Cell::Other(block.kind, i), vertex });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Elements with a positive volume that are folded nowhere, none of them twice.
+pub(super) fn check(mesh: &Mesh) -> Result<(), MeshError> {
+    let Some(block) = mesh.block() else { return Ok(()) };
+    block.kind.visit(Shapes { mesh, block })?;
+    let mut sorted: Vec<(Vec<u32>, usize)> = block.cells().map(<[u32]>::to_vec).zip(0..).collect();
+    sorted.iter_mut().for_each(|(vertices, _)| vertices.sort_unstable());
+    sorted.sort_unstable();
+    let repeats = || sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+    match repeats().min_by_key(|pair| pair[1].1) {
+        None => Ok(()),
+        Some(pair) => {
+            let cell = Cell::Other(block.kind, pair[1].1);
+            Err(MeshError::RepeatedCell { cell, first: pair[0].1, count: repeats().count() })
+        }
+    }
+}
+
+/// Whether each cell of a block of the dimension of the mesh is without a volume.
+pub(crate) fn flat_cells(mesh: &Mesh, block: &CellBlock) -> Vec<bool> {
+    block.kind.visit(Flat { mesh, block })
+}
+
+struct Flat<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+}
+
+impl CellVisitor for Flat<'_> {
+    type Output = Vec<bool>;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Vec<bool> {
+        let is_flat = |cell: &[u32; N]| {
+            let nodes = self.mesh.nodes::<D, N>(cell);
+            let relative = kind.volume(&nodes) / longest_edge(&nodes, kind.kind.edges).powi(D as i32);
+            relative.is_nan() || relative.abs() <= super::DEGENERATE
+        };
+        self.block.of::<N>().iter().map(is_flat).collect()
+    }
+}
+
+struct Shapes<'a> {
+    mesh: &'a Mesh,
+    block: &'a CellBlock,
+}
+
+impl CellVisitor for Shapes<'_> {
+    type Output = Result<(), MeshError>;
+
+    fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Self::Output {
+        for (i, cell) in self.block.of::<N>().iter().enumerate() {
+            let nodes = self.mesh.nodes::<D, N>(cell);
+            let (volume, size) = (kind.volume(&nodes), longest_edge(&nodes, kind.kind.edges));
+            let cell = Cell::Other(kind.kind, i);
+            let relative = volume / size.powi(D as i32);
+            if relative.is_nan() || relative.abs() <= super::DEGENERATE {
+                return Err(MeshError::Degenerate { cell, volume, size });
+            }
+            let least = kind.least_jacobian(&nodes);
+            if relative < 0.0 {
+                return Err(MeshError::Inverted { cell, volume, size });
+            }
+            if least.is_nan() || least <= 0.0 {
+                return Err(MeshError::FoldedCell { cell, least });
+            }
+        }
+        Ok(())
+    }
+}

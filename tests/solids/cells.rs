@@ -1,0 +1,214 @@
+//! Quadrilaterals and hexahedra do not lock, neither where they are nearly incompressible nor in bending,
+//! converge as their shape functions do, and keep energy.
+
+use pliant::element::{HEXAHEDRON, Isoparametric, QUADRILATERAL};
+use pliant_mesh::Mesh;
+use serde_json::{Value, json};
+
+use super::benchmarks::sheared;
+use super::locking::hung;
+use super::manufactured::{body_force, manufactured};
+use crate::support::solid::{Kind, Solid, isotropic};
+use crate::support::{advance, assert_relative, method};
+
+/// The rise of the end of the cantilever of C11, 10 x 1, of `cells`, as a part of its converged one.
+fn rise(cells: [usize; 2], poisson: f64) -> f64 {
+    let converged = match poisson {
+        0.3 => 3.659_284e-3,
+        0.49 => 3.031_588e-3,
+        _ => 2.989_947e-3,
+    };
+    let solid = Solid::grid(&cells, &[10.0, 1.0], isotropic("linear", 1e6, poisson)).of_kind(Kind::Whole);
+    sheared(solid, 10.0, 1.0, 1.0, 1, [10.0, 0.5])[1] / converged
+}
+
+// C11: of its own bending, which is a quarter of all with two cells, a cell knows the part (1 - nu) in
+// the plane, however long it is: deflections are 1 / (1 - nu / 4) of theory, a quarter of the gap with
+// twice as many cells.
+#[test]
+fn a_bent_beam_of_two_quadrilaterals_through_its_thickness_does_not_lock() {
+    for poisson in [0.3, 0.49, 0.4999] {
+        let soft = 1.0 / (1.0 - poisson / 4.0);
+        for cells in [[20, 2], [10, 2], [5, 2]] {
+            let part = rise(cells, poisson);
+            assert!((part - soft).abs() < 0.05, "nu = {poisson}, {cells:?}: {part}, expected {soft}");
+        }
+        let part = rise([40, 4], poisson);
+        assert!(part > 1.0 && part - 1.0 < 0.3 * (soft - 1.0), "nu = {poisson}, four: {part}");
+    }
+}
+
+/// The deflection of the end of a beam of 10 x 1 x 1 under its weight, as a part of that of Timoshenko's
+/// beam, `q L^4 / (8 E I) + q L^2 / (2 k G A)` with `k = 5/6`, `E` = 1 MPa and `q` = 1 N/m.
+fn sunk(cells: [usize; 3], poisson: f64) -> f64 {
+    let shear = 1e6 / (2.0 * (1.0 + poisson));
+    let theory = 1e4 * 12.0 / 8e6 + 1e2 / (2.0 * 5.0 / 6.0 * shear);
+    let solid = Solid::grid(&cells, &[10.0, 1.0, 1.0], isotropic("neo-hookean", 1e6, poisson));
+    -hung(solid.of_kind(Kind::Whole), &[10.0, 1.0, 1.0]) / theory
+}
+
+// Clamping hinders the sides from moving, which makes the beam stiffer by about a hundredth. The part of
+// its own bending that a cell knows is `(7/6) / (1 + nu)` here, of which a quarter counts with two of
+// them.
+#[test]
+fn a_bent_beam_of_two_hexahedra_through_its_thickness_does_not_lock() {
+    for (poisson, cells) in [(0.3, [10, 2, 2]), (0.4999, [10, 2, 2]), (0.4999, [5, 2, 2])] {
+        let expected = 1.0 / (0.75 + 0.25 * 7.0 / 6.0 / (1.0 + poisson));
+        let part = sunk(cells, poisson);
+        assert!(
+            (part / expected - 1.0).abs() < 0.04,
+            "nu = {poisson}, {cells:?}: {part}, expected {expected}"
+        );
+    }
+}
+
+/// Cook's membrane of `n` x `n` quadrilaterals.
+fn cook(n: usize, elastic: Value) -> Solid {
+    let mut mesh: Mesh = Solid::grid(&[n, n], &[1.0, 1.0], elastic.clone()).of_whole_cells().mesh();
+    for x in mesh.points.chunks_exact_mut(2) {
+        let (s, t) = (x[0], x[1]);
+        (x[0], x[1]) = (48.0 * s, 44.0 * s + t * (44.0 - 28.0 * s));
+    }
+    Solid::inline(&mesh, elastic)
+}
+
+// C9: the corner rises by 6.932 at nu = 0.4999 and by 7.78138 at 0.3, where plain triangles, twice as
+// many, have 5.837 and 7.057.
+#[test]
+fn cooks_membrane_of_quadrilaterals_does_not_lock() {
+    for (poisson, converged) in [(0.3, 7.78138), (0.4999, 6.932)] {
+        let gap = |n: usize| {
+            let elastic = isotropic("neo-hookean", 240.565, poisson);
+            1.0 - sheared(cook(n, elastic), 48.0, 16.0, 100.0, 4, [48.0, 60.0])[1] / converged
+        };
+        let (coarse, fine) = (gap(8), gap(16));
+        assert!(coarse.abs() < 0.05 && fine.abs() < 0.02, "nu = {poisson}: {coarse} {fine}");
+    }
+}
+
+/// Errors of displacements and their gradients, L2, of the manufactured solution with `n` cells a side.
+fn errors<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, material: &str, n: usize) -> [f64; 2] {
+    let mut solid = Solid::grid(&[n; D], &[1.0; D], isotropic(material, 1.0, 0.3)).of_kind(Kind::Whole);
+    let side = |axis: usize, sign: f64| {
+        let mut normal = vec![0.0; D];
+        normal[axis] = sign;
+        json!({ "half_space": { "normal": normal, "offset": 0.5 * (sign - 1.0) } })
+    };
+    solid.pin = (0..D).flat_map(|axis| [side(axis, 1.0), side(axis, -1.0)]).collect();
+    let mesh = solid.mesh();
+    let mut loads = vec![0.0; mesh.points.len()];
+    integrate(cell, &mesh, &mesh.points, |weight, x, _, _, shape, vertices| {
+        let b = body_force(x, material);
+        for (v, shape) in vertices.iter().zip(shape) {
+            (0..D).for_each(|c| loads[*v as usize * D + c] += weight * shape * b[c]);
+        }
+    });
+    let simulation = super::manufactured::loaded::<D>(&solid, loads);
+    let x = super::manufactured::equilibrium::<D>(simulation);
+    let (mut value, mut gradient) = (0.0, 0.0);
+    integrate(cell, &mesh, &x, |weight, at, u, g, _, _| {
+        let (exact, slope) = manufactured(at);
+        for i in 0..D {
+            value += weight * (u[i] - exact[i]).powi(2);
+            gradient += (0..D).map(|j| weight * (g[i][j] - slope[i][j]).powi(2)).sum::<f64>();
+        }
+    });
+    [f64::sqrt(value), f64::sqrt(gradient)]
+}
+
+/// Sums over 4^D Gauss points in every cell: `visit(weight, X, u, grad u, N, vertices)`.
+fn integrate<const D: usize, const N: usize>(
+    cell: &Isoparametric<D, N>,
+    mesh: &Mesh,
+    x: &[f64],
+    mut visit: impl FnMut(f64, [f64; D], [f64; D], [[f64; D]; D], &[f64; N], &[u32; N]),
+) {
+    let line = [
+        (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+        (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
+    ];
+    let line: Vec<(f64, f64)> = line.into_iter().flat_map(|(x, w)| [(x, w), (-x, w)]).collect();
+    let nodes = |x: &[f64], vertices: &[u32; N]| -> [[f64; D]; N] {
+        vertices.map(|v| std::array::from_fn(|c| x[v as usize * D + c]))
+    };
+    for vertices in mesh.block().unwrap().of::<N>() {
+        let (rest, now) = (nodes(&mesh.points, vertices), nodes(x, vertices));
+        for point in 0..line.len().pow(D as u32) {
+            let at: [(f64, f64); D] =
+                std::array::from_fn(|k| line[point / line.len().pow(k as u32) % line.len()]);
+            let (xi, weight) = (at.map(|(x, _)| x), at.iter().map(|(_, w)| w).product::<f64>());
+            let shape = (cell.shape)(&xi);
+            let j = cell.jacobian(&rest, &xi);
+            let f = cell.jacobian(&now, &xi).mul(&j.inverse());
+            let sum = |nodes: &[[f64; D]; N]| -> [f64; D] {
+                std::array::from_fn(|c| shape.iter().zip(nodes).map(|(n, x)| n * x[c]).sum())
+            };
+            let (place, moved) = (sum(&rest), sum(&now));
+            let u = std::array::from_fn(|c| moved[c] - place[c]);
+            let g = std::array::from_fn(|i| std::array::from_fn(|k| f[i][k] - f64::from(u8::from(i == k))));
+            visit(weight * j.determinant(), place, u, g, &shape, vertices);
+        }
+    }
+}
+
+fn converges<const D: usize, const N: usize>(cell: &Isoparametric<D, N>, material: &str, n: usize) {
+    let (coarse, fine) = (errors(cell, material, n), errors(cell, material, 2 * n));
+    for (norm, order) in [2.0, 1.0].into_iter().enumerate() {
+        let measured = (coarse[norm] / fine[norm]).log2();
+        assert!((measured - order).abs() < 0.15, "{material}, {D}D: order {measured:.3} instead of {order}");
+    }
+}
+
+// C5
+#[test]
+fn displacements_of_cells_converge_with_the_second_order_and_strains_with_the_first() {
+    converges(&QUADRILATERAL, "linear", 8);
+    converges(&QUADRILATERAL, "neo-hookean", 8);
+    converges(&HEXAHEDRON, "linear", 4);
+}
+
+/// A free body that was stretched keeps its energy: its forces are the gradient of it.
+#[test]
+fn a_vibrating_body_of_cells_keeps_its_energy() {
+    for (dimension, poisson) in [(2, 0.3), (3, 0.499)] {
+        let solid = Solid::grid(
+            &[3, 2, 2][..dimension],
+            &[1.5, 1.0, 1.0][..dimension],
+            isotropic("neo-hookean", 1e5, poisson),
+        );
+        let energies = |h: f64, steps: usize| {
+            let mut simulation = solid.clone().of_kind(Kind::Whole).simulation(method("velocity-verlet"), h);
+            simulation.state_mut().x_mut().iter_mut().for_each(|x| *x *= 1.05);
+            let start = simulation.diagnostics().total;
+            advance(&mut simulation, steps);
+            (simulation.diagnostics().total / start - 1.0).abs()
+        };
+        // The error of the scheme is of the second order in the step, and there is no other.
+        let (coarse, fine) = (energies(2e-5, 2000), energies(1e-5, 4000));
+        assert!(coarse < 1e-2 && fine < 0.35 * coarse, "{dimension}D: {coarse:e} {fine:e}");
+    }
+}
+
+#[test]
+fn shares_of_gravity_and_loads_on_sides_add_up() {
+    for dimension in [2, 3] {
+        let mut solid = Solid::grid(
+            &[3, 2, 2][..dimension],
+            &[1.5, 1.0, 1.0][..dimension],
+            isotropic("linear", 1e5, 0.3),
+        )
+        .of_kind(Kind::Whole);
+        let mut traction = vec![0.0; dimension];
+        traction[1] = 7.0;
+        let mut normal = vec![0.0; dimension];
+        normal[0] = -1.0;
+        solid.load = json!([{ "half_space": { "normal": normal, "offset": -1.5 }, "traction": traction }]);
+        let mut probe = solid.probe();
+        let rest = probe.rest();
+        let forces = probe.forces(&rest);
+        let sum: f64 = forces.iter().skip(1).step_by(dimension).sum();
+        assert_relative(sum, 7.0, 1e-13, "the area of the side is 1");
+        let mass: f64 = probe.0.system().mass().iter().sum();
+        assert_relative(mass, 1500.0, 1e-13, "the volume is 1.5");
+    }
+}
