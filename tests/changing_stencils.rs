@@ -301,6 +301,20 @@ fn an_explicit_step_through_what_a_term_guards_is_an_error() {
     }
 }
 
+// Half a metre along the segment, five centimetres above it: each correction goes nine tenths of the distance. The tolerance
+// would admit the first, and the end of the step is 0.5 m on, where nothing acts along the segment.
+#[test]
+fn a_solve_does_not_end_where_its_way_was_cut_short() {
+    let mut system = System::new(2, vec![1.0; 3]);
+    system.add_term(Box::new(Penalty::changing(&[2], &[[0, 1]], [10.0, 0.1])));
+    system.pin(&[0, 1]);
+    let state = State::new(vec![-1.0, 0.0, 1.0, 0.0, 0.1, 0.05], vec![0.0, 0.0, 0.0, 0.0, 10.0, 0.0]);
+    let mut simulation = Simulation::new(system, state, method("implicit-euler"), 0.05);
+    simulation.set_solver(SolverOptions { tolerance: Some(0.6), ..SolverOptions::default() });
+    simulation.step().unwrap();
+    assert!((simulation.state().x()[4] - 0.6).abs() < 1e-9, "{}", simulation.state().x()[4]);
+}
+
 // A pin that is driven through a body in one step leaves no free motion that could yield.
 #[test]
 fn prescribed_motion_through_what_a_term_guards_is_an_error() {
