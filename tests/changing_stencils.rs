@@ -9,11 +9,13 @@ use pliant::solver::{LinearSolver, SolverOptions, SolverWork};
 use pliant::state::State;
 use pliant::system::System;
 
-use crate::support::penalty::Penalty;
+use crate::support::penalty::{Penalty, Rubbing};
 use crate::support::{advance, largest_difference, method};
 
 /// Distance of neighbours in the lower and in the upper body [m].
 const SPACING: [f64; 2] = [0.2, 0.23];
+/// Columns and rows of each body.
+const SIZE: [u32; 2] = [9, 2];
 /// Stiffness [N/m] and reach [m] of the penalty.
 const PENALTY: [f64; 2] = [600.0, 0.2];
 /// Speed of the upper body [m/s].
@@ -109,7 +111,19 @@ impl Bodies {
 
     /// The lowest row of the lower body is held, the highest one of the upper body moved along.
     fn slide(&self, new: NewPenalty, method: Method, options: SolverOptions) -> Simulation {
+        self.pulled(self.system(new), method, options)
+    }
+
+    /// The same with bodies that rub.
+    fn rub(&self, new: NewPenalty, method: Method, options: SolverOptions) -> Simulation {
         let mut system = self.system(new);
+        for pairs in self.penalties(new) {
+            system.add_dissipation(Box::new(Rubbing::new(pairs, 5.0)));
+        }
+        self.pulled(system, method, options)
+    }
+
+    fn pulled(&self, mut system: System, method: Method, options: SolverOptions) -> Simulation {
         let columns = self.size[0];
         system.pin(&(0..columns).collect::<Vec<u32>>());
         let motion = Motion::new().along(|t| ([SPEED * t, -0.5 * t, 0.0], [SPEED, -0.5, 0.0]));
@@ -138,16 +152,14 @@ fn work(simulation: &Simulation) -> SolverWork {
     simulation.work().solver.unwrap()
 }
 
-// A block that the matrix has no room for, or has in another place, would cost iterations: Newton's method would converge
-// linearly.
-#[test]
-fn every_implicit_scheme_takes_the_steps_that_it_takes_with_all_stencils_from_the_beginning() {
-    let bodies = Bodies::new([9, 2]);
+/// Steps of every implicit scheme with changing stencils, and with all of them from the beginning: `simulation` makes either.
+fn check_every_scheme(simulation: impl Fn(NewPenalty, Method, SolverOptions) -> Simulation) {
+    let bodies = Bodies::new(SIZE);
     for method in implicit() {
         let name = method.documentation.name;
         let options = to_rounding(LinearSolver::Cholesky);
-        let mut changing = bodies.slide(Penalty::changing, method, options);
-        let mut fixed = bodies.slide(Penalty::with_all, method, options);
+        let mut changing = simulation(Penalty::changing, method, options);
+        let mut fixed = simulation(Penalty::with_all, method, options);
         let mut changes = 0;
         for step in 1..=8 {
             let before = bodies.stencils_at(changing.state().x());
@@ -163,6 +175,18 @@ fn every_implicit_scheme_takes_the_steps_that_it_takes_with_all_stencils_from_th
         let analysed = 1..=changing.factorizations;
         assert!(analysed.contains(&changing.analyses) && fixed.analyses == 0, "{name}: {changing:?}");
     }
+}
+
+// A block that the matrix has no room for, or has in another place, would cost iterations: Newton's method would converge
+// linearly.
+#[test]
+fn every_implicit_scheme_takes_the_steps_that_it_takes_with_all_stencils_from_the_beginning() {
+    check_every_scheme(|new, method, options| Bodies::new(SIZE).slide(new, method, options));
+}
+
+#[test]
+fn the_same_holds_for_dissipation_between_the_bodies() {
+    check_every_scheme(|new, method, options| Bodies::new(SIZE).rub(new, method, options));
 }
 
 #[test]
@@ -191,7 +215,7 @@ fn every_linear_solver_finds_the_same_minimum_while_stencils_change() {
 
 #[test]
 fn stencils_that_change_keep_momentum() {
-    let bodies = Bodies::new([9, 2]);
+    let bodies = Bodies::new(SIZE);
     for name in ["implicit-euler", "tr-bdf2", "gauss2"] {
         let mut v = vec![0.0; bodies.x.len()];
         v[bodies.x.len() / 2..].chunks_exact_mut(2).for_each(|v| (v[0], v[1]) = (SPEED, -0.5));
@@ -211,7 +235,7 @@ fn stencils_that_change_keep_momentum() {
 // The product goes from term to term, the matrix through stencils.
 #[test]
 fn the_stiffness_matrix_has_the_blocks_of_stencils_that_change() {
-    let bodies = Bodies::new([9, 2]);
+    let bodies = Bodies::new(SIZE);
     let options = to_rounding(LinearSolver::Cholesky);
     let mut simulation = bodies.slide(Penalty::changing, method("implicit-euler"), options);
     advance(&mut simulation, 3);
@@ -275,6 +299,20 @@ fn an_explicit_step_through_what_a_term_guards_is_an_error() {
         // Where the way is free, nothing is refused.
         advance(&mut falling(method, 10.0, 1e-4), 100);
     }
+}
+
+// Half a metre along the segment, five centimetres above it: each correction goes nine tenths of the distance. The tolerance
+// would admit the first, and the end of the step is 0.5 m on, where nothing acts along the segment.
+#[test]
+fn a_solve_does_not_end_where_its_way_was_cut_short() {
+    let mut system = System::new(2, vec![1.0; 3]);
+    system.add_term(Box::new(Penalty::changing(&[2], &[[0, 1]], [10.0, 0.1])));
+    system.pin(&[0, 1]);
+    let state = State::new(vec![-1.0, 0.0, 1.0, 0.0, 0.1, 0.05], vec![0.0, 0.0, 0.0, 0.0, 10.0, 0.0]);
+    let mut simulation = Simulation::new(system, state, method("implicit-euler"), 0.05);
+    simulation.set_solver(SolverOptions { tolerance: Some(0.6), ..SolverOptions::default() });
+    simulation.step().unwrap();
+    assert!((simulation.state().x()[4] - 0.6).abs() < 1e-9, "{}", simulation.state().x()[4]);
 }
 
 // A pin that is driven through a body in one step leaves no free motion that could yield.

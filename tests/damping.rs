@@ -1,10 +1,14 @@
 //! Forces that depend on velocities: what they leave alone, orders of convergence, stability.
 
-use pliant::dissipation::{MassProportional, MeasuredRate};
+use std::ops::Range;
+
+use pliant::dissipation::{DissipativeTerm, MassProportional, MeasuredRate};
+use pliant::energy::Stencils;
 use pliant::energy::measure::{Constants, Length};
 use pliant::energy::spring::Springs;
 use pliant::integrator::{Method, amplification};
 use pliant::simulation::Simulation;
+use pliant::solver::{LinearSolver, SolverOptions};
 use pliant::state::State;
 use pliant::system::System;
 use pliant_scene::Scene;
@@ -397,4 +401,88 @@ fn the_energy_lost_is_the_power_of_the_dissipation_over_time() {
     let end = simulation.diagnostics().total;
     assert!(lost > 0.1 * start);
     assert_relative(start - end, lost, 1e-9, "energy lost");
+}
+
+/// Sliding of one particle on a plane, `R = F (sqrt(|v|^2 + e^2) - e)`: nearly Coulomb's, and not quadratic.
+struct Sliding {
+    force: f64,
+    threshold: f64,
+    gradient: [f64; 2],
+}
+
+impl Sliding {
+    fn smoothed(&self, v: &[f64]) -> f64 {
+        (v[0] * v[0] + v[1] * v[1] + self.threshold * self.threshold).sqrt()
+    }
+
+    fn damping(&self, v: &[f64]) -> [f64; 4] {
+        let speed = self.smoothed(v);
+        let entry = |n: usize| {
+            let identity = if n / 2 == n % 2 { 1.0 } else { 0.0 };
+            self.force / speed * (identity - v[n / 2] * v[n % 2] / (speed * speed))
+        };
+        [0, 1, 2, 3].map(entry)
+    }
+}
+
+impl DissipativeTerm for Sliding {
+    fn name(&self) -> String {
+        "sliding".into()
+    }
+    fn evaluate(&mut self, _: &[f64], v: &[f64]) -> bool {
+        let factor = self.force / self.smoothed(v);
+        self.gradient = [factor * v[0], factor * v[1]];
+        factor.is_finite()
+    }
+    fn add_rows(&self, _: usize, g: &mut [f64]) {
+        g.iter_mut().zip(self.gradient).for_each(|(g, own)| *g += own);
+    }
+    fn add_damping_product(&mut self, _: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
+        let c = self.damping(v);
+        (0..2).for_each(|k| y[k] += c[2 * k] * p[0] + c[2 * k + 1] * p[1]);
+    }
+    fn stencils(&mut self) -> Stencils {
+        Stencils { size: 1, vertices: vec![0] }
+    }
+    fn stencil_dampings(&self, _: Range<usize>, _: &[f64], v: &[f64], out: &mut [f64]) {
+        out.copy_from_slice(&self.damping(v));
+    }
+    fn power(&mut self, _: &[f64], v: &[f64]) -> f64 {
+        self.force * (v[0] * v[0] + v[1] * v[1]) / self.smoothed(v)
+    }
+    fn value(&mut self, _: &[f64], v: &[f64]) -> f64 {
+        self.force * (self.smoothed(v) - self.threshold)
+    }
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+// The objective of a step has R itself: with half the power in its place, no step along the direction would lower it as its
+// slope says.
+#[test]
+fn a_dissipation_function_need_not_be_quadratic() {
+    let (force, threshold, h, start) = (3000.0, 1.0, 0.01, [60.0, -30.0]);
+    for linear in [LinearSolver::Cholesky, LinearSolver::Cg, LinearSolver::MatrixFree] {
+        let mut system = System::new(2, vec![1.0]);
+        system.add_dissipation(Box::new(Sliding { force, threshold, gradient: [0.0; 2] }));
+        let state = State::new(vec![0.0; 2], start.to_vec());
+        let mut simulation = Simulation::new(system, state, method("implicit-euler"), h);
+        let options = SolverOptions { tolerance: Some(1e-13), linear, ..SolverOptions::default() };
+        simulation.set_solver(options);
+        for step in 1..=4 {
+            let before = simulation.state().v().to_vec();
+            simulation.step().unwrap();
+            let v = simulation.state().v();
+            let speed = (v[0] * v[0] + v[1] * v[1] + threshold * threshold).sqrt();
+            for c in 0..2 {
+                let residual = v[c] - before[c] + h * force * v[c] / speed;
+                // The tolerance of positions is felt in velocities, and by the derivative of the force.
+                let most = 1e-13 / h * (1.0 + h * force / threshold);
+                assert!(residual.abs() < most, "{linear:?}, step {step}: {residual:e}");
+            }
+        }
+        let work = simulation.work().solver.unwrap();
+        assert_eq!(work.halvings, 0, "{linear:?}: no step is too long");
+    }
 }

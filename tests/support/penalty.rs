@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use pliant::dissipation::DissipativeTerm;
 use pliant::energy::{
     ChangingStencils, EnergyKind, EnergyTerm, Fault, Stencils, StepLimit, TermProperties, TermViews,
 };
@@ -119,13 +120,14 @@ impl Penalty {
         };
         [0, 1, 2, 3].map(entry)
     }
+}
 
-    fn write(&self, at: &Nearest, members: &[usize], psd: Psd, out: &mut [f64]) {
-        let mut blocks = out.chunks_exact_mut(4);
-        for (a, i) in members.iter().enumerate() {
-            for j in &members[a..] {
-                blocks.next().unwrap().copy_from_slice(&self.block(at, psd, (*i, *j)));
-            }
+/// Writes the blocks of the pairs of members.
+fn write(members: &[usize], out: &mut [f64], block: impl Fn((usize, usize)) -> [f64; 4]) {
+    let mut blocks = out.chunks_exact_mut(4);
+    for (a, i) in members.iter().enumerate() {
+        for j in &members[a..] {
+            blocks.next().unwrap().copy_from_slice(&block((*i, *j)));
         }
     }
 }
@@ -175,7 +177,8 @@ impl EnergyTerm for Penalty {
     }
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
         for (candidate, out) in self.candidates[stencils].iter().zip(out.chunks_exact_mut(24)) {
-            self.write(&nearest(x, *candidate), &[0, 1, 2], psd, out);
+            let at = nearest(x, *candidate);
+            write(&[0, 1, 2], out, |pair| self.block(&at, psd, pair));
         }
     }
     fn fault(&self, _: &[f64]) -> Option<Fault> {
@@ -243,7 +246,101 @@ impl ChangingStencils for Penalty {
         let count = [12, 24][list];
         for (candidate, out) in members[list][stencils].iter().zip(out.chunks_exact_mut(count)) {
             let at = nearest(x, self.candidates[*candidate]);
-            self.write(&at, &at.members(), psd, out);
+            write(&at.members(), out, |pair| self.block(&at, psd, pair));
+        }
+    }
+}
+
+/// `R = sum c/2 (1 - d/reach) |w|^2` over the pairs of a penalty, `w` the velocity of the point beside the nearest place of
+/// the segment: the bodies rub.
+pub(crate) struct Rubbing {
+    pairs: Penalty,
+    constant: f64,
+    gradient: Vec<f64>,
+}
+
+impl Rubbing {
+    /// Between the pairs of a penalty, `c` = `constant` [N s/m].
+    pub(crate) fn new(pairs: Penalty, constant: f64) -> Self {
+        Rubbing { pairs, constant, gradient: vec![] }
+    }
+
+    fn factor(&self, at: &Nearest) -> f64 {
+        self.constant * (1.0 - at.distance / self.pairs.reach).max(0.0)
+    }
+
+    /// Adds `dR/dv` to `y`.
+    fn add(&self, x: &[f64], v: &[f64], y: &mut [f64]) {
+        for (candidate, at) in self.pairs.near(x) {
+            let vertices = self.pairs.candidates[candidate].map(|v| 2 * v as usize);
+            for k in 0..2 {
+                let w: f64 = (0..3).map(|i| at.c[i] * v[vertices[i] + k]).sum();
+                (0..3).for_each(|i| y[vertices[i] + k] += self.factor(&at) * at.c[i] * w);
+            }
+        }
+    }
+
+    fn block(&self, at: &Nearest, (i, j): (usize, usize)) -> [f64; 4] {
+        let entry = self.factor(at) * at.c[i] * at.c[j];
+        [entry, 0.0, 0.0, entry]
+    }
+}
+
+impl DissipativeTerm for Rubbing {
+    fn name(&self) -> String {
+        "rubbing".into()
+    }
+    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
+        let mut gradient = vec![0.0; x.len()];
+        self.add(x, v, &mut gradient);
+        self.gradient = gradient;
+        self.gradient.iter().all(|g| g.is_finite())
+    }
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        g.iter_mut().zip(&self.gradient[2 * first..]).for_each(|(g, own)| *g += own);
+    }
+    fn add_damping_product(&mut self, x: &[f64], _: &[f64], p: &[f64], y: &mut [f64]) {
+        self.add(x, p, y);
+    }
+    fn stencils(&mut self) -> Stencils {
+        self.pairs.stencils()
+    }
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _: &[f64], out: &mut [f64]) {
+        for (candidate, out) in self.pairs.candidates[stencils].iter().zip(out.chunks_exact_mut(24)) {
+            let at = nearest(x, *candidate);
+            write(&[0, 1, 2], out, |pair| self.block(&at, pair));
+        }
+    }
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.evaluate(x, v);
+        self.gradient.iter().zip(v).map(|(g, v)| g * v).sum()
+    }
+    fn changing(&self) -> Option<&dyn ChangingStencils> {
+        self.pairs.changing().map(|_| self as &dyn ChangingStencils)
+    }
+    fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
+        if self.pairs.changing().is_some() { Some(self) } else { None }
+    }
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+impl ChangingStencils for Rubbing {
+    fn find(&mut self, x: &[f64]) -> bool {
+        self.pairs.find(x)
+    }
+
+    fn lists(&self) -> &[Stencils] {
+        self.pairs.lists()
+    }
+
+    fn blocks(&self, list: usize, stencils: Range<usize>, (x, _): (&[f64], &[f64]), _: Psd, out: &mut [f64]) {
+        let Found::Changing { members, .. } = &self.pairs.stencils else { return };
+        let count = [12, 24][list];
+        for (candidate, out) in members[list][stencils].iter().zip(out.chunks_exact_mut(count)) {
+            let at = nearest(x, self.pairs.candidates[*candidate]);
+            write(&at.members(), out, |pair| self.block(&at, pair));
         }
     }
 }

@@ -541,7 +541,8 @@ impl System {
             let limit = term.limit().filter(|limit| limit.guards_way())?;
             Some((limit.max_step(x, dx), term.name()))
         };
-        let least = self.terms.iter().map(Box::as_ref).filter_map(part).min_by(|a, b| a.0.total_cmp(&b.0));
+        let least =
+            self.terms.iter().filter_map(|term| part(term.as_ref())).min_by(|a, b| a.0.total_cmp(&b.0));
         least.filter(|(part, _)| *part < 1.0)
     }
 

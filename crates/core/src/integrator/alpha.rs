@@ -1,6 +1,7 @@
 //! The generalised-alpha family, Newmark's methods included.
 
 use super::Integrator;
+use super::equations::acceleration;
 use super::implicit::{Next, Solve, StageSolver, prescribe};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
@@ -62,10 +63,7 @@ impl Alpha {
         if !state.ensure_force(system, state.time) {
             return Err(StepFault::at(system, state.x(), state.v()));
         }
-        system.evaluate_dissipation(state.x(), state.v());
-        system.accelerations(&mut self.acceleration);
-        let drag = system.ether_drag();
-        self.acceleration.iter_mut().zip(state.v()).for_each(|(a, v)| *a -= drag * v);
+        acceleration(system, state.x(), state.v(), &mut self.acceleration);
         Ok(())
     }
 }

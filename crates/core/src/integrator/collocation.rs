@@ -13,6 +13,7 @@
 mod energy;
 
 use super::Integrator;
+use super::equations::acceleration;
 use super::implicit::Next;
 use crate::solver::StepFault;
 use crate::solver::coupled::{CoupledNewton, Stages, coupled_newton};
@@ -124,7 +125,6 @@ impl Integrator for Collocation {
         // are small beside it.
         self.next.x.copy_from_slice(state.x());
         self.next.v.copy_from_slice(state.v());
-        let drag = system.ether_drag();
         for (i, b) in b.iter().enumerate() {
             self.at.clear();
             self.at.extend(state.x().iter().zip(&self.z[i]).map(|(x, z)| x + z));
@@ -136,12 +136,11 @@ impl Integrator for Collocation {
             if is_last_the_end {
                 continue;
             }
-            system.evaluate_dissipation(&self.at, &self.v[i]);
-            system.accelerations(&mut self.acceleration);
+            acceleration(system, &self.at, &self.v[i], &mut self.acceleration);
             let weight = system.inverse_mass();
             for n in (0..weight.len()).filter(|n| weight[*n] > 0.0) {
                 self.next.x[n] += h * b * self.v[i][n];
-                self.next.v[n] += h * b * (self.acceleration[n] - drag * self.v[i][n]);
+                self.next.v[n] += h * b * self.acceleration[n];
             }
         }
         let mut force = ForceId::NONE;

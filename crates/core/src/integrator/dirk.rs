@@ -1,5 +1,6 @@
 //! Diagonally implicit Runge-Kutta methods on `(x, v)' = (v, a(x, t) - c v)`, one stage after another.
 
+use super::equations::acceleration_at;
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
 use super::tableau::{Stages, Tableau};
@@ -62,16 +63,12 @@ impl Integrator for Dirk {
             if row[i] == 0.0 {
                 // Explicit stages come first, where the force may be known.
                 self.combine(state, h, &row[..i]);
-                system.set_time(time);
                 let x = &mut self.next.x;
                 x.iter_mut().zip(state.x()).zip(&self.z).for_each(|((x, old), z)| *x = old + z);
-                let prescribed = system.prescribe(time, x, &mut self.w);
-                let known = i == 0 && system.holds(state.force);
-                if !prescribed || !known && system.evaluate(x).is_none() {
-                    return Err(StepFault::at(system, x, &self.w));
-                }
-                system.evaluate_dissipation(x, &self.w);
-                self.stages.take(i, system, system.ether_drag(), &self.w);
+                let known = if i == 0 { state.force } else { ForceId::NONE };
+                let Stages { velocity, acceleration } = &mut self.stages;
+                acceleration_at(system, time, (x, &mut self.w), known, &mut acceleration[i])?;
+                velocity[i].copy_from_slice(&self.w);
                 continue;
             }
             self.combine(state, h, &row[..i]);

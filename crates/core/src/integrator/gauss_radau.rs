@@ -1,6 +1,7 @@
 //! The engine of the Gauss-Radau method: the acceleration as a polynomial through seven nodes, found by iteration.
 
 use super::Integrator;
+use super::equations::{acceleration, acceleration_at};
 use super::estimate::{Judgement, Tolerances};
 use super::ias15::Ias15Parameters;
 use super::implicit::Next;
@@ -272,15 +273,12 @@ impl GaussRadau {
         (change, largest)
     }
 
-    /// Writes the accelerations at `(x, v)`, in `next`, to `at`; false where they are not finite.
-    fn evaluate(&mut self, system: &mut System, time: f64) -> bool {
-        system.set_time(time);
+    /// Writes the accelerations at `(x, v)`, in `next`, to `at`.
+    fn evaluate(&mut self, system: &mut System, time: f64) -> Result<(), StepFault> {
         let Next { x, v } = &mut self.next;
-        if !system.prescribe(time, x, v) || system.evaluate(x).is_none() {
-            return false;
-        }
-        accelerate(system, x, v, &mut self.at);
-        true
+        acceleration_at(system, time, (x, v), ForceId::NONE, &mut self.at)?;
+        leave_held(system, &mut self.at);
+        Ok(())
     }
 
     /// Whether a correction of positions [m] is within what rounding leaves of them.
@@ -301,9 +299,7 @@ impl GaussRadau {
             let (mut change, mut largest) = (0.0, 0.0);
             for n in 1..=TERMS {
                 self.go(state, h, NODES[n], wants_velocity);
-                if !self.evaluate(system, state.time + NODES[n] * h) {
-                    return Err(StepFault::at(system, &self.next.x, &self.next.v));
-                }
+                self.evaluate(system, state.time + NODES[n] * h)?;
                 (change, largest) = self.correct(n);
             }
             let error = if change == 0.0 { 0.0 } else { change / largest };
@@ -355,14 +351,11 @@ fn add(sum: &mut f64, lost: &mut f64, by: f64) {
     *sum = new;
 }
 
-/// Writes the whole acceleration at `(x, v)` [m/s^2], of the force that the system holds, over `a`.
-fn accelerate(system: &mut System, x: &[f64], v: &[f64], a: &mut [f64]) {
-    system.evaluate_dissipation(x, v);
-    system.accelerations(a);
-    let drag = system.ether_drag();
-    if drag != 0.0 {
-        let free = system.inverse_mass().iter().map(|w| *w > 0.0);
-        a.iter_mut().zip(v).zip(free).filter(|(_, free)| *free).for_each(|((a, v), _)| *a -= drag * v);
+/// Held coordinates have no part in the polynomial, drag or not.
+fn leave_held(system: &System, a: &mut [f64]) {
+    if system.ether_drag() != 0.0 {
+        let held = a.iter_mut().zip(system.inverse_mass()).filter(|(_, w)| **w == 0.0);
+        held.for_each(|(a, _)| *a = 0.0);
     }
 }
 
@@ -418,7 +411,8 @@ impl Integrator for GaussRadau {
                 return Err(StepFault::at(system, state.x(), state.v()));
             }
         }
-        accelerate(system, state.x(), state.v(), &mut self.first);
+        acceleration(system, state.x(), state.v(), &mut self.first);
+        leave_held(system, &mut self.first);
         // Until the step stands, nothing leads anywhere.
         self.now.h = 0.0;
         self.iterate(system, state, h)?;

@@ -1,6 +1,6 @@
 //! What implicit schemes have in common: stages that are solved, and the memory of a step.
 
-use crate::algebra::all_finite;
+use super::equations::end_step;
 use crate::lanes::Numbers;
 use crate::solver::StepFault;
 use crate::solver::{Iterate, Minimizer, Objective, SolverOptions, SolverWork, Velocity, minimizer};
@@ -224,7 +224,7 @@ impl Next {
         Next { x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns) }
     }
 
-    /// Moves what is prescribed to its place at the end of a step of `h`, lets walls act, and makes this the state.
+    /// Ends a step of `h` here.
     pub(super) fn commit(
         &mut self,
         system: &mut System,
@@ -232,13 +232,7 @@ impl Next {
         h: f64,
         force: ForceId,
     ) -> Result<(), StepFault> {
-        system.prescribe(state.time + h, &mut self.x, &mut self.v);
-        if !(all_finite(&self.x) && all_finite(&self.v)) {
-            return Err(StepFault::at(system, &self.x, &self.v));
-        }
-        let put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
-        state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
-        Ok(())
+        end_step(system, state, h, (&mut self.x, &mut self.v), force)
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -7,6 +7,7 @@ pub mod alpha;
 mod amplification;
 pub mod collocation;
 pub mod dirk;
+pub(crate) mod equations;
 pub mod estimate;
 pub mod gauss_radau;
 mod implicit;

@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 
+use super::equations::{acceleration_at, end_step};
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
 use super::tableau::{Stages, Tableau};
 use super::{Integrator, node};
-use crate::algebra::all_finite;
 use crate::lanes::Numbers;
 use crate::solver::StepFault;
 use crate::state::State;
@@ -69,32 +69,22 @@ fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 impl Integrator for RungeKutta {
     fn step(&mut self, system: &mut System, state: &mut State, h: f64) -> Result<(), StepFault> {
         let Tableau { a, b, .. } = self.tableau;
-        let drag = system.ether_drag();
         let mut force = ForceId::NONE;
         for stage in 0..b.len() {
             self.combine(state, h, a[stage]);
-            let known = stage == 0 && system.holds(state.force);
+            let known = if stage == 0 { state.force } else { ForceId::NONE };
             let time = state.time + node(a[stage]) * h;
-            system.set_time(time);
-            let prescribed = system.prescribe(time, &mut self.x, &mut self.v);
-            if !prescribed || !known && system.evaluate(&self.x).is_none() {
-                return Err(StepFault::at(system, &self.x, &self.v));
-            }
-            system.evaluate_dissipation(&self.x, &self.v);
-            self.stages.take(stage, system, drag, &self.v);
+            let Stages { velocity, acceleration } = &mut self.stages;
+            let at = (&mut self.x[..], &mut self.v[..]);
+            acceleration_at(system, time, at, known, &mut acceleration[stage])?;
+            velocity[stage].copy_from_slice(&self.v);
         }
         if self.tableau.is_first_same_as_last() {
             force = system.force();
         } else {
             self.combine(state, h, b);
-            system.prescribe(state.time + h, &mut self.x, &mut self.v);
         }
-        if !(all_finite(&self.x) && all_finite(&self.v)) {
-            return Err(StepFault::at(system, &self.x, &self.v));
-        }
-        let put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
-        state.swap(&mut self.x, &mut self.v, if put_back { ForceId::NONE } else { force });
-        Ok(())
+        end_step(system, state, h, (&mut self.x, &mut self.v), force)
     }
 
     fn judge(

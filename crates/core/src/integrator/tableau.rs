@@ -42,16 +42,6 @@ impl Stages {
         Stages { acceleration: velocity.clone(), velocity }
     }
 
-    /// Writes the accelerations at a stage whose forces are evaluated, drag included, and keeps its velocity.
-    pub(super) fn take(&mut self, stage: usize, system: &crate::system::System, drag: f64, v: &[f64]) {
-        let acceleration = &mut self.acceleration[stage];
-        system.accelerations(acceleration);
-        if drag != 0.0 {
-            acceleration.iter_mut().zip(v).for_each(|(a, v)| *a -= drag * v);
-        }
-        self.velocity[stage].copy_from_slice(v);
-    }
-
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         16 * self.velocity.iter().map(Vec::len).sum::<usize>()

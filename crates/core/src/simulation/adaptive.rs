@@ -2,10 +2,11 @@
 
 use super::{Simulation, StepError};
 use crate::control::{Controller, StepControl};
+use crate::integrator::equations::acceleration_at;
 use crate::integrator::estimate::{ErrorNorm, Judgement};
 use crate::solver::StepFault;
 use crate::solver::scene_size;
-use crate::system::System;
+use crate::system::{ForceId, System};
 
 /// Times nearer to each other than this many units in the last place are one.
 const SAME_TIME_ULPS: f64 = 8.0;
@@ -200,15 +201,7 @@ impl Simulation {
 /// The acceleration [m/s^2] at `(x, v)`, drag included; `None` where it is not finite.
 fn acceleration(system: &mut System, x: &[f64], v: &[f64], time: f64) -> Option<Vec<f64>> {
     let (mut x, mut v) = (x.to_vec(), v.to_vec());
-    system.set_time(time);
-    if !system.prescribe(time, &mut x, &mut v) {
-        return None;
-    }
-    system.evaluate(&x)?;
-    system.evaluate_dissipation(&x, &v);
     let mut a = vec![0.0; x.len()];
-    system.accelerations(&mut a);
-    let drag = system.ether_drag();
-    a.iter_mut().zip(&v).for_each(|(a, v)| *a -= drag * v);
+    acceleration_at(system, time, (&mut x, &mut v), ForceId::NONE, &mut a).ok()?;
     Some(a)
 }

@@ -41,6 +41,8 @@ pub(super) struct Accepted {
     pub(super) halvings: u32,
     /// Whether the force there is finite, where the residual is that of the trial already.
     pub(super) finite: Option<bool>,
+    /// Whether a term that guards ways admitted less than the whole step.
+    pub(super) shortened: bool,
 }
 
 impl<const D: usize> Newton<D> {
@@ -54,6 +56,7 @@ impl<const D: usize> Newton<D> {
     ) -> Option<Accepted> {
         let Slope { start, slope, correction, negligible, whole } = *along;
         let mut step = system.max_step(&at.x, &self.direction);
+        let shortened = step < 1.0 && system.has_guards();
         let mut halvings = 0;
         loop {
             self.go(system, objective, at, step);
@@ -61,7 +64,7 @@ impl<const D: usize> Newton<D> {
             let there = self.value(system, objective, at, &trial);
             self.trial = trial;
             if there <= start + ARMIJO * step * slope {
-                return Some(Accepted { value: there, halvings, finite: None });
+                return Some(Accepted { value: there, halvings, finite: None, shortened });
             }
             // A decrease that drowns in the rounding of the objective shows in its slope.
             let drowns = (there - start).abs() <= ROUNDING * (start.abs() + there.abs())
@@ -71,7 +74,8 @@ impl<const D: usize> Newton<D> {
                 let end = dot(&self.direction, &self.residual);
                 // Downhill at the end is as good: the way to a saddle gets steeper.
                 if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
-                    return Some(Accepted { value: there, halvings, finite: Some(finite) });
+                    let finite = Some(finite);
+                    return Some(Accepted { value: there, halvings, finite, shortened });
                 }
                 // The way on, or back, is from the iterate.
                 self.residual(system, objective, at);

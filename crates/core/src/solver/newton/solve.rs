@@ -273,7 +273,8 @@ impl<const D: usize> Newton<D> {
         if !finite {
             return Err(Verdict::Infeasible);
         }
-        if self.has_converged(solve, found, steady) {
+        // What is left of a step that a term cut short says nothing of how far the solution is.
+        if !accepted.shortened && self.has_converged(solve, found, steady) {
             self.note_loose(solve.system, solve.at, solve.correction);
             return Ok(Converged);
         }
