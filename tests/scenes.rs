@@ -491,3 +491,16 @@ fn cooks_membrane_locks_without_nodal_integration_and_does_not_with_it() {
     let (plain, nodal) = (rise(48.0), rise(108.0));
     assert!((2.1..2.3).contains(&plain) && (6.2..6.5).contains(&nodal), "{plain} {nodal}");
 }
+
+// The theory of small deflections has 0.2 m; linear tetrahedra, which lock, 0.006 m.
+#[test]
+fn a_nearly_incompressible_beam_of_hexahedra_bends_and_keeps_its_volume() {
+    let (assembly, summary) = simulated("hexahedra.toml", 1.0);
+    assert!(matches!(summary.outcome, Outcome::Done), "{:?}", summary.outcome);
+    let (rest, x) = (&assembly.topology.rest_positions, assembly.simulation.positions());
+    let v = rest.chunks(3).position(|x| x == [1.0, 0.05, 0.05]).unwrap();
+    let sunk = 0.05 - x[3 * v + 2];
+    assert!((0.18..0.19).contains(&sunk), "{sunk}");
+    let j = summary.end.min_j.unwrap();
+    assert!(j > 0.99, "{j}");
+}

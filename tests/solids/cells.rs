@@ -3,6 +3,8 @@
 
 use pliant::element::{HEXAHEDRON, Isoparametric, QUADRILATERAL};
 use pliant_mesh::Mesh;
+use pliant_scene::Scene;
+use pliant_scene::assembly::UnstableStep;
 use serde_json::{Value, json};
 
 use super::benchmarks::sheared;
@@ -47,18 +49,12 @@ fn sunk(cells: [usize; 3], poisson: f64) -> f64 {
     -hung(solid.of_kind(Kind::Whole), &[10.0, 1.0, 1.0]) / theory
 }
 
-// Clamping hinders the sides from moving, which makes the beam stiffer by about a hundredth. The part of
-// its own bending that a cell knows is `(7/6) / (1 + nu)` here, of which a quarter counts with two of
-// them.
+// Plain trilinear cells have 0.77 and 0.41 of theory with cells two and four times longer than thick.
 #[test]
 fn a_bent_beam_of_two_hexahedra_through_its_thickness_does_not_lock() {
     for (poisson, cells) in [(0.3, [10, 2, 2]), (0.4999, [10, 2, 2]), (0.4999, [5, 2, 2])] {
-        let expected = 1.0 / (0.75 + 0.25 * 7.0 / 6.0 / (1.0 + poisson));
         let part = sunk(cells, poisson);
-        assert!(
-            (part / expected - 1.0).abs() < 0.04,
-            "nu = {poisson}, {cells:?}: {part}, expected {expected}"
-        );
+        assert!((part - 1.0).abs() < 0.04, "nu = {poisson}, {cells:?}: {part}");
     }
 }
 
@@ -210,5 +206,42 @@ fn shares_of_gravity_and_loads_on_sides_add_up() {
         assert_relative(sum, 7.0, 1e-13, "the area of the side is 1");
         let mass: f64 = probe.0.system().mass().iter().sum();
         assert_relative(mass, 1500.0, 1e-13, "the volume is 1.5");
+    }
+}
+
+/// What is wrong with a body of this mesh and these keys.
+fn refused(dimension: usize, mesh: &Value, keys: &Value) -> String {
+    let mut body =
+        json!({ "mesh": mesh, "mass": { "density": 1.0 }, "elastic": isotropic("linear", 1.0, 0.3) });
+    body.as_object_mut().unwrap().extend(keys.as_object().unwrap().clone());
+    let time = json!({ "integrator": "rk4", "step": 1e-3, "duration": 1.0 });
+    let scene = json!({ "dimension": dimension, "time": time, "body": [body] });
+    // As text: places and bounds are checked where text is read.
+    let read = Scene::from_toml(&toml::to_string(&scene).unwrap());
+    match read {
+        Err(error) => error.to_string(),
+        Ok(scene) => format!("{:?}", scene.assemble(UnstableStep::Accept).err().expect("refused")),
+    }
+}
+
+#[test]
+fn what_cells_cannot_be_is_refused_with_the_reason() {
+    let whole = |element: &str, cells: &[usize]| json!({ "grid": { "cells": cells, "spacing": 1.0, "element": element } });
+    let quadrilaterals = |cells: Value| {
+        let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.7, 0.2], [2.0, 0.0], [2.0, 1.0]];
+        json!({ "inline": { "points": points, "quadrilaterals": cells } })
+    };
+    let hexahedra = whole("hexahedron", &[1, 1, 1]);
+    for (dimension, mesh, keys, message) in [
+        (2, whole("hexahedron", &[1, 1]), json!({}), "is for 3D, and `dimension` is 2"),
+        (3, whole("quadrilateral", &[1, 1, 1]), json!({}), "is for 2D, and `dimension` is 3"),
+        (3, hexahedra.clone(), json!({ "order": 2 }), "`order = 2` is for triangles and tetrahedra"),
+        (3, hexahedra.clone(), json!({ "nodal_integration": {} }), "hexahedra do not lock without it"),
+        (2, quadrilaterals(json!([[0, 1, 2, 4]])), json!({}), "quadrilateral 0 is folded"),
+        (2, quadrilaterals(json!([[0, 3, 2, 1]])), json!({}), "quadrilateral 0 is inverted"),
+        (2, quadrilaterals(json!([[0, 1, 2, 3], [1, 5, 6, 2], [2, 3, 0, 1]])), json!({}), "quadrilateral 2"),
+    ] {
+        let found = refused(dimension, &mesh, &keys);
+        assert!(found.contains(message), "{found}");
     }
 }

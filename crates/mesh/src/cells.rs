@@ -322,8 +322,9 @@ impl Cells {
         }
         file.triangles = triangles.places;
         file.tetrahedra = tetrahedra.places;
-        let simplices = !file.mesh.triangles.is_empty() || !file.mesh.tetrahedra.is_empty();
-        if lines_are_springs || !simplices && file.mesh.blocks.is_empty() {
+        let only_lines =
+            file.mesh.triangles.is_empty() && file.mesh.tetrahedra.is_empty() && file.mesh.blocks.is_empty();
+        if lines_are_springs || only_lines {
             file.mesh.edges = lines.vertices;
             file.edges = lines.places;
         } else {

@@ -118,6 +118,7 @@ pub(super) fn build(spec: &GridSpec, dimension: usize) -> Result<Mesh, MeshError
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spec::WholeCell;
     use crate::test_support::{build_grid, grid};
 
     #[test]
@@ -126,6 +127,41 @@ mod tests {
         assert_eq!(mesh.points, [0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.5, 0.5, 1.0, 0.0, 1.0, 0.5]);
         assert_eq!(mesh.triangles, [[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]]);
         assert_eq!(mesh.element_count(), 4);
+    }
+
+    /// Whole cells have the vertices of their simplices, and mirrored and repeated they stay positive.
+    #[test]
+    fn whole_cells_fill_the_box_mirrored_and_repeated_too() {
+        for (cells, element) in
+            [(&[3, 2][..], WholeCell::Quadrilateral), (&[3, 2, 2][..], WholeCell::Hexahedron)]
+        {
+            let spec = GridSpec { element: Some(element), ..grid(cells, 0.5) };
+            let d = cells.len();
+            let body = crate::spec::BodyMesh {
+                shape: &crate::spec::MeshSpec::Grid(spec.clone()),
+                transform: Some(&crate::spec::TransformSpec {
+                    scale: Some(pliant::value::OneOrMany::Many([-1.0, 1.0, 1.0][..d].to_vec())),
+                    ..Default::default()
+                }),
+                repeat: Some(&crate::spec::RepeatSpec { count: vec![2; d], spacing: vec![9.0; d] }),
+                quadratic: false,
+            };
+            let mesh = crate::build_body(&body, d, ".".as_ref()).unwrap();
+            let count = cells.iter().product::<usize>() << d;
+            assert_eq!((mesh.element_count(), mesh.contents().pieces), (count, 1 << d));
+            let quality = mesh.quality().elements.unwrap();
+            assert!((quality.total_volume - count as f64 * 0.5f64.powi(d as i32)).abs() < 1e-12);
+            assert!((quality.worst_mean_ratio - 1.0).abs() < 1e-12);
+            assert!((mesh.lumped_measure().iter().sum::<f64>() - quality.total_volume).abs() < 1e-12);
+            let simplices = build_grid(&grid(cells, 0.5), d).unwrap();
+            assert_eq!(build_grid(&spec, d).unwrap().points, simplices.points);
+            let size = size(&spec, d).unwrap();
+            let one = build_grid(&spec, d).unwrap();
+            let bytes = size_of_val(&one.points[..]) + size_of_val(&one.blocks[0].vertices[..]);
+            assert_eq!((size.bytes, size.blocks), (bytes as u64, one.element_count() as u64));
+            let wrong = build_grid(&GridSpec { cells: vec![1; 5 - d], ..spec }, 5 - d);
+            assert!(matches!(wrong, Err(MeshError::WrongElement { .. })));
+        }
     }
 
     #[test]

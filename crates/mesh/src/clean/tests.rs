@@ -419,3 +419,32 @@ proptest! {
         prop_assert_eq!(targets(&mesh, tolerance), naive);
     }
 }
+
+/// Two quadrilaterals, the second twice and the other way round, a flat one, and a vertex that none has; a line
+/// of the boundary in a group.
+#[test]
+fn quadrilaterals_are_cleaned_as_triangles_are() {
+    let points =
+        [[0., 0., 0.], [1., 0., 0.], [2., 0., 0.], [0., 1., 0.], [1., 1., 0.], [2., 1., 0.], [9., 9., 0.]];
+    let text = file(
+        &points,
+        &[
+            (3, 1, &[1, 2, 5, 4]),
+            (3, 2, &[2, 5, 6, 3]),
+            (3, 3, &[6, 3, 2, 5]),
+            (3, 4, &[1, 2, 3, 2]),
+            (1, 5, &[1, 2]),
+        ],
+    );
+    assert!(matches!(error(&text, 2), MeshError::RepeatedVertex { cell: Cell::Other(kind, 3), vertex: 1 }
+        if kind.name == "quadrilateral"));
+    let mesh = gmsh(&text, 2, &EVERYTHING).unwrap();
+    assert_eq!(mesh.block().unwrap().of::<4>(), [[0, 1, 4, 3], [1, 2, 5, 4]]);
+    assert_eq!(mesh.vertex_count(), 6);
+    assert!((mesh.quality().elements.unwrap().total_volume - 2.0).abs() < 1e-15);
+    // What stands for the repeated one is in its group too.
+    assert_eq!((&mesh.groups["2"].cells[..], &mesh.groups["3"].cells[..]), (&[1][..], &[1][..]));
+    assert!(mesh.groups["4"].cells.is_empty() && mesh.lines == [[0, 1]]);
+    let said: Vec<String> = mesh.cleaned.iter().map(sentence).collect();
+    assert!(said.iter().any(|text| text.contains("1 of 2 quadrilaterals")), "{said:?}");
+}

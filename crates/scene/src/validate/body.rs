@@ -129,7 +129,10 @@ impl Contents {
         let flat = dimension != Some(3);
         let sheet = match mesh {
             MeshSpec::Cloth(_) | MeshSpec::Sphere(_) | MeshSpec::File(_) => !flat,
-            MeshSpec::Inline(inline) => !flat && !inline.triangles.is_empty() && inline.tetrahedra.is_empty(),
+            MeshSpec::Inline(inline) => {
+                let solids = !inline.tetrahedra.is_empty() || !inline.hexahedra.is_empty();
+                !flat && !inline.triangles.is_empty() && !solids
+            }
             _ => false,
         };
         let (elements, edges, edge_count) = match mesh {
