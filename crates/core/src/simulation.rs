@@ -3,6 +3,7 @@
 mod adaptive;
 mod change;
 mod checkpoint;
+mod drives;
 mod error;
 mod material;
 mod matrices;
@@ -13,6 +14,7 @@ mod work;
 
 pub use crate::deadline::Stopped;
 pub use checkpoint::Checkpoint;
+pub use drives::MoveError;
 pub use error::{Retried, StepError};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};

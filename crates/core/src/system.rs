@@ -8,7 +8,7 @@ mod wall_loss;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::constraint::{Hold, Jump, Wall};
+use crate::constraint::{Drive, Hold, Jump, Wall};
 use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{ChangingStencils, DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
@@ -162,7 +162,7 @@ impl System {
 
     /// Holds coordinates. A coordinate that moves is in no other hold.
     pub fn hold(&mut self, hold: Hold) {
-        self.moves |= hold.motion().is_some();
+        self.moves |= hold.moves();
         self.structure = fresh();
         hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
         let last = self.all_holds().map(Hold::rank).max();
@@ -206,8 +206,26 @@ impl System {
         found
     }
 
+    /// The hold of this name that acts now.
+    pub(crate) fn hold_named(&self, name: &str) -> Option<&Hold> {
+        self.holds.iter().find(|hold| hold.name() == name)
+    }
+
+    /// Steers the holds of this name so, those that have let go too.
+    pub(crate) fn set_drive(&mut self, name: &str, drive: &Drive) {
+        let holds = self.holds.iter_mut().chain(&mut self.let_go);
+        holds.filter(|hold| hold.name() == name).for_each(|hold| hold.set_drive(Some(drive.clone())));
+        self.moves = self.holds.iter().any(Hold::moves);
+    }
+
+    /// Ends all steering: holds go on by their own motions, or stay.
+    pub(crate) fn end_drives(&mut self) {
+        self.holds.iter_mut().chain(&mut self.let_go).for_each(|hold| hold.set_drive(None));
+        self.moves = self.holds.iter().any(Hold::moves);
+    }
+
     fn holds_changed(&mut self) {
-        self.moves = self.holds.iter().any(|hold| hold.motion().is_some());
+        self.moves = self.holds.iter().any(|hold| hold.moves());
         self.inverse_mass = self.inverse_mass_of(|_| true);
         self.structure = fresh();
         // A force may be good although it is not finite where it was held.
@@ -301,7 +319,7 @@ impl System {
     pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
         let of_hold = |hold: &Hold| {
             let end = Some(hold.end()).filter(|end| *end > time && end.is_finite());
-            let motion = hold.motion().and_then(|motion| motion.next_break(time));
+            let motion = hold.next_break(time);
             end.into_iter().chain(motion).reduce(f64::min)
         };
         self.holds.iter().filter_map(of_hold).reduce(f64::min)
@@ -773,7 +791,7 @@ impl System {
     /// Why `x` has no finite energy or force.
     pub fn fault(&self, x: &[f64]) -> Option<Fault> {
         let lost = |hold: &&Hold| {
-            hold.motion().is_some() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite())
+            hold.moves() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite())
         };
         if let Some(hold) = self.holds.iter().find(lost) {
             return Some(Fault::Motion { hold: hold.name().to_owned() });

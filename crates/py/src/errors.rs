@@ -52,7 +52,6 @@ pub(crate) fn step(error: &Step) -> PyErr {
         Step::Unstable { step, time, step_size, stable_step, .. } => {
             (*step, *time, *step_size, None, None, *stable_step)
         }
-        _ => (0, f64::NAN, f64::NAN, None, None, None),
     };
     let (element, j, body) = match fault {
         Some(Fault::Element { body, element, j }) => (Some(*element), Some(*j), Some(body.clone())),

@@ -222,7 +222,6 @@ impl Simulation {
                     None => PyRuntimeError::new_err(error.to_string()),
                 }));
             }
-            _ => return Err(PyRuntimeError::new_err("the run ended early")),
         }
         let report = PyDict::new(py);
         report.set_item("frames", summary.frames)?;

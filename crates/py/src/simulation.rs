@@ -3,6 +3,7 @@
 mod measure;
 mod parameters;
 mod state;
+mod steering;
 mod vibration;
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};

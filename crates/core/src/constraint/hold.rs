@@ -4,7 +4,8 @@ mod jump;
 
 pub(crate) use jump::Jump;
 
-use super::Motion;
+use super::drive::mean;
+use super::{Drive, Motion, Waypoint};
 
 /// Places nearer to each other than this part of their distance from the origin, and of the way that the
 /// velocity leads to in all the time there was, are one.
@@ -22,6 +23,8 @@ pub struct Hold {
     /// When it lets go [s].
     until: f64,
     motion: Option<Moved>,
+    /// In the place of its motion, where it is steered from outside.
+    drive: Option<Drive>,
 }
 
 /// What a motion moves.
@@ -38,7 +41,15 @@ impl Hold {
     pub fn new(name: impl Into<String>, mut vertices: Vec<u32>) -> Self {
         vertices.sort_unstable();
         vertices.dedup();
-        Hold { name: name.into(), rank: 0, vertices, axes: [true; 3], until: f64::INFINITY, motion: None }
+        Hold {
+            name: name.into(),
+            rank: 0,
+            vertices,
+            axes: [true; 3],
+            until: f64::INFINITY,
+            motion: None,
+            drive: None,
+        }
     }
 
     /// Holds only the coordinates along these of the axes x, y, z.
@@ -62,14 +73,7 @@ impl Hold {
     /// If a vertex of the hold is in neither.
     #[must_use]
     pub fn moving(mut self, motion: Motion, start: &[f64], rest: &[f64], dimension: usize) -> Self {
-        let points = |x: &[f64]| -> Vec<[f64; 3]> {
-            let point = |v: &u32| {
-                let mut point = [0.0; 3];
-                point[..dimension].copy_from_slice(&x[*v as usize * dimension..][..dimension]);
-                point
-            };
-            self.vertices.iter().map(point).collect()
-        };
+        let points = |x: &[f64]| points_of(&self.vertices, x, dimension);
         let (start, rest) = (points(start), points(rest));
         self.motion = Some(Moved { motion, start, rest });
         self
@@ -117,7 +121,48 @@ impl Hold {
         self.until
     }
 
-    /// How it moves; `None` where it stays.
+    /// Whether it moves, by itself or steered.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some() || self.drive.is_some()
+    }
+
+    /// Motion by which it is steered from outside.
+    pub fn drive(&self) -> Option<&Drive> {
+        self.drive.as_ref()
+    }
+
+    /// Is steered so from now on; `None`: goes on by its own motion.
+    pub(crate) fn set_drive(&mut self, drive: Option<Drive>) {
+        self.drive = drive;
+    }
+
+    /// Starts of its vertices [m] and its pose from there at `time` [s]. A motion that is none of a rigid body
+    /// starts where its vertices are in `x`, and so does what stays.
+    pub(crate) fn pose(&self, time: f64, dimension: usize, x: &[f64]) -> (Vec<[f64; 3]>, Waypoint) {
+        if let Some(drive) = &self.drive {
+            return (drive.starts().to_vec(), drive.at(time));
+        }
+        let places = points_of(&self.vertices, x, dimension);
+        let still = Waypoint::at_rest(nalgebra::Isometry3::identity());
+        let Some(Moved { motion, start, rest }) = &self.motion else { return (places, still) };
+        let moment = motion.at(time);
+        if let Some(waypoint) = moment.rigid(mean(start)) {
+            return (start.clone(), waypoint);
+        }
+        let rates: Vec<_> =
+            start.iter().zip(rest).map(|(start, rest)| moment.place(*start, *rest).1).collect();
+        (places, Waypoint { velocity: mean(&rates).coords, ..still })
+    }
+
+    /// The first time after `time` at which its motion breaks [s].
+    pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
+        match &self.drive {
+            Some(drive) => drive.times().into_iter().find(|at| *at > time),
+            None => self.motion.as_ref()?.motion.next_break(time),
+        }
+    }
+
+    /// How it moves by itself; `None` where it stays.
     pub fn motion(&self) -> Option<&Motion> {
         self.motion.as_ref().map(|moved| &moved.motion)
     }
@@ -130,11 +175,25 @@ impl Hold {
 
     /// Writes the positions [m] and velocities [m/s] at `time` [s] of what moves into flat arrays; whether they are finite.
     pub(crate) fn prescribe(&self, time: f64, dimension: usize, x: &mut [f64], v: &mut [f64]) -> bool {
+        if let Some(drive) = &self.drive {
+            return self.put(drive.places(&drive.at(time)), dimension, x, v);
+        }
         let Some(Moved { motion, start, rest }) = &self.motion else { return true };
         let moment = motion.at(time);
+        let places = start.iter().zip(rest).map(|(start, rest)| moment.place(*start, *rest));
+        self.put(places, dimension, x, v)
+    }
+
+    /// Writes positions [m] and velocities [m/s] of its vertices into flat arrays; whether they are finite.
+    fn put(
+        &self,
+        places: impl Iterator<Item = ([f64; 3], [f64; 3])>,
+        dimension: usize,
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> bool {
         let mut sum = 0.0;
-        for ((vertex, start), rest) in self.vertices.iter().zip(start).zip(rest) {
-            let (position, velocity) = moment.place(*start, *rest);
+        for (vertex, (position, velocity)) in self.vertices.iter().zip(places) {
             for c in (0..dimension).filter(|c| self.axes[*c]) {
                 let i = *vertex as usize * dimension + c;
                 (x[i], v[i]) = (position[c], velocity[c]);
@@ -183,6 +242,17 @@ impl Hold {
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
         let moved = self.motion.as_ref().map_or(0, |moved| moved.start.len() + moved.rest.len());
-        size_of_val(&self.vertices[..]) + moved * size_of::<[f64; 3]>()
+        let driven = self.drive.as_ref().map_or(0, Drive::bytes);
+        size_of_val(&self.vertices[..]) + moved * size_of::<[f64; 3]>() + driven
     }
+}
+
+/// Places of some vertices in a flat array.
+fn points_of(vertices: &[u32], x: &[f64], dimension: usize) -> Vec<[f64; 3]> {
+    let point = |v: &u32| {
+        let mut point = [0.0; 3];
+        point[..dimension].copy_from_slice(&x[*v as usize * dimension..][..dimension]);
+        point
+    };
+    vertices.iter().map(point).collect()
 }

@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::Waypoint;
+
 /// A vector that changes with time: its value and its rate at the time `t` [s].
 pub type Path = Box<dyn Fn(f64) -> ([f64; 3], [f64; 3]) + Send + Sync>;
 /// An angle that changes with time: its value [rad] and its rate [rad/s] at the time `t` [s].
@@ -169,6 +173,23 @@ impl Moment<'_> {
 }
 
 impl Moment<'_> {
+    /// Pose and velocities of a rigid body that started with its mean at `centre`: `None` where the motion
+    /// differs from place to place.
+    pub(super) fn rigid(&self, centre: Point3<f64>) -> Option<Waypoint> {
+        if self.field.is_some() {
+            return None;
+        }
+        let start = centre.coords.into();
+        let (place, velocity) = self.place(start, start);
+        let (turn, spin) = self.rotation.as_ref().map_or_else(Default::default, |rotation| {
+            let axis = Vector3::from(rotation.axis);
+            let angle = libm::atan2(rotation.sin, rotation.cos);
+            (angle * axis, rotation.rate * axis)
+        });
+        let pose = Isometry3::new(Vector3::from(place) - centre.coords, turn);
+        Some(Waypoint { pose, velocity: velocity.into(), angular_velocity: spin })
+    }
+
     /// The start from which the vertex that is at `rest` in the rest shape is at `place` now: `x(0) = c + R^T
     /// (x - sum u - c)`.
     pub(super) fn start(&self, place: [f64; 3], rest: [f64; 3]) -> [f64; 3] {

@@ -91,7 +91,7 @@ fn ensure_steady(system: &System) -> Result<(), ModesError> {
     if let Some(term) = system.terms().iter().find(|term| !term.properties().is_conservative) {
         return fail(format!("{} follows the body", term.name()));
     }
-    if let Some(hold) = system.constraints().iter().find(|hold| hold.motion().is_some()) {
+    if let Some(hold) = system.constraints().iter().find(|hold| hold.moves()) {
         return fail(format!("pin `{}` moves", hold.name()));
     }
     if let Some(hold) = system.constraints().iter().find(|hold| hold.end() < f64::INFINITY) {

@@ -40,7 +40,7 @@ impl Simulation {
     /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of
     /// the same bodies with other parameters. Loads and motions that depend on time are at the present time;
     /// a pin whose motion is another one goes on from where it is, with the displacement and the rotation
-    /// that the new motion makes from now on. The balance of energy begins anew, as after
+    /// that the new motion makes from now on; pins that are steered still are. The balance of energy begins anew, as after
     /// [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added to the
     /// simulation itself, forces from outside and pins, is gone: it is not in `other`.
     ///
@@ -50,7 +50,7 @@ impl Simulation {
         assert_eq!(other.state.x().len(), self.state.x().len(), "the same vertices");
         assert_eq!(other.numbering, self.numbering, "numbered likewise");
         let (step, time) = (self.state.step, self.state.time);
-        let state = self.state.clone();
+        let (state, drives) = (self.state.clone(), self.drives());
         let before = std::mem::replace(self, other);
         self.system.count_evaluations_of(&before.system);
         self.counts_losses = before.counts_losses;
@@ -65,6 +65,7 @@ impl Simulation {
             self.hold_as_after(step, time);
         }
         self.system.go_on_from(time, self.state.x());
+        self.set_drives(&drives);
         self.close_ledger();
         self.rest_where_held();
     }

@@ -80,13 +80,15 @@ impl Simulation {
     }
 
     /// Goes back, or on, to a moment of this simulation or of another one of the same scene. Pins that let go at their time are back
-    /// where that time has not come yet; those that move go on from where they are in it.
+    /// where that time has not come yet; those that move go on from where they are in it. Pins that were
+    /// [steered](Self::move_pin) no longer are.
     ///
     /// # Errors
     /// [`SnapshotError`]; nothing has changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         self.ensure_fits(snapshot)?;
         self.hold_as_after(snapshot.step, snapshot.time);
+        self.system.end_drives();
         self.place(snapshot);
         self.system.go_on_from(snapshot.time, self.state.x());
         self.begin_from(snapshot);

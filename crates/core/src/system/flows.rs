@@ -77,7 +77,7 @@ pub(crate) fn power_of_motion(system: &mut System, x: &[f64], v: &[f64]) -> (f64
         // What moves carries its part of these forces, as they are now.
         system.evaluate_dissipation(x, v);
     }
-    for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
+    for hold in system.constraints().iter().filter(|hold| hold.moves()) {
         let axes = hold.axes();
         system.visit_gradient(hold.vertices(), |vertex, gradient| {
             let m = system.mass()[vertex];

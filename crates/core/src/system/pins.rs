@@ -1,7 +1,7 @@
 //! States of pins.
 
 use super::System;
-use crate::constraint::Hold;
+use crate::constraint::{Drive, Hold};
 
 /// What changes of a pin while a simulation runs.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -11,6 +11,8 @@ pub(crate) struct PinState {
     is_released: bool,
     /// Where each moving vertex started [m]; empty without a motion.
     starts: Vec<[f64; 3]>,
+    /// How it is steered from outside.
+    drive: Option<Drive>,
 }
 
 impl PinState {
@@ -30,7 +32,7 @@ impl System {
     pub(crate) fn pin_states(&self) -> Vec<PinState> {
         let state = |hold: &Hold, is_released| {
             let (name, starts) = (hold.name().to_owned(), hold.starts().to_vec());
-            (hold.rank(), PinState { name, is_released, starts })
+            (hold.rank(), PinState { name, is_released, starts, drive: hold.drive().cloned() })
         };
         let held = self.holds.iter().map(|hold| state(hold, false));
         let mut states: Vec<_> = held.chain(self.let_go.iter().map(|hold| state(hold, true))).collect();
@@ -52,6 +54,7 @@ impl System {
         holds.sort_by_key(Hold::rank);
         for (mut hold, state) in holds.into_iter().zip(states) {
             hold.set_starts(&state.starts);
+            hold.set_drive(state.drive.clone());
             if state.is_released { self.let_go.push(hold) } else { self.holds.push(hold) }
         }
         self.holds_changed();

@@ -3,15 +3,16 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use pliant::constraint::Waypoint;
 use pliant::energy::load::ExternalForce;
 use pliant::observer::Notes;
-use pliant::simulation::MaterialError;
+use pliant::simulation::{MaterialError, MoveError};
 use pliant_scene::assembly::Assembly;
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use super::{Inner, Simulation};
+use super::{Inner, Simulation, steering};
 use crate::arrays;
 use crate::material::{PythonMaterial, Spent};
 
@@ -245,9 +246,13 @@ impl Inner {
         for name in &self.additions.let_go {
             simulation.let_go(name);
         }
+        let drives = self.simulation.drives();
         self.simulation.adopt(simulation);
         (self.scene, self.topology, self.probes, self.report) = (scene, Arc::new(topology), probes, report);
-        self.apply_additions(py)
+        self.apply_additions(py)?;
+        // Of pins that were added, too.
+        self.simulation.set_drives(&drives);
+        Ok(())
     }
 }
 
@@ -376,7 +381,7 @@ impl Simulation {
     ///
     /// Notes
     /// -----
-    /// To drag what is held, assign `positions`.
+    /// To drag what is held, `move` it.
     #[pyo3(signature = (vertices, *, axes = "xyz", name = None))]
     fn pin(
         &self,
@@ -410,6 +415,63 @@ impl Simulation {
         inner.additions.pins.push(AddedPin { name: name.clone(), vertices, axes });
         inner.publish(py)?;
         Ok(name)
+    }
+
+    /// Steer a pin: from where it is, with the velocity that it has, to a pose, and on with a velocity.
+    ///
+    /// Parameters
+    /// ----------
+    /// name : str
+    ///     That `pin` returned, or ``body/pin`` of a pin of the scene.
+    /// pose : array_like, optional
+    ///     Displacement [m], of shape (dim,), or a homogeneous matrix of shape (dim + 1, dim + 1), from where the
+    ///     vertices of the pin started, about their mean there. A pin that was still starts where it is steered
+    ///     first. Without a pose it goes where `velocity` leads.
+    /// velocity : array_like or tuple, optional
+    ///     Velocity on arrival [m/s], of shape (dim,), or a pair of it and the angular velocity [rad/s], one
+    ///     number in two dimensions, three in three. Zero if it is left out.
+    /// over : float, optional
+    ///     Time in which it gets there [s]; one step if it is left out.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     There is no such pin, or it has let go.
+    /// ValueError
+    ///     A shape is wrong, a number is not finite, a matrix is no rotation, or `over` is no positive time.
+    ///
+    /// Notes
+    /// -----
+    /// Position and velocity of the pin are continuous: its way is the cubic polynomial between both ends, its
+    /// rotation vector likewise. It goes on with `velocity` until it is steered anew. Checkpoints and copies
+    /// know of it; `restore` of an earlier state ends it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.move("arm/clamp", [0.0, 0.1], over=0.5)  # doctest: +SKIP
+    #[pyo3(name = "move", signature = (name, pose = None, velocity = None, *, over = None))]
+    fn move_pin(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        pose: Option<&Bound<'_, PyAny>>,
+        velocity: Option<&Bound<'_, PyAny>>,
+        over: Option<f64>,
+    ) -> PyResult<()> {
+        let mut inner = self.lock()?;
+        let over = over.unwrap_or_else(|| inner.simulation.step_size());
+        let mut target = steering::rates(velocity, self.dimension)?;
+        target.pose = match (pose, inner.simulation.pin_waypoint(name)) {
+            (Some(pose), _) => steering::pose(pose, self.dimension)?,
+            (None, Some(now)) => Waypoint { pose: now.pose, ..target }.after(over).pose,
+            // Which is said below.
+            (None, None) => target.pose,
+        };
+        inner.simulation.move_pin(name, target, over).map_err(|error| match error {
+            MoveError::NoPin { .. } => PyKeyError::new_err(error.to_string()),
+            _ => PyValueError::new_err(error.to_string()),
+        })?;
+        inner.publish(py)
     }
 
     /// Let go of a pin.

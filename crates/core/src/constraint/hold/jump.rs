@@ -27,10 +27,10 @@ pub(crate) struct Jump {
 
 impl Hold {
     /// The largest jump of each vertex after the time `from`, at the latest at `to` [s]; `None` without any.
-    /// A continuous motion is not looked at.
+    /// A continuous motion is not looked at; a drive is one.
     pub(crate) fn jump(&self, from: f64, to: f64, dimension: usize) -> Option<Jump> {
         let Moved { motion, start, rest } =
-            self.motion.as_ref().filter(|moved| !moved.motion.is_continuous())?;
+            self.motion.as_ref().filter(|moved| self.drive.is_none() && !moved.motion.is_continuous())?;
         let (before, after) = (motion.at(from), motion.at(to));
         let (mut when, mut size, mut coordinates) = (to, 0.0, vec![]);
         for ((vertex, start), rest) in self.vertices.iter().zip(start).zip(rest) {

@@ -135,7 +135,7 @@ fn carried(system: &mut System, x: &[f64], v: &[f64]) -> Vec<(usize, f64)> {
         system.evaluate_dissipation(x, v);
     }
     let (d, mut carried) = (system.dimension(), vec![]);
-    for hold in system.constraints().iter().filter(|hold| hold.motion().is_some()) {
+    for hold in system.constraints().iter().filter(|hold| hold.moves()) {
         let axes = hold.axes();
         system.visit_gradient(hold.vertices(), |vertex, gradient| {
             carried.extend((0..d).filter(|c| axes[*c]).map(|c| (vertex * d + c, gradient[c])));
