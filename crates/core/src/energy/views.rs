@@ -9,7 +9,7 @@ use crate::material::Psd;
 /// The further traits that a term has; none, if it overrides nothing.
 pub trait TermViews {
     /// Its elements.
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         None
     }
 
@@ -45,7 +45,7 @@ pub trait TermViews {
 }
 
 /// A term made of elements, in which deformation and stress are known.
-pub trait Elements {
+pub trait ElementTerm {
     /// Name of the body that they fill.
     fn body(&self) -> &str;
 

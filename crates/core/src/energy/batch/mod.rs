@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use super::elastic::points_of;
 use super::{
-    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
     TermViews,
 };
 use crate::algebra::Mat;
@@ -251,7 +251,7 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
 }
 
 impl<const D: usize, const N: usize> TermViews for BatchElastic<D, N> {
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         Some(self)
     }
 
@@ -260,7 +260,7 @@ impl<const D: usize, const N: usize> TermViews for BatchElastic<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> Elements for BatchElastic<D, N> {
+impl<const D: usize, const N: usize> ElementTerm for BatchElastic<D, N> {
     fn body(&self) -> &str {
         &self.body
     }
