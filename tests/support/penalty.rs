@@ -8,9 +8,9 @@ use pliant::energy::{
 };
 use pliant::material::Psd;
 
-/// `E = sum k/2 (reach - d)^2` over all points and segments whose distance `d` is below the reach: of bodies that slide along
-/// each other, in two dimensions. Where the nearest place of a segment is one of its ends the stencil has two vertices,
-/// elsewhere three.
+/// `E = sum k/2 (reach - d)^2` over all points and segments whose distance `d` is below the reach: of bodies
+/// that slide along each other, in two dimensions. Where the nearest place of a segment is one of its ends
+/// the stencil has two vertices, elsewhere three.
 pub(crate) struct Penalty {
     /// `[point, first end, second end]`.
     candidates: Vec<[u32; 3]>,
@@ -98,8 +98,8 @@ impl Penalty {
         (found, vertices)
     }
 
-    /// The block of members `i` and `j`: with `D = d^2`, `E'' grad D grad D^T + E' hess D`, of which only the first part is
-    /// positive.
+    /// The block of members `i` and `j`: with `D = d^2`, `E'' grad D grad D^T + E' hess D`, of which only the
+    /// first part is positive.
     fn block(&self, at: &Nearest, psd: Psd, (i, j): (usize, usize)) -> [f64; 4] {
         let Nearest { c, r, edge, distance } = at;
         if *distance >= self.reach {
@@ -202,7 +202,8 @@ impl TermViews for Penalty {
 }
 
 impl StepLimit for Penalty {
-    /// No distance shrinks by more than nine tenths: the ends of a pair come nearer by what they move at most.
+    /// No distance shrinks by more than nine tenths: the ends of a pair come nearer by what they move at
+    /// most.
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let part = |candidate: &[u32; 3]| {
             let [p, a, b] = candidate.map(|v| length(row(dx, v)));
@@ -251,8 +252,8 @@ impl ChangingStencils for Penalty {
     }
 }
 
-/// `R = sum c/2 (1 - d/reach) |w|^2` over the pairs of a penalty, `w` the velocity of the point beside the nearest place of
-/// the segment: the bodies rub.
+/// `R = sum c/2 (1 - d/reach) |w|^2` over the pairs of a penalty, `w` the velocity of the point beside the
+/// nearest place of the segment: the bodies rub.
 pub(crate) struct Rubbing {
     pairs: Penalty,
     constant: f64,

@@ -65,8 +65,8 @@ impl<const D: usize> Iterative<D> {
         self.cg.set_stop(stop);
     }
 
-    /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these weights and this
-    /// treatment of elements.
+    /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these
+    /// weights and this treatment of elements.
     pub(super) fn solve(
         &mut self,
         AssembledMatrix { whole: matrix, fixed, pattern }: AssembledMatrix<'_, D>,

@@ -101,8 +101,9 @@ impl<'a> NewtonSolve<'a> {
         if away > RUNAWAY * size { Err(Verdict::Indefinite) } else { Ok(()) }
     }
 
-    /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much the matrix has
-    /// changed: the former need not be much less. Negative curvature, though, shows only in solves that are accurate.
+    /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much
+    /// the matrix has changed: the former need not be much less. Negative curvature, though, shows only in
+    /// solves that are accurate.
     fn set_forcing(&mut self, truncated: bool) {
         self.curved |= self.psd == Psd::Projected || truncated || !self.keep;
         let shrink = if self.before.is_finite() { self.correction / self.before } else { FORCING[0] };
@@ -132,7 +133,8 @@ impl<const D: usize> Newton<D> {
             return Err(Verdict::Infeasible);
         }
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
-        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within one minimisation.
+        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
+        // one minimisation.
         let linear = self.options.linear.choose(solve.system);
         solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
         if solve.inexact {
@@ -175,7 +177,8 @@ impl<const D: usize> Newton<D> {
 
     /// Finds the direction, by another matrix where the one at hand leads nowhere; `None` at a minimum.
     fn correction(&mut self, solve: &mut NewtonSolve<'_>) -> Result<Option<Correction>, Verdict> {
-        // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
+        // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections
+        // shrink fast.
         let mut old_matrix = solve.keep && self.at_hand == Some(weights(solve.objective));
         loop {
             let (slope, truncated) = self.direction(solve, old_matrix)?;
@@ -228,7 +231,8 @@ impl<const D: usize> Newton<D> {
         Slope { start, slope: found.slope, correction, negligible, whole }
     }
 
-    /// After a correction that lowers the objective nowhere: a better one from the same place, if there is any.
+    /// After a correction that lowers the objective nowhere: a better one from the same place, if there is
+    /// any.
     fn retreat(
         &mut self,
         solve: &mut NewtonSolve<'_>,
@@ -238,7 +242,8 @@ impl<const D: usize> Newton<D> {
         if whole {
             solve.keep = false;
         } else if solve.forcing > CG_TOLERANCE {
-            // A loose solution may point nowhere: an accurate one with the same matrix comes before another matrix.
+            // A loose solution may point nowhere: an accurate one with the same matrix comes before another
+            // matrix.
             (solve.forcing, solve.correction) = (CG_TOLERANCE, f64::INFINITY);
         } else if solve.correction <= solve.negligible && !found.truncated {
             self.note_loose(solve.system, solve.at, solve.correction);
@@ -284,14 +289,16 @@ impl<const D: usize> Newton<D> {
         Ok(Continues)
     }
 
-    /// Whether the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were exact and steps whole.
+    /// Whether the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
+    /// exact and steps whole.
     fn has_converged(&self, solve: &NewtonSolve<'_>, found: Correction, steady: bool) -> bool {
         let (before, correction) = (solve.before, solve.correction);
         // The first correction by a factor of an earlier solve says little about the next.
         let known = (solve.iteration > 0 || !found.old_matrix) && !found.truncated;
         let tolerance = self.tolerance(solve.system, solve.objective, solve.at);
         let rounding = correction <= solve.floor && correction >= 0.5 * before;
-        // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
+        // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the
+        // last one is accurate.
         let left = if steady { self.left(solve.objective, before, correction) } else { correction };
         (left <= tolerance || rounding) && known && solve.forcing <= CG_TOLERANCE
     }
