@@ -1,4 +1,5 @@
-//! Terms whose stencils change in every step: two bodies that slide along each other, by a penalty between their sides.
+//! Terms whose stencils change in every step: two bodies that slide along each other, by a penalty between
+//! their sides.
 
 use pliant::constraint::{Hold, Motion};
 use pliant::energy::Fault;
@@ -152,7 +153,8 @@ fn work(simulation: &Simulation) -> SolverWork {
     simulation.work().solver.unwrap()
 }
 
-/// Steps of every implicit scheme with changing stencils, and with all of them from the beginning: `simulation` makes either.
+/// Steps of every implicit scheme with changing stencils, and with all of them from the beginning:
+/// `simulation` makes either.
 fn check_every_scheme(simulation: impl Fn(NewPenalty, Method, SolverOptions) -> Simulation) {
     let bodies = Bodies::new(SIZE);
     for method in implicit() {
@@ -177,8 +179,8 @@ fn check_every_scheme(simulation: impl Fn(NewPenalty, Method, SolverOptions) -> 
     }
 }
 
-// A block that the matrix has no room for, or has in another place, would cost iterations: Newton's method would converge
-// linearly.
+// A block that the matrix has no room for, or has in another place, would cost iterations: Newton's method
+// would converge linearly.
 #[test]
 fn every_implicit_scheme_takes_the_steps_that_it_takes_with_all_stencils_from_the_beginning() {
     check_every_scheme(|new, method, options| Bodies::new(SIZE).slide(new, method, options));
@@ -271,8 +273,8 @@ fn is_refused(error: &StepError) -> bool {
     refused
 }
 
-// The kinetic energy of 50 J does not bring it through 500 J; but the energy behind the segment is zero, and without force the
-// particle would be half a metre below. Starts of solves must not look there.
+// The kinetic energy of 50 J does not bring it through 500 J; but the energy behind the segment is zero, and
+// without force the particle would be half a metre below. Starts of solves must not look there.
 #[test]
 fn no_implicit_scheme_passes_through_what_a_term_guards() {
     for method in implicit().filter(|method| !method.is_static()) {
@@ -301,8 +303,9 @@ fn an_explicit_step_through_what_a_term_guards_is_an_error() {
     }
 }
 
-// Half a metre along the segment, five centimetres above it: each correction goes nine tenths of the distance. The tolerance
-// would admit the first, and the end of the step is 0.5 m on, where nothing acts along the segment.
+// Half a metre along the segment, five centimetres above it: each correction goes nine tenths of the
+// distance. The tolerance would admit the first, and the end of the step is 0.5 m on, where nothing acts
+// along the segment.
 #[test]
 fn a_solve_does_not_end_where_its_way_was_cut_short() {
     let mut system = System::new(2, vec![1.0; 3]);

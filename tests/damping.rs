@@ -458,8 +458,8 @@ impl DissipativeTerm for Sliding {
     }
 }
 
-// The objective of a step has R itself: with half the power in its place, no step along the direction would lower it as its
-// slope says.
+// The objective of a step has R itself: with half the power in its place, no step along the direction would
+// lower it as its slope says.
 #[test]
 fn a_dissipation_function_need_not_be_quadratic() {
     let (force, threshold, h, start) = (3000.0, 1.0, 0.01, [60.0, -30.0]);

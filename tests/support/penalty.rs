@@ -8,20 +8,20 @@ use pliant::energy::{
 };
 use pliant::material::Psd;
 
-/// `E = sum k/2 (reach - d)^2` over all points and segments whose distance `d` is below the reach: of bodies that slide along
-/// each other, in two dimensions. Where the nearest place of a segment is one of its ends the stencil has two vertices,
-/// elsewhere three.
+/// `E = sum k/2 (reach - d)^2` over all points and segments whose distance `d` is below the reach: of bodies
+/// that slide along each other, in two dimensions. Where the nearest place of a segment is one of its ends
+/// the stencil has two vertices, elsewhere three.
 pub(crate) struct Penalty {
     /// `[point, first end, second end]`.
     candidates: Vec<[u32; 3]>,
     stiffness: f64,
     reach: f64,
-    stencils: Found,
+    stencils: MatrixStencils,
     gradient: Vec<f64>,
 }
 
 /// Which stencils the matrix is told of.
-enum Found {
+enum MatrixStencils {
     /// Those of all candidates, once.
     All,
     /// Those that are not zero, of two vertices and of three, with their candidates.
@@ -71,14 +71,14 @@ impl Penalty {
     /// Between all `points` and all `segments`, with changing stencils.
     pub(crate) fn changing(points: &[u32], segments: &[[u32; 2]], [stiffness, reach]: [f64; 2]) -> Self {
         let list = |size| Stencils { size, vertices: vec![] };
-        let stencils = Found::Changing { lists: [list(2), list(3)], members: [vec![], vec![]] };
+        let stencils = MatrixStencils::Changing { lists: [list(2), list(3)], members: [vec![], vec![]] };
         Penalty { stencils, ..Penalty::with_all(points, segments, [stiffness, reach]) }
     }
 
     /// The same potential; all that may ever touch is in the matrix from the beginning.
     pub(crate) fn with_all(points: &[u32], segments: &[[u32; 2]], [stiffness, reach]: [f64; 2]) -> Self {
         let candidates = points.iter().flat_map(|p| segments.iter().map(|[a, b]| [*p, *a, *b])).collect();
-        Penalty { candidates, stiffness, reach, stencils: Found::All, gradient: vec![] }
+        Penalty { candidates, stiffness, reach, stencils: MatrixStencils::All, gradient: vec![] }
     }
 
     /// Candidates within reach.
@@ -98,8 +98,8 @@ impl Penalty {
         (found, vertices)
     }
 
-    /// The block of members `i` and `j`: with `D = d^2`, `E'' grad D grad D^T + E' hess D`, of which only the first part is
-    /// positive.
+    /// The block of members `i` and `j`: with `D = d^2`, `E'' grad D grad D^T + E' hess D`, of which only the
+    /// first part is positive.
     fn block(&self, at: &Nearest, psd: Psd, (i, j): (usize, usize)) -> [f64; 4] {
         let Nearest { c, r, edge, distance } = at;
         if *distance >= self.reach {
@@ -171,8 +171,8 @@ impl EnergyTerm for Penalty {
     }
     fn stencils(&mut self) -> Stencils {
         match self.stencils {
-            Found::All => Stencils { size: 3, vertices: self.candidates.as_flattened().to_vec() },
-            Found::Changing { .. } => Stencils::default(),
+            MatrixStencils::All => Stencils { size: 3, vertices: self.candidates.as_flattened().to_vec() },
+            MatrixStencils::Changing { .. } => Stencils::default(),
         }
     }
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
@@ -194,15 +194,16 @@ impl TermViews for Penalty {
         Some(self)
     }
     fn changing(&self) -> Option<&dyn ChangingStencils> {
-        matches!(self.stencils, Found::Changing { .. }).then_some(self)
+        matches!(self.stencils, MatrixStencils::Changing { .. }).then_some(self)
     }
     fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
-        if matches!(self.stencils, Found::Changing { .. }) { Some(self) } else { None }
+        if matches!(self.stencils, MatrixStencils::Changing { .. }) { Some(self) } else { None }
     }
 }
 
 impl StepLimit for Penalty {
-    /// No distance shrinks by more than nine tenths: the ends of a pair come nearer by what they move at most.
+    /// No distance shrinks by more than nine tenths: the ends of a pair come nearer by what they move at
+    /// most.
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let part = |candidate: &[u32; 3]| {
             let [p, a, b] = candidate.map(|v| length(row(dx, v)));
@@ -219,7 +220,7 @@ impl StepLimit for Penalty {
 impl ChangingStencils for Penalty {
     fn find(&mut self, x: &[f64]) -> bool {
         let (found, vertices) = self.stencils_at(x);
-        let Found::Changing { lists, members } = &mut self.stencils else { return false };
+        let MatrixStencils::Changing { lists, members } = &mut self.stencils else { return false };
         let [of_two, of_three] = vertices;
         let others = lists[0].vertices != of_two || lists[1].vertices != of_three;
         (lists[0].vertices, lists[1].vertices) = (of_two, of_three);
@@ -229,8 +230,8 @@ impl ChangingStencils for Penalty {
 
     fn lists(&self) -> &[Stencils] {
         match &self.stencils {
-            Found::Changing { lists, .. } => lists,
-            Found::All => &[],
+            MatrixStencils::Changing { lists, .. } => lists,
+            MatrixStencils::All => &[],
         }
     }
 
@@ -242,7 +243,7 @@ impl ChangingStencils for Penalty {
         psd: Psd,
         out: &mut [f64],
     ) {
-        let Found::Changing { members, .. } = &self.stencils else { return };
+        let MatrixStencils::Changing { members, .. } = &self.stencils else { return };
         let count = [12, 24][list];
         for (candidate, out) in members[list][stencils].iter().zip(out.chunks_exact_mut(count)) {
             let at = nearest(x, self.candidates[*candidate]);
@@ -251,8 +252,8 @@ impl ChangingStencils for Penalty {
     }
 }
 
-/// `R = sum c/2 (1 - d/reach) |w|^2` over the pairs of a penalty, `w` the velocity of the point beside the nearest place of
-/// the segment: the bodies rub.
+/// `R = sum c/2 (1 - d/reach) |w|^2` over the pairs of a penalty, `w` the velocity of the point beside the
+/// nearest place of the segment: the bodies rub.
 pub(crate) struct Rubbing {
     pairs: Penalty,
     constant: f64,
@@ -336,7 +337,7 @@ impl ChangingStencils for Rubbing {
     }
 
     fn blocks(&self, list: usize, stencils: Range<usize>, (x, _): (&[f64], &[f64]), _: Psd, out: &mut [f64]) {
-        let Found::Changing { members, .. } = &self.pairs.stencils else { return };
+        let MatrixStencils::Changing { members, .. } = &self.pairs.stencils else { return };
         let count = [12, 24][list];
         for (candidate, out) in members[list][stencils].iter().zip(out.chunks_exact_mut(count)) {
             let at = nearest(x, self.pairs.candidates[*candidate]);

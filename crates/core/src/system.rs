@@ -3,6 +3,7 @@
 
 mod flows;
 mod pins;
+mod terms;
 mod wall_loss;
 
 use std::sync::Arc;
@@ -11,12 +12,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crate::constraint::{Drive, Hold, Jump, Wall};
 use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
-use crate::energy::{ChangingStencils, DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
+use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, Pass, Passed, Surroundings};
 use crate::state::State;
 
 pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use pins::PinState;
+pub use terms::TermId;
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -76,15 +78,6 @@ impl ForceId {
     }
 }
 
-/// Tells one term from any other in this process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TermId(u64);
-
-/// Whether the matrix has a place for the second derivatives of a term.
-fn has_blocks(term: &mut dyn EnergyTerm) -> bool {
-    !term.stencils().vertices.is_empty() || term.changing().is_some()
-}
-
 /// A number above zero that nothing else in this process has.
 fn fresh() -> u64 {
     static LAST: AtomicU64 = AtomicU64::new(0);
@@ -139,15 +132,6 @@ impl System {
         self.structure = fresh();
         self.dissipation.push(term);
         self.terms_changed();
-    }
-
-    /// Takes note of what the terms are now.
-    fn terms_changed(&mut self) {
-        self.changes_with_time = self.terms.iter().any(|term| term.properties().changes_with_time);
-        self.has_guards = self.terms.iter().any(|term| term.limit().is_some_and(|limit| limit.guards_way()));
-        let changing = self.terms.iter().any(|term| term.changing().is_some())
-            || self.dissipation.iter().any(|term| term.changing().is_some());
-        self.changing = changing.then(fresh);
     }
 
     /// Adds a wall.
@@ -230,46 +214,6 @@ impl System {
         self.structure = fresh();
         // A force may be good although it is not finite where it was held.
         self.force = ForceId::NONE;
-    }
-
-    /// The first term for which `asked` holds.
-    pub fn find_term(&self, asked: impl Fn(&dyn EnergyTerm) -> bool) -> Option<TermId> {
-        let found = self.terms.iter().position(|term| asked(term.as_ref()))?;
-        Some(self.ids[found])
-    }
-
-    /// Puts `term` in the place of another, which keeps its identity; without a term, that one is gone.
-    pub(crate) fn replace_term(&mut self, id: TermId, term: Option<Box<dyn EnergyTerm>>) {
-        let Some(i) = self.ids.iter().position(|other| *other == id) else { return };
-        self.force = ForceId::NONE;
-        self.energies.clear();
-        let mut has_blocks = has_blocks(self.terms[i].as_mut());
-        match term {
-            Some(mut term) => {
-                has_blocks |= self::has_blocks(term.as_mut());
-                self.terms[i] = term;
-            }
-            None => {
-                // The terms after it have other places.
-                has_blocks |= i + 1 < self.terms.len();
-                self.terms.remove(i);
-                self.ids.remove(i);
-            }
-        }
-        if has_blocks {
-            self.structure = fresh();
-        }
-        self.terms_changed();
-    }
-
-    /// Adds a term while a simulation runs. Forces without stencils come and go in every step: the matrix has
-    /// no place for them, and its structure stays.
-    pub(crate) fn insert_term(&mut self, mut term: Box<dyn EnergyTerm>) -> TermId {
-        let structure = (!has_blocks(term.as_mut())).then_some(self.structure);
-        let id = self.add_term(term);
-        self.structure = structure.unwrap_or(self.structure);
-        self.energies.clear();
-        id
     }
 
     /// What `measure` finds where nothing is held.
@@ -542,68 +486,6 @@ impl System {
     pub fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
         let limits = self.terms.iter().filter_map(|term| term.limit());
         limits.map(|limit| limit.max_step(x, dx)).fold(1.0, f64::min)
-    }
-
-    /// Whether any term guards the ways of vertices: every motion must then ask how far it may go.
-    pub(crate) fn has_guards(&self) -> bool {
-        self.has_guards
-    }
-
-    /// The largest part of the way from `x` to `x + dx` that every term which guards ways admits, in (0, 1], and the name
-    /// of the one that admits least; `None` where all of it is free.
-    pub(crate) fn shortened_way(&self, x: &[f64], dx: &[f64]) -> Option<(f64, String)> {
-        if !self.has_guards {
-            return None;
-        }
-        let part = |term: &dyn EnergyTerm| {
-            let limit = term.limit().filter(|limit| limit.guards_way())?;
-            Some((limit.max_step(x, dx), term.name()))
-        };
-        let least =
-            self.terms.iter().filter_map(|term| part(term.as_ref())).min_by(|a, b| a.0.total_cmp(&b.0));
-        least.filter(|(part, _)| *part < 1.0)
-    }
-
-    /// Fault of the straight way `from` one configuration `to` another, where a term guards it.
-    pub(crate) fn way_fault(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
-        if !self.has_guards {
-            return None;
-        }
-        let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
-        self.shortened_way(from, &dx).map(|(_, term)| Fault::Way { term })
-    }
-
-    /// Tells terms whose stencils change that a step of `dt` [s] begins.
-    pub(crate) fn begin_step(&mut self, x: &[f64], v: &[f64], dt: f64) {
-        self.change_stencils(|term| term.begin_step(x, v, dt));
-    }
-
-    /// Lets terms find the stencils that change, before a matrix is assembled at `x`.
-    pub fn find_stencils(&mut self, x: &[f64]) {
-        self.change_stencils(|term| term.find(x));
-    }
-
-    /// Calls `change` for every term whose stencils change; another version where one says that they did.
-    fn change_stencils(&mut self, mut change: impl FnMut(&mut dyn ChangingStencils) -> bool) {
-        if self.changing.is_none() {
-            return;
-        }
-        let mut changed = false;
-        for term in self.terms.iter_mut().filter_map(|term| term.changing_mut()) {
-            changed |= change(term);
-        }
-        for term in self.dissipation.iter_mut().filter_map(|term| term.changing_mut()) {
-            changed |= change(term);
-        }
-        if changed {
-            self.changing = Some(fresh());
-        }
-    }
-
-    /// Version of the stencils that change: another number whenever a term has found others. `None` where
-    /// no term has any.
-    pub fn changing_structure(&self) -> Option<u64> {
-        self.changing
     }
 
     /// Kinetic energy `sum 1/2 m |v|^2` [J].

@@ -58,8 +58,8 @@ pub trait DissipativeTerm: Send + Sync {
     /// lost.
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64;
 
-    /// The dissipation function `R(x, v)` itself [W]: half the [`power`](Self::power) where it is quadratic in `v`; another
-    /// term says what it is. The derivative last evaluated is lost.
+    /// The dissipation function `R(x, v)` itself [W]: half the [`power`](Self::power) where it is quadratic
+    /// in `v`; another term says what it is. The derivative last evaluated is lost.
     fn value(&mut self, x: &[f64], v: &[f64]) -> f64 {
         0.5 * self.power(x, v)
     }

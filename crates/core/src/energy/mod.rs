@@ -16,7 +16,7 @@ mod views;
 use std::ops::Range;
 
 use crate::material::Psd;
-pub use views::{ChangingStencils, Driven, Elements, ForceLayout, Measurements, StepLimit, TermViews};
+pub use views::{ChangingStencils, Driven, ElementTerm, ForceLayout, Measurements, StepLimit, TermViews};
 
 /// Which sum of the diagnostics an energy belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,8 +201,9 @@ pub struct TermProperties {
     pub fills_space: bool,
     /// Whether the potential depends on time; [`Driven::set_time`] is called only if it does.
     pub changes_with_time: bool,
-    /// Whether the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the gradient is minus
-    /// the force all the same, and Hessian products are those of its derivative, which is not symmetric.
+    /// Whether the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
+    /// gradient is minus the force all the same, and Hessian products are those of its derivative, which is
+    /// not symmetric.
     pub is_conservative: bool,
 }
 
@@ -226,9 +227,9 @@ impl TermProperties {
 
 /// One additive potential `E(x)`, or `E(x, t)`.
 ///
-/// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own business. It
-/// takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated in a step. What only some
-/// terms know is in the traits of [`TermViews`].
+/// Works on flat arrays `(n, dimension)`; whether it was built for two or three dimensions is its own
+/// business. It takes `&mut self` where it evaluates because it owns its scratch memory: nothing is allocated
+/// in a step. What only some terms know is in the traits of [`TermViews`].
 pub trait EnergyTerm: TermViews + Send + Sync {
     /// Name for reports, e.g. `corotated elements of beam`.
     fn name(&self) -> String;
@@ -257,9 +258,9 @@ pub trait EnergyTerm: TermViews + Send + Sync {
     /// Adds the product `d2E/dx2 p` [N] of the exact Hessian at `x` to `y`; the gradient last evaluated is lost.
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]);
 
-    /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of its own. Asked for
-    /// by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians). Stencils that change while a simulation
-    /// runs are in [`ChangingStencils`] instead.
+    /// The stencils of the Hessian: groups of vertices, all of the same size, each with a dense Hessian of
+    /// its own. Asked for by implicit schemes alone, before [`stencil_hessians`](Self::stencil_hessians).
+    /// Stencils that change while a simulation runs are in [`ChangingStencils`] instead.
     ///
     /// A term without stencils has no second derivative, or leaves it out of the matrix: Newton's method then still converges to the
     /// right solution, but more slowly.

@@ -9,7 +9,7 @@ use crate::material::Psd;
 /// The further traits that a term has; none, if it overrides nothing.
 pub trait TermViews {
     /// Its elements.
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         None
     }
 
@@ -45,7 +45,7 @@ pub trait TermViews {
 }
 
 /// A term made of elements, in which deformation and stress are known.
-pub trait Elements {
+pub trait ElementTerm {
     /// Name of the body that they fill.
     fn body(&self) -> &str;
 
@@ -60,7 +60,8 @@ pub trait Elements {
     /// Deformation and stress of every element, in the order of the mesh.
     fn element_states(&self, x: &[f64]) -> Vec<ElementState>;
 
-    /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is no such element.
+    /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is
+    /// no such element.
     fn state_at(&self, x: &[f64], element: usize, at: &Barycentric) -> Option<ElementState>;
 
     /// Products of the shape functions of solid elements of second order, whose consistent masses are more
@@ -72,15 +73,16 @@ pub trait Elements {
 
 /// Gradients that a step reads where they are, instead of adding them to others.
 pub trait ForceLayout: Sync {
-    /// What [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from `first` on, at most a block of a step, where that lies
-    /// in memory as it is. A step reads it there, if no other term has rows.
+    /// What [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from `first` on, at most a
+    /// block of a step, where that lies in memory as it is. A step reads it there, if no other term has rows.
     fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
         let _ = (first, count);
         None
     }
 
-    /// The acceleration [m/s^2], one component per dimension, that the force last evaluated is for every vertex, whatever its mass.
-    /// A step adds it as it is and does not ask for rows. `None`: the force is another for each vertex.
+    /// The acceleration [m/s^2], one component per dimension, that the force last evaluated is for every
+    /// vertex, whatever its mass. A step adds it as it is and does not ask for rows. `None`: the force is
+    /// another for each vertex.
     fn acceleration(&self) -> Option<&[f64]> {
         None
     }
@@ -91,8 +93,9 @@ pub trait StepLimit {
     /// The largest part of the step from `x` to `x + dx` that stays where the energy is finite: in (0, 1].
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64;
 
-    /// Whether places beyond the limit have finite energies again, as those behind a thin obstacle: every motion must then ask,
-    /// that of explicit schemes included. An element that is turned inside out shows in its energy, and need not guard the way.
+    /// Whether places beyond the limit have finite energies again, as those behind a thin obstacle: every
+    /// motion must then ask, that of explicit schemes included. An element that is turned inside out shows in
+    /// its energy, and need not guard the way.
     fn guards_way(&self) -> bool {
         false
     }
@@ -115,19 +118,21 @@ pub trait Driven {
 
 /// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.
 pub trait Measurements: EnergyTerm {
-    /// How much energy this term can be expected to turn over from `x` on [J]: what a change of the total is compared with.
+    /// How much energy this term can be expected to turn over from `x` on [J]: what a change of the total is
+    /// compared with.
     fn scale(&mut self, x: &[f64]) -> f64 {
         self.energy(x).abs()
     }
 
-    /// As [`evaluate`](EnergyTerm::evaluate), before a measurement: with the energy `E(x)` [J] where it comes almost for free with the
-    /// gradient. The gradient has the same bits as without.
+    /// As [`evaluate`](EnergyTerm::evaluate), before a measurement: with the energy `E(x)` [J] where it comes
+    /// almost for free with the gradient. The gradient has the same bits as without.
     fn evaluate_with_energy(&mut self, x: &[f64]) -> (bool, Option<f64>) {
         (self.evaluate(x), None)
     }
 
-    /// As [`add_hessian_product`](EnergyTerm::add_hessian_product), for the search of the largest frequency, which is then corrected by
-    /// one exact product: a term whose exact products are expensive may approximate. It then returns true.
+    /// As [`add_hessian_product`](EnergyTerm::add_hessian_product), for the search of the largest frequency,
+    /// which is then corrected by one exact product: a term whose exact products are expensive may
+    /// approximate. It then returns true.
     fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
         self.add_hessian_product(x, p, y);
         false
@@ -143,13 +148,14 @@ pub trait Measurements: EnergyTerm {
     }
 }
 
-/// Stencils that are found anew as vertices move: of contacts. Their blocks are added to the matrix of all other
-/// stencils, whose structure is kept.
+/// Stencils that are found anew as vertices move: of contacts. Their blocks are added to the matrix of all
+/// other stencils, whose structure is kept.
 ///
-/// The energy or dissipation function itself must not depend on when stencils were found last: they say which blocks of
-/// the matrix are not zero, and nothing else.
+/// The energy or dissipation function itself must not depend on when stencils were found last: they say which
+/// blocks of the matrix are not zero, and nothing else.
 pub trait ChangingStencils: Sync {
-    /// Begins a step of `dt` [s] from positions `x` [m] and velocities `v` [m/s]; whether the stencils are others now.
+    /// Begins a step of `dt` [s] from positions `x` [m] and velocities `v` [m/s]; whether the stencils are
+    /// others now.
     fn begin_step(&mut self, x: &[f64], v: &[f64], dt: f64) -> bool {
         let _ = (x, v, dt);
         false
@@ -162,7 +168,8 @@ pub trait ChangingStencils: Sync {
     fn lists(&self) -> &[Stencils];
 
     /// Writes the blocks of some stencils of a list at `(x, v)` to `out`, as
-    /// [`stencil_hessians`](EnergyTerm::stencil_hessians) lays them out: of `d2E/dx2` [N/m] for an energy, of `d2R/dv2` [N s/m]
-    /// for a dissipation function. `v` is empty where nothing dissipates. Called from several threads.
+    /// [`stencil_hessians`](EnergyTerm::stencil_hessians) lays them out: of `d2E/dx2` [N/m] for an energy, of
+    /// `d2R/dv2` [N s/m] for a dissipation function. `v` is empty where nothing dissipates. Called from
+    /// several threads.
     fn blocks(&self, list: usize, stencils: Range<usize>, at: (&[f64], &[f64]), psd: Psd, out: &mut [f64]);
 }

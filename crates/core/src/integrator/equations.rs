@@ -1,8 +1,9 @@
-//! The equations of motion as engines ask for them: one call gives the acceleration with everything in it, one ends a
-//! step. What acts on a system, prescribed motion, forces, dissipation, drag, walls, is known here and to no engine.
+//! The equations of motion as engines ask for them: one call gives the acceleration with everything in it,
+//! one ends a step. What acts on a system, prescribed motion, forces, dissipation, drag, walls, is known here
+//! and to no engine.
 //!
-//! Implicit solves have the same equations as the gradient of their objective (`solver`), and splittings, which advance
-//! vertices block by block while they are in the cache, as passes (`pass`).
+//! Implicit solves have the same equations as the gradient of their objective (`solver`), and splittings,
+//! which advance vertices block by block while they are in the cache, as passes (`pass`).
 
 use crate::algebra::all_finite;
 use crate::lanes::Numbers;
@@ -10,9 +11,9 @@ use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
 
-/// Writes the acceleration `x'' = -M^-1 (dE/dx + dR/dv) - c v` [m/s^2] at `time` [s] and at positions `x` and velocities `v`
-/// over `a`; coordinates on prescribed motion are put to their places first. The force is not evaluated again where the
-/// system still holds the one that is `known` there.
+/// Writes the acceleration `x'' = -M^-1 (dE/dx + dR/dv) - c v` [m/s^2] at `time` [s] and at positions `x` and
+/// velocities `v` over `a`; coordinates on prescribed motion are put to their places first. The force is not
+/// evaluated again where the system still holds the one that is `known` there.
 ///
 /// # Errors
 /// A position, or the force, is not finite.
@@ -42,8 +43,8 @@ pub(super) fn acceleration(system: &mut System, x: &[f64], v: &[f64], a: &mut [f
     }
 }
 
-/// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`: moves what is prescribed to its
-/// place, lets walls act, and makes them the state, whose old rows they become.
+/// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`: moves what is
+/// prescribed to its place, lets walls act, and makes them the state, whose old rows they become.
 ///
 /// # Errors
 /// A position or velocity is not finite; the state is what it was.

@@ -180,7 +180,8 @@ impl StageSolver {
 /// Moves held coordinates of `x`, and sets their velocities `v`, as prescribed at `time` [s].
 ///
 /// # Errors
-/// A number is not finite, or the way leads through what a term keeps apart: there is no cure within the step.
+/// A number is not finite, or the way leads through what a term keeps apart: there is no cure within the
+/// step.
 pub(super) fn prescribe(system: &System, time: f64, x: &mut [f64], v: &mut [f64]) -> Result<(), StepFault> {
     let before = (system.has_guards() && system.has_prescribed_motion()).then(|| x.to_vec());
     if !system.prescribe(time, x, v) {

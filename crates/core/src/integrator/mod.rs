@@ -192,7 +192,8 @@ impl Method {
         self.scheme == Scheme::QuasiStatic
     }
 
-    /// Whether the new positions are those of its last solve: of a minimum, or of stages whose way was found free.
+    /// Whether the new positions are those of its last solve: of a minimum, or of stages whose way was found
+    /// free.
     pub fn ends_at_solution(&self) -> bool {
         match self.scheme {
             Scheme::Dirk(tableau) => tableau.is_stiffly_accurate(),

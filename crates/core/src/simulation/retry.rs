@@ -82,8 +82,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a term guards
-    /// the ways of vertices, a scheme whose solves do not end at its new positions must have come there straight.
+    /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a
+    /// term guards the ways of vertices, a scheme whose solves do not end at its new positions must have come
+    /// there straight.
     pub(super) fn attempt(&mut self, h: f64) -> Result<(), StepFault> {
         let Simulation { system, state, integrator, method, .. } = self;
         system.begin_step(state.x(), state.v(), h);

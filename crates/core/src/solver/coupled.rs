@@ -211,7 +211,8 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
-    /// Takes starts back to where the straight way from the old positions is free, as terms that guard ways see it.
+    /// Takes starts back to where the straight way from the old positions is free, as terms that guard ways
+    /// see it.
     ///
     /// # Errors
     /// Prescribed motion alone leads through what a term keeps apart.
@@ -279,8 +280,8 @@ impl<const D: usize> Coupled<D> {
         if square.is_finite() { square.sqrt() } else { f64::INFINITY }
     }
 
-    /// The structure with room for the stencils of all stages; another one where it has grown. `None` where its factor would
-    /// not fit memory.
+    /// The structure with room for the stencils of all stages; another one where it has grown. `None` where
+    /// its factor would not fit memory.
     fn structure_for(
         &mut self,
         system: &mut System,

@@ -181,7 +181,8 @@ impl<const D: usize> Assembler<D> {
         &self.matrix
     }
 
-    /// Version of the pattern of [`matrix`](Self::matrix), for this assembler: a factor of another version does not fit.
+    /// Version of the pattern of [`matrix`](Self::matrix), for this assembler: a factor of another version
+    /// does not fit.
     pub fn pattern(&self) -> u64 {
         self.changing.pattern()
     }
@@ -191,8 +192,8 @@ impl<const D: usize> Assembler<D> {
         self.changing.include(system, &self.matrix, &self.held);
     }
 
-    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`; of stencils that change, those that terms have found
-    /// last.
+    /// Assembles `A = inertia M + stiffness d2E/dx2 + damping d2R/dv2`; of stencils that change, those that
+    /// terms have found last.
     pub fn assemble(&mut self, system: &System, at: At<'_>, weights: Weights) {
         self.assemble_fixed(system, at, weights);
         self.changing.assemble(system, at, weights, &self.matrix, &self.held);

@@ -17,16 +17,16 @@ const WORN_OUT: f64 = 1.2;
 
 /// A matrix, its part whose structure stays, and the version of its pattern.
 #[derive(Clone, Copy)]
-pub(super) struct Matrices<'a, const D: usize> {
+pub(super) struct AssembledMatrix<'a, const D: usize> {
     pub(super) whole: &'a BlockMatrix<D>,
     pub(super) fixed: &'a BlockMatrix<D>,
     pub(super) pattern: u64,
 }
 
-impl<'a, const D: usize> Matrices<'a, D> {
+impl<'a, const D: usize> AssembledMatrix<'a, D> {
     /// Those last assembled.
     pub(super) fn of(assembler: &'a Assembler<D>) -> Self {
-        Matrices { whole: assembler.matrix(), fixed: assembler.fixed(), pattern: assembler.pattern() }
+        AssembledMatrix { whole: assembler.matrix(), fixed: assembler.fixed(), pattern: assembler.pattern() }
     }
 }
 
@@ -65,11 +65,11 @@ impl<const D: usize> Iterative<D> {
         self.cg.set_stop(stop);
     }
 
-    /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these weights and this
-    /// treatment of elements.
+    /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these
+    /// weights and this treatment of elements.
     pub(super) fn solve(
         &mut self,
-        Matrices { whole: matrix, fixed, pattern }: Matrices<'_, D>,
+        AssembledMatrix { whole: matrix, fixed, pattern }: AssembledMatrix<'_, D>,
         (weights, psd): (Weights, Psd),
         right: &[f64],
         solution: &mut [f64],

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::elastic::points_of;
 use super::{
-    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
     TermViews,
 };
 use crate::algebra::Mat;
@@ -249,7 +249,7 @@ impl<const D: usize, const N: usize> EnergyTerm for BatchElastic<D, N> {
 }
 
 impl<const D: usize, const N: usize> TermViews for BatchElastic<D, N> {
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         Some(self)
     }
 
@@ -258,7 +258,7 @@ impl<const D: usize, const N: usize> TermViews for BatchElastic<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> Elements for BatchElastic<D, N> {
+impl<const D: usize, const N: usize> ElementTerm for BatchElastic<D, N> {
     fn body(&self) -> &str {
         &self.body
     }

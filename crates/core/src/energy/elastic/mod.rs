@@ -24,8 +24,8 @@ use simplex::{Fused, SimplexForces};
 
 use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{
-    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, ShapeProducts,
-    Stencils, StepLimit, TermProperties, TermViews,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
+    ShapeProducts, Stencils, StepLimit, TermProperties, TermViews,
 };
 use crate::algebra::Mat;
 use crate::element::ElementState;
@@ -307,7 +307,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
 }
 
 impl<const D: usize, const N: usize> TermViews for Elastic<D, N> {
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         Some(self)
     }
 
@@ -327,7 +327,7 @@ impl<const D: usize, const N: usize> TermViews for Elastic<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> Elements for Elastic<D, N> {
+impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
     fn body(&self) -> &str {
         &self.body
     }

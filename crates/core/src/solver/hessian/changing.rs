@@ -1,5 +1,5 @@
-//! Blocks of stencils that change: the matrix of all others is kept as it is, and a second one, whose pattern has room
-//! for these too, is filled from both.
+//! Blocks of stencils that change: the matrix of all others is kept as it is, and a second one, whose pattern
+//! has room for these too, is filled from both.
 
 use std::ops::Range;
 
@@ -66,7 +66,8 @@ impl<const D: usize> Changing<D> {
         self.patterns
     }
 
-    /// Makes room for the stencils that the terms of `system` have found last, unless they are those of before.
+    /// Makes room for the stencils that the terms of `system` have found last, unless they are those of
+    /// before.
     pub(super) fn include(&mut self, system: &System, fixed: &BlockMatrix<D>, held: &[bool]) {
         let version = system.changing_structure();
         if self.version == version {
@@ -97,7 +98,8 @@ impl<const D: usize> Changing<D> {
         self.plans.iter().map(|plan| place(&plan.stencils, matrix, &is_held)).collect()
     }
 
-    /// A matrix with room for the blocks of the fixed one, of all stencils, and of those before, unless these are many.
+    /// A matrix with room for the blocks of the fixed one, of all stencils, and of those before, unless these
+    /// are many.
     fn with_room(&self, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) -> Whole<D> {
         let mut keys = vec![];
         for plan in &self.plans {

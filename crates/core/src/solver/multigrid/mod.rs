@@ -111,9 +111,9 @@ impl<const D: usize> Multigrid<D> {
         levels.chain([self.coarsest.rows()]).collect()
     }
 
-    /// Takes a matrix whose pattern, of this version, has more blocks than the levels were made for: the finest level smooths with
-    /// all of it, coarser ones are of the `fixed` part alone. The preconditioner stays symmetric and positive definite, as it
-    /// does for any coarse matrix that is.
+    /// Takes a matrix whose pattern, of this version, has more blocks than the levels were made for: the
+    /// finest level smooths with all of it, coarser ones are of the `fixed` part alone. The preconditioner
+    /// stays symmetric and positive definite, as it does for any coarse matrix that is.
     ///
     /// # Errors
     /// [`NotPositiveDefinite`] where the fixed part is not.

@@ -7,7 +7,7 @@ use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::cholesky::{Cholesky, NotPositiveDefinite};
 use crate::solver::conjugate_gradients::{CgEnd, Preconditioner};
 use crate::solver::hessian::{At, Weights};
-use crate::solver::iterative::{CG_TOLERANCE, Iterative, Matrices};
+use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
 use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
@@ -59,7 +59,7 @@ impl<const D: usize> Newton<D> {
             }
             self.work.hessians += 1;
         }
-        let matrices @ Matrices { whole: matrix, fixed, pattern } = Matrices::of(assembler);
+        let matrices @ AssembledMatrix { whole: matrix, fixed, pattern } = AssembledMatrix::of(assembler);
         self.at_hand = None;
         if by_iterations {
             if self.iterative.is_none() {

@@ -9,7 +9,7 @@ mod tolerance;
 use super::cholesky::{self, Cholesky};
 use super::conjugate_gradients::{self, CgEnd, ConjugateGradients};
 use super::hessian::{Assembler, Weights};
-use super::iterative::{Iterative, Matrices};
+use super::iterative::{AssembledMatrix, Iterative};
 use super::options::{LinearSolver, SolverOptions};
 use super::{Iterate, Objective, SolverWork, scene_size};
 use crate::deadline::Stop;
@@ -137,7 +137,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
                 return false;
             };
             let made_for = (weights, Psd::Exact);
-            let matrices = Matrices::of(assembler);
+            let matrices = AssembledMatrix::of(assembler);
             let report = iterative.solve(matrices, made_for, right, &mut self.solution, ESTIMATE);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {

@@ -12,7 +12,7 @@ use crate::solver::{Iterate, Objective, SolveError, StepFault, Verdict};
 use crate::system::System;
 
 /// State of one solve.
-pub(super) struct Solve<'a> {
+pub(super) struct NewtonSolve<'a> {
     system: &'a mut System,
     objective: &'a Objective<'a>,
     at: &'a mut Iterate,
@@ -54,17 +54,17 @@ struct Correction {
 
 /// Whether a solve goes on.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Progress {
+enum SolveProgress {
     Continues,
     Converged,
 }
 
-use Progress::{Continues, Converged};
+use SolveProgress::{Continues, Converged};
 
-impl<'a> Solve<'a> {
+impl<'a> NewtonSolve<'a> {
     fn new(system: &'a mut System, objective: &'a Objective<'a>, at: &'a mut Iterate) -> Self {
         let reach = at.x.iter().chain(objective.target).fold(0.0, |m: f64, x| m.max(x.abs()));
-        Solve {
+        NewtonSolve {
             iteration: 0,
             correction: f64::INFINITY,
             before: f64::INFINITY,
@@ -101,8 +101,9 @@ impl<'a> Solve<'a> {
         if away > RUNAWAY * size { Err(Verdict::Indefinite) } else { Ok(()) }
     }
 
-    /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much the matrix has
-    /// changed: the former need not be much less. Negative curvature, though, shows only in solves that are accurate.
+    /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much
+    /// the matrix has changed: the former need not be much less. Negative curvature, though, shows only in
+    /// solves that are accurate.
     fn set_forcing(&mut self, truncated: bool) {
         self.curved |= self.psd == Psd::Projected || truncated || !self.keep;
         let shrink = if self.before.is_finite() { self.correction / self.before } else { FORCING[0] };
@@ -123,16 +124,17 @@ impl<const D: usize> Newton<D> {
         objective: &Objective<'_>,
         at: &mut Iterate,
     ) -> Result<(), StepFault> {
-        let mut solve = Solve::new(system, objective, at);
+        let mut solve = NewtonSolve::new(system, objective, at);
         self.iterate(&mut solve).map_err(|verdict| solve.fault(verdict))
     }
 
-    fn iterate(&mut self, solve: &mut Solve<'_>) -> Result<(), Verdict> {
+    fn iterate(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), Verdict> {
         if !self.residual(solve.system, solve.objective, solve.at) {
             return Err(Verdict::Infeasible);
         }
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
-        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within one minimisation.
+        // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
+        // one minimisation.
         let linear = self.options.linear.choose(solve.system);
         solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
         if solve.inexact {
@@ -149,7 +151,7 @@ impl<const D: usize> Newton<D> {
         Err(Verdict::IterationCap)
     }
 
-    fn iteration(&mut self, solve: &mut Solve<'_>) -> Result<Progress, Verdict> {
+    fn iteration(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, Verdict> {
         if self.residual.iter().all(|r| *r == 0.0) {
             return Ok(Converged);
         }
@@ -174,8 +176,9 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Finds the direction, by another matrix where the one at hand leads nowhere; `None` at a minimum.
-    fn correction(&mut self, solve: &mut Solve<'_>) -> Result<Option<Correction>, Verdict> {
-        // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections shrink fast.
+    fn correction(&mut self, solve: &mut NewtonSolve<'_>) -> Result<Option<Correction>, Verdict> {
+        // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections
+        // shrink fast.
         let mut old_matrix = solve.keep && self.at_hand == Some(weights(solve.objective));
         loop {
             let (slope, truncated) = self.direction(solve, old_matrix)?;
@@ -200,8 +203,8 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Solves for the direction: the slope along it, NaN where there is none, and whether it is truncated.
-    fn direction(&mut self, solve: &mut Solve<'_>, old_matrix: bool) -> Result<(f64, bool), Verdict> {
-        let Solve { system, objective, at, psd, forcing, .. } = solve;
+    fn direction(&mut self, solve: &mut NewtonSolve<'_>, old_matrix: bool) -> Result<(f64, bool), Verdict> {
+        let NewtonSolve { system, objective, at, psd, forcing, .. } = solve;
         let found = self.solve_linear(system, objective, at, *psd, (old_matrix, *forcing));
         let truncated = matches!(found, Direction::Truncated);
         match found {
@@ -216,8 +219,8 @@ impl<const D: usize> Newton<D> {
     }
 
     /// The objective along a correction.
-    fn slope(&mut self, solve: &mut Solve<'_>, found: Correction) -> Slope {
-        let Solve { correction, negligible, .. } = *solve;
+    fn slope(&mut self, solve: &mut NewtonSolve<'_>, found: Correction) -> Slope {
+        let NewtonSolve { correction, negligible, .. } = *solve;
         let start = match solve.value {
             Some(value) if !solve.changes => value,
             _ => self.value(solve.system, solve.objective, solve.at, solve.at),
@@ -228,17 +231,19 @@ impl<const D: usize> Newton<D> {
         Slope { start, slope: found.slope, correction, negligible, whole }
     }
 
-    /// After a correction that lowers the objective nowhere: a better one from the same place, if there is any.
+    /// After a correction that lowers the objective nowhere: a better one from the same place, if there is
+    /// any.
     fn retreat(
         &mut self,
-        solve: &mut Solve<'_>,
+        solve: &mut NewtonSolve<'_>,
         found: Correction,
         whole: bool,
-    ) -> Result<Progress, Verdict> {
+    ) -> Result<SolveProgress, Verdict> {
         if whole {
             solve.keep = false;
         } else if solve.forcing > CG_TOLERANCE {
-            // A loose solution may point nowhere: an accurate one with the same matrix comes before another matrix.
+            // A loose solution may point nowhere: an accurate one with the same matrix comes before another
+            // matrix.
             (solve.forcing, solve.correction) = (CG_TOLERANCE, f64::INFINITY);
         } else if solve.correction <= solve.negligible && !found.truncated {
             self.note_loose(solve.system, solve.at, solve.correction);
@@ -256,10 +261,10 @@ impl<const D: usize> Newton<D> {
     /// Goes to the place that the line search accepted.
     fn advance(
         &mut self,
-        solve: &mut Solve<'_>,
+        solve: &mut NewtonSolve<'_>,
         found: Correction,
         accepted: &Accepted,
-    ) -> Result<Progress, Verdict> {
+    ) -> Result<SolveProgress, Verdict> {
         self.work.halvings += u64::from(accepted.halvings);
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
@@ -284,14 +289,16 @@ impl<const D: usize> Newton<D> {
         Ok(Continues)
     }
 
-    /// Whether the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were exact and steps whole.
-    fn has_converged(&self, solve: &Solve<'_>, found: Correction, steady: bool) -> bool {
+    /// Whether the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
+    /// exact and steps whole.
+    fn has_converged(&self, solve: &NewtonSolve<'_>, found: Correction, steady: bool) -> bool {
         let (before, correction) = (solve.before, solve.correction);
         // The first correction by a factor of an earlier solve says little about the next.
         let known = (solve.iteration > 0 || !found.old_matrix) && !found.truncated;
         let tolerance = self.tolerance(solve.system, solve.objective, solve.at);
         let rounding = correction <= solve.floor && correction >= 0.5 * before;
-        // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the last one is accurate.
+        // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the
+        // last one is accurate.
         let left = if steady { self.left(solve.objective, before, correction) } else { correction };
         (left <= tolerance || rounding) && known && solve.forcing <= CG_TOLERANCE
     }

@@ -19,7 +19,7 @@ use crate::element::ElementState;
 use crate::element::{Barycentric, SimplexPack, Tangents, cross, times};
 use crate::energy::patch::{PackIndex, Patch, Patches, Workspace};
 use crate::energy::{
-    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties,
     TermViews,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch, dispatch_compact};
@@ -242,7 +242,7 @@ impl EnergyTerm for Membrane {
 }
 
 impl TermViews for Membrane {
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         Some(self)
     }
 
@@ -251,7 +251,7 @@ impl TermViews for Membrane {
     }
 }
 
-impl Elements for Membrane {
+impl ElementTerm for Membrane {
     fn body(&self) -> &str {
         &self.body
     }
