@@ -672,9 +672,7 @@ impl System {
 
     /// Why `x` has no finite energy or force.
     pub fn fault(&self, x: &[f64]) -> Option<Fault> {
-        let lost = |hold: &&Hold| {
-            hold.moves() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite())
-        };
+        let lost = |hold: &&Hold| hold.moves() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite());
         if let Some(hold) = self.holds.iter().find(lost) {
             return Some(Fault::Motion { hold: hold.name().to_owned() });
         }

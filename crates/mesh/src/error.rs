@@ -453,8 +453,8 @@ pub enum MeshError {
     #[error(
         "element {element} is a {name} (type {kind}); supported are points, lines, triangles, \
              quadrilaterals, tetrahedra and hexahedra of first order (in Gmsh: `Mesh.ElementOrder = 1;`), or \
-             triangles and tetrahedra of second order with `order = 2` in the body, or with `drop_mid_nodes = \
-             true` beside `path` to use the corners only"
+             triangles and tetrahedra of second order with `order = 2` in the body, or with \
+             `drop_mid_nodes = true` beside `path` to use the corners only"
     )]
     ElementType {
         /// Its tag in the file.
