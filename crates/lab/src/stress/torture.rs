@@ -7,7 +7,7 @@ use super::{Case, Choice, Findings, Start, Verdict};
 use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
 use pliant::simulation::StepError;
-use pliant::solver::{LinearSolver, Verdict as Solved};
+use pliant::solver::{LinearSolver, SolveFailure as Solved};
 
 /// What an independent program (numpy: projected Newton with backtracking, sparse LU) needed from each start.
 struct Known {

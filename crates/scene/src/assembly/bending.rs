@@ -7,7 +7,7 @@ use crate::KeyPath;
 use crate::Problem;
 use pliant::dissipation::MeasuredRate;
 use pliant::energy::elastic::points_of;
-use pliant::energy::measure::{Constants, Curvature, HingeAngle, Measure, Measured};
+use pliant::energy::measure::{Curvature, HingeAngle, ScalarStrain, ScalarStrainEnergy, StencilConstants};
 use pliant::numbering::Numbering;
 use pliant::quantity::Kind;
 use pliant::system::System;
@@ -24,7 +24,7 @@ pub(super) struct Bends {
     /// A vertex between its two neighbours.
     joints: Vec<[u32; 3]>,
     /// Of each hinge or joint.
-    constants: Vec<Constants>,
+    constants: Vec<StencilConstants>,
 }
 
 impl Bends {
@@ -105,12 +105,15 @@ impl Bends {
         let Bends { hinges, joints, constants } = self;
         if !hinges.is_empty() {
             let hinges = global(hinges, body, numbering);
-            system
-                .add_term(Box::new(Measured::<HingeAngle, 3, 4>::new(&body.name, &hinges, constants, rest)));
+            system.add_term(Box::new(ScalarStrainEnergy::<HingeAngle, 3, 4>::new(
+                &body.name, &hinges, constants, rest,
+            )));
         }
         if !joints.is_empty() {
             let joints = global(joints, body, numbering);
-            system.add_term(Box::new(Measured::<Curvature, D, 3>::new(&body.name, &joints, constants, rest)));
+            system.add_term(Box::new(ScalarStrainEnergy::<Curvature, D, 3>::new(
+                &body.name, &joints, constants, rest,
+            )));
         }
     }
 
@@ -123,8 +126,8 @@ impl Bends {
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let damped = |c: &Constants| Constants { stiffness: beta * c.stiffness, ..*c };
-        let constants: Vec<Constants> = self.constants.iter().map(damped).collect();
+        let damped = |c: &StencilConstants| StencilConstants { stiffness: beta * c.stiffness, ..*c };
+        let constants: Vec<StencilConstants> = self.constants.iter().map(damped).collect();
         if !self.hinges.is_empty() {
             let hinges = global(&self.hinges, body, numbering);
             let term = MeasuredRate::<HingeAngle, 3, 4>::new(&body.name, &hinges, &constants, rest);
@@ -171,7 +174,7 @@ fn stiffness(spec: &BendingSpec, sheet: bool, dimension: usize) -> f64 {
 }
 
 /// `k = D |e|^2 / (A_1 + A_2)` [J].
-fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> Constants {
+fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> StencilConstants {
     let x: [[f64; 3]; 4] = points_of(&mesh.points, hinge);
     // Twice the area: the length of the normal.
     let area = |a: usize| {
@@ -181,24 +184,24 @@ fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> C
         0.5 * (0..3).map(|c| component(c).powi(2)).sum::<f64>().sqrt()
     };
     let angle = angle.unwrap_or_else(|| HingeAngle::deviation(&x, &[1.0, 0.0]).0);
-    Constants {
+    StencilConstants {
         stiffness: stiffness * distance(&x[0], &x[1]).powi(2) / (area(2) + area(3)),
         rest: [angle.cos(), angle.sin()],
     }
 }
 
 /// `k = 2 B / (l_1 + l_2)` [J].
-fn joint(mesh: &Mesh, joint: &[u32; 3], stiffness: f64, angle: Option<f64>) -> Constants {
+fn joint(mesh: &Mesh, joint: &[u32; 3], stiffness: f64, angle: Option<f64>) -> StencilConstants {
     let point = |i: usize| mesh.point(joint[i] as usize);
     let measured = || {
         let curvature = if mesh.dimension == 2 {
-            <Curvature as Measure<2, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
+            <Curvature as ScalarStrain<2, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
         } else {
-            <Curvature as Measure<3, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
+            <Curvature as ScalarStrain<3, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
         };
         if curvature.abs() < STRAIGHT { 0.0 } else { curvature }
     };
-    Constants {
+    StencilConstants {
         stiffness: 2.0 * stiffness / (distance(point(0), point(1)) + distance(point(1), point(2))),
         rest: [angle.map_or_else(measured, |angle| 2.0 * (0.5 * angle).tan()), 0.0],
     }

@@ -9,7 +9,7 @@ use pliant::dissipation::{
 };
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::energy::elastic::{flattened, points_of};
-use pliant::energy::measure::{Constants, Length};
+use pliant::energy::measure::{Length, StencilConstants};
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
@@ -59,11 +59,11 @@ impl Parts {
             }
         }
         let beta = damping.stiffness_proportional.unwrap_or(0.0);
-        let constant = |k: &f64| Constants {
+        let constant = |k: &f64| StencilConstants {
             stiffness: damping.dashpot.unwrap_or(0.0) + beta * k,
-            ..Constants::default()
+            ..StencilConstants::default()
         };
-        let constants: Vec<Constants> = self.stiffness.iter().map(constant).collect();
+        let constants: Vec<StencilConstants> = self.stiffness.iter().map(constant).collect();
         if constants.iter().any(|c| c.stiffness != 0.0) {
             let edges: Vec<[u32; 2]> = self.springs.iter().map(|e| renumbered(e, first, numbering)).collect();
             let dashpots = MeasuredRate::<Length, D, 2>::new(name, &edges, &constants, rest);
