@@ -10,7 +10,7 @@ use pliant_lab::stability::{Against, Choice as SurveyChoice, Drift, MeasuredLimi
 use pliant_lab::stress::{self, Case, Choice, Findings, Picture};
 use pliant_lab::study::report::{Kind, Report};
 use pliant_lab::study::{self, Event, Plan, ReferenceChoice, Results, Row, Study, StudyError, WallClock};
-use pliant_scene::vary::Axis;
+use pliant_scene::vary::VariedKey;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -113,7 +113,7 @@ fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
                 "`{path}` is varied by a list of values, one or more"
             )));
         };
-        Ok(Axis { path, values: values.iter().map(toml::Value::to_string).collect() }.to_string())
+        Ok(VariedKey { path, values: values.iter().map(toml::Value::to_string).collect() }.to_string())
     };
     vary.iter().map(axis).collect()
 }

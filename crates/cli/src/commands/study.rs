@@ -8,7 +8,7 @@ use std::path::Path;
 use pliant_lab::study::report::{Kind, Report};
 use pliant_lab::study::{Plan, Provenance, ReferenceChoice, Results, Study, StudyError, WallClock, words};
 use pliant_scene::Source;
-use pliant_scene::vary::Axis;
+use pliant_scene::vary::VariedKey;
 use serde_json::{Value, json};
 
 use crate::arguments::{ReferenceFrom, StudyArguments};
@@ -97,7 +97,7 @@ pub fn provenance() -> Provenance {
 fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
     let mut changes = arguments.set.clone();
     let list = |key: &str, text: &str| -> Result<String, Failure> {
-        let axis: Axis = format!("study.{key}={text}")
+        let axis: VariedKey = format!("study.{key}={text}")
             .parse()
             .map_err(|_| Failure::usage(format!("`{text}` is no list of {key}: separate them by commas")))?;
         let quoted = axis.values.iter().map(|value| {

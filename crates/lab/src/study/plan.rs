@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use pliant::integrator::{IntegratorSpec, Method};
-use pliant_scene::vary::Axis;
+use pliant_scene::vary::VariedKey;
 use pliant_scene::{KeyPath, Problem, Scene};
 
 /// States are compared at this many times unless the scene says more.
@@ -84,7 +84,7 @@ pub struct Plan {
     /// The smallest step that is chosen [s].
     pub smallest_step: Option<f64>,
     /// Values that are varied beside.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<VariedKey>,
     /// At how many times states are compared.
     pub times: usize,
     /// Timed runs of each row; `None`: seven, or as many as take a second.
@@ -108,7 +108,7 @@ impl Plan {
         let spec = scene.study.clone().unwrap_or_default();
         let path = KeyPath::root().key("study").key("vary");
         let axes = spec.vary.iter().enumerate().map(|(index, text)| {
-            text.parse::<Axis>()
+            text.parse::<VariedKey>()
                 .map_err(|error| vec![Problem::semantic(path.index(index), error.to_string())])
         });
         let usual =

@@ -1,6 +1,6 @@
 //! Where a body resists bending, and how much.
 
-use super::body::{Parts, distance, renumbered, spread};
+use super::body::{BodyAssembly, distance, renumbered, spread};
 use crate::BendingRest;
 use crate::BendingSpec;
 use crate::KeyPath;
@@ -18,7 +18,7 @@ const STRAIGHT: f64 = 1e-6;
 
 /// The hinges of a sheet, the joints of a strand.
 #[derive(Default)]
-pub(super) struct Bends {
+pub(super) struct BendingPlan {
     /// Edge first, then the opposite vertices; from 0 in the body.
     hinges: Vec<[u32; 4]>,
     /// A vertex between its two neighbours.
@@ -27,7 +27,7 @@ pub(super) struct Bends {
     constants: Vec<StencilConstants>,
 }
 
-impl Bends {
+impl BendingPlan {
     pub(super) fn new(
         spec: &BendingSpec,
         mesh: &Mesh,
@@ -35,7 +35,7 @@ impl Bends {
         path: &KeyPath,
         problems: &mut Vec<Problem>,
     ) -> Self {
-        let mut bends = Bends::default();
+        let mut bends = BendingPlan::default();
         let sheet = mesh.element_dimension() == 2 && mesh.dimension == 3;
         let strand = mesh.element_dimension() < 2;
         if sheet {
@@ -97,12 +97,12 @@ impl Bends {
     /// Adds the energies to `system`.
     pub(super) fn add_terms<const D: usize>(
         &self,
-        body: &Parts,
+        body: &BodyAssembly,
         rest: &[f64],
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let Bends { hinges, joints, constants } = self;
+        let BendingPlan { hinges, joints, constants } = self;
         if !hinges.is_empty() {
             let hinges = global(hinges, body, numbering);
             system.add_term(Box::new(ScalarStrainEnergy::<HingeAngle, 3, 4>::new(
@@ -121,7 +121,7 @@ impl Bends {
     pub(super) fn add_damping<const D: usize>(
         &self,
         beta: f64,
-        body: &Parts,
+        body: &BodyAssembly,
         rest: &[f64],
         numbering: &Numbering,
         system: &mut System,
@@ -141,7 +141,7 @@ impl Bends {
     }
 }
 
-fn global<const N: usize>(cells: &[[u32; N]], body: &Parts, numbering: &Numbering) -> Vec<[u32; N]> {
+fn global<const N: usize>(cells: &[[u32; N]], body: &BodyAssembly, numbering: &Numbering) -> Vec<[u32; N]> {
     cells.iter().map(|cell| renumbered(cell, body.first_vertex, numbering)).collect()
 }
 

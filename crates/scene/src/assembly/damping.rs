@@ -1,6 +1,6 @@
 //! The damping of a body.
 
-use super::body::{Parts, renumbered};
+use super::body::{BodyAssembly, renumbered};
 use crate::Body;
 use crate::DampingSpec;
 use pliant::dissipation::{
@@ -33,7 +33,7 @@ fn stiffness_proportional(damping: &DampingSpec, material: &MaterialSpec, plane:
     Viscosity { shear: beta * lame.mu, second: beta * lambda }
 }
 
-impl Parts {
+impl BodyAssembly {
     /// Adds what damps this body to `system`; arguments as of `add_terms`. What would damp nothing is left out.
     pub(super) fn add_damping<const D: usize, const N: usize>(
         &self,
@@ -121,7 +121,7 @@ impl Parts {
 
 /// Makes the dashpots of cells of whatever kind is visited.
 struct CellsViscosity<'a> {
-    parts: &'a Parts,
+    parts: &'a BodyAssembly,
     block: &'a CellBlock,
     viscosity: Viscosity,
     rest: &'a [f64],
