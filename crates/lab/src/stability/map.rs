@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Status, attempt, with_step};
+use super::{AttemptStatus, attempt, with_step};
 use pliant::integrator::IntegratorSpec;
 use pliant_scene::{Body, KeyPath, MassSpec, NBodySpec, OneOrMany, Problem, Scene, SceneError, Source};
 
@@ -67,7 +67,7 @@ pub struct Map {
     /// The limit of each row, linearised at its start [s]; `None`: any step.
     pub predicted: Vec<Option<f64>>,
     /// `[row][column]`.
-    pub status: Vec<Vec<Status>>,
+    pub status: Vec<Vec<AttemptStatus>>,
 }
 
 /// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every value of what is varied.
