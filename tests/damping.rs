@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pliant::dissipation::{DissipativeTerm, MassProportional, MeasuredRate};
 use pliant::energy::Stencils;
-use pliant::energy::measure::{Constants, Length};
+use pliant::energy::measure::{Length, StencilConstants};
 use pliant::energy::spring::Springs;
 use pliant::integrator::{Method, amplification};
 use pliant::simulation::Simulation;
@@ -125,7 +125,7 @@ fn mass_proportional_damping_slows_a_fall_as_it_says() {
 fn damped_pendulum(method: Method, steps: usize) -> Vec<f64> {
     let mut simulation = soft_double_pendulum(method, 1.0 / steps as f64);
     let rest = simulation.state().x().to_vec();
-    let constants = [1.0, 2.0].map(|stiffness| Constants { stiffness, rest: [0.0; 2] });
+    let constants = [1.0, 2.0].map(|stiffness| StencilConstants { stiffness, rest: [0.0; 2] });
     let dashpots = MeasuredRate::<Length, 2, 2>::new("pendulum", &[[0, 1], [1, 2]], &constants, &rest);
     let drag = MassProportional::new("pendulum", 0.3, &[1.0, 1.0, 2.0], 0..3, 2);
     simulation.system_mut().add_dissipation(Box::new(dashpots));
@@ -216,7 +216,7 @@ fn free_chain(method: Method, h: f64) -> Simulation {
 fn damped_chain(method: Method, beta: f64, h: f64) -> Simulation {
     let mut simulation = free_chain(method, h);
     let edges = [[0, 1], [1, 2], [2, 3], [3, 4]];
-    let constants = CHAIN_STIFFNESS.map(|k| Constants { stiffness: beta * k, rest: [0.0; 2] });
+    let constants = CHAIN_STIFFNESS.map(|k| StencilConstants { stiffness: beta * k, rest: [0.0; 2] });
     let rest = simulation.state().x().to_vec();
     let dashpots = MeasuredRate::<Length, 2, 2>::new("chain", &edges, &constants, &rest);
     simulation.system_mut().add_dissipation(Box::new(dashpots));
@@ -358,7 +358,7 @@ fn a_single_dashpot_leaves_steps_below_the_limit_stable() {
             let build = |h: f64| {
                 let mut simulation = free_chain(method, h);
                 // The fastest motion has 27.6 rad/s.
-                let constants = [Constants { stiffness: 27.6 * part, rest: [0.0; 2] }];
+                let constants = [StencilConstants { stiffness: 27.6 * part, rest: [0.0; 2] }];
                 let rest = simulation.state().x().to_vec();
                 let dashpot = MeasuredRate::<Length, 2, 2>::new("chain", &[edge], &constants, &rest);
                 simulation.system_mut().add_dissipation(Box::new(dashpot));
@@ -377,7 +377,7 @@ fn the_energy_lost_is_the_power_of_the_dissipation_over_time() {
     let build = |h: f64| {
         let mut system = System::new(2, vec![1.0, 1.0]);
         system.add_term(Box::new(Springs::<2>::new("a", &[[0, 1]], &[20.0], &[1.0], 2)));
-        let constants = [Constants { stiffness: 0.7, rest: [0.0; 2] }];
+        let constants = [StencilConstants { stiffness: 0.7, rest: [0.0; 2] }];
         let x = vec![0.0, 0.0, 1.3, 0.1];
         system.add_dissipation(Box::new(MeasuredRate::<Length, 2, 2>::new("a", &[[0, 1]], &constants, &x)));
         Simulation::new(system, State::new(x, vec![0.3, 0.0, 0.0, 1.0]), method("rk4"), h)

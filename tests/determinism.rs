@@ -6,7 +6,7 @@ use pliant::energy::nbody::{NBody, TreeGravity};
 use pliant::energy::spring::Springs;
 use pliant::integrator::IntegratorSpec;
 use pliant::integrator::estimate::Tolerances;
-use pliant::lanes::{Level, level};
+use pliant::lanes::{InstructionSet, level};
 use pliant::simulation::Simulation;
 use pliant::state::State;
 use pliant::system::System;
@@ -260,7 +260,7 @@ fn every_instruction_set_gives_the_same_bits() {
         // A failing test is what prints for certain.
         panic!("fingerprint {:016x} level {}", fingerprint(), level().name());
     }
-    let of = |wanted: Level| {
+    let of = |wanted: InstructionSet| {
         let output = std::process::Command::new(std::env::current_exe().unwrap())
             .args(["--exact", CHILD.0, "--nocapture"])
             .env(CHILD.1, "1")
@@ -273,8 +273,8 @@ fn every_instruction_set_gives_the_same_bits() {
         let start = text.find("fingerprint ").unwrap() + "fingerprint ".len();
         text[start..start + 16].to_string()
     };
-    let portable = of(Level::Portable);
-    for wanted in Level::ALL.into_iter().filter(|l| l.is_available()) {
+    let portable = of(InstructionSet::Portable);
+    for wanted in InstructionSet::ALL.into_iter().filter(|l| l.is_available()) {
         assert_eq!(of(wanted), portable, "{}", wanted.name());
     }
 }

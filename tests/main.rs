@@ -28,4 +28,5 @@ mod properties;
 mod scenes;
 mod solids;
 mod springs;
+mod steering;
 mod study;

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, OnceLock};
 
 use pliant::integrator::IntegratorSpec;
-use pliant_lab::study::{Grid, Plan, Provenance, Results, Row, Study, WallClock};
+use pliant_lab::study::{Provenance, Results, Row, Study, StudyPlan, TimeGrid, WallClock};
 use pliant_scene::Source;
 use tempfile::TempDir;
 
@@ -33,9 +33,9 @@ fn folder() -> &'static Mutex<TempDir> {
 /// A study of these schemes and steps, each run twice: once watched, once timed.
 fn study(source: &Source, schemes: &[&str], steps: &[f64]) -> Results {
     let folder = folder().lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let plan = Plan::of(&source.scene().unwrap()).unwrap();
+    let plan = StudyPlan::of(&source.scene().unwrap()).unwrap();
     let contenders = schemes.iter().map(|name| spec(name).into()).collect();
-    let plan = Plan {
+    let plan = StudyPlan {
         contenders,
         steps: steps.to_vec(),
         tolerances: vec![],
@@ -46,7 +46,7 @@ fn study(source: &Source, schemes: &[&str], steps: &[f64]) -> Results {
     made(source, &plan, folder.path())
 }
 
-fn made(source: &Source, plan: &Plan, folder: &Path) -> Results {
+fn made(source: &Source, plan: &StudyPlan, folder: &Path) -> Results {
     let study = Study {
         source,
         name: "standard",
@@ -209,10 +209,10 @@ fn holds(name: &str) -> usize {
         let changes: Vec<(String, String)> = changes.map(|(k, v)| (k.into(), v.into())).collect();
         let source = source(name).varied(&changes).unwrap();
         let scene = source.scene().unwrap();
-        let plan = Plan::of(&scene).unwrap();
-        let plan = Plan {
+        let plan = StudyPlan::of(&scene).unwrap();
+        let plan = StudyPlan {
             contenders: vec![spec(scheme.trim_end_matches(" (adaptive)")).into()],
-            times: Grid::new(scene.time.duration, plan.times, &plan.steps).times,
+            times: TimeGrid::new(scene.time.duration, plan.times, &plan.steps).times,
             steps: rows
                 .iter()
                 .filter(|row| row["tol"].is_empty())
@@ -328,10 +328,10 @@ fn references_of_the_stiff_standard_scenes_are_those_of_the_plan() {
     for (name, vertex, expected, tolerance) in cases {
         let source = source(name);
         let scene = source.scene().unwrap();
-        let plan = Plan::of(&scene).unwrap();
+        let plan = StudyPlan::of(&scene).unwrap();
         let step = vec![scene.time.duration / 250.0];
-        let times = Grid::new(scene.time.duration, plan.times, &plan.steps).times;
-        let plan = Plan {
+        let times = TimeGrid::new(scene.time.duration, plan.times, &plan.steps).times;
+        let plan = StudyPlan {
             contenders: vec![spec("implicit-euler").into()],
             times,
             steps: step,

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use pliant::deadline::Stopped;
 use pliant::simulation::StepError;
-use pliant::solver::Verdict;
+use pliant::solver::SolveFailure;
 use pliant_scene::Scene;
 
 /// A clamped block of so many cells along x, with these keys of time.
@@ -41,7 +41,7 @@ fn steps_that_are_stopped_say_so_by_every_linear_solver() {
         let mut simulation = block(4, &time);
         simulation.set_stop(Some(Arc::new(AtomicBool::new(true))));
         let error = simulation.step().unwrap_err();
-        let stopped = matches!(error, StepError::Unsolved { verdict: Verdict::Stopped, .. });
+        let stopped = matches!(error, StepError::Unsolved { verdict: SolveFailure::Stopped, .. });
         assert!(stopped, "{linear}: {error}");
     }
 }
@@ -71,7 +71,10 @@ fn a_simulation_that_is_stopped_solves_no_more() {
         let stop = Arc::new(AtomicBool::new(true));
         simulation.system_mut().set_stop(Some(Arc::clone(&stop)));
         let error = simulation.step().unwrap_err();
-        assert!(matches!(error, StepError::Unsolved { verdict: Verdict::Stopped, .. }), "{name}: {error}");
+        assert!(
+            matches!(error, StepError::Unsolved { verdict: SolveFailure::Stopped, .. }),
+            "{name}: {error}"
+        );
         assert_eq!((simulation.state().time, simulation.positions().into_owned()), before, "{name}");
         stop.store(false, Ordering::Relaxed);
         simulation.step().unwrap();

@@ -3,7 +3,7 @@
 use pliant::energy::spring::Springs;
 use pliant::integrator::Method;
 use pliant::simulation::{Simulation, StepError};
-use pliant::solver::{SolverOptions, Verdict};
+use pliant::solver::{SolveFailure, SolverOptions};
 use pliant::state::State;
 use pliant::system::System;
 
@@ -44,7 +44,10 @@ fn collocation_takes_no_solution_that_makes_energy() {
             let (factor, end) = run(pressed_spring(method(name), h, 0));
             assert!(factor < 2.0, "{name}, {h} s: {factor} times the energy in a step; {end:?}");
             let unsolved = |error: &StepError| {
-                matches!(error, StepError::Unsolved { verdict: Verdict::Spurious | Verdict::Stalled, .. })
+                matches!(
+                    error,
+                    StepError::Unsolved { verdict: SolveFailure::Spurious | SolveFailure::Stalled, .. }
+                )
             };
             assert!(end.as_ref().is_none_or(unsolved), "{name}, {h} s: {end:?}");
             // Parts of the step have the solution.

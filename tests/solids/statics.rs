@@ -3,7 +3,7 @@
 use pliant::diagnostics::Diagnostics;
 use pliant::run::Outcome;
 use pliant::simulation::{Simulation, StepError};
-use pliant::solver::{SolverOptions, Verdict};
+use pliant::solver::{SolveFailure, SolverOptions};
 use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{Scene, SceneError};
 use serde_json::json;
@@ -49,7 +49,7 @@ fn a_beam_hangs_where_the_plan_has_it() {
 }
 
 /// The message of a step that is not solved, and the state, which is what it was.
-fn unsolved(mut simulation: Simulation) -> (StepError, Verdict) {
+fn unsolved(mut simulation: Simulation) -> (StepError, SolveFailure) {
     let before = simulation.state().x().to_vec();
     let error = simulation.step().unwrap_err();
     assert_eq!(simulation.state().x(), before);
@@ -62,7 +62,7 @@ fn a_body_that_nothing_holds_has_no_equilibrium() {
     let mut solid = beam("stable-neo-hookean");
     solid.pin = json!([]);
     let (error, verdict) = unsolved(solid.simulation(method("quasi-static"), 1.0));
-    assert_eq!(verdict, Verdict::Indefinite, "{error}");
+    assert_eq!(verdict, SolveFailure::Indefinite, "{error}");
     assert!(error.to_string().contains("without stiffness or mass"), "{error}");
 }
 

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use pliant::algebra::Mat;
-use pliant::lanes::{Kernel, Lanes, Level, Pair, Rows, WIDTH, dispatch_at};
+use pliant::lanes::{InstructionSet, Kernel, Lanes, Pair, Rows, WIDTH, dispatch_at};
 use pliant::scalar::Real;
 
 /// Numbers per array: four arrays stay in the first-level cache.
@@ -106,7 +106,7 @@ macro_rules! rate {
     }};
 }
 
-fn apply<F: Function>(level: Level, name: &str) {
+fn apply<F: Function>(level: InstructionSet, name: &str) {
     let from: Vec<f64> = (0..COUNT).map(|i| 0.3 + 2.0 * i as f64 / COUNT as f64).collect();
     let mut to = vec![0.0; COUNT];
     let kind = std::marker::PhantomData::<F>;
@@ -124,7 +124,7 @@ fn apply<F: Function>(level: Level, name: &str) {
     );
 }
 
-fn moves<const D: usize>(level: Level) {
+fn moves<const D: usize>(level: InstructionSet) {
     let (from, mut to) = (Rows::<D>::new(), Rows::<D>::new());
     let mut index = vec![[0u16; WIDTH]; COUNT / WIDTH];
     for (i, x) in index.as_flattened_mut().iter_mut().enumerate() {
@@ -139,7 +139,7 @@ fn moves<const D: usize>(level: Level) {
 }
 
 fn main() {
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         if !level.is_available() {
             println!("{:8}  not on this processor", level.name());
             continue;

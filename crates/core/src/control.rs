@@ -70,7 +70,7 @@ pub(crate) struct Controller {
 
 /// What a [`Controller`] has learnt.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Pace {
+pub(crate) struct StepHistory {
     next: f64,
     last: Option<f64>,
     taken_back: bool,
@@ -79,14 +79,14 @@ pub(crate) struct Pace {
 
 impl Controller {
     /// What it has learnt so far.
-    pub(crate) fn pace(&self) -> Pace {
+    pub(crate) fn pace(&self) -> StepHistory {
         let Controller { next, last, taken_back, rejected, .. } = *self;
-        Pace { next, last, taken_back, rejected }
+        StepHistory { next, last, taken_back, rejected }
     }
 
     /// Goes on from what one of the same scheme has learnt.
-    pub(crate) fn resume(&mut self, pace: Pace) {
-        let Pace { next, last, taken_back, rejected } = pace;
+    pub(crate) fn resume(&mut self, pace: StepHistory) {
+        let StepHistory { next, last, taken_back, rejected } = pace;
         self.next = next.min(self.control.largest);
         (self.last, self.taken_back, self.rejected) = (last, taken_back, rejected);
     }

@@ -72,7 +72,7 @@ struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 /// What a pass does to each row, in this order:
 /// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`, walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pass {
+pub(crate) struct KickDrift {
     /// Factor of the velocities before the kick.
     pub(crate) drag: f64,
     /// Time [s] for which the acceleration acts; 0: forces are not looked at.
@@ -83,31 +83,31 @@ pub(crate) struct Pass {
     pub(crate) walls: bool,
 }
 
-impl Pass {
+impl KickDrift {
     /// A pass that leaves everything as it is.
-    pub(crate) const NOTHING: Pass = Pass { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
+    pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
 }
 
 /// What a pass came upon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Passed {
+pub(crate) struct PassResult {
     /// Whether all positions and velocities are finite.
     pub(crate) finite: bool,
     /// Whether a wall moved a vertex.
     pub(crate) put_back: bool,
 }
 
-impl Passed {
-    const NOTHING: Passed = Passed { finite: true, put_back: false };
+impl PassResult {
+    const NOTHING: PassResult = PassResult { finite: true, put_back: false };
 
     fn and(self, other: Self) -> Self {
-        Passed { finite: self.finite & other.finite, put_back: self.put_back | other.put_back }
+        PassResult { finite: self.finite & other.finite, put_back: self.put_back | other.put_back }
     }
 }
 
 /// What a pass reads.
 #[derive(Clone, Copy)]
-pub(crate) struct Surroundings<'a> {
+pub(crate) struct StepInputs<'a> {
     pub(crate) dimension: usize,
     pub(crate) terms: &'a [Box<dyn EnergyTerm>],
     pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
@@ -115,15 +115,15 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) walls: &'a [Wall],
 }
 
-impl Surroundings<'_> {
+impl StepInputs<'_> {
     /// Runs `pass` on the rows `x` and `v`, which are overwritten; they are taken `from` elsewhere where that is given.
     pub(crate) fn run(
         &self,
-        pass: &Pass,
+        pass: &KickDrift,
         from: Option<(&[f64], &[f64])>,
         x: &mut [f64],
         v: &mut [f64],
-    ) -> Passed {
+    ) -> PassResult {
         let per_block = BLOCK * self.dimension;
         let forces = if pass.kick == 0.0 { Forces::NONE } else { self.forces() };
         let forces = &forces;
@@ -140,23 +140,23 @@ impl Surroundings<'_> {
         let blocks = x.len().div_ceil(per_block);
         if blocks < 2 * TASK_BLOCKS || rayon::current_num_threads() == 1 {
             let rows = x.chunks_mut(per_block).zip(v.chunks_mut(per_block));
-            return rows.enumerate().map(block).fold(Passed::NOTHING, Passed::and);
+            return rows.enumerate().map(block).fold(PassResult::NOTHING, PassResult::and);
         }
         let rows = x.par_chunks_mut(per_block).zip(v.par_chunks_mut(per_block));
         let rows = rows.enumerate().with_min_len(TASK_BLOCKS);
-        rows.map(block).reduce(|| Passed::NOTHING, Passed::and)
+        rows.map(block).reduce(|| PassResult::NOTHING, PassResult::and)
     }
 
     /// The rows of one block, from number `start` of the flat arrays on, `NUMBERS` of them at most.
     fn block<const NUMBERS: usize>(
         &self,
-        pass: &Pass,
+        pass: &KickDrift,
         forces: &Forces<'_>,
         start: usize,
         from: Option<(&[f64], &[f64])>,
         x: &mut [f64],
         v: &mut [f64],
-    ) -> Passed {
+    ) -> PassResult {
         let inverse_mass = &self.inverse_mass.numbers[start..start + x.len()];
         let same = self.inverse_mass.of_block[start / (BLOCK * self.dimension)];
         let (first, count) = (start / self.dimension, x.len() / self.dimension);
@@ -180,7 +180,7 @@ impl Surroundings<'_> {
                 put_back |= wall.apply(inverse_mass, x, v);
             }
         }
-        Passed { finite, put_back }
+        PassResult { finite, put_back }
     }
 
     /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.
@@ -293,7 +293,7 @@ fn add(sum: &mut [f64; 3], acceleration: &[f64]) {
 
 /// Kick, drift and drag of the rows of a block; whether all that came out is finite.
 struct Update<'a> {
-    pass: &'a Pass,
+    pass: &'a KickDrift,
     /// Acceleration beside that of the gradient [m/s^2].
     uniform: [[f64; WIDTH]; PERIOD],
     gradient: &'a [f64],
@@ -329,7 +329,7 @@ impl Kernel for Update<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let Pass { drag, kick, drift, .. } = *self.pass;
+        let KickDrift { drag, kick, drift, .. } = *self.pass;
         let numbers = [drag, kick, drift];
         let mut packs = [L::zero(); 3];
         for i in 0..3 {

@@ -30,15 +30,15 @@ use std::sync::atomic::AtomicBool;
 use crate::constraint::Jump;
 use crate::control::Controller;
 use crate::diagnostics::{
-    Balance, Diagnostics, ElementState, Energy, Ledger, Reaction, StabilityLimit, mode_range, reactions,
-    stability_limit,
+    Balance, Diagnostics, ElementState, Energy, EnergyLedger, Reaction, StabilityLimit, mode_range,
+    reactions, stability_limit,
 };
 use crate::element::Barycentric;
 use crate::energy::Fault;
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
-use crate::solver::{SolverOptions, SolverWork, StepFault, Verdict, scene_size};
+use crate::solver::{SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
 use crate::state::State;
 use crate::system::{System, TermId};
 
@@ -72,7 +72,7 @@ pub struct Simulation {
     /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
     /// Of energy that comes in and goes out; `None` where there is none.
-    ledger: Option<Ledger>,
+    ledger: Option<EnergyLedger>,
     /// Whether the next step opens one, if there is anything to write into it.
     opens_ledger: bool,
     /// Whether it holds what is lost.
@@ -237,7 +237,7 @@ impl Simulation {
         let (system, state) = (&mut self.system, &self.state);
         if self.opens_ledger {
             self.opens_ledger = false;
-            let ledger = Ledger::new(system, self.counts_losses, state.x(), state.v());
+            let ledger = EnergyLedger::new(system, self.counts_losses, state.x(), state.v());
             self.ledger = match self.method.is_static() {
                 true => ledger.map(|ledger| ledger.between_equilibria(system, state.time, state.x())),
                 false => ledger,
@@ -282,7 +282,7 @@ impl Simulation {
         let retried = retried.map(Box::new);
         let StepFault { fault, vertex, solve } = self.located(fault);
         // Where there is no finite force to begin with, the solver is not to blame.
-        if let Some(solve) = solve.filter(|solve| solve.verdict != Verdict::Infeasible) {
+        if let Some(solve) = solve.filter(|solve| solve.verdict != SolveFailure::Infeasible) {
             return StepError::Unsolved {
                 step: self.state.step + 1,
                 time: self.state.time,

@@ -13,10 +13,10 @@ use crate::constraint::{Drive, Hold, Jump, Wall};
 use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
-use crate::pass::{InverseMass, Pass, Passed, Surroundings};
+use crate::pass::{InverseMass, KickDrift, PassResult, StepInputs};
 use crate::state::State;
 
-pub(crate) use flows::{Flows, Looked, feeds, is_changing_gravity, power_of_motion};
+pub(crate) use flows::{Looked, Powers, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use pins::PinState;
 pub use terms::TermId;
 pub(crate) use wall_loss::{WallLoss, WallLosses};
@@ -532,7 +532,7 @@ impl System {
     /// Whether the force that the terms hold is finite at every coordinate that is free to move.
     fn is_finite_where_free(&self) -> bool {
         let mut a = vec![0.0; self.inverse_mass().len()];
-        Surroundings { dissipation: &[], ..self.surroundings() }.accelerations(&mut a);
+        StepInputs { dissipation: &[], ..self.surroundings() }.accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
     }
 
@@ -557,11 +557,11 @@ impl System {
     /// Moves the rows `x` and `v`, taken `from` elsewhere where that is given, by the force that the terms hold.
     pub(crate) fn pass(
         &self,
-        pass: &Pass,
+        pass: &KickDrift,
         from: Option<(&[f64], &[f64])>,
         x: &mut [f64],
         v: &mut [f64],
-    ) -> Passed {
+    ) -> PassResult {
         self.surroundings().run(pass, from, x, v)
     }
 
@@ -586,8 +586,8 @@ impl System {
         asked.filter_map(|term| term.driven()).map(|term| term.power(x, v)).sum()
     }
 
-    fn surroundings(&self) -> Surroundings<'_> {
-        Surroundings {
+    fn surroundings(&self) -> StepInputs<'_> {
+        StepInputs {
             dimension: self.dimension,
             terms: &self.terms,
             dissipation: &self.dissipation,

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use pliant_lab::benchmark::{Figure, Part, TimedPart, rows};
+use pliant_lab::benchmark::{BenchmarkPart, Metric, TimedPart, rows};
 
 fn all(criterion: &mut Criterion) {
     for row in rows() {
@@ -14,7 +14,7 @@ fn all(criterion: &mut Criterion) {
             .warm_up_time(Duration::from_millis(500))
             .measurement_time(Duration::from_secs(2));
         for case in (row.cases)(None) {
-            if let Figure::Rate { per_repetition, .. } = case.figure {
+            if let Metric::Rate { per_repetition, .. } = case.figure {
                 group.throughput(Throughput::Elements(per_repetition as u64));
             }
             for part in &case.parts {
@@ -39,7 +39,7 @@ fn all(criterion: &mut Criterion) {
 
 type Group<'a> = criterion::BenchmarkGroup<'a, criterion::measurement::WallTime>;
 
-fn bench(group: &mut Group<'_>, id: &BenchmarkId, part: &Part) {
+fn bench(group: &mut Group<'_>, id: &BenchmarkId, part: &BenchmarkPart) {
     // Built when it is first run: what is filtered out costs nothing.
     let mut timed = None;
     group.bench_function(id.clone(), |bencher| {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::file::{FileMesh, Place};
 use super::quadratic::MidNodes;
-use super::tokens::Fault;
+use super::tokens::FileFault;
 use super::topology::firsts;
 use super::{FormatError, Group, Mesh};
 use pliant::element::{CellBlock, CellKind};
@@ -241,14 +241,16 @@ impl Cells {
         mut vertices: Vec<Place>,
         names: &Names,
         mid_nodes: MidNodes,
-    ) -> Result<FileMesh, Fault> {
+    ) -> Result<FileMesh, FileFault> {
         match (self.first_order, self.second_order, mid_nodes) {
             (_, None, _) => {}
             (_, Some((place, name)), MidNodes::Refuse) => {
-                return Err(Fault::at(place, FormatError::SecondOrder { name }));
+                return Err(FileFault::at(place, FormatError::SecondOrder { name }));
             }
             (_, Some(_), MidNodes::Drop) => self.drop_middles(&mut xyz, &mut vertices),
-            (Some(place), Some(_), MidNodes::Keep) => return Err(Fault::at(place, FormatError::MixedOrder)),
+            (Some(place), Some(_), MidNodes::Keep) => {
+                return Err(FileFault::at(place, FormatError::MixedOrder));
+            }
             (None, Some(_), MidNodes::Keep) => {}
         }
         Ok(self.assemble(xyz, vertices, names))

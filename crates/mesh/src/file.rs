@@ -7,7 +7,7 @@ use super::check::{check, check_numbers, unusable_cells};
 use super::clean::{clean, cures};
 use super::quadratic::MidNodes;
 use super::signature::recognised;
-use super::tokens::Fault;
+use super::tokens::FileFault;
 use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::spec::FileSpec;
 
@@ -40,7 +40,7 @@ macro_rules! formats {
                 vec![$($name,)+]
             }
 
-            fn read(self, input: &Input) -> Result<FileMesh, Fault> {
+            fn read(self, input: &MeshInput) -> Result<FileMesh, FileFault> {
                 match self {
                     $(Format::$variant => $read(input),)+
                 }
@@ -61,7 +61,7 @@ formats! {
 }
 
 /// What a reader is given.
-pub(super) struct Input<'a> {
+pub(super) struct MeshInput<'a> {
     /// The file. Of TetGen's pair the `.ele`.
     pub bytes: &'a [u8],
     /// The `.node` of TetGen's pair.
@@ -88,7 +88,7 @@ pub(super) struct FileMesh {
     /// Cells and groups.
     pub mesh: Mesh,
     pub vertices: Vec<Place>,
-    /// Whether the vertices stand in [`Input::nodes`].
+    /// Whether the vertices stand in [`MeshInput::nodes`].
     pub vertices_in_nodes: bool,
     pub edges: Vec<Place>,
     pub lines: Vec<Place>,
@@ -190,7 +190,7 @@ fn read_cleaned(
     let paths = pair(format, path);
     let bytes = contents(&paths[0])?;
     let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
-    let input = Input { bytes: &bytes, nodes: &nodes, mid_nodes, spec };
+    let input = MeshInput { bytes: &bytes, nodes: &nodes, mid_nodes, spec };
     parse(format, &input, dimension).map_err(|(site, error)| {
         let [path, beside] = paths;
         MeshError::InFile {
@@ -210,17 +210,17 @@ pub(super) struct Site {
     pub line: u32,
     /// What the file calls the thing at fault.
     pub tag: Option<FileTag>,
-    /// Whether it is in [`Input::nodes`].
+    /// Whether it is in [`MeshInput::nodes`].
     pub in_nodes: bool,
     /// Whether the reader found it, before there was a mesh.
     pub is_of_reader: bool,
 }
 
 /// The mesh that these bytes spell; total: every input gives a mesh or an error.
-pub(super) fn parse(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+pub(super) fn parse(format: Format, input: &MeshInput, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
     let text =
         |bytes| if format == Format::Stl && stl::is_binary(bytes) { bytes } else { without_mark(bytes) };
-    let input = Input { bytes: text(input.bytes), nodes: text(input.nodes), ..*input };
+    let input = MeshInput { bytes: text(input.bytes), nodes: text(input.nodes), ..*input };
     read_and_check(format, &input, dimension).map_err(|(site, error)| {
         // A file of another kind has no vertices for a reader that passes over what it does not know.
         let unread = matches!(error, MeshError::Empty) || site.is_of_reader;
@@ -236,8 +236,8 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-fn read_and_check(format: Format, input: &Input, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
-    let mut file = format.read(input).map_err(|Fault { line, byte, in_nodes, error }| {
+fn read_and_check(format: Format, input: &MeshInput, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+    let mut file = format.read(input).map_err(|FileFault { line, byte, in_nodes, error }| {
         (Site { line, tag: byte.map(FileTag::Byte), in_nodes, is_of_reader: true }, error)
     })?;
     match file.finish(input.spec, dimension) {

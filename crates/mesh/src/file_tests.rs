@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::file::{Format, Input, Site};
+use super::file::{Format, MeshInput, Site};
 use super::{FileTag, Mesh, MeshError, MidNodes, build};
 use crate::spec::{FileSpec, MeshSpec};
 
@@ -15,7 +15,7 @@ pub(super) fn parse(
     bytes: &[u8],
     dimension: usize,
 ) -> Result<Mesh, (Option<Location>, MeshError)> {
-    let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse, spec: &FileSpec::default() };
+    let input = MeshInput { bytes, nodes: &[], mid_nodes: MidNodes::Refuse, spec: &FileSpec::default() };
     super::file::parse(format, &input, dimension).map_err(|(Site { line, tag, .. }, error)| {
         ((line > 0 || tag.is_some()).then_some((line, tag)), error)
     })

@@ -1,6 +1,6 @@
 //! Formats read back from files that meshio and VTK wrote (`tests/tools/write_meshes.py`), and their faults.
 
-use super::file::{Format, Input, Site, parse};
+use super::file::{Format, MeshInput, Site, parse};
 use super::{FileTag, FormatError, Mesh, MeshError, MidNodes};
 use crate::spec::{FileSpec, Selection};
 
@@ -69,7 +69,7 @@ pub(super) fn with(
     dimension: usize,
     mid_nodes: MidNodes,
 ) -> Result<Mesh, (Site, MeshError)> {
-    parse(format, &Input { bytes, nodes, mid_nodes, spec: &FileSpec::default() }, dimension)
+    parse(format, &MeshInput { bytes, nodes, mid_nodes, spec: &FileSpec::default() }, dimension)
 }
 
 pub(super) fn read(format: Format, bytes: &[u8]) -> Mesh {

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::file::{Format, Input};
+use super::file::{Format, MeshInput};
 use super::file_tests::{GMSH_41, MESHIO_22, SHEET, parse};
 use super::format_tests::{GMSH_BINARY, MEDIT, METADATA, SURFACES, VTK, VTU};
 use super::geometry::measure;
@@ -43,7 +43,7 @@ fn read_all(bytes: &[u8]) {
             if let Ok(mesh) = parse(format, bytes, dimension) {
                 is_sound(&mesh);
             }
-            let input = Input { bytes, nodes: &[], mid_nodes: MidNodes::Refuse, spec: &cleaned() };
+            let input = MeshInput { bytes, nodes: &[], mid_nodes: MidNodes::Refuse, spec: &cleaned() };
             if let Ok(mesh) = super::file::parse(format, &input, dimension) {
                 is_sound(&mesh);
             }
@@ -135,7 +135,7 @@ proptest! {
         for mid_nodes in [MidNodes::Drop, MidNodes::Keep] {
             for &format in Format::ALL {
                 for spec in [FileSpec::default(), cleaned()] {
-                    let input = Input { bytes: &bytes, nodes: &bytes, mid_nodes, spec: &spec };
+                    let input = MeshInput { bytes: &bytes, nodes: &bytes, mid_nodes, spec: &spec };
                     if let Ok(mesh) = super::file::parse(format, &input, 3) {
                         is_sound(&mesh);
                     }

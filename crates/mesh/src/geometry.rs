@@ -2,7 +2,7 @@
 
 /// Measure of a simplex.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Measure {
+pub(super) struct SimplexMeasure {
     /// Signed volume [m^3], area [m^2] (not negative where the simplex has no orientation) or length [m].
     pub volume: f64,
     /// Longest edge `h` [m].
@@ -45,7 +45,7 @@ pub(super) fn longest_edge<const D: usize>(nodes: &[[f64; D]], edges: &[[usize; 
 /// `points` is flat, `(n, dimension)` [m], and holds every index of `cell`. Tetrahedra and triangles in the plane are
 /// signed, triangles in space are not. Edges are divided by the largest coordinate difference before any product, so
 /// that the test on `relative` means the same at 1e-150 m and at 1e150 m. NaN comes out as NaN.
-pub(super) fn measure<const N: usize>(points: &[f64], dimension: usize, cell: [u32; N]) -> Measure {
+pub(super) fn measure<const N: usize>(points: &[f64], dimension: usize, cell: [u32; N]) -> SimplexMeasure {
     let x: [[f64; 3]; N] = cell.map(|i| padded(&points[i as usize * dimension..][..dimension]));
     let mut edges = [[0.0; 3]; 6];
     let mut count = 0;
@@ -59,7 +59,7 @@ pub(super) fn measure<const N: usize>(points: &[f64], dimension: usize, cell: [u
     let scale =
         edges.iter().flatten().fold(0.0_f64, |s, e| if e.abs() > s || e.is_nan() { e.abs() } else { s });
     if scale == 0.0 {
-        return Measure { volume: 0.0, size: 0.0, relative: 0.0, relative_edges: 0.0 };
+        return SimplexMeasure { volume: 0.0, size: 0.0, relative: 0.0, relative_edges: 0.0 };
     }
     edges.iter_mut().flatten().for_each(|e| *e /= scale);
     let squares: f64 = edges.iter().map(|e| dot(*e, *e)).sum();
@@ -74,7 +74,7 @@ pub(super) fn measure<const N: usize>(points: &[f64], dimension: usize, cell: [u
         _ => (dot(edges[0], cross(edges[1], edges[2])), 6.0),
     };
     let power = N as i32 - 1;
-    Measure {
+    SimplexMeasure {
         volume: determinant / factor * scale.powi(power),
         size: longest * scale,
         relative: determinant / longest.powi(power),

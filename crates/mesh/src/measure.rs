@@ -2,11 +2,11 @@
 
 use super::Mesh;
 use super::geometry::measure;
-use pliant::element::{CellBlock, CellVisitor, Isoparametric, MassMatrix};
+use pliant::element::{CellBlock, CellVisitor, Isoparametric, MassRule};
 
 impl Mesh {
     /// Volume of the elements [m^3], or area [m^2], that falls to each vertex: every element gives equal shares to its
-    /// vertices, one of second order those of [`MassMatrix::lumped`]. Zero for vertices without elements.
+    /// vertices, one of second order those of [`MassRule::lumped`]. Zero for vertices without elements.
     pub fn lumped_measure(&self) -> Vec<f64> {
         let mut shares = vec![0.0; self.vertex_count()];
         if let Some(block) = self.block() {
@@ -30,7 +30,7 @@ impl Mesh {
     }
 
     fn share_lumped<const D: usize, const N: usize>(&self, shares: &mut [f64]) {
-        let mass = MassMatrix::<D, N>::new();
+        let mass = MassRule::<D, N>::new();
         for cell in self.elements::<N>() {
             for (v, m) in cell.into_iter().zip(mass.lumped(&self.nodes::<D, N>(&cell))) {
                 shares[v as usize] += m;
@@ -39,7 +39,7 @@ impl Mesh {
     }
 
     /// The mass matrix for unit density by rows, `M_ab = integral of N_a N_b` over the elements [m^3 or m^2],
-    /// columns ascending: see [`MassMatrix::consistent`]. Row sums are the integrals of the shape functions.
+    /// columns ascending: see [`MassRule::consistent`]. Row sums are the integrals of the shape functions.
     /// Empty rows for vertices without elements.
     pub fn consistent_measure(&self) -> Vec<Vec<(u32, f64)>> {
         let mut rows = vec![vec![]; self.vertex_count()];
@@ -53,7 +53,7 @@ impl Mesh {
             (2, 2, 2) => self.add_products(&self.elements::<6>(), consistent::<2, 6>(self), &mut rows),
             (2, 2, _) => self.add_products(&self.triangles, consistent::<2, 3>(self), &mut rows),
             (2, ..) => {
-                let straight = MassMatrix::<2, 3>::new().of_straight();
+                let straight = MassRule::<2, 3>::new().of_straight();
                 let area = |cell: &[u32; 3]| measure(&self.points, self.dimension, *cell).volume;
                 let scaled = |cell: &[u32; 3]| straight.map(|row| row.map(|m| area(cell) * m));
                 self.add_products(&self.triangles, scaled, &mut rows);
@@ -145,7 +145,7 @@ impl CellVisitor for Consistent<'_> {
 
 /// The consistent mass matrix of an element for unit density.
 fn consistent<const D: usize, const N: usize>(mesh: &Mesh) -> impl Fn(&[u32; N]) -> [[f64; N]; N] {
-    let mass = MassMatrix::<D, N>::new();
+    let mass = MassRule::<D, N>::new();
     move |cell| mass.consistent(&mesh.nodes::<D, N>(cell))
 }
 

@@ -7,8 +7,8 @@
 
 use super::FormatError;
 use super::cells::{Cells, Names, reference};
-use super::file::{FileMesh, Input, Place};
-use super::tokens::{Fault, Tokens};
+use super::file::{FileMesh, MeshInput, Place};
+use super::tokens::{FileFault, Tokens};
 
 /// Words of the format that no other word ends: a section whose entries are passed over.
 fn begins_section(word: &str) -> bool {
@@ -16,7 +16,7 @@ fn begins_section(word: &str) -> bool {
 }
 
 /// Reads the whole file.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut tokens = Tokens::with_comments(input.bytes);
     header(&mut tokens)?;
     let mut mesh = Medit { dimension: 3, ..Medit::default() };
@@ -47,7 +47,7 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
     cells.into_file(xyz, places, &names, input.mid_nodes)
 }
 
-fn header(tokens: &mut Tokens) -> Result<(), Fault> {
+fn header(tokens: &mut Tokens) -> Result<(), FileFault> {
     tokens.keyword("MeshVersionFormatted")?;
     let version: u64 = tokens.number("the version of the format, 1 or 2")?;
     if !(1..=3).contains(&version) {
@@ -77,7 +77,7 @@ struct Medit {
 }
 
 impl Medit {
-    fn dimension<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, Fault> {
+    fn dimension<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, FileFault> {
         let expected = "the dimension, 2 or 3";
         self.dimension = tokens.number(expected)?;
         if !(2..=3).contains(&self.dimension) {
@@ -87,7 +87,7 @@ impl Medit {
     }
 
     /// `x y [z] reference`.
-    fn vertices<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, Fault> {
+    fn vertices<'a>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, FileFault> {
         let count: u64 = tokens.number("the number of vertices")?;
         for _ in 0..count {
             let axes = ["x of a vertex", "y of a vertex", "z of a vertex"];
@@ -106,7 +106,7 @@ impl Medit {
     }
 
     /// `vertices reference`, the vertices numbered from 1.
-    fn cells<'a, const N: usize>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, Fault> {
+    fn cells<'a, const N: usize>(&mut self, tokens: &mut Tokens<'a>) -> Result<Option<&'a str>, FileFault> {
         let count: u64 = tokens.number("the number of cells")?;
         for cell in 0..count {
             let mut vertices = [0_u32; N];

@@ -6,17 +6,17 @@
 
 use std::collections::BTreeMap;
 
-use super::file::{FileMesh, GROUPS_AT_ONCE, Input, Place};
-use super::tokens::{Fault, excerpt};
+use super::file::{FileMesh, GROUPS_AT_ONCE, MeshInput, Place};
+use super::tokens::{FileFault, excerpt};
 use super::{Group, Mesh, MeshError};
 
 /// Reads `v`, `f`, `l`, `g` and `o`; other statements (normals, texture coordinates, materials) say nothing about the
 /// shape and are passed over. A polygon becomes a fan of triangles about its first vertex, which is right for convex
 /// ones. Cells belong to the current object and to every current group; vertices keep the order of the file.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     // Names may be in any encoding; numbers are ASCII.
     let text = String::from_utf8_lossy(input.bytes);
-    let mut reader = Reader::default();
+    let mut reader = ObjReader::default();
     let mut continued = String::new();
     for (i, line) in text.lines().enumerate() {
         reader.line = u32::try_from(i + 1).unwrap_or(u32::MAX);
@@ -37,7 +37,7 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
 }
 
 #[derive(Default)]
-struct Reader {
+struct ObjReader {
     file: FileMesh,
     line: u32,
     object: Option<usize>,
@@ -47,12 +47,12 @@ struct Reader {
     members: Vec<[Vec<u32>; 2]>,
 }
 
-impl Reader {
-    fn fault(&self, error: MeshError) -> Fault {
-        Fault::in_line(self.line, error)
+impl ObjReader {
+    fn fault(&self, error: MeshError) -> FileFault {
+        FileFault::in_line(self.line, error)
     }
 
-    fn statement(&mut self, line: &str) -> Result<(), Fault> {
+    fn statement(&mut self, line: &str) -> Result<(), FileFault> {
         let mut words = line.split_whitespace().take_while(|word| !word.starts_with('#'));
         match words.next() {
             Some("v") => self.vertex(words),
@@ -92,7 +92,7 @@ impl Reader {
     }
 
     /// `v x y z`; a weight or a colour may follow.
-    fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+    fn vertex<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), FileFault> {
         for expected in ["x of a vertex", "y of a vertex", "z of a vertex"] {
             let word = words.next().unwrap_or("");
             let value = word
@@ -105,7 +105,7 @@ impl Reader {
     }
 
     /// Index of a vertex: from 1, or from -1 backwards; `i/t/n` names texture and normal too.
-    fn index(&self, word: &str) -> Result<u32, Fault> {
+    fn index(&self, word: &str) -> Result<u32, FileFault> {
         let count = self.file.vertices.len();
         let number = word.split('/').next().unwrap_or("");
         let index: i64 = number.parse().map_err(|_| {
@@ -118,7 +118,7 @@ impl Reader {
         }
     }
 
-    fn polygon<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+    fn polygon<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), FileFault> {
         let expected = "three vertices of a face";
         let mut next = |reader: &Self| match words.next() {
             Some(word) => reader.index(word).map(Some),
@@ -139,7 +139,7 @@ impl Reader {
         }
     }
 
-    fn polyline<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
+    fn polyline<'a>(&mut self, mut words: impl Iterator<Item = &'a str>) -> Result<(), FileFault> {
         let expected = "two vertices of a line";
         let fewer = || MeshError::Expected { expected, found: "fewer".to_string() };
         let mut last = self.index(words.next().ok_or_else(|| self.fault(fewer()))?)?;
@@ -168,7 +168,7 @@ impl Reader {
     }
 
     fn finish(self) -> FileMesh {
-        let Reader { mut file, numbers, mut members, .. } = self;
+        let ObjReader { mut file, numbers, mut members, .. } = self;
         for (name, number) in numbers {
             let [edges, triangles] = std::mem::take(&mut members[number]);
             let group = group(&file.mesh, edges, triangles);

@@ -5,15 +5,15 @@
 
 use super::FormatError;
 use super::cells::{Cells, Names};
-use super::file::{FileMesh, Input, Place};
+use super::file::{FileMesh, MeshInput, Place};
 use super::number_type::{Endian, NumberType, index};
-use super::tokens::{Fault, Tokens, excerpt};
+use super::tokens::{FileFault, Tokens, excerpt};
 
 /// Reads the elements `vertex` (x, y, z), `face` (polygons: fans of triangles about the first vertex, right for convex
 /// ones) and `edge`; passes over others and over other properties.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut tokens = Tokens::of_bytes(input.bytes);
-    let header = Header::read(&mut tokens)?;
+    let header = PlyHeader::read(&mut tokens)?;
     if header.encoding.is_some() {
         tokens.set_binary();
     }
@@ -45,12 +45,12 @@ struct Element {
 }
 
 #[derive(Debug)]
-struct Header {
+struct PlyHeader {
     encoding: Encoding,
     elements: Vec<Element>,
 }
 
-fn number_type(tokens: &mut Tokens) -> Result<NumberType, Fault> {
+fn number_type(tokens: &mut Tokens) -> Result<NumberType, FileFault> {
     Ok(match tokens.word("the type of a property")? {
         "char" | "int8" => NumberType::I8,
         "uchar" | "uint8" => NumberType::U8,
@@ -64,8 +64,8 @@ fn number_type(tokens: &mut Tokens) -> Result<NumberType, Fault> {
     })
 }
 
-impl Header {
-    fn read(tokens: &mut Tokens) -> Result<Header, Fault> {
+impl PlyHeader {
+    fn read(tokens: &mut Tokens) -> Result<PlyHeader, FileFault> {
         tokens.keyword("ply")?;
         tokens.keyword("format")?;
         let expected = "ascii, binary_little_endian or binary_big_endian";
@@ -101,7 +101,7 @@ impl Header {
                 }
                 "end_header" => {
                     tokens.end_line();
-                    return Ok(Header { encoding, elements });
+                    return Ok(PlyHeader { encoding, elements });
                 }
                 word => return Err(tokens.expected("element, property or end_header", word)),
             }
@@ -110,7 +110,7 @@ impl Header {
 }
 
 /// `list <type of length> <type> <name>` or `<type> <name>`.
-fn property(tokens: &mut Tokens) -> Result<Property, Fault> {
+fn property(tokens: &mut Tokens) -> Result<Property, FileFault> {
     let before = tokens.clone();
     let mut length = None;
     if tokens.word("the type of a property")? == "list" {
@@ -131,7 +131,7 @@ fn number(
     encoding: Encoding,
     kind: NumberType,
     expected: &'static str,
-) -> Result<f64, Fault> {
+) -> Result<f64, FileFault> {
     match encoding {
         None => tokens.number(expected),
         Some(endian) => Ok(kind.decode(tokens.take(kind.size() as u64, expected)?, endian)),
@@ -163,7 +163,7 @@ impl Element {
     }
 
     /// Refuses an element without what is needed of it.
-    fn complete(&self, tokens: &Tokens, roles: &[Role]) -> Result<(), Fault> {
+    fn complete(&self, tokens: &Tokens, roles: &[Role]) -> Result<(), FileFault> {
         let needed: &[(Role, &str)] = match &self.name[..] {
             "vertex" => &[(Role::Coordinate(0), "x"), (Role::Coordinate(1), "y"), (Role::Coordinate(2), "z")],
             "face" => &[(Role::Polygon, "list vertex_indices")],
@@ -193,7 +193,7 @@ impl Element {
         xyz: &mut Vec<f64>,
         places: &mut Vec<Place>,
         cells: &mut Cells,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), FileFault> {
         let roles = self.roles();
         if self.count > 0 {
             self.complete(tokens, &roles)?;
@@ -236,7 +236,7 @@ impl Element {
 }
 
 /// The length of a list.
-fn length(tokens: &mut Tokens, encoding: Encoding, kind: NumberType) -> Result<u64, Fault> {
+fn length(tokens: &mut Tokens, encoding: Encoding, kind: NumberType) -> Result<u64, FileFault> {
     let expected = "the length of a list";
     let length = number(tokens, encoding, kind, expected)?;
     if length >= 0.0 && length.fract() == 0.0 {
@@ -246,7 +246,7 @@ fn length(tokens: &mut Tokens, encoding: Encoding, kind: NumberType) -> Result<u
     }
 }
 
-fn vertex(tokens: &Tokens, number: f64, places: &[Place]) -> Result<u32, Fault> {
+fn vertex(tokens: &Tokens, number: f64, places: &[Place]) -> Result<u32, FileFault> {
     index(number, places.len()).ok_or_else(|| {
         if number.fract() == 0.0 {
             let count = places.len() as u64;
@@ -264,9 +264,9 @@ fn fan(
     places: &[Place],
     place: Place,
     cells: &mut Cells,
-) -> Result<(), Fault> {
+) -> Result<(), FileFault> {
     let corners = polygon.iter().map(|&number| vertex(tokens, number, places));
-    let corners = corners.collect::<Result<Vec<u32>, Fault>>()?;
+    let corners = corners.collect::<Result<Vec<u32>, FileFault>>()?;
     let [first, rest @ ..] = &corners[..] else {
         return Err(tokens.expected("three vertices of a face", "none"));
     };

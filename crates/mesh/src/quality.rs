@@ -1,7 +1,7 @@
 //! How well shaped a mesh is.
 
 use super::Mesh;
-use super::geometry::{Measure, measure};
+use super::geometry::{SimplexMeasure, measure};
 use pliant::element::{self, CellBlock, CellVisitor, Isoparametric};
 
 /// Size and shape of a mesh.
@@ -58,7 +58,7 @@ pub struct CurvedQuality {
 ///
 /// Tetrahedra: `12 (3 V)^(2/3) / sum of squared edge lengths`, measure 3 of J. Burkardt's TET_MESH_QUALITY, after
 /// Liu and Joe. Triangles: `4 sqrt(3) A / sum of squared edge lengths`, the same ratio in the plane. Edges: 1.
-fn mean_ratio(m: &Measure, n: usize) -> f64 {
+fn mean_ratio(m: &SimplexMeasure, n: usize) -> f64 {
     match n {
         2 => 1.0,
         3 => 2.0 * 3.0_f64.sqrt() * m.relative / m.relative_edges,
@@ -72,7 +72,7 @@ impl Mesh {
         let (lower, upper) = self.bounding_box();
         let mut elements = match self.element_dimension() {
             _ if self.block().is_some() => {
-                self.block().and_then(|block| block.kind.visit(Cells { mesh: self, block }))
+                self.block().and_then(|block| block.kind.visit(QualityVisitor { mesh: self, block }))
             }
             3 => elements(self, &self.tetrahedra),
             2 => elements(self, &self.triangles),
@@ -115,12 +115,12 @@ impl Mesh {
     }
 }
 
-struct Cells<'a> {
+struct QualityVisitor<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
 }
 
-impl CellVisitor for Cells<'_> {
+impl CellVisitor for QualityVisitor<'_> {
     type Output = Option<ElementQuality>;
 
     fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Self::Output {

@@ -2,7 +2,7 @@
 
 use super::build::{finite, vector};
 use super::{Mesh, MeshError};
-use crate::spec::{BoxSelection, Selection, Wall};
+use crate::spec::{BoxSelection, HalfSpace, Selection};
 
 /// A vertex this fraction of the body's diagonal outside a box or half-space is inside.
 const TOLERANCE: f64 = 1e-9;
@@ -67,7 +67,7 @@ fn inside_box(mesh: &Mesh, selection: &BoxSelection) -> Result<Vec<u32>, MeshErr
     }))
 }
 
-fn below(mesh: &Mesh, wall: &Wall) -> Result<Vec<u32>, MeshError> {
+fn below(mesh: &Mesh, wall: &HalfSpace) -> Result<Vec<u32>, MeshError> {
     vector("normal", &wall.normal, mesh.dimension)?;
     finite("offset", wall.offset)?;
     let length = wall.normal.iter().fold(0.0_f64, |sum, n| sum.hypot(*n));
@@ -128,7 +128,7 @@ mod tests {
     }
 
     fn half_space(normal: &[f64], offset: f64) -> Result<Vec<u32>, MeshError> {
-        select(&mesh(), &Selection::HalfSpace(Wall { normal: normal.to_vec(), offset }))
+        select(&mesh(), &Selection::HalfSpace(HalfSpace { normal: normal.to_vec(), offset }))
     }
 
     #[test]

@@ -6,9 +6,9 @@ use std::collections::HashMap;
 
 use super::FormatError;
 use super::cells::{Cells, Names};
-use super::file::{FileMesh, Input, without_mark};
+use super::file::{FileMesh, MeshInput, without_mark};
 use super::number_type::{Endian, NumberType};
-use super::tokens::{Fault, Tokens, excerpt};
+use super::tokens::{FileFault, Tokens, excerpt};
 
 /// Bytes before the facets of a binary file: 80 of any content, and their number.
 const HEADER: u64 = 84;
@@ -17,7 +17,7 @@ const FACET: u64 = 50;
 
 /// Reads the facets. Corners with the same coordinates, bit by bit, become one vertex; nothing else is merged. Normals
 /// are passed over. The solids of an ASCII file that have a name become groups.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut surface = Surface::default();
     if is_binary(input.bytes) {
         binary(Tokens::of_bytes(input.bytes), &mut surface)?;
@@ -51,7 +51,7 @@ struct Surface {
 
 impl Surface {
     /// The vertex at this point.
-    fn vertex(&mut self, tokens: &Tokens, x: [f64; 3]) -> Result<u32, Fault> {
+    fn vertex(&mut self, tokens: &Tokens, x: [f64; 3]) -> Result<u32, FileFault> {
         if let Some(&value) = x.iter().find(|x| !x.is_finite()) {
             return Err(tokens.fault(FormatError::NotFinite { value }));
         }
@@ -67,7 +67,7 @@ impl Surface {
     }
 }
 
-fn binary(mut tokens: Tokens, surface: &mut Surface) -> Result<(), Fault> {
+fn binary(mut tokens: Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     tokens.set_binary();
     tokens.take(80, "the header")?;
     let count = NumberType::U32.decode(tokens.take(4, "the number of facets")?, Endian::Little) as u64;
@@ -90,7 +90,7 @@ fn binary(mut tokens: Tokens, surface: &mut Surface) -> Result<(), Fault> {
 
 /// Solids one after the other. Writers differ in the case of words, write `end solid` for `endsolid`, leave
 /// the normal out or spell one that is no number.
-fn ascii(mut tokens: Tokens, surface: &mut Surface) -> Result<(), Fault> {
+fn ascii(mut tokens: Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     while let Some(word) = tokens.next() {
         if !word.eq_ignore_ascii_case("solid") {
             return Err(tokens.expected("solid", word));
@@ -101,7 +101,7 @@ fn ascii(mut tokens: Tokens, surface: &mut Surface) -> Result<(), Fault> {
 }
 
 /// The rest of a solid: its name, its facets.
-fn solid(tokens: &mut Tokens, surface: &mut Surface) -> Result<(), Fault> {
+fn solid(tokens: &mut Tokens, surface: &mut Surface) -> Result<(), FileFault> {
     let name = tokens.rest_of_line();
     let number = surface.names.len() as u64 + 1;
     let groups = [number];
@@ -126,7 +126,7 @@ fn solid(tokens: &mut Tokens, surface: &mut Surface) -> Result<(), Fault> {
 }
 
 /// The rest of a facet: its normal, which is passed over, and its corners.
-fn facet(tokens: &mut Tokens, surface: &mut Surface) -> Result<[u32; 3], Fault> {
+fn facet(tokens: &mut Tokens, surface: &mut Surface) -> Result<[u32; 3], FileFault> {
     let mut word = tokens.word("normal")?;
     if word.eq_ignore_ascii_case("normal") {
         for _ in 0..3 {
@@ -154,13 +154,13 @@ fn facet(tokens: &mut Tokens, surface: &mut Surface) -> Result<[u32; 3], Fault> 
 }
 
 /// The next word, which must be this one in any case.
-fn keyword(tokens: &mut Tokens, expected: &'static str) -> Result<(), Fault> {
+fn keyword(tokens: &mut Tokens, expected: &'static str) -> Result<(), FileFault> {
     let word = tokens.word(expected)?;
     if word.eq_ignore_ascii_case(expected) { Ok(()) } else { Err(tokens.expected(expected, &excerpt(word))) }
 }
 
 /// The end of `what`, in one word or two.
-fn end(tokens: &mut Tokens, what: &str, expected: &'static str) -> Result<(), Fault> {
+fn end(tokens: &mut Tokens, what: &str, expected: &'static str) -> Result<(), FileFault> {
     let word = tokens.word(expected)?;
     if is_end(tokens, word, what) { Ok(()) } else { Err(tokens.expected(expected, word)) }
 }

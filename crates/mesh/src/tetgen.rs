@@ -5,16 +5,17 @@
 
 use super::FormatError;
 use super::cells::{Cells, Names, reference};
-use super::file::{FileMesh, Input, Place};
+use super::file::{FileMesh, MeshInput, Place};
 use super::geometry::measure;
-use super::tokens::{Fault, Tokens};
+use super::tokens::{FileFault, Tokens};
 
 /// Reads both files. TetGen's own tetrahedra are left-handed in the order of this library: where all are, two vertices
 /// of each are exchanged; a mesh of both hands is left as it is, to be refused.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let (mut cells, mut names) = (Cells::default(), Names::new());
     let nodes = Tokens::with_comments(input.nodes);
-    let nodes = nodes_of(nodes, &mut cells, &mut names).map_err(|fault| Fault { in_nodes: true, ..fault })?;
+    let nodes =
+        nodes_of(nodes, &mut cells, &mut names).map_err(|fault| FileFault { in_nodes: true, ..fault })?;
     elements(Tokens::with_comments(input.bytes), &nodes, &mut cells, &mut names)?;
     let left = |cell: &[u32; 4]| measure(&nodes.xyz, 3, *cell).relative < 0.0;
     if cells.tetrahedra.vertices.iter().all(left) {
@@ -25,7 +26,7 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
     Ok(file)
 }
 
-struct Nodes {
+struct TetgenNodes {
     xyz: Vec<f64>,
     places: Vec<Place>,
     /// Number of the first, 0 or 1.
@@ -33,7 +34,7 @@ struct Nodes {
 }
 
 /// `count dimension attributes markers`, then `number x y [z] [attributes] [marker]`.
-fn nodes_of(mut tokens: Tokens, cells: &mut Cells, names: &mut Names) -> Result<Nodes, Fault> {
+fn nodes_of(mut tokens: Tokens, cells: &mut Cells, names: &mut Names) -> Result<TetgenNodes, FileFault> {
     let count: u64 = tokens.number("the number of nodes")?;
     let dimension: u64 = tokens.number("the dimension of the nodes, 2 or 3")?;
     if !(2..=3).contains(&dimension) {
@@ -41,7 +42,7 @@ fn nodes_of(mut tokens: Tokens, cells: &mut Cells, names: &mut Names) -> Result<
     }
     let attributes: u64 = tokens.number("the number of attributes of a node")?;
     let markers: u64 = tokens.number("0, or 1 for boundary markers")?;
-    let mut nodes = Nodes { xyz: Vec::new(), places: Vec::new(), first: 0 };
+    let mut nodes = TetgenNodes { xyz: Vec::new(), places: Vec::new(), first: 0 };
     for vertex in 0..count {
         let number: u64 = tokens.number("the number of a node")?;
         let place = tokens.place(number);
@@ -68,7 +69,12 @@ fn nodes_of(mut tokens: Tokens, cells: &mut Cells, names: &mut Names) -> Result<
 }
 
 /// `count corners attributes`, then `number corners [attributes]`.
-fn elements(mut tokens: Tokens, nodes: &Nodes, cells: &mut Cells, names: &mut Names) -> Result<(), Fault> {
+fn elements(
+    mut tokens: Tokens,
+    nodes: &TetgenNodes,
+    cells: &mut Cells,
+    names: &mut Names,
+) -> Result<(), FileFault> {
     let count: u64 = tokens.number("the number of elements")?;
     let corners: usize = tokens.number("the number of nodes of an element")?;
     if !(3..=4).contains(&corners) {
@@ -107,7 +113,7 @@ fn elements(mut tokens: Tokens, nodes: &Nodes, cells: &mut Cells, names: &mut Na
     Ok(())
 }
 
-fn in_sequence(tokens: &Tokens, what: &'static str, expected: u64, found: u64) -> Result<(), Fault> {
+fn in_sequence(tokens: &Tokens, what: &'static str, expected: u64, found: u64) -> Result<(), FileFault> {
     if found == expected {
         Ok(())
     } else {

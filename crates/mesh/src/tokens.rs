@@ -7,7 +7,7 @@ use super::file::Place;
 
 /// A fault and where it is.
 #[derive(Debug)]
-pub(super) struct Fault {
+pub(super) struct FileFault {
     /// Line, from 1; 0 in a binary file.
     pub line: u32,
     /// Offset in a binary file.
@@ -17,16 +17,16 @@ pub(super) struct Fault {
     pub error: MeshError,
 }
 
-impl Fault {
+impl FileFault {
     /// In a line of a text.
-    pub(super) fn in_line(line: u32, error: impl Into<MeshError>) -> Fault {
-        Fault { line, byte: None, in_nodes: false, error: error.into() }
+    pub(super) fn in_line(line: u32, error: impl Into<MeshError>) -> FileFault {
+        FileFault { line, byte: None, in_nodes: false, error: error.into() }
     }
 
     /// At a place: a line of a text, an offset of a binary file.
-    pub(super) fn at(place: Place, error: impl Into<MeshError>) -> Fault {
+    pub(super) fn at(place: Place, error: impl Into<MeshError>) -> FileFault {
         let byte = (place.line == 0).then_some(place.tag);
-        Fault { byte, ..Fault::in_line(place.line, error) }
+        FileFault { byte, ..FileFault::in_line(place.line, error) }
     }
 }
 
@@ -81,9 +81,9 @@ impl<'a> Tokens<'a> {
         self.binary = true;
     }
 
-    pub(super) fn fault(&self, error: impl Into<MeshError>) -> Fault {
+    pub(super) fn fault(&self, error: impl Into<MeshError>) -> FileFault {
         let Place { tag, line } = self.place(0);
-        Fault { byte: self.binary.then_some(tag), ..Fault::in_line(line, error) }
+        FileFault { byte: self.binary.then_some(tag), ..FileFault::in_line(line, error) }
     }
 
     /// The place of the word or block read last, which the file calls `tag`, 0 if it has no number for it.
@@ -121,24 +121,24 @@ impl<'a> Tokens<'a> {
     }
 
     /// The next word; its absence is a fault.
-    pub(super) fn word(&mut self, expected: &'static str) -> Result<&'a str, Fault> {
+    pub(super) fn word(&mut self, expected: &'static str) -> Result<&'a str, FileFault> {
         self.next().ok_or_else(|| self.fault(MeshError::EndOfFile { expected }))
     }
 
     /// The next word as a number.
-    pub(super) fn number<T: FromStr>(&mut self, expected: &'static str) -> Result<T, Fault> {
+    pub(super) fn number<T: FromStr>(&mut self, expected: &'static str) -> Result<T, FileFault> {
         let word = self.word(expected)?;
         word.parse().map_err(|_| self.fault(MeshError::Expected { expected, found: excerpt(word) }))
     }
 
     /// The next word, which must be this one.
-    pub(super) fn keyword(&mut self, expected: &'static str) -> Result<(), Fault> {
+    pub(super) fn keyword(&mut self, expected: &'static str) -> Result<(), FileFault> {
         let word = self.word(expected)?;
         if word == expected { Ok(()) } else { Err(self.expected(expected, word)) }
     }
 
     /// The fault of a word that makes no sense where it stands.
-    pub(super) fn expected(&self, expected: &'static str, found: &str) -> Fault {
+    pub(super) fn expected(&self, expected: &'static str, found: &str) -> FileFault {
         self.fault(MeshError::Expected { expected, found: excerpt(found) })
     }
 
@@ -171,7 +171,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// The next bytes; their absence is a fault.
-    pub(super) fn take(&mut self, count: u64, expected: &'static str) -> Result<&'a [u8], Fault> {
+    pub(super) fn take(&mut self, count: u64, expected: &'static str) -> Result<&'a [u8], FileFault> {
         self.start = self.at;
         let rest = self.rest();
         match usize::try_from(count).ok().filter(|&count| count <= rest.len()) {

@@ -6,25 +6,25 @@
 //! dozen crates along.
 
 use super::cells::{Cells, Names};
-use super::file::{FileMesh, Input, Place};
+use super::file::{FileMesh, MeshInput, Place};
 use super::number_type::{Endian, NumberType};
-use super::tokens::{Fault, Tokens};
-use super::vtk_cells::{self, Kind};
+use super::tokens::{FileFault, Tokens};
+use super::vtk_cells::{self, ListKind};
 use super::{FormatError, MeshError};
 
 /// Reads the whole file.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut tokens = Tokens::of_bytes(input.bytes);
-    let Header { binary, modern, unstructured } = header(&mut tokens)?;
-    let mut grid = Grid { tokens, binary, modern, ..Grid::new(input.bytes) };
+    let VtkHeader { binary, modern, unstructured } = header(&mut tokens)?;
+    let mut grid = VtkGrid { tokens, binary, modern, ..VtkGrid::new(input.bytes) };
     while let Some(section) = grid.tokens.next() {
         match section {
             "POINTS" => grid.points()?,
             "CELLS" => grid.cells = grid.lists()?,
             "CELL_TYPES" => grid.types()?,
-            "VERTICES" => grid.typed(Kind::Vertices)?,
-            "LINES" => grid.typed(Kind::Lines)?,
-            "POLYGONS" => grid.typed(Kind::Polygons)?,
+            "VERTICES" => grid.typed(ListKind::Vertices)?,
+            "LINES" => grid.typed(ListKind::Lines)?,
+            "POLYGONS" => grid.typed(ListKind::Polygons)?,
             "FIELD" => grid.field()?,
             // They come last.
             "POINT_DATA" | "CELL_DATA" => break,
@@ -46,7 +46,7 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
 }
 
 /// What the first lines say.
-struct Header {
+struct VtkHeader {
     /// Whether the numbers are binary.
     binary: bool,
     /// Whether cells are lists with offsets, as they are from version 5 on.
@@ -55,13 +55,13 @@ struct Header {
     unstructured: bool,
 }
 
-fn header(tokens: &mut Tokens) -> Result<Header, Fault> {
+fn header(tokens: &mut Tokens) -> Result<VtkHeader, FileFault> {
     let version = tokens.end_line();
     let Some(version) = version.strip_prefix("# vtk DataFile Version ") else {
-        return Err(Fault::in_line(1, expected("# vtk DataFile Version", version)));
+        return Err(FileFault::in_line(1, expected("# vtk DataFile Version", version)));
     };
     let modern = version.trim().split('.').next().and_then(|major| major.parse::<u32>().ok());
-    let modern = modern.ok_or_else(|| Fault::in_line(1, expected("a version such as 4.2", version)))?;
+    let modern = modern.ok_or_else(|| FileFault::in_line(1, expected("a version such as 4.2", version)))?;
     tokens.end_line();
     let binary = match tokens.word("ASCII or BINARY")? {
         "ASCII" => false,
@@ -78,14 +78,14 @@ fn header(tokens: &mut Tokens) -> Result<Header, Fault> {
     if binary {
         tokens.set_binary();
     }
-    Ok(Header { binary, modern: modern >= 5, unstructured: dataset == "UNSTRUCTURED_GRID" })
+    Ok(VtkHeader { binary, modern: modern >= 5, unstructured: dataset == "UNSTRUCTURED_GRID" })
 }
 
 fn expected(expected: &'static str, found: &str) -> MeshError {
     MeshError::Expected { expected, found: super::tokens::excerpt(found) }
 }
 
-fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, Fault> {
+fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, FileFault> {
     Ok(match name {
         "char" => NumberType::I8,
         "unsigned_char" => NumberType::U8,
@@ -105,7 +105,7 @@ fn number_type(tokens: &Tokens, name: &str) -> Result<NumberType, Fault> {
 
 /// Numbers, and where each `stride`th stands.
 #[derive(Default)]
-struct Numbers {
+struct VtkNumbers {
     values: Vec<f64>,
     places: Vec<Place>,
 }
@@ -119,20 +119,20 @@ struct Lists {
     offsets: Vec<usize>,
 }
 
-struct Grid<'a> {
+struct VtkGrid<'a> {
     tokens: Tokens<'a>,
     binary: bool,
     modern: bool,
-    points: Option<Numbers>,
+    points: Option<VtkNumbers>,
     cells: Lists,
-    types: Option<Numbers>,
+    types: Option<VtkNumbers>,
     /// Cells of `POLYDATA`.
-    typed: Vec<(Kind, Lists)>,
+    typed: Vec<(ListKind, Lists)>,
 }
 
-impl<'a> Grid<'a> {
+impl<'a> VtkGrid<'a> {
     fn new(bytes: &'a [u8]) -> Self {
-        Grid {
+        VtkGrid {
             tokens: Tokens::of_bytes(bytes),
             binary: false,
             modern: false,
@@ -143,11 +143,11 @@ impl<'a> Grid<'a> {
         }
     }
 
-    fn unsupported(&self, found: String, supported: &'static str) -> Fault {
+    fn unsupported(&self, found: String, supported: &'static str) -> FileFault {
         self.tokens.fault(FormatError::Unsupported { found, supported })
     }
 
-    fn count(&self, what: &'static str, expected: u64, found: u64) -> Result<(), Fault> {
+    fn count(&self, what: &'static str, expected: u64, found: u64) -> Result<(), FileFault> {
         if expected == found {
             Ok(())
         } else {
@@ -156,9 +156,9 @@ impl<'a> Grid<'a> {
     }
 
     /// The next `count` numbers.
-    fn numbers(&mut self, kind: NumberType, count: u64, stride: usize) -> Result<Numbers, Fault> {
+    fn numbers(&mut self, kind: NumberType, count: u64, stride: usize) -> Result<VtkNumbers, FileFault> {
         let expected = "a number";
-        let mut numbers = Numbers::default();
+        let mut numbers = VtkNumbers::default();
         if self.binary {
             self.tokens.end_line();
         }
@@ -176,7 +176,7 @@ impl<'a> Grid<'a> {
     }
 
     /// `POINTS n type`.
-    fn points(&mut self) -> Result<(), Fault> {
+    fn points(&mut self) -> Result<(), FileFault> {
         let count: u64 = self.tokens.number("the number of points")?;
         let name = self.tokens.word("the type of the coordinates")?;
         let kind = number_type(&self.tokens, name)?;
@@ -209,14 +209,14 @@ impl<'a> Grid<'a> {
 
     /// `CELLS n size` and for each cell the number of its vertices and those; from version 5 on `CELLS n size` with
     /// `n` offsets and `size` vertices.
-    fn lists(&mut self) -> Result<Lists, Fault> {
+    fn lists(&mut self) -> Result<Lists, FileFault> {
         let count: u64 = self.tokens.number("the number of cells")?;
         let size: u64 = self.tokens.number("the size of the list of cells")?;
         if self.modern { self.by_offsets(count, size) } else { self.by_lengths(count, size) }
     }
 
-    fn by_lengths(&mut self, count: u64, size: u64) -> Result<Lists, Fault> {
-        let Numbers { values, places } = self.numbers(NumberType::I32, size, 1)?;
+    fn by_lengths(&mut self, count: u64, size: u64) -> Result<Lists, FileFault> {
+        let VtkNumbers { values, places } = self.numbers(NumberType::I32, size, 1)?;
         let mut lists = Lists { offsets: vec![0], ..Lists::default() };
         let mut at = 0;
         while at < values.len() {
@@ -236,7 +236,7 @@ impl<'a> Grid<'a> {
         Ok(lists)
     }
 
-    fn by_offsets(&mut self, count: u64, size: u64) -> Result<Lists, Fault> {
+    fn by_offsets(&mut self, count: u64, size: u64) -> Result<Lists, FileFault> {
         self.tokens.keyword("OFFSETS")?;
         let name = self.tokens.word("the type of the offsets")?;
         let kind = number_type(&self.tokens, name)?;
@@ -245,7 +245,7 @@ impl<'a> Grid<'a> {
         self.tokens.keyword("CONNECTIVITY")?;
         let name = self.tokens.word("the type of the connectivity")?;
         let kind = number_type(&self.tokens, name)?;
-        let Numbers { values: vertices, places } = self.numbers(kind, size, 1)?;
+        let VtkNumbers { values: vertices, places } = self.numbers(kind, size, 1)?;
         self.pass_metadata(1);
         let mut lists = Lists { vertices, places, offsets: Vec::new() };
         for (&offset, &place) in offsets.values.iter().zip(&offsets.places) {
@@ -263,26 +263,26 @@ impl<'a> Grid<'a> {
         Ok(lists)
     }
 
-    fn at(&self, place: Place, error: impl Into<MeshError>) -> Fault {
+    fn at(&self, place: Place, error: impl Into<MeshError>) -> FileFault {
         let byte = self.binary.then_some(place.tag);
-        Fault { byte, ..Fault::in_line(place.line, error) }
+        FileFault { byte, ..FileFault::in_line(place.line, error) }
     }
 
-    fn types(&mut self) -> Result<(), Fault> {
+    fn types(&mut self) -> Result<(), FileFault> {
         let count: u64 = self.tokens.number("the number of cell types")?;
         self.types = Some(self.numbers(NumberType::I32, count, 1)?);
         self.pass_metadata(1);
         Ok(())
     }
 
-    fn typed(&mut self, kind: Kind) -> Result<(), Fault> {
+    fn typed(&mut self, kind: ListKind) -> Result<(), FileFault> {
         let lists = self.lists()?;
         self.typed.push((kind, lists));
         Ok(())
     }
 
     /// `FIELD name n`, then `name components tuples type` and the numbers, `n` times.
-    fn field(&mut self) -> Result<(), Fault> {
+    fn field(&mut self) -> Result<(), FileFault> {
         self.tokens.word("the name of a field")?;
         let arrays: u64 = self.tokens.number("the number of arrays")?;
         for _ in 0..arrays {
@@ -297,9 +297,9 @@ impl<'a> Grid<'a> {
         Ok(())
     }
 
-    fn finish(mut self, input: &Input) -> Result<FileMesh, Fault> {
+    fn finish(mut self, input: &MeshInput) -> Result<FileMesh, FileFault> {
         let mut cells = Cells::default();
-        let Numbers { values, places } = self.points.take().unwrap_or_default();
+        let VtkNumbers { values, places } = self.points.take().unwrap_or_default();
         let count = places.len();
         let lists = std::mem::take(&mut self.cells);
         let types = self.types.take().unwrap_or_default();

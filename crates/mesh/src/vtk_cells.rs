@@ -27,18 +27,18 @@ pub const QUADRATIC_TETRAHEDRON: u8 = 24;
 
 /// What a list of cells without types holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ListKind {
     Vertices,
     Lines,
     Polygons,
 }
 
-impl Kind {
+impl ListKind {
     pub(super) fn cell_type(self) -> f64 {
         f64::from(match self {
-            Kind::Vertices => POLY_VERTEX,
-            Kind::Lines => POLY_LINE,
-            Kind::Polygons => POLYGON,
+            ListKind::Vertices => POLY_VERTEX,
+            ListKind::Lines => POLY_LINE,
+            ListKind::Polygons => POLYGON,
         })
     }
 }

@@ -6,11 +6,13 @@ use std::path::PathBuf;
 
 use numpy::IntoPyArray;
 use pliant::solver::LinearSolver;
-use pliant_lab::stability::{Against, Choice as SurveyChoice, Drift, MeasuredLimit, Survey, SurveyError};
-use pliant_lab::stress::{self, Case, Choice, Findings, Picture};
-use pliant_lab::study::report::{Kind, Report};
-use pliant_lab::study::{self, Event, Plan, ReferenceChoice, Results, Row, Study, StudyError, WallClock};
-use pliant_scene::vary::Axis;
+use pliant_lab::stability::{Against, Drift, MeasuredLimit, Survey, SurveyError, SurveyOptions};
+use pliant_lab::stress::{self, Case, CaseFilter, CaseResult, Picture};
+use pliant_lab::study::report::{FigureKind, StudyReport};
+use pliant_lab::study::{
+    self, Event, ReferenceChoice, Results, Row, Study, StudyError, StudyPlan, WallClock,
+};
+use pliant_scene::vary::VariedKey;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -49,7 +51,7 @@ pub(crate) fn _study<'py>(
     }
     let scene = scene.changed(changes)?;
     let source = &scene.source;
-    let plan = Plan::of(&scene.scene).map_err(|problems| errors::scene(py, &source.error(problems)))?;
+    let plan = StudyPlan::of(&scene.scene).map_err(|problems| errors::scene(py, &source.error(problems)))?;
     let reference = match &options.reference[..] {
         "auto" => ReferenceChoice::Auto,
         "exact" => ReferenceChoice::Exact,
@@ -59,7 +61,7 @@ pub(crate) fn _study<'py>(
             return Err(PyValueError::new_err(message));
         }
     };
-    let plan = Plan {
+    let plan = StudyPlan {
         reference,
         budget: options.budget.or(plan.budget),
         repeats: options.repeats,
@@ -113,14 +115,14 @@ fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
                 "`{path}` is varied by a list of values, one or more"
             )));
         };
-        Ok(Axis { path, values: values.iter().map(toml::Value::to_string).collect() }.to_string())
+        Ok(VariedKey { path, values: values.iter().map(toml::Value::to_string).collect() }.to_string())
     };
     vary.iter().map(axis).collect()
 }
 
 fn html(results: &Results) -> PyResult<String> {
     let title = format!("Error against run time: {}", results.title);
-    let report = Report::new(&title, std::slice::from_ref(results), &Kind::ALL);
+    let report = StudyReport::new(&title, std::slice::from_ref(results), &FigureKind::ALL);
     Ok(report.map_err(|error| PyRuntimeError::new_err(error.to_string()))?.html())
 }
 
@@ -152,7 +154,7 @@ pub(crate) fn _stress<'py>(
         })
     };
     let solvers = solvers.iter().map(solver).collect::<PyResult<_>>()?;
-    let choice = Choice { only, materials, integrators, solvers, quick };
+    let choice = CaseFilter { only, materials, integrators, solvers, quick };
     let cases = match scene {
         Some(scene) => {
             stress::scene_cases(&scene.source, &choice).map_err(|error| errors::scene(py, &error))?
@@ -164,7 +166,7 @@ pub(crate) fn _stress<'py>(
         return Err(PyValueError::new_err(format!("{what}; rows are \"torture\" and \"D1\" to \"D13\"")));
     }
     let results = watched(py, function, |watch| {
-        let mut results: Vec<(Case, Findings)> = vec![];
+        let mut results: Vec<(Case, CaseResult)> = vec![];
         for case in cases {
             if watch.is_stopped() {
                 break;
@@ -210,7 +212,7 @@ pub(crate) fn _stability<'py>(
         })
     };
     let against = against.map(known).transpose()?;
-    let choice = SurveyChoice { integrators, against, quick };
+    let choice = SurveyOptions { integrators, against, quick };
     let found = watched(py, function, |watch: &Watch| {
         Survey::of(&scene.source, &choice, &watch.stop, &mut |limit, drift| {
             watch.show(&json!({ "limit": limit, "drift": drift }));
@@ -228,7 +230,7 @@ pub(crate) fn _stability<'py>(
 pub(crate) fn _columns<'py>(py: Python<'py>, report: &str) -> PyResult<Bound<'py, PyDict>> {
     let described = match report {
         "study" => described::<Row>(),
-        "stress" => described::<Findings>(),
+        "stress" => described::<CaseResult>(),
         "stability" => described::<MeasuredLimit>().into_iter().chain(described::<Drift>()).collect(),
         _ => return Err(PyValueError::new_err(format!("there is no report {report:?}"))),
     };

@@ -13,8 +13,8 @@ use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, Map
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
-use self::failure::{Failure, found};
-use self::variant::Choice;
+use self::failure::{ReadFailure, found};
+use self::variant::VariantReader;
 use super::error::Problem;
 use super::key_path::{KeyPath, KeySegment};
 use super::text;
@@ -26,7 +26,7 @@ use pliant::value::TextForm;
 /// Every unknown field up to the first value that cannot be read, and that one.
 pub(super) fn from_table<T: serde::de::DeserializeOwned>(root: &DeTable<'_>) -> Result<T, Vec<Problem>> {
     let unknown = RefCell::new(Vec::new());
-    let trail = Trail { parent: None, step: Step::Root };
+    let trail = Trail { parent: None, step: TrailStep::Root };
     let result = T::deserialize(TableReader { table: root, trail: &trail, unknown: &unknown });
     let mut problems = unknown.into_inner();
     match result {
@@ -43,11 +43,11 @@ pub(super) fn from_table<T: serde::de::DeserializeOwned>(root: &DeTable<'_>) -> 
 #[derive(Clone, Copy)]
 struct Trail<'a> {
     parent: Option<&'a Trail<'a>>,
-    step: Step<'a>,
+    step: TrailStep<'a>,
 }
 
 #[derive(Clone, Copy)]
-enum Step<'a> {
+enum TrailStep<'a> {
     Root,
     Key(&'a str),
     Index(usize),
@@ -59,9 +59,9 @@ impl Trail<'_> {
         let mut next = Some(self);
         while let Some(trail) = next {
             match trail.step {
-                Step::Root => {}
-                Step::Key(key) => segments.push(KeySegment::Key(key.to_owned())),
-                Step::Index(index) => segments.push(KeySegment::Index(index)),
+                TrailStep::Root => {}
+                TrailStep::Key(key) => segments.push(KeySegment::Key(key.to_owned())),
+                TrailStep::Index(index) => segments.push(KeySegment::Index(index)),
             }
             next = trail.parent;
         }
@@ -82,24 +82,28 @@ impl<'a> Reader<'a> {
         TableReader { table, trail: self.trail, unknown: self.unknown }
     }
 
-    fn wrong_type(self, expected: &str) -> Failure {
+    fn wrong_type(self, expected: &str) -> ReadFailure {
         let problem = Problem::wrong_type(self.trail.path(), found(self.value), expected.to_owned());
-        Failure::located(problem)
+        ReadFailure::located(problem)
     }
 
-    fn list<'de, V: Visitor<'de>>(self, array: &'a DeArray<'a>, visitor: V) -> Result<V::Value, Failure> {
-        let elements = Elements { array, next: 0, trail: self.trail, unknown: self.unknown };
+    fn list<'de, V: Visitor<'de>>(self, array: &'a DeArray<'a>, visitor: V) -> Result<V::Value, ReadFailure> {
+        let elements = ArrayReader { array, next: 0, trail: self.trail, unknown: self.unknown };
         visitor.visit_seq(elements).map_err(|failure| failure.at(self.trail))
     }
 
-    fn integer<'de, V: Visitor<'de>>(self, integer: &DeInteger<'_>, visitor: V) -> Result<V::Value, Failure> {
+    fn integer<'de, V: Visitor<'de>>(
+        self,
+        integer: &DeInteger<'_>,
+        visitor: V,
+    ) -> Result<V::Value, ReadFailure> {
         let (digits, radix) = (integer.as_str(), integer.radix());
         if let Ok(value) = i64::from_str_radix(digits, radix) {
             visitor.visit_i64(value)
         } else if let Ok(value) = u64::from_str_radix(digits, radix) {
             visitor.visit_u64(value)
         } else {
-            Err(Failure::custom(format!("the whole number {integer} is too large")))
+            Err(ReadFailure::custom(format!("the whole number {integer} is too large")))
         }
     }
 }
@@ -113,32 +117,34 @@ fn as_float(integer: &DeInteger<'_>) -> Option<f64> {
 }
 
 impl<'de> Deserializer<'de> for Reader<'_> {
-    type Error = Failure;
+    type Error = ReadFailure;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         match self.value {
             DeValue::String(text) => visitor.visit_str(text),
             DeValue::Integer(integer) => self.integer(integer, visitor),
             DeValue::Float(float) => match float.as_str().parse::<f64>() {
                 Ok(value) if value.is_infinite() && !float.as_str().contains("inf") => {
-                    Err(Failure::custom(format!("the number {float} is too large")))
+                    Err(ReadFailure::custom(format!("the number {float} is too large")))
                 }
                 Ok(value) => visitor.visit_f64(value),
-                Err(_) => Err(Failure::custom(format!("{float} is not a number"))),
+                Err(_) => Err(ReadFailure::custom(format!("{float} is not a number"))),
             },
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             // No field of a scene is a date; without a type of its own in serde, it passes as what it is not.
-            DeValue::Datetime(_) => Err(Failure::unexpected(found(self.value), &visitor)),
+            DeValue::Datetime(_) => Err(ReadFailure::unexpected(found(self.value), &visitor)),
             DeValue::Array(array) => return self.list(array, visitor),
             DeValue::Table(table) => return self.table(table).deserialize_any(visitor),
         }
         .map_err(|failure| failure.at(self.trail))
     }
 
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         match self.value {
             DeValue::Integer(integer) => match as_float(integer) {
-                Some(value) => visitor.visit_f64(value).map_err(|failure: Failure| failure.at(self.trail)),
+                Some(value) => {
+                    visitor.visit_f64(value).map_err(|failure: ReadFailure| failure.at(self.trail))
+                }
                 None => self.deserialize_any(visitor),
             },
             DeValue::Float(_) => self.deserialize_any(visitor),
@@ -146,7 +152,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         }
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         visitor.visit_some(self)
     }
 
@@ -154,27 +160,27 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         self,
         name: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         let Some(form) = TextForm::named(name) else { return visitor.visit_newtype_struct(self) };
         match self.value {
             DeValue::Integer(_) | DeValue::Float(_) => self.deserialize_f64(visitor),
             DeValue::String(text) => match text::problem(form, &self.trail.path(), text) {
-                Some(problem) => Err(Failure::located(problem)),
-                None => visitor.visit_str(text).map_err(|failure: Failure| failure.at(self.trail)),
+                Some(problem) => Err(ReadFailure::located(problem)),
+                None => visitor.visit_str(text).map_err(|failure: ReadFailure| failure.at(self.trail)),
             },
             DeValue::Array(array) if form.may_be_list() => self.list(array, visitor),
             _ => Err(self.wrong_type(form.expected())),
         }
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         match self.value {
             DeValue::Array(array) => self.list(array, visitor),
             _ => Err(self.wrong_type("a list")),
         }
     }
 
-    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, ReadFailure> {
         match self.value {
             DeValue::Array(array) if array.len() == length => self.list(array, visitor),
             _ => Err(self.wrong_type(&format!("a list of {length} entries"))),
@@ -186,7 +192,7 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         name: &'static str,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         match self.value {
             DeValue::Table(table) => self.table(table).deserialize_struct(name, fields, visitor),
             _ => {
@@ -201,8 +207,8 @@ impl<'de> Deserializer<'de> for Reader<'_> {
         _name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
-        visitor.visit_enum(Choice { reader: self, variants })
+    ) -> Result<V::Value, ReadFailure> {
+        visitor.visit_enum(VariantReader { reader: self, variants })
     }
 
     serde::forward_to_deserialize_any! {
@@ -220,20 +226,20 @@ struct TableReader<'a> {
 }
 
 impl<'a> TableReader<'a> {
-    fn entries(self, known: Option<&'static [&'static str]>) -> Entries<'a, impl EntryIterator<'a>> {
+    fn entries(self, known: Option<&'static [&'static str]>) -> EntryReader<'a, impl EntryIterator<'a>> {
         let entries = self
             .table
             .iter()
             .map(|(key, value)| (key.get_ref().as_ref(), value))
             .filter(move |(key, _)| known.is_none_or(|known| known.contains(key)));
-        Entries { entries, value: None, trail: self.trail, unknown: self.unknown }
+        EntryReader { entries, value: None, trail: self.trail, unknown: self.unknown }
     }
 }
 
 impl<'de> Deserializer<'de> for TableReader<'_> {
-    type Error = Failure;
+    type Error = ReadFailure;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadFailure> {
         visitor.visit_map(self.entries(None)).map_err(|failure| failure.at(self.trail))
     }
 
@@ -243,7 +249,7 @@ impl<'de> Deserializer<'de> for TableReader<'_> {
         _name: &'static str,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
+    ) -> Result<V::Value, ReadFailure> {
         for key in self.table.keys().map(Spanned::get_ref) {
             if !fields.contains(&key.as_ref()) {
                 let path = self.trail.path().key(key);
@@ -262,43 +268,46 @@ impl<'de> Deserializer<'de> for TableReader<'_> {
 trait EntryIterator<'a>: Iterator<Item = (&'a str, &'a Spanned<DeValue<'a>>)> {}
 impl<'a, I: Iterator<Item = (&'a str, &'a Spanned<DeValue<'a>>)>> EntryIterator<'a> for I {}
 
-struct Entries<'a, I> {
+struct EntryReader<'a, I> {
     entries: I,
     value: Option<(&'a str, &'a DeValue<'a>)>,
     trail: &'a Trail<'a>,
     unknown: &'a RefCell<Vec<Problem>>,
 }
 
-impl<'de, 'a, I: EntryIterator<'a>> MapAccess<'de> for Entries<'a, I> {
-    type Error = Failure;
+impl<'de, 'a, I: EntryIterator<'a>> MapAccess<'de> for EntryReader<'a, I> {
+    type Error = ReadFailure;
 
-    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ReadFailure> {
         let Some((key, value)) = self.entries.next() else { return Ok(None) };
         self.value = Some((key, value.get_ref()));
         seed.deserialize(key.into_deserializer()).map(Some)
     }
 
-    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Failure> {
+    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, ReadFailure> {
         let (key, value) = self.value.take().expect("serde asks for a value only after its key");
-        let trail = Trail { parent: Some(self.trail), step: Step::Key(key) };
+        let trail = Trail { parent: Some(self.trail), step: TrailStep::Key(key) };
         seed.deserialize(Reader { value, trail: &trail, unknown: self.unknown })
             .map_err(|failure| failure.at(&trail))
     }
 }
 
-struct Elements<'a> {
+struct ArrayReader<'a> {
     array: &'a DeArray<'a>,
     next: usize,
     trail: &'a Trail<'a>,
     unknown: &'a RefCell<Vec<Problem>>,
 }
 
-impl<'de> SeqAccess<'de> for Elements<'_> {
-    type Error = Failure;
+impl<'de> SeqAccess<'de> for ArrayReader<'_> {
+    type Error = ReadFailure;
 
-    fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Failure> {
+    fn next_element_seed<S: DeserializeSeed<'de>>(
+        &mut self,
+        seed: S,
+    ) -> Result<Option<S::Value>, ReadFailure> {
         let Some(value) = self.array.get(self.next) else { return Ok(None) };
-        let trail = Trail { parent: Some(self.trail), step: Step::Index(self.next) };
+        let trail = Trail { parent: Some(self.trail), step: TrailStep::Index(self.next) };
         self.next += 1;
         seed.deserialize(Reader { value: value.get_ref(), trail: &trail, unknown: self.unknown })
             .map(Some)

@@ -10,7 +10,7 @@ use super::key_path::{KeyPath, KeySegment};
 
 /// What stands at a path.
 #[derive(Clone)]
-struct Place<'d> {
+struct DocumentNode<'d> {
     key: Option<Range<usize>>,
     value: Range<usize>,
     node: &'d DeValue<'d>,
@@ -19,7 +19,7 @@ struct Place<'d> {
 /// The bytes to underline for `path`: its key or value or, if the text has no such value, the nearest table or value
 /// that should hold it. The start of the text for what is missing at the top.
 pub(super) fn locate(text: &str, root: &DeTable<'_>, path: &KeyPath, underline: Underline) -> Range<usize> {
-    let mut place: Option<Place<'_>> = None;
+    let mut place: Option<DocumentNode<'_>> = None;
     for segment in path.segments() {
         let next = match (&place, segment) {
             (None, KeySegment::Key(key)) => entry(root, key),
@@ -34,15 +34,15 @@ pub(super) fn locate(text: &str, root: &DeTable<'_>, path: &KeyPath, underline: 
     }
     match place {
         None => 0..0,
-        Some(Place { key: Some(key), .. }) if underline == Underline::Key => key,
+        Some(DocumentNode { key: Some(key), .. }) if underline == Underline::Key => key,
         Some(place) => on_one_line(text, &place),
     }
 }
 
-fn child<'d>(node: &'d DeValue<'d>, segment: &KeySegment) -> Option<Place<'d>> {
+fn child<'d>(node: &'d DeValue<'d>, segment: &KeySegment) -> Option<DocumentNode<'d>> {
     match (node, segment) {
         (DeValue::Table(table), KeySegment::Key(key)) => entry(table, key),
-        (DeValue::Array(array), KeySegment::Index(index)) => array.get(*index).map(|element| Place {
+        (DeValue::Array(array), KeySegment::Index(index)) => array.get(*index).map(|element| DocumentNode {
             key: None,
             value: element.span(),
             node: element.get_ref(),
@@ -51,13 +51,13 @@ fn child<'d>(node: &'d DeValue<'d>, segment: &KeySegment) -> Option<Place<'d>> {
     }
 }
 
-fn entry<'d>(table: &'d DeTable<'d>, key: &str) -> Option<Place<'d>> {
+fn entry<'d>(table: &'d DeTable<'d>, key: &str) -> Option<DocumentNode<'d>> {
     let (key, value) = table.get_key_value(key)?;
-    Some(Place { key: Some(key.span()), value: value.span(), node: value.get_ref() })
+    Some(DocumentNode { key: Some(key.span()), value: value.span(), node: value.get_ref() })
 }
 
 /// What to underline when something is missing in `parent`: its header `[time]`, or the key of an inline table.
-fn holder(text: &str, parent: &Place<'_>) -> Range<usize> {
+fn holder(text: &str, parent: &DocumentNode<'_>) -> Range<usize> {
     match (&parent.key, parent.node) {
         (Some(key), DeValue::Table(_)) if text[parent.value.clone()].starts_with('{') => key.clone(),
         _ => on_one_line(text, parent),
@@ -65,7 +65,7 @@ fn holder(text: &str, parent: &Place<'_>) -> Range<usize> {
 }
 
 /// The value; of a value over several lines only its key or its first line, to keep the picture small.
-fn on_one_line(text: &str, place: &Place<'_>) -> Range<usize> {
+fn on_one_line(text: &str, place: &DocumentNode<'_>) -> Range<usize> {
     let value = &text[place.value.clone()];
     match (value.find(['\r', '\n']), &place.key) {
         (None, _) => place.value.clone(),

@@ -54,14 +54,14 @@ impl Source {
 
 /// A value of a scene, and what it is to be in turn: `body.0.elastic.corotated.young=1e5,1e6`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Axis {
+pub struct VariedKey {
     /// Path of the key.
     pub path: String,
     /// Values as TOML, words without quotes; at least one.
     pub values: Vec<String>,
 }
 
-impl fmt::Display for Axis {
+impl fmt::Display for VariedKey {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "{}={}", self.path, self.values.join(","))
     }
@@ -77,11 +77,11 @@ pub struct AxisError {
     pub wrong: &'static str,
 }
 
-impl FromStr for Axis {
+impl FromStr for VariedKey {
     type Err = AxisError;
 
     /// Values are separated by commas that stand in no bracket, brace or quotes.
-    fn from_str(text: &str) -> Result<Axis, AxisError> {
+    fn from_str(text: &str) -> Result<VariedKey, AxisError> {
         let error = |wrong| AxisError { text: text.to_owned(), wrong };
         let (path, values) = text.split_once('=').ok_or_else(|| error("gives no values"))?;
         let path = path.trim();
@@ -90,7 +90,7 @@ impl FromStr for Axis {
         if values.iter().any(String::is_empty) {
             return Err(error("has an empty value"));
         }
-        Ok(Axis { path: path.to_owned(), values })
+        Ok(VariedKey { path: path.to_owned(), values })
     }
 }
 
@@ -117,7 +117,7 @@ fn split(text: &str) -> Vec<&str> {
 
 /// Every combination of the values of these axes, the last axis fastest: each a list of path and value for
 /// [`with_all`]. One empty list without axes.
-pub fn combinations(axes: &[Axis]) -> Vec<Vec<(String, String)>> {
+pub fn combinations(axes: &[VariedKey]) -> Vec<Vec<(String, String)>> {
     axes.iter().fold(vec![vec![]], |combinations, axis| {
         let extended = combinations.iter().flat_map(|before: &Vec<(String, String)>| {
             axis.values.iter().map(|value| {
@@ -173,18 +173,18 @@ mass = { density = 1000.0 }
 
     #[test]
     fn axes_split_at_commas_outside_of_brackets_and_quotes() {
-        let axis: Axis =
+        let axis: VariedKey =
             "body.0.elastic={ stvk = { young = 1, poisson = 0 } }, \"a,b\" ,[1,2]".parse().unwrap();
         assert_eq!(axis.values, ["{ stvk = { young = 1, poisson = 0 } }", "\"a,b\"", "[1,2]"]);
-        assert_eq!("a.b=1,2".parse::<Axis>().unwrap().to_string(), "a.b=1,2");
+        assert_eq!("a.b=1,2".parse::<VariedKey>().unwrap().to_string(), "a.b=1,2");
         for bad in ["a.b", "a.b=", "a.b=1,,2", "=1", "a..b=1"] {
-            assert!(bad.parse::<Axis>().is_err(), "{bad}");
+            assert!(bad.parse::<VariedKey>().is_err(), "{bad}");
         }
     }
 
     #[test]
     fn combinations_count_the_last_axis_fastest() {
-        let axes: Vec<Axis> = ["a=1,2", "b=x,y,z"].iter().map(|axis| axis.parse().unwrap()).collect();
+        let axes: Vec<VariedKey> = ["a=1,2", "b=x,y,z"].iter().map(|axis| axis.parse().unwrap()).collect();
         let all: Vec<String> = combinations(&axes)
             .iter()
             .map(|changes| changes.iter().map(|(_, value)| value.as_str()).collect())

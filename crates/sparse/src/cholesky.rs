@@ -12,7 +12,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
 /// Structure of a symmetric matrix and of its factor, before there is memory for their entries.
-pub struct Structure {
+pub struct CholeskyStructure {
     /// The lower triangle by columns; by symmetry the upper one by rows.
     column_start: Vec<usize>,
     row: Vec<usize>,
@@ -26,7 +26,7 @@ pub struct Structure {
 #[error("the matrix is not positive definite")]
 pub struct NotPositiveDefinite;
 
-impl Structure {
+impl CholeskyStructure {
     /// Analyses a symmetric matrix of `n` rows whose lower triangle has entries in rows
     /// `row[column_start[j]..column_start[j + 1]]` of column `j`, ascending. Row `order[k]` is eliminated
     /// `k`-th. `None` where not even the structure of the factor fits memory.
@@ -47,10 +47,10 @@ impl Structure {
         .ok()?;
         let numeric = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
         let scratch = numeric.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        Some(Structure { column_start, row, symbolic, scratch })
+        Some(CholeskyStructure { column_start, row, symbolic, scratch })
     }
 
-    /// Bytes that a [`Cholesky`] of this structure holds.
+    /// Bytes that a [`SparseCholesky`] of this structure holds.
     pub fn bytes(&self) -> usize {
         let numbers = self.column_start.len() + 2 * self.row.len() + self.symbolic.len_val();
         8 * (numbers + self.indices()) + self.scratch.unaligned_bytes_required()
@@ -127,23 +127,23 @@ impl Structure {
 }
 
 /// `A = L L^T`.
-pub struct Cholesky {
-    structure: Structure,
+pub struct SparseCholesky {
+    structure: CholeskyStructure,
     entries: Vec<f64>,
     factor: Vec<f64>,
     memory: MemBuffer,
 }
 
-impl Cholesky {
+impl SparseCholesky {
     /// Memory for a matrix of this structure and its factor; `None` where there is too little.
-    pub fn new(structure: Structure) -> Option<Self> {
+    pub fn new(structure: CholeskyStructure) -> Option<Self> {
         let memory = MemBuffer::try_new(structure.scratch).ok()?;
         let (entries, factor) = (zeros(structure.row.len())?, zeros(structure.symbolic.len_val())?);
-        Some(Cholesky { structure, entries, factor, memory })
+        Some(SparseCholesky { structure, entries, factor, memory })
     }
 
     /// Structure of the matrix and of its factor.
-    pub fn structure(&self) -> &Structure {
+    pub fn structure(&self) -> &CholeskyStructure {
         &self.structure
     }
 
@@ -194,22 +194,22 @@ mod tests {
     use super::*;
 
     /// `tridiag(-1, diagonal, -1)` of 40 rows, eliminated from both ends to the middle.
-    fn structure() -> Structure {
+    fn structure() -> CholeskyStructure {
         let n = 40;
         let column_start: Vec<usize> = (0..=n).map(|j| if j == n { 2 * n - 1 } else { 2 * j }).collect();
         let row = (0..n).flat_map(|j| [j, j + 1]).filter(|i| *i < n).collect();
         let order: Vec<usize> = (0..n).map(|k| if k % 2 == 0 { k / 2 } else { n - 1 - k / 2 }).collect();
-        Structure::new(column_start, row, &order).unwrap()
+        CholeskyStructure::new(column_start, row, &order).unwrap()
     }
 
-    fn entries(structure: &Structure, diagonal: f64) -> Vec<f64> {
+    fn entries(structure: &CholeskyStructure, diagonal: f64) -> Vec<f64> {
         (0..structure.entries()).map(|k| if k % 2 == 0 { diagonal } else { -1.0 }).collect()
     }
 
     /// `A 1` is 1 at both ends and 0 between them, for `diagonal = 2`.
     #[test]
     fn a_chain_is_solved_and_one_that_buckles_is_not() {
-        let mut cholesky = Cholesky::new(structure()).unwrap();
+        let mut cholesky = SparseCholesky::new(structure()).unwrap();
         let of = |diagonal| entries(&structure(), diagonal);
         cholesky.entries_mut().copy_from_slice(&of(2.0));
         cholesky.factorize().unwrap();

@@ -21,6 +21,6 @@ mod cholesky;
 mod lu;
 mod symmetric;
 
-pub use cholesky::{Cholesky, NotPositiveDefinite, Structure};
+pub use cholesky::{CholeskyStructure, NotPositiveDefinite, SparseCholesky};
 pub use lu::{Lu, SymbolicLu};
-pub use symmetric::{Eigen, symmetric_eigen};
+pub use symmetric::{SymmetricEigen, symmetric_eigen};

@@ -3,13 +3,13 @@
 use faer::{Mat, Side};
 
 /// `A = V diag(values) V^T`.
-pub struct Eigen {
+pub struct SymmetricEigen {
     /// Eigenvalues, ascending.
     pub values: Vec<f64>,
     vectors: Mat<f64>,
 }
 
-impl Eigen {
+impl SymmetricEigen {
     /// Component `row` of the eigenvector of `values[column]`; the vectors are orthonormal.
     pub fn vector(&self, row: usize, column: usize) -> f64 {
         self.vectors[(row, column)]
@@ -18,11 +18,11 @@ impl Eigen {
 
 /// All eigenvalues and eigenvectors of the symmetric matrix of `n` rows with these entries; those above the
 /// diagonal are not looked at. `None` where the iteration fails, as for entries that are not finite.
-pub fn symmetric_eigen(n: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Eigen> {
+pub fn symmetric_eigen(n: usize, entry: impl Fn(usize, usize) -> f64) -> Option<SymmetricEigen> {
     let matrix = Mat::<f64>::from_fn(n, n, |i, j| entry(i.max(j), i.min(j)));
     let eigen = matrix.self_adjoint_eigen(Side::Lower).ok()?;
     let values = (0..n).map(|j| eigen.S()[j]).collect();
-    Some(Eigen { values, vectors: eigen.U().to_owned() })
+    Some(SymmetricEigen { values, vectors: eigen.U().to_owned() })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ mod table;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use pliant_lab::benchmark::{self, Budget, Case, Measurement, Row};
+use pliant_lab::benchmark::{self, BenchmarkCase, BenchmarkRow, Budget, Measurement};
 use serde_json::{Value, json};
 
 use crate::arguments::BenchArguments;
@@ -18,7 +18,7 @@ use machine::Machine;
 /// One line of the table.
 struct Measured {
     row: &'static str,
-    case: Case,
+    case: BenchmarkCase,
     measurement: Measurement,
     /// Bytes that the work passes through, per second, over what the memory delivers to as many threads.
     share_of_stream: Option<f64>,
@@ -70,7 +70,7 @@ pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<
 }
 
 /// The rows of these names, in the order of the table; all without names.
-fn chosen(names: &[String]) -> Result<Vec<Row>, Failure> {
+fn chosen(names: &[String]) -> Result<Vec<BenchmarkRow>, Failure> {
     let mut rows = benchmark::rows();
     if let Some(unknown) = names.iter().find(|name| rows.iter().all(|row| row.name != name.as_str())) {
         let known: Vec<&str> = rows.iter().map(|row| row.name).collect();
@@ -84,7 +84,7 @@ fn chosen(names: &[String]) -> Result<Vec<Row>, Failure> {
 }
 
 fn measure(
-    case: &Case,
+    case: &BenchmarkCase,
     budget: &Budget,
     interrupted: &'static AtomicBool,
 ) -> Result<Option<Measurement>, Failure> {
@@ -97,7 +97,7 @@ fn failure(error: &benchmark::BenchmarkError) -> Failure {
 
 fn share_of_stream(
     machine: &mut Machine,
-    case: &Case,
+    case: &BenchmarkCase,
     measurement: &Measurement,
 ) -> Result<Option<f64>, Failure> {
     if measurement.bytes < LARGER_THAN_CACHES {

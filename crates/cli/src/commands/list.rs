@@ -2,7 +2,7 @@
 
 use pliant::element::{self, ELEMENTS};
 use pliant::integrator::{IntegratorSpec, Method};
-use pliant::material::{About, AboutPreset, Domain, MaterialSpec, PRESETS};
+use pliant::material::{AboutPreset, Domain, MaterialDescription, MaterialSpec, PRESETS};
 use serde_json::{Map, Value, json};
 
 use crate::arguments::{Family, ListArguments};
@@ -132,7 +132,8 @@ fn integrator(method: &Method) -> Item {
 
 /// `parameters` are the keys that the material takes in a scene.
 fn material(material: &MaterialSpec, parameters: &[String]) -> Item {
-    let About { summary, formula, source, domain, frame_indifferent, has_rest_shape } = material.about();
+    let MaterialDescription { summary, formula, source, domain, frame_indifferent, has_rest_shape } =
+        material.about();
     let defined = match domain {
         Domain::Everywhere => "for every deformation, inverted elements included",
         Domain::PositiveJ => "as long as no element is inverted (J > 0)",
@@ -163,7 +164,7 @@ fn preset(about: &AboutPreset) -> Item {
     Item::new(about.name, about.summary, facts, json!(about))
 }
 
-fn element(about: &element::About) -> Item {
+fn element(about: &element::ElementDescription) -> Item {
     let facts = vec![
         ("scene", about.scene.to_owned()),
         ("vertices", about.vertices.to_string()),

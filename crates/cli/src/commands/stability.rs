@@ -2,7 +2,7 @@
 
 mod report;
 
-use pliant_lab::stability::{Against, Choice, Survey, SurveyError};
+use pliant_lab::stability::{Against, Survey, SurveyError, SurveyOptions};
 use serde_json::{Value, json};
 
 use crate::arguments::{AgainstArgument, StabilityArguments};
@@ -24,7 +24,8 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         AgainstArgument::Density => Against::Density,
         AgainstArgument::Gravity => Against::Gravity,
     });
-    let choice = Choice { integrators: arguments.integrators.clone(), against, quick: arguments.quick };
+    let choice =
+        SurveyOptions { integrators: arguments.integrators.clone(), against, quick: arguments.quick };
     let found = Survey::of(&input.source, &choice, interrupt::flag()?, &mut |limit, _| {
         if terminal.verbose {
             let Some(above) = limit.above else { return };

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use pliant_lab::stress::{self, Case, Choice, Findings, Progress, Verdict};
+use pliant_lab::stress::{self, Case, CaseFilter, CaseResult, CaseVerdict, Progress};
 use serde_json::{Value, json};
 
 use crate::arguments::StressArguments;
@@ -24,10 +24,10 @@ use crate::text::{counted, duration};
 const SCENE_BUDGET: f64 = 60.0;
 
 /// A case and what came of it.
-type Outcome = (Case, Findings);
+type Outcome = (Case, CaseResult);
 
 pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result<Status, Failure> {
-    let choice = Choice {
+    let choice = CaseFilter {
         only: arguments.only.clone(),
         materials: arguments.materials.clone(),
         integrators: arguments.integrators.clone(),
@@ -88,7 +88,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
         terminal.note(&format!("wrote {}", file.display()));
     }
     let interrupted = interrupted.load(Ordering::Relaxed);
-    let failed = results.iter().any(|(_, f)| f.verdict == Verdict::Fail);
+    let failed = results.iter().any(|(_, f)| f.verdict == CaseVerdict::Fail);
     let status = match (interrupted, failed) {
         (true, _) => Status::Interrupted,
         (_, true) => Status::Failed,
@@ -118,7 +118,7 @@ fn document(status: Status, results: &[Outcome]) -> Value {
 }
 
 /// A case and what came of it, for programs.
-pub fn stress_case(case: &Case, findings: &Findings) -> Value {
+pub fn stress_case(case: &Case, findings: &CaseResult) -> Value {
     let mut value = json!({
         "row": case.row,
         "name": case.name,
@@ -137,5 +137,5 @@ pub fn stress_case(case: &Case, findings: &Findings) -> Value {
 /// How many passed, were flagged, failed.
 fn counts(results: &[Outcome]) -> Value {
     let of = |verdict| results.iter().filter(|(_, f)| f.verdict == verdict).count();
-    json!({ "pass": of(Verdict::Pass), "flagged": of(Verdict::Flagged), "fail": of(Verdict::Fail) })
+    json!({ "pass": of(CaseVerdict::Pass), "flagged": of(CaseVerdict::Flagged), "fail": of(CaseVerdict::Fail) })
 }

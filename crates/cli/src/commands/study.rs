@@ -5,10 +5,12 @@ mod progress;
 
 use std::path::Path;
 
-use pliant_lab::study::report::{Kind, Report};
-use pliant_lab::study::{Plan, Provenance, ReferenceChoice, Results, Study, StudyError, WallClock, words};
+use pliant_lab::study::report::{FigureKind, StudyReport};
+use pliant_lab::study::{
+    Provenance, ReferenceChoice, Results, Study, StudyError, StudyPlan, WallClock, words,
+};
 use pliant_scene::Source;
-use pliant_scene::vary::Axis;
+use pliant_scene::vary::VariedKey;
 use serde_json::{Value, json};
 
 use crate::arguments::{ReferenceFrom, StudyArguments};
@@ -65,8 +67,9 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
         [study] => format!("Error against run time: {}", study.title),
         _ => "Error against run time".to_owned(),
     });
-    let kinds = if arguments.brief { vec![Kind::Time, Kind::Step] } else { Kind::ALL.to_vec() };
-    let report = Report::new(&title, &studies, &kinds)
+    let kinds =
+        if arguments.brief { vec![FigureKind::Time, FigureKind::Step] } else { FigureKind::ALL.to_vec() };
+    let report = StudyReport::new(&title, &studies, &kinds)
         .map_err(|error| Failure::failed("report", error.to_string()))?;
     let written = files.write(&report, &studies, &study_document(&studies))?;
     for study in &studies {
@@ -97,7 +100,7 @@ pub fn provenance() -> Provenance {
 fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
     let mut changes = arguments.set.clone();
     let list = |key: &str, text: &str| -> Result<String, Failure> {
-        let axis: Axis = format!("study.{key}={text}")
+        let axis: VariedKey = format!("study.{key}={text}")
             .parse()
             .map_err(|_| Failure::usage(format!("`{text}` is no list of {key}: separate them by commas")))?;
         let quoted = axis.values.iter().map(|value| {
@@ -126,8 +129,8 @@ fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
     Ok(changes)
 }
 
-fn plan(arguments: &StudyArguments, input: &Input, studies: usize) -> Result<Plan, Failure> {
-    let plan = Plan::of(&input.scene).map_err(|problems| Failure::from(input.locate(problems)))?;
+fn plan(arguments: &StudyArguments, input: &Input, studies: usize) -> Result<StudyPlan, Failure> {
+    let plan = StudyPlan::of(&input.scene).map_err(|problems| Failure::from(input.locate(problems)))?;
     let reference = match arguments.reference {
         ReferenceFrom::Auto => ReferenceChoice::Auto,
         ReferenceFrom::Exact => ReferenceChoice::Exact,
@@ -136,7 +139,7 @@ fn plan(arguments: &StudyArguments, input: &Input, studies: usize) -> Result<Pla
     let budget = arguments.budget.map(|budget| budget / studies as f64).or(plan.budget);
     let repeats = arguments.repeats.map(|n| usize::from(n.get()));
     let threads = arguments.threads.map_or(1, |n| usize::from(n.get()));
-    Ok(Plan { reference, budget, repeats, threads, ..plan })
+    Ok(StudyPlan { reference, budget, repeats, threads, ..plan })
 }
 
 /// The name of a file without its folder and ending.

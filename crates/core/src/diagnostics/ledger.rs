@@ -5,13 +5,13 @@ mod equilibrium;
 use super::Balance;
 use super::integral::Integral;
 use crate::energy::EnergyTerm;
-use crate::system::{Flows, ForceId, Looked, System, WallLoss, feeds, is_changing_gravity, power_of_motion};
+use crate::system::{ForceId, Looked, Powers, System, WallLoss, feeds, is_changing_gravity, power_of_motion};
 use equilibrium::Equilibrium;
 
 /// Keeps a [`Balance`].
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Ledger {
-    motion: Option<Motion>,
+pub(crate) struct EnergyLedger {
+    motion: Option<MotionEnergy>,
     loads: Option<Integral>,
     gravity: Option<Integral>,
     /// Potential energy of both at the start [J].
@@ -25,7 +25,7 @@ pub(crate) struct Ledger {
 }
 
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-struct Motion {
+struct MotionEnergy {
     power: Integral,
     /// Kinetic energy of what moves, now, and what it had when it began or began to move [J].
     kinetic: f64,
@@ -40,7 +40,7 @@ struct Walls {
     lost: f64,
 }
 
-impl Ledger {
+impl EnergyLedger {
     /// A ledger for `system`, which holds the force at `x`, at its beginning, with what is lost where `losses` are asked for; `None`
     /// where nothing would be written into it.
     pub(crate) fn new(system: &mut System, losses: bool, x: &[f64], v: &[f64]) -> Option<Self> {
@@ -58,10 +58,10 @@ impl Ledger {
         system.count_walls(walls);
         let motion = moves.then(|| {
             let (power, kinetic) = power_of_motion(system, x, v);
-            Motion { power: Integral::new(power), kinetic, less: kinetic }
+            MotionEnergy { power: Integral::new(power), kinetic, less: kinetic }
         });
-        let flows = Flows::of(system, looked, x, v);
-        Some(Ledger {
+        let flows = Powers::of(system, looked, x, v);
+        Some(EnergyLedger {
             motion,
             loads: looked.loads.then(|| Integral::new(flows.loads)),
             gravity: looked.gravity.then(|| Integral::new(flows.gravity)),
@@ -95,7 +95,7 @@ impl Ledger {
             }
             own.kinetic = kinetic;
         }
-        let flows = Flows::of(system, self.looked, x, v);
+        let flows = Powers::of(system, self.looked, x, v);
         let Some(WallLoss { energy, flows: before, not_done, .. }) = wall_loss else {
             self.each(flows, |integral, rate| integral.advance(h, rate));
             return;
@@ -143,13 +143,13 @@ impl Ledger {
             own.power.jump(power);
         }
         self.rebase(system, x);
-        let flows = Flows::of(system, self.looked, x, v);
+        let flows = Powers::of(system, self.looked, x, v);
         self.each(flows, Integral::jump);
     }
 
     /// Each integral there is, with its part of `flows`.
-    fn each(&mut self, flows: Flows, mut go: impl FnMut(&mut Integral, f64)) {
-        let Ledger { loads, gravity, ether_drag, damping, .. } = self;
+    fn each(&mut self, flows: Powers, mut go: impl FnMut(&mut Integral, f64)) {
+        let EnergyLedger { loads, gravity, ether_drag, damping, .. } = self;
         let rates = [flows.loads, flows.gravity, flows.ether_drag, flows.damping];
         for (integral, rate) in [loads, gravity, ether_drag, damping].into_iter().zip(rates) {
             if let Some(integral) = integral {

@@ -41,12 +41,12 @@ mod wall_reaction;
 
 pub use crate::element::ElementState;
 pub use balance::Balance;
-pub(crate) use ledger::Ledger;
+pub(crate) use ledger::EnergyLedger;
 pub use measures::{MEASURES, Measure};
 pub use reaction::Reaction;
 pub(crate) use reaction::reactions;
 pub use stability::{
-    Mode, ModeRange, Spectrum, StabilityLimit, largest_frequency, mode_range, stability_limit,
+    DampedMode, HighestFrequency, ModeRange, StabilityLimit, largest_frequency, mode_range, stability_limit,
 };
 
 use crate::energy::EnergyKind;

@@ -5,4 +5,4 @@ mod limit;
 mod modes;
 
 pub use limit::{StabilityLimit, stability_limit};
-pub use modes::{Mode, ModeRange, Spectrum, largest_frequency, mode_range};
+pub use modes::{DampedMode, HighestFrequency, ModeRange, largest_frequency, mode_range};

@@ -54,7 +54,7 @@ impl<const D: usize, const N: usize> DissipativeTerm for CellStrainRate<D, N> {
     fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
         let CellStrainRate { patches, packs, viscosity, workspace, .. } = self;
         patches.evaluate(workspace, x, Some(v), |patch, scratch| {
-            dispatch_compact(ViscousKernel { viscosity, patches, packs, patch, scratch });
+            dispatch_compact(CellViscousKernel { viscosity, patches, packs, patch, scratch });
         })
     }
 
@@ -99,7 +99,7 @@ impl<const D: usize, const N: usize> DissipativeTerm for CellStrainRate<D, N> {
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         let CellStrainRate { patches, packs, viscosity, workspace, .. } = self;
         patches.sum_along(workspace, x, v, |patch, scratch| {
-            dispatch_compact(ViscousKernel { viscosity, patches, packs, patch, scratch })
+            dispatch_compact(CellViscousKernel { viscosity, patches, packs, patch, scratch })
         })
     }
 
@@ -109,7 +109,7 @@ impl<const D: usize, const N: usize> DissipativeTerm for CellStrainRate<D, N> {
 }
 
 /// Adds the viscous forces of a patch to its rows; gives their power.
-struct ViscousKernel<'a, const D: usize, const N: usize> {
+struct CellViscousKernel<'a, const D: usize, const N: usize> {
     viscosity: &'a Viscosity,
     patches: &'a Patches<N>,
     packs: &'a CellPacks<D, N>,
@@ -117,7 +117,7 @@ struct ViscousKernel<'a, const D: usize, const N: usize> {
     scratch: &'a mut Scratch<D>,
 }
 
-impl<const D: usize, const N: usize> Kernel for ViscousKernel<'_, D, N> {
+impl<const D: usize, const N: usize> Kernel for CellViscousKernel<'_, D, N> {
     type Output = f64;
 
     #[inline(always)]

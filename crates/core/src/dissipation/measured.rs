@@ -4,31 +4,33 @@ use std::ops::Range;
 
 use super::DissipativeTerm;
 use crate::energy::Fault;
-use crate::energy::measure::{Blocks, Constants, Measure, RateKernel, Stencils, fill};
+use crate::energy::measure::{
+    MatrixOutput, MeasuredStencils, RateKernel, ScalarStrain, StencilConstants, fill,
+};
 use crate::energy::patch::Workspace;
 use crate::lanes::dispatch_compact;
 
-/// `R = sum 1/2 c (ds/dt)^2` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`Measure`]: for the length of a spring
+/// `R = sum 1/2 c (ds/dt)^2` with `ds/dt = ds/dx . v` over stencils of `N` vertices, `s` a [`ScalarStrain`]: for the length of a spring
 /// a dashpot beside it. A rigid motion changes no such number, and is not damped.
 pub struct MeasuredRate<Q, const D: usize, const N: usize> {
     body: String,
-    stencils: Stencils<Q, D, N>,
+    stencils: MeasuredStencils<Q, D, N>,
     workspace: Workspace<D>,
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredRate<Q, D, N> {
     /// Stencils `vertices` (global vertex indices) of `body`; the `stiffness` of the constants is the damping constant `c` of
     /// each, `[N s/m]` for lengths.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.
-    pub fn new(body: &str, vertices: &[[u32; N]], constants: &[Constants], rest: &[f64]) -> Self {
-        let stencils = Stencils::new(vertices, constants, rest);
+    pub fn new(body: &str, vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
+        let stencils = MeasuredStencils::new(vertices, constants, rest);
         MeasuredRate { body: body.into(), workspace: stencils.workspace(), stencils }
     }
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> DissipativeTerm for MeasuredRate<Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> DissipativeTerm for MeasuredRate<Q, D, N> {
     fn name(&self) -> String {
         format!("damping of the {}s of `{}`", Q::OF, self.body)
     }
@@ -54,7 +56,7 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> DissipativeTerm for Measu
     }
 
     fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
-        fill(&self.stencils, stencils, x, Blocks::Rate, out);
+        fill(&self.stencils, stencils, x, MatrixOutput::Rate, out);
     }
 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {

@@ -49,7 +49,7 @@ impl<const D: usize, const N: usize> DissipativeTerm for QuadraticStrainRate<D, 
     fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
         let QuadraticStrainRate { patches, packs, viscosity, workspace, .. } = self;
         patches.evaluate(workspace, x, Some(v), |patch, scratch| {
-            dispatch_compact(ViscousKernel { viscosity, patches, packs, patch, scratch });
+            dispatch_compact(QuadraticViscousKernel { viscosity, patches, packs, patch, scratch });
         })
     }
 
@@ -86,7 +86,7 @@ impl<const D: usize, const N: usize> DissipativeTerm for QuadraticStrainRate<D, 
     fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
         let QuadraticStrainRate { patches, packs, viscosity, workspace, .. } = self;
         patches.sum_along(workspace, x, v, |patch, scratch| {
-            dispatch_compact(ViscousKernel { viscosity, patches, packs, patch, scratch })
+            dispatch_compact(QuadraticViscousKernel { viscosity, patches, packs, patch, scratch })
         })
     }
 
@@ -96,7 +96,7 @@ impl<const D: usize, const N: usize> DissipativeTerm for QuadraticStrainRate<D, 
 }
 
 /// Adds the viscous forces of a patch to its rows; gives their power.
-struct ViscousKernel<'a, const D: usize, const N: usize> {
+struct QuadraticViscousKernel<'a, const D: usize, const N: usize> {
     viscosity: &'a Viscosity,
     patches: &'a Patches<N>,
     packs: &'a [SimplexPack<D>],
@@ -104,7 +104,7 @@ struct ViscousKernel<'a, const D: usize, const N: usize> {
     scratch: &'a mut Scratch<D>,
 }
 
-impl<const D: usize, const N: usize> Kernel for ViscousKernel<'_, D, N> {
+impl<const D: usize, const N: usize> Kernel for QuadraticViscousKernel<'_, D, N> {
     type Output = f64;
 
     #[inline(always)]

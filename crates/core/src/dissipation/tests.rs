@@ -3,7 +3,7 @@
 use super::*;
 use crate::energy::EnergyTerm;
 use crate::energy::elastic::{Elastic, points_of};
-use crate::energy::measure::{Constants, Length};
+use crate::energy::measure::{Length, StencilConstants};
 use crate::material::Stress;
 use crate::material::{Isotropic, Linear, Model, Plane, PlaneIsotropic};
 
@@ -40,7 +40,7 @@ fn terms<const D: usize, const N: usize>() -> (Vec<f64>, Vec<Box<dyn Dissipative
     let viscosity = Viscosity { shear: 3.0, second: 2.0 };
     let shape = |element: &[u32; N]| points_of::<D, N>(&rest, element);
     let edges = [[0, 1], [1, 2], [2, 3], [0, 3]];
-    let constants = [1.0, 2.0, 3.0, 4.0].map(|stiffness| Constants { stiffness, rest: [0.0; 2] });
+    let constants = [1.0, 2.0, 3.0, 4.0].map(|stiffness| StencilConstants { stiffness, rest: [0.0; 2] });
     let mass = vec![1.5; N + 1];
     let terms: Vec<Box<dyn DissipativeTerm>> = vec![
         Box::new(StrainRate::<D, D, N>::new("a", viscosity, &elements, &rest, shape)),

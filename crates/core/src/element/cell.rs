@@ -5,7 +5,7 @@
 //! quadrature points as numbers and are the same for every kind. Zienkiewicz, Taylor, Zhu 2013, *The Finite
 //! Element Method: Its Basis and Fundamentals*, chapters 5 and 6.
 
-use super::About;
+use super::ElementDescription;
 use crate::algebra::Mat;
 
 /// Kind of cell. Nodes have VTK's order.
@@ -33,7 +33,7 @@ pub struct CellKind {
     /// Name of the type in recordings, `topology/BODY.SUFFIX.u32`.
     pub suffix: &'static str,
     /// Description for `pliant list elements`.
-    pub about: About,
+    pub about: ElementDescription,
 }
 
 /// Cells of one kind.

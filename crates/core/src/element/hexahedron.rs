@@ -1,7 +1,7 @@
 //! Hexahedron of eight nodes.
 
 use super::cell::{CellKind, Isoparametric};
-use super::{About, multilinear};
+use super::{ElementDescription, multilinear};
 use multilinear::GAUSS as G;
 
 /// Corners of the reference cell, in VTK's order: around the bottom, then around the top.
@@ -30,7 +30,7 @@ const KIND: CellKind = CellKind {
     vtk: 12,
     gmsh: 5,
     suffix: "hex",
-    about: About {
+    about: ElementDescription {
         name: "hexahedron",
         summary: "Trilinear hexahedron in 3D that does not lock where it is nearly incompressible: eight \
                   evaluations of the material each, at the mean ratio of volumes",

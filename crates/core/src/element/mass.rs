@@ -47,18 +47,18 @@ pub fn mass_rule<const D: usize>() -> Vec<(Barycentric, f64)> {
 
 /// Integrates masses of elements of one kind.
 #[derive(Clone, Debug)]
-pub struct MassMatrix<const D: usize, const N: usize> {
+pub struct MassRule<const D: usize, const N: usize> {
     rule: Vec<(Barycentric, f64)>,
     /// That of a straight element of unit area or volume.
     straight: [[f64; N]; N],
 }
 
-impl<const D: usize, const N: usize> MassMatrix<D, N> {
+impl<const D: usize, const N: usize> MassRule<D, N> {
     /// The rule, and what all straight elements have in common.
     pub fn new() -> Self {
         let rule = mass_rule::<D>();
         let straight = integrate::<D, N>(&rule, |_| 1.0);
-        MassMatrix { rule, straight }
+        MassRule { rule, straight }
     }
 
     /// The consistent mass matrix of a straight element of unit area or volume, for unit density.
@@ -98,7 +98,7 @@ impl<const D: usize, const N: usize> MassMatrix<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> Default for MassMatrix<D, N> {
+impl<const D: usize, const N: usize> Default for MassRule<D, N> {
     fn default() -> Self {
         Self::new()
     }
@@ -149,7 +149,7 @@ mod tests {
     /// corners, `V ( s s^T + sum x x^T ) / ((D + 1)(D + 2))`.
     fn second_moments<const D: usize, const N: usize>() {
         let rest = regular::<D, N>(0.7);
-        let mass = MassMatrix::<D, N>::new().consistent(&rest);
+        let mass = MassRule::<D, N>::new().consistent(&rest);
         let volume = volume(&rest);
         assert!((sum(&mass) / volume - 1.0).abs() < 1e-14);
         for i in 0..D {
@@ -180,7 +180,7 @@ mod tests {
     /// Zienkiewicz, Taylor, Zhu 2013, section 6.3: integrals of monomials of the coordinates.
     #[test]
     fn entries_of_straight_elements_are_those_of_the_books() {
-        let triangle = MassMatrix::<2, 6>::new().straight;
+        let triangle = MassRule::<2, 6>::new().straight;
         let close = |m: f64, exact: f64| assert!((m - exact).abs() < 1e-16, "{m} is not {exact}");
         close(triangle[0][0], 6.0 / 180.0);
         close(triangle[0][1], -1.0 / 180.0);
@@ -188,7 +188,7 @@ mod tests {
         close(triangle[0][4], -4.0 / 180.0);
         close(triangle[3][3], 32.0 / 180.0);
         close(triangle[3][4], 16.0 / 180.0);
-        let tetrahedron = MassMatrix::<3, 10>::new().straight;
+        let tetrahedron = MassRule::<3, 10>::new().straight;
         close(tetrahedron[0][0], 6.0 / 420.0);
         close(tetrahedron[0][1], 1.0 / 420.0);
         close(tetrahedron[0][4], -4.0 / 420.0);
@@ -201,13 +201,13 @@ mod tests {
     fn lumps_are<const D: usize, const N: usize>(corner: f64, middle: f64) {
         let rest = regular::<D, N>(1.0);
         let volume = volume(&rest);
-        for (a, m) in MassMatrix::<D, N>::new().lumped(&rest).iter().enumerate() {
+        for (a, m) in MassRule::<D, N>::new().lumped(&rest).iter().enumerate() {
             let expected = if a <= D { corner } else { middle };
             assert!((m / volume - expected).abs() < 1e-15, "{D}D, node {a} of {N}: {m}");
         }
         // Sums of rows, for comparison: what no explicit scheme can use.
         if N > D + 1 {
-            let rows = MassMatrix::<D, N>::new().consistent(&rest)[0].iter().sum::<f64>() / volume;
+            let rows = MassRule::<D, N>::new().consistent(&rest)[0].iter().sum::<f64>() / volume;
             assert!((rows - if D == 2 { 0.0 } else { -0.05 }).abs() < 1e-15);
         }
     }
@@ -219,7 +219,7 @@ mod tests {
         lumps_are::<2, 6>(1.0 / 19.0, 16.0 / 57.0);
         lumps_are::<3, 10>(1.0 / 36.0, 4.0 / 27.0);
         let rest = curved::<3, 10>(0.1);
-        let mass = MassMatrix::<3, 10>::new();
+        let mass = MassRule::<3, 10>::new();
         let lumped = mass.lumped(&rest);
         assert!(lumped.iter().all(|m| *m > 0.0));
         assert!((lumped.iter().sum::<f64>() / sum(&mass.consistent(&rest)) - 1.0).abs() < 1e-14);
@@ -229,7 +229,7 @@ mod tests {
     /// that of `det J`, which a finer rule on halves of the element must repeat.
     fn is_exact_for_curved_elements<const D: usize, const N: usize>() {
         let rest = curved::<D, N>(0.15);
-        let mass = MassMatrix::<D, N>::new();
+        let mass = MassRule::<D, N>::new();
         let found = mass.consistent(&rest);
         // Cut at the middle of edge 01: each half is the image of the whole by a linear map of the coordinates.
         let halves = |lambda: &Barycentric, first: bool| {

@@ -2,7 +2,7 @@
 //!
 //! The number of nodes `N` and the dimension `D` say which simplex it is: 3 and 6 nodes in 2D, 4 and 10 in 3D, of first and
 //! second order. [`quadrature_points`] gives for one element all that its energy, forces and stiffness are made of,
-//! [`MassMatrix`] its mass, [`least_jacobian`] whether a curved element is valid.
+//! [`MassRule`] its mass, [`least_jacobian`] whether a curved element is valid.
 //!
 //! Cells that are no simplices are values: a [`CellKind`] says what they are, an [`Isoparametric`] integrates
 //! over them.
@@ -26,7 +26,7 @@ pub(crate) use face::face_corners;
 pub use face::{FacePoint, face_points, vector_area};
 pub use face::{area_rate, cross, face_edges, face_middle};
 pub use hexahedron::HEXAHEDRON;
-pub use mass::{MassMatrix, mass_rule};
+pub use mass::{MassRule, mass_rule};
 pub use quadrature::{
     QuadraturePoint, interpolation, quadrature_count, quadrature_points, quadrature_position,
 };
@@ -43,7 +43,7 @@ pub(crate) use tangents::{Tangents, scatter_stress, tangents, times, transpose_t
 
 /// What an element says of itself, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct About {
+pub struct ElementDescription {
     /// Its name.
     pub name: &'static str,
     /// One line.
@@ -59,8 +59,8 @@ pub struct About {
 }
 
 /// Every element.
-pub const ELEMENTS: &[About] = &[
-    About {
+pub const ELEMENTS: &[ElementDescription] = &[
+    ElementDescription {
         name: "triangle",
         summary: "Linear triangle in 2D: F is constant, one evaluation of the material each",
         scene: "`elastic` of a body in 2D whose mesh has triangles",
@@ -68,7 +68,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = A psi(F), F = D_s D_m^-1, A the rest area",
         source: "Sifakis, Barbic 2012, FEM Simulation of 3D Deformable Solids, section 4.1",
     },
-    About {
+    ElementDescription {
         name: "tetrahedron",
         summary: "Linear tetrahedron in 3D: F is constant, one evaluation of the material each",
         scene: "`elastic` of a body in 3D whose mesh has tetrahedra",
@@ -76,7 +76,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = V psi(F), F = D_s D_m^-1, V the rest volume",
         source: "Sifakis, Barbic 2012, FEM Simulation of 3D Deformable Solids, section 4.1",
     },
-    About {
+    ElementDescription {
         name: "quadratic triangle",
         summary: "Triangle of second order in 2D, with straight or curved sides: three evaluations of the material each",
         scene: "`elastic` with `order = 2` of a body in 2D whose mesh has triangles",
@@ -84,7 +84,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = sum_q w_q psi(F_q), F_q = sum_a x_a (dN_a/dX)^T",
         source: "Zienkiewicz, Taylor, Zhu 2013, The Finite Element Method, section 6.3.2; rule: Strang, Fix 1973",
     },
-    About {
+    ElementDescription {
         name: "quadratic tetrahedron",
         summary: "Tetrahedron of second order in 3D, with straight or curved sides: four evaluations of the material each",
         scene: "`elastic` with `order = 2` of a body in 3D whose mesh has tetrahedra",
@@ -94,7 +94,7 @@ pub const ELEMENTS: &[About] = &[
     },
     QUADRILATERAL.kind.about,
     HEXAHEDRON.kind.about,
-    About {
+    ElementDescription {
         name: "nodally integrated triangle",
         summary: "Linear triangle that does not lock: the material is evaluated at vertices, but for a part of the shear modulus",
         scene: "`elastic` with `nodal_integration` of a body in 2D whose mesh has triangles",
@@ -102,7 +102,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = sum_a A_a psi_1(F_a) + sum_e A_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e around vertex a",
         source: "Puso, Solberg 2006, A stabilized nodally integrated tetrahedral",
     },
-    About {
+    ElementDescription {
         name: "nodally integrated tetrahedron",
         summary: "Linear tetrahedron that does not lock: the material is evaluated at vertices, but for a part of the shear modulus",
         scene: "`elastic` with `nodal_integration` of a body in 3D whose mesh has tetrahedra",
@@ -110,7 +110,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = sum_a V_a psi_1(F_a) + sum_e V_e psi_2(F_e), psi_1 + psi_2 = psi, F_a the mean of F_e around vertex a",
         source: "Puso, Solberg 2006, A stabilized nodally integrated tetrahedral",
     },
-    About {
+    ElementDescription {
         name: "membrane",
         summary: "Linear triangle in 3D: a sheet in plane stress or plane strain, which resists stretching and shearing",
         scene: "`elastic` and `membrane` of a body in 3D whose mesh has triangles",
@@ -118,7 +118,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = h A psi(G), F = D_s D_m^-1 = Q G, Q^T Q = I, h the thickness and A the area at rest",
         source: "Bonet, Wood 2008, Nonlinear Continuum Mechanics for Finite Element Analysis, section 6.6",
     },
-    About {
+    ElementDescription {
         name: "spring",
         summary: "Spring between two vertices, in 2D and 3D",
         scene: "`springs` of a body: along every edge of its mesh",
@@ -126,7 +126,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = k/2 (l - l0)^2, k given or Y l0",
         source: "Hooke's law, lecture 9",
     },
-    About {
+    ElementDescription {
         name: "hinge",
         summary: "Bending at the edge between two triangles in 3D",
         scene: "`bending` of a body: at every edge between two triangles of a sheet",
@@ -134,7 +134,7 @@ pub const ELEMENTS: &[About] = &[
         formula: "E = D/2 |e|^2/(A_1 + A_2) (theta - theta_0)^2",
         source: "Grinspun, Hirani, Desbrun, Schroeder 2003, Discrete Shells",
     },
-    About {
+    ElementDescription {
         name: "joint",
         summary: "Bending at a vertex between two edges, in 2D and 3D",
         scene: "`bending` of a body: at every vertex between two edges of a strand",

@@ -1,7 +1,7 @@
 //! Quadrilateral of four nodes.
 
 use super::cell::{CellKind, Isoparametric};
-use super::{About, multilinear};
+use super::{ElementDescription, multilinear};
 use multilinear::GAUSS as G;
 
 /// Corners of the reference cell, in VTK's order.
@@ -18,7 +18,7 @@ const KIND: CellKind = CellKind {
     vtk: 9,
     gmsh: 3,
     suffix: "quad",
-    about: About {
+    about: ElementDescription {
         name: "quadrilateral",
         summary: "Bilinear quadrilateral in 2D that does not lock where it is nearly incompressible: four \
                   evaluations of the material each, at the mean ratio of areas",

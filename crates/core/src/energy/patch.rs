@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::Stencils;
-use super::rows::{Export, Run};
+use super::rows::{CopyKernel, IndexRun};
 use crate::lanes::{Rows, WIDTH, dispatch, filled, prefetch_all, with_room};
 
 /// Stencils a patch holds at most. 800 to 1,500 tetrahedra worked best: their vertices fit the L1 and L2 caches.
@@ -124,10 +124,10 @@ pub struct Patches<const N: usize> {
     /// Rows that each patch has in an array of sums: the largest number of vertices of any patch.
     pub stride: usize,
     /// Where the positions of each patch come from, rows counted within the patch.
-    runs: Vec<Run>,
+    runs: Vec<IndexRun>,
     /// Where the sums of each block of vertices come from, rows counted over all patches: those of block `i` are
     /// `sum_runs[block_start[i]..block_start[i + 1]]`, in the order of the patches.
-    sum_runs: Vec<Run>,
+    sum_runs: Vec<IndexRun>,
     block_start: Vec<u32>,
 }
 
@@ -208,7 +208,7 @@ impl<const N: usize> Patches<N> {
         }
         self.stride = self.stride.max(self.vertices.len() - row0);
         let run0 = self.runs.len();
-        self.runs.extend(Run::of(&self.vertices[row0..], 0, u32::MAX));
+        self.runs.extend(IndexRun::of(&self.vertices[row0..], 0, u32::MAX));
         self.patches.push(Patch {
             packs: pack0..self.index.len(),
             vertices: row0..self.vertices.len(),
@@ -220,19 +220,20 @@ impl<const N: usize> Patches<N> {
     /// For every block of vertices, the rows that hold its sums, patch by patch.
     fn link_sums(&mut self, vertex_count: usize) {
         let mut start = vec![0u32; vertex_count.div_ceil(BLOCK as usize) + 1];
-        let runs = |patches: &Self, visit: &mut dyn FnMut(Run)| {
+        let runs = |patches: &Self, visit: &mut dyn FnMut(IndexRun)| {
             for (id, patch) in patches.patches.iter().enumerate() {
                 let vertices = &patches.vertices[patch.vertices.clone()];
-                Run::of(vertices, id * patches.stride, BLOCK).for_each(&mut *visit);
+                IndexRun::of(vertices, id * patches.stride, BLOCK).for_each(&mut *visit);
             }
         };
-        let block = |run: Run| (run.vertex / BLOCK) as usize;
+        let block = |run: IndexRun| (run.vertex / BLOCK) as usize;
         runs(self, &mut |run| start[block(run) + 1] += 1);
         for i in 1..start.len() {
             start[i] += start[i - 1];
         }
         let mut next = start.clone();
-        let mut sum_runs = vec![Run { vertex: 0, row: 0, count: 0 }; start.last().map_or(0, |n| *n as usize)];
+        let mut sum_runs =
+            vec![IndexRun { vertex: 0, row: 0, count: 0 }; start.last().map_or(0, |n| *n as usize)];
         runs(self, &mut |run| {
             sum_runs[next[block(run)] as usize] = run;
             next[block(run)] += 1;
@@ -266,7 +267,7 @@ impl<const N: usize> Patches<N> {
             self.ask_for_next::<D>(patch, x);
             kernel(patch, scratch);
             let from = &scratch.gradient.as_slice()[..rows * Rows::<D>::STRIDE];
-            if !dispatch(Export { from, to: &mut out[..from.len()] }) {
+            if !dispatch(CopyKernel { from, to: &mut out[..from.len()] }) {
                 finite.store(false, Ordering::Relaxed);
             }
         });
@@ -460,6 +461,6 @@ impl<const N: usize> Patches<N> {
     pub fn bytes(&self) -> usize {
         self.index.len() * (size_of::<PackIndex<N>>() + size_of::<[Option<u32>; WIDTH]>())
             + 4 * (self.vertices.len() + self.block_start.len())
-            + size_of::<Run>() * (self.runs.len() + self.sum_runs.len())
+            + size_of::<IndexRun>() * (self.runs.len() + self.sum_runs.len())
     }
 }

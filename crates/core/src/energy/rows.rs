@@ -5,7 +5,7 @@ use crate::lanes::{Kernel, Lanes, WIDTH};
 /// Consecutive vertices with consecutive rows: what has one index for many. Rows of a patch follow its vertices in ascending
 /// order, so that neighbours in a well-numbered mesh mostly come in runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Run {
+pub(super) struct IndexRun {
     /// The first vertex.
     pub(super) vertex: u32,
     /// Its row.
@@ -14,25 +14,25 @@ pub(super) struct Run {
     pub(super) count: u32,
 }
 
-impl Run {
+impl IndexRun {
     /// The runs of these ascending vertices, whose rows count from `row`; none goes beyond a multiple of `longest`.
-    pub(super) fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = Run> {
+    pub(super) fn of(vertices: &[u32], row: usize, longest: u32) -> impl Iterator<Item = IndexRun> {
         let mut row = row as u32;
         vertices.chunk_by(move |a, b| b - a == 1 && b % longest != 0).map(move |run| {
             let count = run.len() as u32;
             row += count;
-            Run { vertex: run[0], row: row - count, count }
+            IndexRun { vertex: run[0], row: row - count, count }
         })
     }
 }
 
 /// Copies numbers; gives whether all are finite.
-pub(super) struct Export<'a> {
+pub(super) struct CopyKernel<'a> {
     pub(super) from: &'a [f64],
     pub(super) to: &'a mut [f64],
 }
 
-impl Kernel for Export<'_> {
+impl Kernel for CopyKernel<'_> {
     type Output = bool;
 
     #[inline(always)]

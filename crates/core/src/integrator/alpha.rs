@@ -2,7 +2,7 @@
 
 use super::Integrator;
 use super::equations::acceleration;
-use super::implicit::{Next, Solve, StageSolver, prescribe};
+use super::implicit::{ImplicitSolve, Next, StageSolver, prescribe};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
@@ -177,7 +177,7 @@ impl Alpha {
         self.next.x.copy_from_slice(x);
         self.next.v.fill(0.0);
         prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
-        let solve = Solve {
+        let solve = ImplicitSolve {
             inertia,
             stiffness: s,
             time,

@@ -33,7 +33,7 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
     let mut columns = [[0.0; 2]; 2];
     for (column, start) in columns.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
         let mut system = System::new(1, vec![1.0]);
-        system.add_term(Box::<Oscillator>::default());
+        system.add_term(Box::<UnitOscillator>::default());
         if damping != 0.0 {
             let damper = MassProportional::new("oscillator", damping / z, &[1.0], 0..1, 1);
             system.add_dissipation(Box::new(damper));
@@ -53,7 +53,7 @@ pub fn amplification(method: &Method, z: f64, damping: f64, decay: f64) -> Ampli
 /// omega = 1, h = z.
 pub fn oscillator() -> (System, State) {
     let mut system = System::new(1, vec![1.0]);
-    system.add_term(Box::<Oscillator>::default());
+    system.add_term(Box::<UnitOscillator>::default());
     (system, State::new(vec![1.0], vec![0.0]))
 }
 
@@ -88,7 +88,7 @@ pub fn coupled_radius(method: &Method, z: f64, damping: f64, angle: f64) -> f64 
     let mut matrix = vec![vec![c64::new(0.0, 0.0); 4]; 4];
     for column in 0..4 {
         let mut system = System::new(2, vec![1.0]);
-        system.add_term(Box::new(Oscillator { free_from: 1, ..Oscillator::default() }));
+        system.add_term(Box::new(UnitOscillator { free_from: 1, ..UnitOscillator::default() }));
         let (sin, cos) = angle.sin_cos();
         system.add_dissipation(Box::new(Dashpot {
             constant: damping / z,
@@ -145,24 +145,24 @@ impl DissipativeTerm for Dashpot {
 }
 
 /// `E = 1/2 |x|^2` of the coordinates before `free_from`.
-struct Oscillator {
+struct UnitOscillator {
     gradient: Vec<f64>,
     free_from: usize,
 }
 
-impl Default for Oscillator {
+impl Default for UnitOscillator {
     fn default() -> Self {
-        Oscillator { gradient: vec![], free_from: usize::MAX }
+        UnitOscillator { gradient: vec![], free_from: usize::MAX }
     }
 }
 
-impl Oscillator {
+impl UnitOscillator {
     fn stiff<'a>(&self, x: &'a [f64]) -> &'a [f64] {
         &x[..x.len().min(self.free_from)]
     }
 }
 
-impl EnergyTerm for Oscillator {
+impl EnergyTerm for UnitOscillator {
     fn name(&self) -> String {
         "oscillator".into()
     }
@@ -202,4 +202,4 @@ impl EnergyTerm for Oscillator {
     }
 }
 
-impl TermViews for Oscillator {}
+impl TermViews for UnitOscillator {}

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dirk::Dirk;
-use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
+use super::implicit::{Next, StageEquations, StageSolver, guess_acceleration};
 use super::{BadParameter, Documentation, Integrator, Method, Scheme, implicit_euler, tr_bdf2};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork};
@@ -197,7 +197,8 @@ impl Bdf2 {
             self.z[i] = (state.x()[i] - self.older.x[i]) / 3.0;
             self.w[i] = (4.0 * state.v()[i] - self.older.v[i]) / 3.0;
         }
-        let stage = Stage { x: state.x(), z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
+        let stage =
+            StageEquations { x: state.x(), z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
         let Next { x, v } = &mut self.next;
         x.copy_from_slice(state.x());
         guess_acceleration(system, state, &mut self.acceleration);

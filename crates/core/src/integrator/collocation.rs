@@ -16,7 +16,7 @@ use super::Integrator;
 use super::equations::acceleration;
 use super::implicit::Next;
 use crate::solver::StepFault;
-use crate::solver::coupled::{CoupledNewton, Stages, coupled_newton};
+use crate::solver::coupled::{CoupledNewton, StageSystem, coupled_newton};
 use crate::solver::{SolverOptions, SolverWork};
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -118,7 +118,7 @@ impl Integrator for Collocation {
             }
         }
         let newton = self.newton.get_or_insert_with(|| coupled_newton(system.dimension(), self.options));
-        let stages = Stages { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
+        let stages = StageSystem { inverse: &self.inverse, times: &times, h, x: state.x(), v: state.v() };
         newton.solve(system, &stages, &mut self.z, &mut self.v)?;
         self.energy.begin(system, state);
         // By the forces at the stages, not by quotients of what they are away: increments of the velocity

@@ -2,7 +2,7 @@
 
 use super::equations::acceleration_at;
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
-use super::implicit::{Next, Stage, StageSolver, guess_acceleration};
+use super::implicit::{Next, StageEquations, StageSolver, guess_acceleration};
 use super::tableau::{Stages, Tableau};
 use super::{Integrator, node};
 use crate::lanes::Numbers;
@@ -72,7 +72,7 @@ impl Integrator for Dirk {
                 continue;
             }
             self.combine(state, h, &row[..i]);
-            let stage = Stage { x: state.x(), z: &self.z, w: &self.w, g: h * row[i], time };
+            let stage = StageEquations { x: state.x(), z: &self.z, w: &self.w, g: h * row[i], time };
             let Stages { velocity, acceleration } = &mut self.stages;
             let v = &mut velocity[i];
             if i > 0 {

@@ -6,7 +6,7 @@ use super::estimate::{Judgement, Tolerances};
 use super::ias15::Ias15Parameters;
 use super::implicit::Next;
 use crate::solver::StepFault;
-use crate::solver::{SolveError, Verdict};
+use crate::solver::{SolveError, SolveFailure};
 use crate::state::State;
 use crate::system::{ForceId, System};
 
@@ -360,7 +360,7 @@ fn leave_held(system: &System, a: &mut [f64]) {
 }
 
 fn diverged(iterations: u32, correction: f64) -> StepFault {
-    let solve = Some(SolveError { verdict: Verdict::Diverged, iterations, correction });
+    let solve = Some(SolveError { verdict: SolveFailure::Diverged, iterations, correction });
     StepFault { fault: None, vertex: None, solve }
 }
 

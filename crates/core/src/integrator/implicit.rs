@@ -10,7 +10,7 @@ use crate::system::{ForceId, System};
 /// The equations `X = x_n + z + g V`, `V = w + g (a(X) - c V)` of one stage, `c` the ether drag.
 ///
 /// Eliminated: `(1 + g c) (u - y) = g^2 a(x_n + u)` with `u = X - x_n` and `y = z + g w / (1 + g c)`, the minimum of an [`Objective`].
-pub(super) struct Stage<'a> {
+pub(super) struct StageEquations<'a> {
     /// The old positions, flat [m].
     pub(super) x: &'a [f64],
     /// How far the vertices are from there without the stage's velocity, flat [m].
@@ -24,7 +24,7 @@ pub(super) struct Stage<'a> {
 }
 
 /// One minimisation, but for its target.
-pub(super) struct Solve<'a> {
+pub(super) struct ImplicitSolve<'a> {
     pub(super) inertia: f64,
     pub(super) stiffness: f64,
     /// Time at which forces are evaluated [s].
@@ -60,13 +60,13 @@ impl StageSolver {
     pub(super) fn solve(
         &mut self,
         system: &mut System,
-        stage: &Stage<'_>,
+        stage: &StageEquations<'_>,
         x: &mut [f64],
         v: &mut [f64],
         acceleration: &mut [f64],
         single_iteration: bool,
     ) -> Result<(), StepFault> {
-        let Stage { x: origin, z, w, g, time } = *stage;
+        let StageEquations { x: origin, z, w, g, time } = *stage;
         let inertia = 1.0 + g * system.ether_drag();
         self.target.resize(x.len(), 0.0);
         for i in 0..x.len() {
@@ -75,7 +75,7 @@ impl StageSolver {
         // Held coordinates are where they are held, and what follows goes by these.
         v.fill(0.0);
         prescribe(system, time, x, v)?;
-        let solve = Solve {
+        let solve = ImplicitSolve {
             inertia,
             stiffness: g * g,
             time,
@@ -107,11 +107,11 @@ impl StageSolver {
     pub(super) fn minimize(
         &mut self,
         system: &mut System,
-        solve: &Solve<'_>,
+        solve: &ImplicitSolve<'_>,
         x: &mut [f64],
         v: &[f64],
     ) -> Result<(), StepFault> {
-        let Solve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;
+        let ImplicitSolve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;
         system.set_time(time);
         let StageSolver { options, minimizer: kept, target, at, guess } = self;
         let objective =

@@ -2,7 +2,7 @@
 //!
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
 //! minimum that Newton's method reaches from the last one.
-use super::implicit::{Next, Solve, StageSolver, prescribe};
+use super::implicit::{ImplicitSolve, Next, StageSolver, prescribe};
 use super::{Documentation, Integrator, Method, Scheme};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
@@ -56,7 +56,7 @@ impl Integrator for QuasiStatic {
         // What dissipates resists the step from the last equilibrium to this one.
         self.origin.copy_from_slice(state.x());
         self.solver.target(state.x().len()).fill(0.0);
-        let solve = Solve {
+        let solve = ImplicitSolve {
             inertia: 0.0,
             stiffness: 1.0,
             time,

@@ -12,7 +12,7 @@
 
 use super::Integrator;
 use crate::lanes::Numbers;
-use crate::pass::{Pass, Passed};
+use crate::pass::{KickDrift, PassResult};
 use crate::solver::StepFault;
 use crate::state::State;
 use crate::system::{ForceId, System};
@@ -46,7 +46,7 @@ impl Splitting {
     }
 
     /// The pass `kick` on the copies, its force a function of the velocities.
-    fn damped_kick(&mut self, system: &mut System, kick: &Pass) -> Passed {
+    fn damped_kick(&mut self, system: &mut System, kick: &KickDrift) -> PassResult {
         let drag = system.ether_drag();
         let Splitting { order, x, v, before, .. } = self;
         // Once: a step allocates nothing after the first.
@@ -56,7 +56,7 @@ impl Splitting {
             system.evaluate_dissipation(x, v);
             let time = kick.kick / f64::from(*order + 1 - stage);
             slowed(before, drag * time, v);
-            system.pass(&Pass { kick: time, ..Pass::NOTHING }, None, x, v);
+            system.pass(&KickDrift { kick: time, ..KickDrift::NOTHING }, None, x, v);
         }
         system.evaluate_dissipation(x, v);
         slowed(before, drag * kick.kick, v);
@@ -73,12 +73,12 @@ fn slowed(before: &[f64], decay: f64, v: &mut [f64]) {
 }
 
 /// The kick of `time` [s] under ether drag `drag` [1/s]: the exact flow of `v' = a - drag v` at fixed `a`.
-fn kick_under_drag(drag: f64, time: f64) -> Pass {
+fn kick_under_drag(drag: f64, time: f64) -> KickDrift {
     if drag == 0.0 {
-        return Pass { kick: time, ..Pass::NOTHING };
+        return KickDrift { kick: time, ..KickDrift::NOTHING };
     }
     let decay = -drag * time;
-    Pass { drag: decay.exp(), kick: -decay.exp_m1() / drag, ..Pass::NOTHING }
+    KickDrift { drag: decay.exp(), kick: -decay.exp_m1() / drag, ..KickDrift::NOTHING }
 }
 
 impl Integrator for Splitting {
@@ -95,7 +95,7 @@ impl Integrator for Splitting {
             // A kick and the drift after it, or either alone: one pass over the vertices. The first goes from the state to
             // copies, so that a step that fails leaves the state as it was.
             let first = next == 0;
-            let mut pass = Pass::NOTHING;
+            let mut pass = KickDrift::NOTHING;
             if let Some(Stage::Kick(c)) = stages.get(next) {
                 pass = kick_under_drag(drag, c * h);
                 if !system.holds(force) {

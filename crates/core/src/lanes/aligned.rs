@@ -9,16 +9,16 @@ use super::{Lanes, RowSource, WIDTH};
 /// A cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
-struct Line([f64; WIDTH]);
+struct CacheLine([f64; WIDTH]);
 
 /// A vector of `f64` that begins at a cache line, so that no pack of `WIDTH` and no row of 2 or 4 counted from there straddles two.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Aligned(Vec<Line>);
+pub struct Aligned(Vec<CacheLine>);
 
 impl Aligned {
     /// `count` packs of zeros.
     pub fn packs(count: usize) -> Self {
-        Aligned(filled(Line([0.0; WIDTH]), count))
+        Aligned(filled(CacheLine([0.0; WIDTH]), count))
     }
 
     /// No packs, with room for `count`.
@@ -28,7 +28,7 @@ impl Aligned {
 
     /// Appends a pack.
     pub fn push(&mut self, pack: [f64; WIDTH]) {
-        self.0.push(Line(pack));
+        self.0.push(CacheLine(pack));
     }
 
     /// Gives back what was allocated in vain.

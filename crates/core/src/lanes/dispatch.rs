@@ -18,7 +18,7 @@ pub trait Kernel {
 
 /// An instruction set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Level {
+pub enum InstructionSet {
     /// Plain code.
     Portable,
     /// AVX2 and FMA: two registers of four numbers.
@@ -27,16 +27,17 @@ pub enum Level {
     Avx512,
 }
 
-impl Level {
+impl InstructionSet {
     /// All levels, from the slowest to the fastest.
-    pub const ALL: [Level; 3] = [Level::Portable, Level::Avx2, Level::Avx512];
+    pub const ALL: [InstructionSet; 3] =
+        [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
 
     /// The name that `PLIANT_SIMD` accepts.
     pub fn name(self) -> &'static str {
         match self {
-            Level::Portable => "portable",
-            Level::Avx2 => "avx2",
-            Level::Avx512 => "avx512",
+            InstructionSet::Portable => "portable",
+            InstructionSet::Avx2 => "avx2",
+            InstructionSet::Avx512 => "avx512",
         }
     }
 
@@ -45,9 +46,9 @@ impl Level {
     pub fn is_available(self) -> bool {
         let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
         match self {
-            Level::Portable => true,
-            Level::Avx2 => avx2,
-            Level::Avx512 => {
+            InstructionSet::Portable => true,
+            InstructionSet::Avx2 => avx2,
+            InstructionSet::Avx512 => {
                 avx2 && is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512dq")
                     && is_x86_feature_detected!("avx512vl")
@@ -58,13 +59,13 @@ impl Level {
     /// Whether this processor has the instructions.
     #[cfg(not(target_arch = "x86_64"))]
     pub fn is_available(self) -> bool {
-        self == Level::Portable
+        self == InstructionSet::Portable
     }
 
     /// The best available level.
-    pub fn best() -> Level {
-        let mut best = Level::Portable;
-        for level in Level::ALL {
+    pub fn best() -> InstructionSet {
+        let mut best = InstructionSet::Portable;
+        for level in InstructionSet::ALL {
             if level.is_available() {
                 best = level;
             }
@@ -78,19 +79,19 @@ impl Level {
 /// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `avx2` or `avx512`
 /// when this is first called. A name that is unknown, or a level that the processor lacks, is ignored: results do not
 /// depend on the level, and what was chosen can be read here.
-pub fn level() -> Level {
-    static LEVEL: OnceLock<Level> = OnceLock::new();
+pub fn level() -> InstructionSet {
+    static LEVEL: OnceLock<InstructionSet> = OnceLock::new();
     *LEVEL.get_or_init(|| choose(std::env::var("PLIANT_SIMD").ok().as_deref()))
 }
 
 /// The level for this value of `PLIANT_SIMD`.
-fn choose(request: Option<&str>) -> Level {
-    for level in Level::ALL {
+fn choose(request: Option<&str>) -> InstructionSet {
+    for level in InstructionSet::ALL {
         if request == Some(level.name()) && level.is_available() {
             return level;
         }
     }
-    Level::best()
+    InstructionSet::best()
 }
 
 /// Runs a kernel on the best instruction set, see [`level`].
@@ -103,7 +104,7 @@ pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
 #[inline]
 pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
     #[cfg(target_arch = "x86_64")]
-    if level() >= Level::Avx2 && Level::Avx2.is_available() {
+    if level() >= InstructionSet::Avx2 && InstructionSet::Avx2.is_available() {
         // SAFETY: the processor has the features that the wrapper enables.
         return unsafe { run_avx2(kernel) };
     }
@@ -113,12 +114,12 @@ pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
 /// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
 #[cfg(target_arch = "x86_64")]
 #[inline]
-pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
+pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
     match level {
         // SAFETY: the processor has the features that the wrapper enables.
-        Level::Avx512 if level.is_available() => unsafe { run_avx512(kernel) },
+        InstructionSet::Avx512 if level.is_available() => unsafe { run_avx512(kernel) },
         // SAFETY: as above.
-        Level::Avx2 if level.is_available() => unsafe { run_avx2(kernel) },
+        InstructionSet::Avx2 if level.is_available() => unsafe { run_avx2(kernel) },
         _ => kernel.run::<Portable>(),
     }
 }
@@ -126,7 +127,7 @@ pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
 /// Runs a kernel in plain code, the only level of this processor.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
-pub fn dispatch_at<K: Kernel>(_level: Level, kernel: K) -> K::Output {
+pub fn dispatch_at<K: Kernel>(_level: InstructionSet, kernel: K) -> K::Output {
     kernel.run::<Portable>()
 }
 
@@ -152,11 +153,11 @@ mod tests {
 
     #[test]
     fn a_request_is_honoured_where_possible_and_ignored_otherwise() {
-        assert_eq!(choose(None), Level::best());
-        assert_eq!(choose(Some("portable")), Level::Portable);
-        assert_eq!(choose(Some("quantum")), Level::best());
-        for level in Level::ALL {
-            let expected = if level.is_available() { level } else { Level::best() };
+        assert_eq!(choose(None), InstructionSet::best());
+        assert_eq!(choose(Some("portable")), InstructionSet::Portable);
+        assert_eq!(choose(Some("quantum")), InstructionSet::best());
+        for level in InstructionSet::ALL {
+            let expected = if level.is_available() { level } else { InstructionSet::best() };
             assert_eq!(choose(Some(level.name())), expected);
         }
     }

@@ -34,7 +34,7 @@ mod prefetch;
 mod rows;
 
 pub use aligned::{Aligned, Columns, ColumnsView, Numbers, VertexRows};
-pub use dispatch::{Kernel, Level, dispatch, dispatch_at, dispatch_compact, level};
+pub use dispatch::{InstructionSet, Kernel, dispatch, dispatch_at, dispatch_compact, level};
 pub use elementary::{atan2, exp, ln, powf};
 pub use pages::{filled, with_room};
 pub use pair::Pair;

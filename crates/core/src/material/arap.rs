@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::parameters::check_positive;
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters};
+use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 use crate::value::{As, Pressure};
@@ -65,7 +65,7 @@ impl Parameters for WithoutPoisson {
 
 impl Model for Arap {
     type Parameters = WithoutPoisson;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "As rigid as possible: corotated with Poisson's ratio 0, recovers from inversion.",
         formula: "mu |F - R|^2, F = R S, mu = E/2",
         source: "Chao, Pinkall, Sanan and Schroeder 2010",

@@ -1,5 +1,5 @@
 use super::spectrum::{Spectrum, sum_of_stretches};
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -42,7 +42,7 @@ impl Corotated {
 
 impl Model for Corotated {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Corotated linear elasticity: linear in the rotated frame, recovers from inversion.",
         formula: "mu |F - R|^2 + lambda/2 tr(S - I)^2, F = R S",
         source: "Sifakis and Barbic 2012, part one, section 3.4",

@@ -1,4 +1,4 @@
-use super::{About, Domain, Material, Model, Psd, Stiffness, Tangent};
+use super::{Domain, Material, MaterialDescription, Model, Psd, Stiffness, Tangent};
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
@@ -18,7 +18,7 @@ pub struct Dirichlet {
 
 impl Model for Dirichlet {
     type Parameters = Stiffness;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "For teaching: the Dirichlet energy, without a rest shape; a free body shrinks to a point.",
         formula: "k/2 |F|^2",
         source: "elementary; the first term of the neo-Hookean energies",

@@ -1,4 +1,4 @@
-use super::{About, Domain, Material, Model, Psd, Stiffness, Tangent};
+use super::{Domain, Material, MaterialDescription, Model, Psd, Stiffness, Tangent};
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
 
@@ -18,7 +18,7 @@ pub struct DisplacementGradient {
 
 impl Model for DisplacementGradient {
     type Parameters = Stiffness;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "For teaching: penalises every displacement gradient, rotations included.",
         formula: "k/2 |F - I|^2",
         source: "elementary; the first guess that frame indifference rules out",

@@ -1,5 +1,5 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -23,7 +23,7 @@ pub struct FixedCorotated {
 
 impl Model for FixedCorotated {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Fixed corotated: corotated shear with a true volume term, recovers from inversion.",
         formula: "mu |F - R|^2 + lambda/2 (J - 1)^2, F = R S, J = det F",
         source: "Stomakhin, Howes, Schroeder and Teran 2012",

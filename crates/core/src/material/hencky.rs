@@ -1,4 +1,4 @@
-use super::{About, Domain, Isotropic, Lame, Model, Stretches};
+use super::{Domain, Isotropic, Lame, MaterialDescription, Model, Stretches};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -23,7 +23,7 @@ pub struct Hencky {
 
 impl Model for Hencky {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Hencky: linear elasticity in the logarithmic strain, forbids inversion.",
         formula: "mu sum (ln sigma_i)^2 + lambda/2 (ln J)^2, sigma_i principal stretches, J = det F",
         source: "Hencky 1928; Xiao and Chen 2002",

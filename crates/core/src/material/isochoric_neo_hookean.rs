@@ -1,6 +1,6 @@
 use super::barrier::{admissible, infinite_outside};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
-use super::{About, Domain, Isotropic, Material, Model};
+use super::{Domain, Isotropic, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -24,7 +24,7 @@ pub struct IsochoricNeoHookean {
 
 impl Model for IsochoricNeoHookean {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Neo-Hookean, shape and volume apart: for nearly incompressible rubber, forbids inversion.",
         formula: "mu/2 (J^(-2/3) I1 - 3) + kappa/2 (J - 1)^2, I1 = tr(F^T F) in 3D, J = det F, kappa = lambda + 2 mu/3",
         source: "Bonet and Wood 2008",

@@ -3,7 +3,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::parameters::or_preset;
 use super::{
-    About, Domain, Isotropic, Lame, Material, Model, ParameterError, Parameters, Plane, Preset, Psd, Tangent,
+    Domain, Isotropic, Lame, Material, MaterialDescription, Model, ParameterError, Parameters, Plane, Preset,
+    Psd, Tangent,
 };
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
@@ -137,7 +138,7 @@ impl Parameters for PlaneIsotropic {
 
 impl Model for Linear {
     type Parameters = PlaneIsotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Small-strain linear elasticity: exact for vibrations, wrong for large rotations.",
         formula: "mu eps:eps + lambda/2 tr(eps)^2, eps = (F + F^T)/2 - I",
         source: "Sifakis and Barbic 2012, part one, section 3.2",

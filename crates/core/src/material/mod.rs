@@ -17,7 +17,7 @@ pub use mooney_rivlin::TwoConstants;
 pub use ogden::OgdenTerms;
 pub use parameters::{Isotropic, Lame, ParameterError, Parameters, Plane, Stiffness};
 pub use preset::{AboutPreset, PRESETS, Preset};
-pub use registry::{About, MaterialVisitor, Model};
+pub use registry::{MaterialDescription, MaterialVisitor, Model};
 pub use spectrum::{Derivatives, InvariantDerivatives, Spectrum};
 pub use stress::Stress;
 pub use stretches::Stretches;

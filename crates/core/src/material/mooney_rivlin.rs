@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use super::barrier::{admissible, infinite_outside};
 use super::parameters::{check_poisson, check_positive};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
-use super::{About, Domain, Lame, Material, Model, ParameterError, Parameters};
+use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 use crate::value::{As, Pressure};
@@ -97,7 +97,7 @@ impl Parameters for TwoConstants {
 
 impl Model for MooneyRivlin {
     type Parameters = TwoConstants;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Mooney-Rivlin: rubber at moderate stretches, forbids inversion.",
         formula: "C10 (J^(-2/3) I1 - 3) + C01 (J^(-4/3) I2 - 3) + kappa/2 (J - 1)^2, J = det F, mu = 2 (C10 + C01)",
         source: "Bonet and Wood 2008",

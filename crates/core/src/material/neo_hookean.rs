@@ -1,5 +1,5 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -23,7 +23,7 @@ pub struct NeoHookean {
 
 impl Model for NeoHookean {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Neo-Hookean with ln J: rubber-like, forbids inversion.",
         formula: "mu/2 (I_C - d) - mu ln J + lambda/2 (ln J)^2, I_C = F:F, J = det F",
         source: "Bonet and Wood 2008",

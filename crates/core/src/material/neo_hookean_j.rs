@@ -1,6 +1,6 @@
 use super::barrier::{admissible, infinite_outside};
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -24,7 +24,7 @@ pub struct NeoHookeanJ {
 
 impl Model for NeoHookeanJ {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Neo-Hookean with (J - 1)^2: rubber-like, forbids inversion.",
         formula: "mu/2 (I_C - d) - mu ln J + lambda/2 (J - 1)^2, I_C = F:F, J = det F",
         source: "Bonet and Wood 2008, with another volume term",

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use super::hencky::logarithms;
 use super::parameters::{check_poisson, check_positive};
-use super::{About, Domain, Lame, Model, ParameterError, Parameters, Stretches};
+use super::{Domain, Lame, MaterialDescription, Model, ParameterError, Parameters, Stretches};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
 use crate::value::{As, Pressure};
@@ -121,7 +121,7 @@ impl Parameters for OgdenTerms {
 
 impl Model for Ogden {
     type Parameters = OgdenTerms;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Ogden: rubber up to large stretches, any number of terms, forbids inversion.",
         formula: "sum_p mu_p/alpha_p (sum_i (J^(-1/3) sigma_i)^alpha_p - 3) + kappa/2 (J - 1)^2, J = det F, \
                   mu = 1/2 sum mu_p alpha_p",

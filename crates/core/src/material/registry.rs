@@ -5,7 +5,7 @@ use super::{Domain, Material};
 
 /// What a model says of itself, for `pliant list materials` and for the tests.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct About {
+pub struct MaterialDescription {
     /// One line.
     pub summary: &'static str,
     /// The energy density.
@@ -25,7 +25,7 @@ pub trait Model: Clone {
     /// Its table in a scene.
     type Parameters: Parameters;
     /// What it is.
-    const ABOUT: About;
+    const ABOUT: MaterialDescription;
     /// The model with these parameters, which have been [checked](Parameters::check).
     fn new(parameters: &Self::Parameters) -> Self;
 }
@@ -64,7 +64,7 @@ macro_rules! register_materials {
             }
 
             /// What the model is.
-            pub fn about(&self) -> About {
+            pub fn about(&self) -> MaterialDescription {
                 match self { $(Self::$model(_) => <$model as Model>::ABOUT,)+ }
             }
 

@@ -1,5 +1,5 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -25,7 +25,7 @@ pub struct StableNeoHookean {
 
 impl Model for StableNeoHookean {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Stable neo-Hookean without logarithm: rubber-like, cheap, recovers from inversion.",
         formula: "mu/2 (I_C - d) - mu (J - 1) + (lambda + mu)/2 (J - 1)^2, I_C = F:F, J = det F",
         source: "Smith, de Goes and Kim 2018, equation 11",

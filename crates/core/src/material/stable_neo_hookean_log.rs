@@ -1,5 +1,5 @@
 use super::spectrum::{Derivatives, Spectrum};
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -31,7 +31,7 @@ fn out_of_plane<const D: usize>(more: f64) -> f64 {
 
 impl Model for StableNeoHookeanLog {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "Stable neo-Hookean as published: also resists collapse to a point.",
         formula: "m/2 (I_C - 3) + L/2 (J - a)^2 - m/2 ln(I_C + 1) - c, m = 4 mu/3, L = lambda + 5 mu/6, \
                   a = 1 + 3 m/(4 L), c such that psi(I) = 0",

@@ -1,5 +1,5 @@
 use super::spectrum::Spectrum;
-use super::{About, Domain, Isotropic, Lame, Material, Model};
+use super::{Domain, Isotropic, Lame, Material, MaterialDescription, Model};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
 
@@ -43,7 +43,7 @@ impl Stvk {
 
 impl Model for Stvk {
     type Parameters = Isotropic;
-    const ABOUT: About = About {
+    const ABOUT: MaterialDescription = MaterialDescription {
         summary: "St. Venant-Kirchhoff: Green strain, cheap; collapses under strong compression.",
         formula: "mu E:E + lambda/2 tr(E)^2, E = (F^T F - I)/2",
         source: "Sifakis and Barbic 2012, part one, section 3.3",

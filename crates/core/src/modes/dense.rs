@@ -3,7 +3,7 @@
 use pliant_sparse::symmetric_eigen;
 
 use super::eigen::square;
-use super::lanczos::Pair;
+use super::lanczos::EigenPair;
 use crate::solver::block_matrix::BlockMatrix;
 
 /// From so many free coordinates on the matrix and its vectors would not fit a small machine: 128 MB each.
@@ -12,7 +12,7 @@ pub(super) const MOST: usize = 4000;
 /// All pairs of `K phi = omega^2 M phi`, `M` diagonal with zeros where nothing moves, lowest first: the dense
 /// eigenproblem of `M^-1/2 K M^-1/2`, whose eigenvectors are right to a few roundings of the largest
 /// eigenvalue. The squares are their Rayleigh quotients. `None` where the iteration fails.
-pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Option<Vec<(f64, Pair)>> {
+pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Option<Vec<(f64, EigenPair)>> {
     let free: Vec<usize> = (0..mass.len()).filter(|n| mass[*n] > 0.0).collect();
     let mut place = vec![usize::MAX; mass.len()];
     free.iter().enumerate().for_each(|(at, n)| place[*n] = at);
@@ -38,9 +38,9 @@ pub(super) fn all<const D: usize>(matrix: &BlockMatrix<D>, mass: &[f64]) -> Opti
         free.iter().enumerate().for_each(|(i, n)| vector[*n] = eigen.vector(i, j) / mass[*n].sqrt());
         let square = square(matrix, &vector, largest);
         let residual = if square == 0.0 { 0.0 } else { rounding / square.abs() };
-        (square, Pair { residual, vector })
+        (square, EigenPair { residual, vector })
     };
-    let mut pairs: Vec<(f64, Pair)> = (0..free.len()).map(pair).collect();
+    let mut pairs: Vec<(f64, EigenPair)> = (0..free.len()).map(pair).collect();
     pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     Some(pairs)
 }

@@ -42,7 +42,7 @@ pub struct Eigen<const D: usize> {
     /// The mass matrix of the problem.
     pub(super) inertia: Inertia<D>,
     /// `omega^2` and its shape, ascending; exactly zero for rigid motion.
-    pub(super) pairs: Vec<(f64, lanczos::Pair)>,
+    pub(super) pairs: Vec<(f64, lanczos::EigenPair)>,
     pub(super) free_coordinates: usize,
     pub(super) solves: usize,
 }
@@ -158,7 +158,7 @@ impl<const D: usize> Eigen<D> {
         &self,
         search: &mut Lanczos<'_, D>,
         by: &mut Transformation,
-    ) -> Result<Vec<(f64, lanczos::Pair)>, ModesError> {
+    ) -> Result<Vec<(f64, lanczos::EigenPair)>, ModesError> {
         let bound = by.bound;
         let found = search.run(|theta| bound.at(theta), |b| by.cholesky.solve(b));
         let found = found.ok_or(ModesError::Stopped)?;
@@ -167,7 +167,7 @@ impl<const D: usize> Eigen<D> {
             return Err(ModesError::NotConverged { found, asked: search.count(), solves });
         }
         let matrix = self.assembler.matrix();
-        let with_square = |pair: lanczos::Pair| (square(matrix, &pair.vector, by.largest), pair);
+        let with_square = |pair: lanczos::EigenPair| (square(matrix, &pair.vector, by.largest), pair);
         let mut pairs: Vec<_> = found.into_iter().map(with_square).collect();
         pairs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         Ok(pairs)

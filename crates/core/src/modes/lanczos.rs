@@ -18,7 +18,7 @@ const ROUNDING_ULPS: f64 = 64.0;
 const GENERATOR: [u128; 2] = [1, 2];
 
 /// An eigenpair of `T = A^-1 M`.
-pub(super) struct Pair {
+pub(super) struct EigenPair {
     /// `|T u - value u|_M / value`.
     pub(super) residual: f64,
     /// `u^T M u = 1`.
@@ -35,7 +35,7 @@ pub(super) struct Lanczos<'a, const D: usize> {
     count: usize,
     /// Vectors that the basis may have.
     most: usize,
-    basis: Vec<Direction>,
+    basis: Vec<BasisVector>,
     /// `T q` of the basis.
     images: Vec<Vec<f64>>,
     /// Rows `q_i^T M T q_j`, j <= i.
@@ -89,7 +89,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         &mut self,
         allowed: impl Fn(f64) -> f64,
         mut solve: impl FnMut(&mut [f64]),
-    ) -> Option<Vec<Pair>> {
+    ) -> Option<Vec<EigenPair>> {
         self.extend(vec![], &mut solve)?;
         loop {
             let images = self.images[self.last..].to_vec();
@@ -135,7 +135,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
     }
 
     /// The `count` largest Ritz pairs, as long as they have converged.
-    fn ritz(&self, allowed: &impl Fn(f64) -> f64) -> Vec<Pair> {
+    fn ritz(&self, allowed: &impl Fn(f64) -> f64) -> Vec<EigenPair> {
         let k = self.basis.len();
         if k < self.count {
             return vec![];
@@ -153,7 +153,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
     }
 
     /// The pair whose vector has these weights in the basis.
-    fn pair(&self, value: f64, weights: impl Iterator<Item = f64>) -> Pair {
+    fn pair(&self, value: f64, weights: impl Iterator<Item = f64>) -> EigenPair {
         let zeros = || vec![0.0; self.mass.diagonal().len()];
         let (mut vector, mut rest) = (zeros(), zeros());
         for ((q, image), weight) in self.basis.iter().zip(&self.images).zip(weights) {
@@ -162,7 +162,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         }
         rest.iter_mut().zip(&vector).for_each(|(r, u)| *r -= value * u);
         let residual = dot(&self.mass.times(&rest), &rest).sqrt() / value.abs();
-        Pair { residual, vector }
+        EigenPair { residual, vector }
     }
 }
 
@@ -174,13 +174,17 @@ fn start(mass: &[f64], random: &mut Pcg64) -> Vec<f64> {
 }
 
 /// A vector `q` of the basis, with `M q`.
-struct Direction {
+struct BasisVector {
     vector: Vec<f64>,
     weighted: Vec<f64>,
 }
 
 /// `v` made orthogonal to the basis and of length one; `None` if it is in its span.
-fn orthonormal<const D: usize>(mut v: Vec<f64>, basis: &[Direction], mass: &Inertia<D>) -> Option<Direction> {
+fn orthonormal<const D: usize>(
+    mut v: Vec<f64>,
+    basis: &[BasisVector],
+    mass: &Inertia<D>,
+) -> Option<BasisVector> {
     let length = |v: &[f64]| dot(&mass.times(v), v).sqrt();
     let before = length(&v);
     // Twice is enough: Parlett 1998, The symmetric eigenvalue problem, section 6.9.
@@ -195,7 +199,7 @@ fn orthonormal<const D: usize>(mut v: Vec<f64>, basis: &[Direction], mass: &Iner
         return None;
     }
     v.iter_mut().for_each(|v| *v /= length);
-    Some(Direction { weighted: mass.times(&v), vector: v })
+    Some(BasisVector { weighted: mass.times(&v), vector: v })
 }
 
 #[cfg(test)]

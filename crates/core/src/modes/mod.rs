@@ -163,7 +163,7 @@ fn modes<const D: usize>(simulation: &mut Simulation, count: usize) -> Result<Mo
     let along: Vec<Vec<f64>> = (0..D).map(rigid).collect();
     let axis_mass: Vec<f64> = along.iter().map(|weights| weights.iter().sum()).collect();
     let numbering = simulation.numbering();
-    let mode = |(square, pair): (f64, lanczos::Pair)| {
+    let mode = |(square, pair): (f64, lanczos::EigenPair)| {
         let omega = square.sqrt();
         let effective = |c: usize| {
             let part: f64 = along[c].iter().zip(&pair.vector).map(|(m, phi)| m * phi).sum();

@@ -45,7 +45,7 @@ impl FromStr for Quantity {
             return Err(QuantityError::NotANumber { text: text.trim().to_owned() });
         }
         let digits = &text[start..number];
-        let mut reader = Reader { text: &text[..end], at: number };
+        let mut reader = UnitReader { text: &text[..end], at: number };
         reader.skip_spaces();
         let unit = if reader.at == end { None } else { Some(reader.whole_unit()?) };
         let (scale, dimension) = unit.unwrap_or((Scale::ONE, Dimension::default()));
@@ -114,7 +114,7 @@ fn is_superscript(character: char) -> bool {
 }
 
 /// Reads a unit by recursive descent.
-struct Reader<'a> {
+struct UnitReader<'a> {
     text: &'a str,
     at: usize,
 }
@@ -124,7 +124,7 @@ const DEEPEST: usize = 16;
 
 type Read = (Scale, Dimension);
 
-impl Reader<'_> {
+impl UnitReader<'_> {
     fn next(&self) -> Option<char> {
         self.text[self.at..].chars().next()
     }

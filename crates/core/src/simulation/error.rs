@@ -1,7 +1,7 @@
 //! Why a step could not be taken.
 
 use crate::energy::Fault;
-use crate::solver::Verdict;
+use crate::solver::SolveFailure;
 
 /// A step could not be taken; the state is still the last good one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -41,7 +41,7 @@ pub enum StepError {
         /// Time at its beginning [s].
         time: f64,
         /// How the solver ended.
-        verdict: Verdict,
+        verdict: SolveFailure,
         /// Newton iterations taken.
         iterations: u32,
         /// Largest component of the last correction [m].
@@ -77,7 +77,7 @@ pub enum StepError {
         /// First vertex whose position or velocity is not finite.
         vertex: Option<usize>,
         /// How the solver ended, where that is the reason.
-        verdict: Option<Verdict>,
+        verdict: Option<SolveFailure>,
     },
     /// The total energy has grown beyond any physical cause.
     #[error(
@@ -135,15 +135,15 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
 }
 
 /// What to change where a step is not solved.
-fn remedy(verdict: Verdict, is_static: bool, step_size: f64, retried: Option<&Retried>) -> String {
-    if is_static && verdict == Verdict::Indefinite {
+fn remedy(verdict: SolveFailure, is_static: bool, step_size: f64, retried: Option<&Retried>) -> String {
+    if is_static && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
     }
     let half = 0.5 * smallest(step_size, retried);
     let smaller = format!("a smaller step, {half:.4e} s{}", parts(true, retried));
     match verdict {
-        Verdict::IterationCap => format!("allow more `iterations`, or try {smaller}"),
-        Verdict::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
+        SolveFailure::IterationCap => format!("allow more `iterations`, or try {smaller}"),
+        SolveFailure::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
         _ => format!("try {smaller}"),
     }
 }
@@ -152,7 +152,7 @@ fn still(error: Option<f64>) -> String {
     error.map_or(String::new(), |error| format!(", its error {error:.2e} times what is allowed"))
 }
 
-fn why(fault: &Option<Fault>, vertex: &Option<usize>, verdict: Option<Verdict>) -> String {
+fn why(fault: &Option<Fault>, vertex: &Option<usize>, verdict: Option<SolveFailure>) -> String {
     match (verdict, fault, vertex) {
         (Some(verdict), ..) => format!("; it was not solved: {verdict}{}", place(fault)),
         (None, None, None) => "; allow larger errors by `tolerance`, or see what jumps there".into(),

@@ -1,8 +1,8 @@
 //! States of a simulation that are kept and gone back to.
 
 use super::{Simulation, StepError};
-use crate::control::Pace;
-use crate::diagnostics::Ledger;
+use crate::control::StepHistory;
+use crate::diagnostics::EnergyLedger;
 use crate::solver::SolverWork;
 use crate::system::ForceId;
 
@@ -28,8 +28,8 @@ pub struct Snapshot {
     /// What a scheme of several steps remembers.
     memory: Vec<f64>,
     /// What is known of step sizes that follow the error.
-    pace: Option<Pace>,
-    ledger: Option<Ledger>,
+    pace: Option<StepHistory>,
+    ledger: Option<EnergyLedger>,
 }
 
 /// A simulation cannot go on from this snapshot.
@@ -168,12 +168,12 @@ impl Simulation {
         });
     }
 
-    pub(super) fn pace(&self) -> Option<Pace> {
+    pub(super) fn pace(&self) -> Option<StepHistory> {
         self.controller.as_ref().map(|controller| controller.pace())
     }
 
     /// Where step sizes follow the error, goes on with what was learnt, if anything was.
-    pub(super) fn set_pace(&mut self, pace: Option<Pace>) {
+    pub(super) fn set_pace(&mut self, pace: Option<StepHistory>) {
         if let (Some(controller), Some(pace)) = (&mut self.controller, pace) {
             controller.resume(pace);
             self.step_size = controller.next();
@@ -182,9 +182,9 @@ impl Simulation {
 
     /// Goes on with this ledger; without one, or where it does not hold what is asked for, the next step
     /// opens another.
-    pub(super) fn set_ledger(&mut self, ledger: Option<Ledger>) {
+    pub(super) fn set_ledger(&mut self, ledger: Option<EnergyLedger>) {
         self.ledger = ledger.filter(|ledger| ledger.holds_losses() == self.counts_losses);
         self.opens_ledger = self.ledger.is_none();
-        self.system.count_walls(self.ledger.as_ref().is_some_and(Ledger::counts_walls));
+        self.system.count_walls(self.ledger.as_ref().is_some_and(EnergyLedger::counts_walls));
     }
 }

@@ -1,6 +1,6 @@
 //! Sparse Cholesky factorisation of block matrices, on a nested-dissection order; the symbolic part is kept.
 
-use pliant_sparse::Structure;
+use pliant_sparse::CholeskyStructure;
 
 pub use pliant_sparse::NotPositiveDefinite;
 
@@ -8,11 +8,11 @@ use super::block_matrix::BlockMatrix;
 use super::ordering::nested_dissection;
 
 /// `A = L L^T`.
-pub struct Cholesky(pliant_sparse::Cholesky);
+pub struct Cholesky(pliant_sparse::SparseCholesky);
 
 /// Structure of the factor of `matrix`, whose vertices are at `x` (flat), before there is memory for its
 /// entries. `None` where not even that fits memory.
-pub fn structure<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Structure> {
+pub fn structure<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<CholeskyStructure> {
     let n = matrix.rows() * D;
     let (mut column_start, mut row) = (Vec::with_capacity(n + 1), vec![]);
     column_start.push(0);
@@ -26,7 +26,7 @@ pub fn structure<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<S
     }
     let order = nested_dissection(matrix, x);
     let order: Vec<usize> = order.iter().flat_map(|v| (0..D).map(move |k| *v as usize * D + k)).collect();
-    Structure::new(column_start, row, &order)
+    CholeskyStructure::new(column_start, row, &order)
 }
 
 /// Writes the lower triangle of `matrix`, column by column; by symmetry, its upper one by rows.
@@ -54,7 +54,7 @@ impl Cholesky {
     /// Analyses the structure of `matrix`, whose vertices are at `x` (flat). `None` where the factor would
     /// not fit memory.
     pub fn new<const D: usize>(matrix: &BlockMatrix<D>, x: &[f64]) -> Option<Self> {
-        pliant_sparse::Cholesky::new(structure(matrix, x)?).map(Cholesky)
+        pliant_sparse::SparseCholesky::new(structure(matrix, x)?).map(Cholesky)
     }
 
     /// Factorises `matrix`, which has the structure that was analysed.

@@ -6,7 +6,7 @@ use super::StepFault;
 use super::cholesky;
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
-use super::{SolveError, SolverOptions, SolverWork, Verdict, scene_size};
+use super::{SolveError, SolveFailure, SolverOptions, SolverWork, scene_size};
 use crate::energy::Fault;
 use crate::material::Psd;
 use crate::system::System;
@@ -23,7 +23,7 @@ const CONTRACTION: f64 = 0.25;
 /// The equations of all stages, `B = A^-1`:
 /// `M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stages<'a> {
+pub(crate) struct StageSystem<'a> {
     /// `A^-1`, by rows.
     pub(crate) inverse: &'a [Vec<f64>],
     /// Times of the stages [s].
@@ -36,7 +36,7 @@ pub(crate) struct Stages<'a> {
     pub(crate) v: &'a [f64],
 }
 
-impl Stages<'_> {
+impl StageSystem<'_> {
     fn count(&self) -> usize {
         self.times.len()
     }
@@ -52,14 +52,14 @@ impl Stages<'_> {
     }
 }
 
-/// Solves [`Stages`] of one system, keeping structure and factorisations between them.
+/// Solves [`StageSystem`] of one system, keeping structure and factorisations between them.
 pub(crate) trait CoupledNewton: Send + Sync {
     /// Solves the equations from the start `z = X - x_n`, and writes the velocities of the stages to `v`. Held coordinates of both are
     /// what they are. In increments, so that velocities are not quotients of rounded positions.
     fn solve(
         &mut self,
         system: &mut System,
-        stages: &Stages<'_>,
+        stages: &StageSystem<'_>,
         z: &mut [Vec<f64>],
         v: &mut [Vec<f64>],
     ) -> Result<(), StepFault>;
@@ -87,7 +87,7 @@ pub(crate) fn coupled_newton(dimension: usize, options: SolverOptions) -> Box<dy
 struct Coupled<const D: usize> {
     options: SolverOptions,
     size: f64,
-    structure: Option<Structure<D>>,
+    structure: Option<StageStructure<D>>,
     lu: Option<Lu>,
     /// The step that `lu` is for.
     factorized: f64,
@@ -102,7 +102,7 @@ struct Coupled<const D: usize> {
 
 /// Where everything is in the matrix of all stages: unknown `(k s + i) D + c` is coordinate `c` of stage `i` of the vertex that is
 /// eliminated `k`-th.
-struct Structure<const D: usize> {
+struct StageStructure<const D: usize> {
     stages: usize,
     assembler: Assembler<D>,
     /// Version of the pattern of the assembler that the rest is for.
@@ -114,7 +114,7 @@ struct Structure<const D: usize> {
     symbolic: SymbolicLu,
 }
 
-impl<const D: usize> Structure<D> {
+impl<const D: usize> StageStructure<D> {
     /// `None` where the factor would not fit memory.
     fn new(system: &mut System, stages: usize, x: &[f64]) -> Option<Self> {
         Self::of(Assembler::<D>::new(system), system.is_damped(), stages, x)
@@ -148,7 +148,7 @@ impl<const D: usize> Structure<D> {
         let value = vec![0.0; row.len()];
         let symbolic = SymbolicLu::new(column_start, row)?;
         let pattern = assembler.pattern();
-        Some(Structure { stages, assembler, pattern, damped, place, value, symbolic })
+        Some(StageStructure { stages, assembler, pattern, damped, place, value, symbolic })
     }
 
     /// Stages are joined by masses and by damping; the Hessians are of each alone.
@@ -201,7 +201,7 @@ impl<const D: usize> Coupled<D> {
     }
 
     /// Velocities of the stages, where they are free.
-    fn velocities(system: &System, stages: &Stages<'_>, z: &[Vec<f64>], v: &mut [Vec<f64>]) {
+    fn velocities(system: &System, stages: &StageSystem<'_>, z: &[Vec<f64>], v: &mut [Vec<f64>]) {
         let weight = system.inverse_mass();
         for (i, v) in v.iter_mut().enumerate() {
             for (n, v) in v.iter_mut().enumerate().filter(|(n, _)| weight[*n] > 0.0) {
@@ -216,7 +216,7 @@ impl<const D: usize> Coupled<D> {
     ///
     /// # Errors
     /// Prescribed motion alone leads through what a term keeps apart.
-    fn shorten(system: &System, stages: &Stages<'_>, z: &mut [Vec<f64>]) -> Result<(), StepFault> {
+    fn shorten(system: &System, stages: &StageSystem<'_>, z: &mut [Vec<f64>]) -> Result<(), StepFault> {
         let is_held: Vec<bool> = system.inverse_mass().iter().map(|w| *w == 0.0).collect();
         for z in z {
             let held: Vec<f64> =
@@ -235,7 +235,7 @@ impl<const D: usize> Coupled<D> {
     fn admitted(
         &mut self,
         system: &System,
-        stages: &Stages<'_>,
+        stages: &StageSystem<'_>,
         z: &[Vec<f64>],
         direction: &[Vec<f64>],
     ) -> f64 {
@@ -249,13 +249,19 @@ impl<const D: usize> Coupled<D> {
     }
 
     /// The positions of stage `i`, in `positions`.
-    fn positions(&mut self, stages: &Stages<'_>, z: &[Vec<f64>], i: usize) {
+    fn positions(&mut self, stages: &StageSystem<'_>, z: &[Vec<f64>], i: usize) {
         self.positions.clear();
         self.positions.extend(stages.x.iter().zip(&z[i]).map(|(x, z)| x + z));
     }
 
     /// The residual of all stages, divided by the masses, and its norm; infinite where a force is not finite.
-    fn residual(&mut self, system: &mut System, stages: &Stages<'_>, z: &[Vec<f64>], v: &[Vec<f64>]) -> f64 {
+    fn residual(
+        &mut self,
+        system: &mut System,
+        stages: &StageSystem<'_>,
+        z: &[Vec<f64>],
+        v: &[Vec<f64>],
+    ) -> f64 {
         let (s, h, drag) = (stages.count(), stages.h, system.ether_drag());
         let mut square = 0.0;
         for i in 0..s {
@@ -285,9 +291,9 @@ impl<const D: usize> Coupled<D> {
     fn structure_for(
         &mut self,
         system: &mut System,
-        stages: &Stages<'_>,
+        stages: &StageSystem<'_>,
         z: &[Vec<f64>],
-    ) -> Option<Structure<D>> {
+    ) -> Option<StageStructure<D>> {
         let mut structure = self.structure.take()?;
         if system.changing_structure().is_none() {
             return Some(structure);
@@ -307,14 +313,14 @@ impl<const D: usize> Coupled<D> {
             return Some(structure);
         }
         self.work.analyses += 1;
-        Structure::of(structure.assembler, structure.damped, structure.stages, stages.x)
+        StageStructure::of(structure.assembler, structure.damped, structure.stages, stages.x)
     }
 
     /// Assembles and factorises at these stages; false where the matrix is singular.
     fn factorize(
         &mut self,
         system: &mut System,
-        stages: &Stages<'_>,
+        stages: &StageSystem<'_>,
         z: &[Vec<f64>],
         v: &[Vec<f64>],
     ) -> bool {
@@ -386,7 +392,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     fn solve(
         &mut self,
         system: &mut System,
-        stages: &Stages<'_>,
+        stages: &StageSystem<'_>,
         z: &mut [Vec<f64>],
         v: &mut [Vec<f64>],
     ) -> Result<(), StepFault> {
@@ -401,7 +407,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
             rows.iter_mut().for_each(|row| row.resize(unknowns, 0.0));
         }
         if !self.structure.as_ref().is_some_and(|structure| structure.assembler.fits(system)) {
-            (self.structure, self.lu) = (Structure::new(system, s, stages.x), None);
+            (self.structure, self.lu) = (StageStructure::new(system, s, stages.x), None);
         }
         let tolerance = self.options.tolerance.unwrap_or(1e-13 * self.size);
         let fail = |system: &System, x: &[f64], v: &[f64], verdict, iterations, correction| {
@@ -414,7 +420,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         Self::velocities(system, stages, z, v);
         let mut norm = self.residual(system, stages, z, v);
         if norm == f64::INFINITY {
-            return fail(system, &self.positions, &v[0], Verdict::Infeasible, 0, norm);
+            return fail(system, &self.positions, &v[0], SolveFailure::Infeasible, 0, norm);
         }
         let (mut keep, mut before) = (true, f64::INFINITY);
         'newton: for iteration in 0..self.options.max_iterations {
@@ -422,13 +428,13 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 return Ok(());
             }
             if system.is_stopped() {
-                return fail(system, &self.positions, &v[0], Verdict::Stopped, iteration, before);
+                return fail(system, &self.positions, &v[0], SolveFailure::Stopped, iteration, before);
             }
             let mut old_factor = keep && self.lu.is_some() && self.factorized == stages.h;
             let residual = self.residual.clone();
             let correction = loop {
                 if !old_factor && !self.factorize(system, stages, z, v) {
-                    return fail(system, &self.positions, &v[0], Verdict::Indefinite, iteration, before);
+                    return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, before);
                 }
                 let correction = self.correction(system, s);
                 let slow = correction.is_nan()
@@ -441,7 +447,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 break correction;
             };
             if !correction.is_finite() {
-                return fail(system, &self.positions, &v[0], Verdict::Indefinite, iteration, correction);
+                return fail(system, &self.positions, &v[0], SolveFailure::Indefinite, iteration, correction);
             }
             self.work.newton_iterations += 1;
             let direction = self.residual.clone();
@@ -472,7 +478,14 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                     continue 'newton;
                 }
                 if halvings == MAX_HALVINGS {
-                    return fail(system, &self.positions, &v[0], Verdict::Stalled, iteration, correction);
+                    return fail(
+                        system,
+                        &self.positions,
+                        &v[0],
+                        SolveFailure::Stalled,
+                        iteration,
+                        correction,
+                    );
                 }
                 halvings += 1;
                 step *= 0.5;
@@ -495,7 +508,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
                 return Ok(());
             }
         }
-        fail(system, &self.positions, &v[0], Verdict::IterationCap, self.options.max_iterations, before)
+        fail(system, &self.positions, &v[0], SolveFailure::IterationCap, self.options.max_iterations, before)
     }
 
     fn work(&self) -> SolverWork {
@@ -513,7 +526,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
     }
 
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize {
-        let Some(structure) = Structure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
+        let Some(structure) = StageStructure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
         // Without pivoting both factors have the blocks of a Cholesky factor of one stage, each for every
         // pair of stages.
         let factors = cholesky::structure(structure.assembler.matrix(), x)

@@ -1,6 +1,6 @@
 //! Reasons for which a step is not taken.
 
-use super::{SolveError, Verdict};
+use super::{SolveError, SolveFailure};
 use crate::energy::Fault;
 use crate::system::System;
 
@@ -18,7 +18,7 @@ pub struct StepFault {
 impl StepFault {
     /// A step that was asked to end.
     pub(crate) fn stopped() -> Self {
-        let solve = SolveError { verdict: Verdict::Stopped, iterations: 0, correction: 0.0 };
+        let solve = SolveError { verdict: SolveFailure::Stopped, iterations: 0, correction: 0.0 };
         StepFault { fault: None, vertex: None, solve: Some(solve) }
     }
 

@@ -76,7 +76,7 @@ struct TermPlan<const D: usize> {
     dissipative: bool,
     /// Pairs of vertices `a <= b` of a stencil.
     pairs: usize,
-    groups: Vec<Group>,
+    groups: Vec<StencilGroup>,
     /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where transposed. A sum is of
     /// blocks as the first stencil of the group has them, so few are.
     slot: Vec<u32>,
@@ -85,7 +85,7 @@ struct TermPlan<const D: usize> {
 }
 
 /// A few hundred stencils.
-struct Group {
+struct StencilGroup {
     stencils: Range<usize>,
     sums: Range<usize>,
 }
@@ -332,7 +332,7 @@ impl<const D: usize> TermPlan<D> {
                 });
             }
             keys.extend(own);
-            groups.push(Group { stencils, sums: start..keys.len() });
+            groups.push(StencilGroup { stencils, sums: start..keys.len() });
         }
         let tasks = groups.len().min(MAX_TASKS);
         TermPlan {
@@ -355,7 +355,7 @@ impl<const D: usize> TermPlan<D> {
             [only] => (only.sums.start, only.sums.end),
             [] => return,
         };
-        let run = |groups: &[Group], scratch: &mut Vec<Block<D>>, sums: &mut [Block<D>]| {
+        let run = |groups: &[StencilGroup], scratch: &mut Vec<Block<D>>, sums: &mut [Block<D>]| {
             let base = groups[0].sums.start;
             for group in groups {
                 let hessians = &mut scratch[..group.stencils.len() * pairs];

@@ -32,11 +32,11 @@ impl<'a, const D: usize> AssembledMatrix<'a, D> {
 
 /// Conjugate gradients with a preconditioner, kept from one matrix to the next.
 pub(super) struct Iterative<const D: usize> {
-    kind: Kind<D>,
+    kind: PreconditionerKind<D>,
     cg: ConjugateGradients,
 }
 
-enum Kind<const D: usize> {
+enum PreconditionerKind<const D: usize> {
     /// Computed anew for every matrix.
     Jacobi(BlockJacobi<D>),
     /// Computed anew where it no longer fits.
@@ -50,13 +50,16 @@ enum Kind<const D: usize> {
 
 impl<const D: usize> Iterative<D> {
     pub(super) fn jacobi() -> Self {
-        Iterative { kind: Kind::Jacobi(BlockJacobi::default()), cg: ConjugateGradients::default() }
+        Iterative {
+            kind: PreconditionerKind::Jacobi(BlockJacobi::default()),
+            cg: ConjugateGradients::default(),
+        }
     }
 
     /// Arguments and result as those of [`Multigrid::until`].
     pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
         let levels = Box::new(Multigrid::until(matrix, x, held, stop)?);
-        let kind = Kind::Multigrid { levels, made_for: None, first_rate: None };
+        let kind = PreconditionerKind::Multigrid { levels, made_for: None, first_rate: None };
         Some(Iterative { kind, cg: ConjugateGradients::default() })
     }
 
@@ -77,13 +80,13 @@ impl<const D: usize> Iterative<D> {
     ) -> CgReport {
         let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
         let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
-            Kind::Jacobi(jacobi) => {
+            PreconditionerKind::Jacobi(jacobi) => {
                 if jacobi.update(matrix).is_err() {
                     return indefinite;
                 }
                 (jacobi, 10 * right.len() as u64 + 1000)
             }
-            Kind::Multigrid { levels, made_for, first_rate } => {
+            PreconditionerKind::Multigrid { levels, made_for, first_rate } => {
                 let of = Some((weights, psd, pattern));
                 if *made_for != of {
                     (*made_for, *first_rate) = (None, None);
@@ -97,7 +100,7 @@ impl<const D: usize> Iterative<D> {
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
         let report = self.cg.solve(product, preconditioner, right, solution, tolerance, most);
-        if let Kind::Multigrid { made_for, first_rate, .. } = &mut self.kind {
+        if let PreconditionerKind::Multigrid { made_for, first_rate, .. } = &mut self.kind {
             let (count, gained) = (report.iterations as f64, -report.relative_residual.ln());
             let first = *first_rate.get_or_insert(count / gained);
             let worn_out = count > WORN_OUT * first * gained + 1.0;
@@ -116,8 +119,8 @@ impl<const D: usize> Iterative<D> {
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let preconditioner = match &self.kind {
-            Kind::Jacobi(jacobi) => jacobi.bytes(),
-            Kind::Multigrid { levels, .. } => levels.bytes(),
+            PreconditionerKind::Jacobi(jacobi) => jacobi.bytes(),
+            PreconditionerKind::Multigrid { levels, .. } => levels.bytes(),
         };
         self.cg.bytes() + preconditioner
     }

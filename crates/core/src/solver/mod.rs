@@ -185,7 +185,7 @@ impl SolverWork {
 /// Why a solve did not end at a minimum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+pub enum SolveFailure {
     /// The start has no finite energy or force.
     Infeasible,
     /// No step along the direction lowers the objective any more.
@@ -204,19 +204,19 @@ pub enum Verdict {
     Stopped,
 }
 
-impl std::fmt::Display for Verdict {
+impl std::fmt::Display for SolveFailure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Verdict::Infeasible => "infeasible: no finite energy or force",
-            Verdict::Stalled => "stalled: the line search finds no decrease",
-            Verdict::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
-            Verdict::LinearSolver => "the linear solver did not converge",
-            Verdict::Diverged => "the iteration for the accelerations does not converge at this step",
-            Verdict::Spurious => {
+            SolveFailure::Infeasible => "infeasible: no finite energy or force",
+            SolveFailure::Stalled => "stalled: the line search finds no decrease",
+            SolveFailure::Indefinite => "indefinite: the matrix has directions without stiffness or mass",
+            SolveFailure::LinearSolver => "the linear solver did not converge",
+            SolveFailure::Diverged => "the iteration for the accelerations does not converge at this step",
+            SolveFailure::Spurious => {
                 "the solution that was found makes energy of nothing, and is not that of the motion"
             }
-            Verdict::IterationCap => "not converged within the iterations allowed",
-            Verdict::Stopped => "stopped",
+            SolveFailure::IterationCap => "not converged within the iterations allowed",
+            SolveFailure::Stopped => "stopped",
         })
     }
 }
@@ -225,7 +225,7 @@ impl std::fmt::Display for Verdict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveError {
     /// Why.
-    pub verdict: Verdict,
+    pub verdict: SolveFailure,
     /// Iterations taken.
     pub iterations: u32,
     /// Largest component of the last correction [m].

@@ -6,7 +6,7 @@ use crate::energy::{EnergyKind, EnergyTerm};
 /// Energy that flows at each moment, other than by prescribed motion [W]: the power of the forces of loads and gravity that change
 /// with time, and what is lost; zero where a scene has no such thing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Flows {
+pub(crate) struct Powers {
     pub(crate) loads: f64,
     pub(crate) gravity: f64,
     pub(crate) ether_drag: f64,
@@ -37,10 +37,10 @@ pub(crate) fn feeds(term: &dyn EnergyTerm) -> bool {
     term.kind != EnergyKind::Gravitational && term.supplies()
 }
 
-impl Flows {
+impl Powers {
     /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
     pub(crate) fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
-        let mut flows = Flows::default();
+        let mut flows = Powers::default();
         if looked.loads {
             flows.loads = system.power(feeds, x, v);
         }
@@ -59,7 +59,7 @@ impl Flows {
     /// What forces at `x` do along the `way` [J], not at a rate: those of loads and gravity, and what was
     /// dragged and damped.
     pub(crate) fn along(system: &mut System, x: &[f64], way: &[f64], ether_drag: f64, damping: f64) -> Self {
-        Flows {
+        Powers {
             loads: system.power(feeds, x, way),
             gravity: system.power(is_changing_gravity, x, way),
             ether_drag,

@@ -37,7 +37,7 @@
 //! Walls act at the end of a step: the motion of every scheme is of first order where they do, its energy,
 //! less what is lost, of second at most.
 
-use super::{Flows, Looked, System, power_of_motion};
+use super::{Looked, Powers, System, power_of_motion};
 use crate::state::State;
 
 /// Reckons what walls take. Memory for one step.
@@ -48,7 +48,7 @@ pub(crate) struct WallLosses {
     v: Vec<f64>,
     /// `dR/dv` there [N], where something dissipates.
     dissipative: Vec<f64>,
-    flows: Flows,
+    flows: Powers,
     motion: f64,
     /// Of the last step, until it is taken.
     last: Option<WallLoss>,
@@ -60,12 +60,12 @@ pub(crate) struct WallLoss {
     /// The sum of `W` over all vertices [J].
     pub(crate) energy: f64,
     /// What flowed before the walls acted [W].
-    pub(crate) flows: Flows,
+    pub(crate) flows: Powers,
     /// Power of prescribed motion before they did [W]: it carries forces of vertices that walls have stopped
     /// since.
     pub(crate) motion: f64,
     /// To be added to the integrals of these flows [J]: they count ways that were not gone.
-    pub(crate) not_done: Flows,
+    pub(crate) not_done: Powers,
 }
 
 impl WallLosses {
@@ -82,7 +82,7 @@ impl WallLosses {
     /// Remembers the end `x`, `v` of a step, at the time last said to `system`, before walls act on it. The
     /// dissipative force last evaluated is lost, and where anything is moved the force as well.
     pub(crate) fn before(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
-        self.flows = Flows::of(system, Looked::ALL, x, v);
+        self.flows = Powers::of(system, Looked::ALL, x, v);
         self.motion = 0.0;
         if system.has_prescribed_motion() {
             system.evaluate(x);
@@ -122,7 +122,7 @@ impl WallLosses {
             energy += m * lost;
         }
         let damped = self.dissipative.iter().zip(&self.x).map(|(force, way)| force * way).sum();
-        let not_done = Flows::along(system, x, &self.x, system.ether_drag() * dragged, damped);
+        let not_done = Powers::along(system, x, &self.x, system.ether_drag() * dragged, damped);
         self.last = Some(WallLoss { energy, flows: self.flows, motion: self.motion, not_done });
     }
 }

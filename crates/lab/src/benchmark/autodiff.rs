@@ -2,21 +2,22 @@
 
 use super::beam::{SMALL, tets, wavy};
 use super::stepping::Stepping;
-use super::{Case, Figure, Part, Row, goal};
+use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, Metric, goal};
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "autodiff",
     summary: "time of a step with stress by automatic differentiation, over that by hand",
     cases,
 };
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
-    let part = |name| Part::new(name, threads.unwrap_or(1), move || Stepping::new(&wavy(SMALL, name)?));
-    vec![Case {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
+    let part =
+        |name| BenchmarkPart::new(name, threads.unwrap_or(1), move || Stepping::new(&wavy(SMALL, name)?));
+    vec![BenchmarkCase {
         size: tets(SMALL),
         items: "tets",
         case: "stable neo-Hookean".into(),
-        figure: Figure::Slowdown,
+        figure: Metric::Slowdown,
         parts: vec![part("autodiff"), part("analytic")],
         reference: goal(3.0),
     }]

@@ -2,7 +2,7 @@
 
 use super::scatter::Scatter;
 use super::stepping::displaced;
-use super::{BenchmarkError, Figure};
+use super::{BenchmarkError, Metric};
 use pliant_scene::Scene;
 
 /// Cells of the smaller beam, 98,304 tets.
@@ -16,8 +16,8 @@ pub(super) fn tets(cells: [usize; 3]) -> u64 {
 }
 
 /// Millions of tets a second.
-pub(super) fn rate(cells: [usize; 3]) -> Figure {
-    Figure::Rate { per_repetition: tets(cells) as f64, scale: 1e-6, unit: "M tet-steps/s" }
+pub(super) fn rate(cells: [usize; 3]) -> Metric {
+    Metric::Rate { per_repetition: tets(cells) as f64, scale: 1e-6, unit: "M tet-steps/s" }
 }
 
 fn text(cells: [usize; 3], material: &str, stress: &str, step: f64) -> String {

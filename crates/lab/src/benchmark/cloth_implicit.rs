@@ -1,10 +1,10 @@
 //! Steps of the lecture's implicit cloth.
 
 use super::stepping::Stepping;
-use super::{BenchmarkError, Case, Figure, Part, Row, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, goal};
 use pliant_scene::Scene;
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "cloth-implicit",
     summary: "linearised implicit Euler steps of 0.01 s of the lecture's cloth of (N + 1)^2 masses, one linear solve each",
     cases,
@@ -25,18 +25,18 @@ fn cloth(n: usize, linear: &str) -> Result<Scene, BenchmarkError> {
     ))?)
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let threads = threads.unwrap_or(1);
     let mut cases = vec![];
     for (n, linear, reach) in
         [(5, "cholesky", 60.0), (5, "matrix-free", 60.0), (128, "cholesky", 40e3), (128, "matrix-free", 40e3)]
     {
-        cases.push(Case {
+        cases.push(BenchmarkCase {
             size: (n as u64 + 1).pow(2),
             items: "masses",
             case: linear.to_owned(),
-            figure: Figure::StepTime,
-            parts: vec![Part::new("", threads, move || Stepping::new(&cloth(n, linear)?))],
+            figure: Metric::StepTime,
+            parts: vec![BenchmarkPart::new("", threads, move || Stepping::new(&cloth(n, linear)?))],
             reference: goal(reach),
         });
     }

@@ -4,12 +4,12 @@ use std::time::{Duration, Instant};
 
 use super::beam::{SMALL, tets, wavy};
 use super::stepping::assemble;
-use super::{BenchmarkError, Case, Figure, Part, Row, Workload, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 use pliant::material::Psd;
 use pliant::simulation::Simulation;
 use pliant::solver::hessian::{Assembler, At, Weights};
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "hessian-stable-neo-hookean",
     summary: "the matrix M + h^2 K of a beam of tetrahedra, element Hessians projected, stable neo-Hookean with its log term",
     cases,
@@ -45,14 +45,14 @@ impl Workload for Assembling {
     }
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let counts = threads.map_or_else(|| vec![1, 2], |n| vec![n]);
-    let case = |threads| Case {
+    let case = |threads| BenchmarkCase {
         size: tets(SMALL),
         items: "tets",
         case: String::new(),
-        figure: Figure::Rate { per_repetition: tets(SMALL) as f64, scale: 1e-6, unit: "M tets/s" },
-        parts: vec![Part::new("", threads, Assembling::new)],
+        figure: Metric::Rate { per_repetition: tets(SMALL) as f64, scale: 1e-6, unit: "M tets/s" },
+        parts: vec![BenchmarkPart::new("", threads, Assembling::new)],
         reference: if threads == 1 { goal(10.0) } else { None },
     };
     counts.into_iter().map(case).collect()

@@ -2,26 +2,26 @@
 
 use super::beam::falling;
 use super::stepping::Stepping;
-use super::{Case, Figure, Part, Row, goal};
+use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, Metric, goal};
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "implicit-euler",
     summary: "steps of 0.01 s of a beam of tetrahedra that falls, stable neo-Hookean with its log term, by the solver chosen for its size",
     cases,
 };
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let mut cases = vec![];
     // Cells across the beam, and what a step is to take on the reference machine [us].
     for (n, reach) in [(6, 4e3), (11, 25e3), (16, 95e3)] {
         let counts = threads.map_or_else(|| if n == 16 { vec![1, 2] } else { vec![1] }, |t| vec![t]);
         for threads in counts {
-            cases.push(Case {
+            cases.push(BenchmarkCase {
                 size: 24 * n * n * n,
                 items: "tets",
                 case: String::new(),
-                figure: Figure::StepTime,
-                parts: vec![Part::new("", threads, move || Stepping::new(&falling(n as usize)?))],
+                figure: Metric::StepTime,
+                parts: vec![BenchmarkPart::new("", threads, move || Stepping::new(&falling(n as usize)?))],
                 reference: if threads == 1 { goal(reach) } else { None },
             });
         }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::{BenchmarkError, Case, Figure, Part, Workload};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, Metric, Workload};
 
 /// How long to measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    fn new(figure: Figure, rounds: &[Vec<f64>], bytes: usize) -> Measurement {
+    fn new(figure: Metric, rounds: &[Vec<f64>], bytes: usize) -> Measurement {
         let values: Vec<f64> = rounds.iter().map(|seconds| figure.value(seconds)).collect();
         let better = if figure.more_is_better() { f64::max } else { f64::min };
         let parts = rounds.first().map_or(0, Vec::len);
@@ -82,7 +82,7 @@ impl TimedPart {
     ///
     /// # Errors
     /// The threads cannot be started or the workload cannot be built.
-    pub fn new(part: &Part) -> Result<TimedPart, BenchmarkError> {
+    pub fn new(part: &BenchmarkPart) -> Result<TimedPart, BenchmarkError> {
         let threads = part.threads;
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|source| BenchmarkError::Threads { threads, source })?;
@@ -126,7 +126,7 @@ impl TimedPart {
 /// # Errors
 /// A workload cannot be built or run.
 pub fn measure(
-    case: &Case,
+    case: &BenchmarkCase,
     budget: &Budget,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<Measurement>, BenchmarkError> {
@@ -159,17 +159,17 @@ mod tests {
     fn the_median_and_the_best_are_those_of_the_figure() {
         let rounds = [vec![2.0, 1.0], vec![9.0, 3.0], vec![4.0, 4.0], vec![5.0, 2.0]];
         // Of 2, 3, 1 and 2.5.
-        let speedup = Measurement::new(Figure::Speedup, &rounds, 0);
+        let speedup = Measurement::new(Metric::Speedup, &rounds, 0);
         assert_eq!((speedup.median, speedup.best, speedup.rounds), (2.25, 3.0, 4));
         assert_eq!(speedup.seconds, [4.5, 2.5]);
-        assert_eq!(Measurement::new(Figure::Slowdown, &rounds, 0).best, 1.0);
+        assert_eq!(Measurement::new(Metric::Slowdown, &rounds, 0).best, 1.0);
         // Of 50 %, 200/3 %, 0 and 60 %.
-        let share = Measurement::new(Figure::Share, &rounds, 0);
+        let share = Measurement::new(Metric::Share, &rounds, 0);
         assert!((share.median - 55.0).abs() < 1e-12 && share.best == 0.0, "{share:?}");
-        let rate = Figure::Rate { per_repetition: 8.0, scale: 0.5, unit: "" };
+        let rate = Metric::Rate { per_repetition: 8.0, scale: 0.5, unit: "" };
         // Of 2, 4/9, 1 and 0.8.
         assert_eq!(Measurement::new(rate, &rounds, 0).median, 0.9);
-        assert_eq!(Measurement::new(Figure::StepTime, &rounds, 0).median, 4.5e6);
+        assert_eq!(Measurement::new(Metric::StepTime, &rounds, 0).median, 4.5e6);
     }
 
     struct Sleepless {
@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn a_sample_has_as_many_repetitions_as_fill_it() {
         let build = || Ok(Sleepless { calls: vec![] });
-        let mut part = TimedPart::new(&Part::new("", 1, build)).unwrap();
+        let mut part = TimedPart::new(&BenchmarkPart::new("", 1, build)).unwrap();
         let n = part.repetitions(Duration::from_millis(5)).unwrap();
         assert!((500..=600).contains(&n), "{n}");
         assert!((part.seconds(n).unwrap() - 1e-5).abs() < 1e-20);
@@ -193,12 +193,12 @@ mod tests {
 
     #[test]
     fn who_is_told_to_stop_stops() {
-        let case = Case {
+        let case = BenchmarkCase {
             size: 1,
             items: "",
             case: String::new(),
-            figure: Figure::StepTime,
-            parts: vec![Part::new("", 1, || Ok(Sleepless { calls: vec![] }))],
+            figure: Metric::StepTime,
+            parts: vec![BenchmarkPart::new("", 1, || Ok(Sleepless { calls: vec![] }))],
             reference: None,
         };
         assert_eq!(measure(&case, &Budget::QUICK, &|| true).unwrap(), None);

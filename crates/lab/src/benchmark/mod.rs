@@ -1,7 +1,7 @@
 //! Workloads of known size, to measure how fast this machine takes whole steps of them.
 //!
-//! A [`Row`] is one line of the table that `pliant bench` prints: work of one kind, in one [`Case`] or several. A case has one
-//! [`Part`] that is timed, or two that are timed in turn and compared. Nearly all of them are scenes, assembled as a user's
+//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one [`BenchmarkCase`] or several. A case has one
+//! [`BenchmarkPart`] that is timed, or two that are timed in turn and compared. Nearly all of them are scenes, assembled as a user's
 //! scene is. Adding a row is one file with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks
 //! (`cargo bench -p pliant --bench rows`).
 
@@ -38,7 +38,7 @@ pub use processor::processor;
 pub use stream::triad;
 
 /// The table, in its order.
-pub fn rows() -> Vec<Row> {
+pub fn rows() -> Vec<BenchmarkRow> {
     vec![
         tet_stable_neo_hookean::ROW,
         tet_corotated::ROW,
@@ -62,19 +62,19 @@ pub const REFERENCE_MACHINE: &str = "2 cores of Zen 5 with AVX-512";
 
 /// Work of one kind.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub struct BenchmarkRow {
     /// The name, as in the table.
     pub name: &'static str,
     /// One line that says what is measured.
     pub summary: &'static str,
     /// Its cases, those for a first look first, all of one size; on this many threads in place of the usual number, if
     /// there is one.
-    pub cases: fn(threads: Option<usize>) -> Vec<Case>,
+    pub cases: fn(threads: Option<usize>) -> Vec<BenchmarkCase>,
 }
 
 /// One number of the table.
 #[derive(Debug)]
-pub struct Case {
+pub struct BenchmarkCase {
     /// How many `items` one repetition works on.
     pub size: u64,
     /// What is counted: `tets`, `bodies`.
@@ -82,16 +82,16 @@ pub struct Case {
     /// What tells this case from others of the row.
     pub case: String,
     /// What the number is.
-    pub figure: Figure,
+    pub figure: Metric,
     /// What is timed: one part for a rate or a time, two for a comparison.
-    pub parts: Vec<Part>,
+    pub parts: Vec<BenchmarkPart>,
     /// What the number is compared with, in the unit of the figure.
-    pub reference: Option<Reference>,
+    pub reference: Option<PublishedValue>,
 }
 
 /// A number to compare with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reference {
+pub struct PublishedValue {
     /// In the unit of the case.
     pub value: f64,
     /// What it is.
@@ -99,13 +99,13 @@ pub struct Reference {
 }
 
 /// A figure to reach: on [`REFERENCE_MACHINE`] unless it is a ratio.
-pub(crate) const fn goal(value: f64) -> Option<Reference> {
-    Some(Reference { value, source: "figure to reach" })
+pub(crate) const fn goal(value: f64) -> Option<PublishedValue> {
+    Some(PublishedValue { value, source: "figure to reach" })
 }
 
 /// How times become the number of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Figure {
+pub enum Metric {
     /// `per_repetition` units of work in each repetition, per second, times `scale`.
     Rate {
         /// Units of work in one repetition.
@@ -127,37 +127,37 @@ pub enum Figure {
     Share,
 }
 
-impl Figure {
+impl Metric {
     /// The unit of the number.
     pub fn unit(self) -> &'static str {
         match self {
-            Figure::Rate { unit, .. } => unit,
-            Figure::StepTime => "us/step",
-            Figure::Time => "ms",
-            Figure::Speedup | Figure::Slowdown => "times",
-            Figure::Share => "%",
+            Metric::Rate { unit, .. } => unit,
+            Metric::StepTime => "us/step",
+            Metric::Time => "ms",
+            Metric::Speedup | Metric::Slowdown => "times",
+            Metric::Share => "%",
         }
     }
 
     /// The number, from the seconds that a repetition of each part takes.
     pub fn value(self, seconds: &[f64]) -> f64 {
         match self {
-            Figure::Rate { per_repetition, scale, .. } => scale * per_repetition / seconds[0],
-            Figure::StepTime => 1e6 * seconds[0],
-            Figure::Time => 1e3 * seconds[0],
-            Figure::Speedup | Figure::Slowdown => seconds[0] / seconds[1],
-            Figure::Share => 100.0 * (1.0 - seconds[1] / seconds[0]),
+            Metric::Rate { per_repetition, scale, .. } => scale * per_repetition / seconds[0],
+            Metric::StepTime => 1e6 * seconds[0],
+            Metric::Time => 1e3 * seconds[0],
+            Metric::Speedup | Metric::Slowdown => seconds[0] / seconds[1],
+            Metric::Share => 100.0 * (1.0 - seconds[1] / seconds[0]),
         }
     }
 
     /// Whether more is better.
     pub fn more_is_better(self) -> bool {
-        matches!(self, Figure::Rate { .. } | Figure::Speedup)
+        matches!(self, Metric::Rate { .. } | Metric::Speedup)
     }
 }
 
 /// Something to be timed.
-pub struct Part {
+pub struct BenchmarkPart {
     /// What tells it from the other part of a comparison; empty where there is one part.
     pub name: &'static str,
     /// Threads of the pool that it is built and run in.
@@ -166,7 +166,7 @@ pub struct Part {
     pub build: Box<dyn Fn() -> Result<Box<dyn Workload>, BenchmarkError> + Send + Sync>,
 }
 
-impl std::fmt::Debug for Part {
+impl std::fmt::Debug for BenchmarkPart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Part")
             .field("name", &self.name)
@@ -175,17 +175,17 @@ impl std::fmt::Debug for Part {
     }
 }
 
-impl Part {
+impl BenchmarkPart {
     pub(crate) fn new<W: Workload + 'static>(
         name: &'static str,
         threads: usize,
         build: impl Fn() -> Result<W, BenchmarkError> + Send + Sync + 'static,
-    ) -> Part {
-        Part { name, threads, build: Box::new(move || Ok(Box::new(build()?) as Box<dyn Workload>)) }
+    ) -> BenchmarkPart {
+        BenchmarkPart { name, threads, build: Box::new(move || Ok(Box::new(build()?) as Box<dyn Workload>)) }
     }
 }
 
-impl Case {
+impl BenchmarkCase {
     /// Threads of the part that has most.
     pub fn threads(&self) -> usize {
         self.parts.iter().map(|part| part.threads).max().unwrap_or(1)

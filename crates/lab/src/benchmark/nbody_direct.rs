@@ -1,10 +1,10 @@
 //! Explicit steps of bodies that attract each other, pair by pair.
 
 use super::stepping::Stepping;
-use super::{BenchmarkError, Case, Figure, Part, Row, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, goal};
 use pliant_scene::Scene;
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "nbody-direct",
     summary: "whole steps of N bodies by the direct sum, counted as N (N - 1) interactions",
     cases,
@@ -23,17 +23,17 @@ pub(super) fn galaxy(count: usize) -> Result<Scene, BenchmarkError> {
     ))?)
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
-    let case = |count: usize| Case {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
+    let case = |count: usize| BenchmarkCase {
         size: count as u64,
         items: "bodies",
         case: String::new(),
-        figure: Figure::Rate {
+        figure: Metric::Rate {
             per_repetition: (count * (count - 1)) as f64,
             scale: 1e-9,
             unit: "G interactions/s",
         },
-        parts: vec![Part::new("", threads.unwrap_or(1), move || Stepping::new(&galaxy(count)?))],
+        parts: vec![BenchmarkPart::new("", threads.unwrap_or(1), move || Stepping::new(&galaxy(count)?))],
         reference: goal(4.2).filter(|_| threads.unwrap_or(1) == 1),
     };
     [2_000, 20_000].map(case).into()

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::stepping::{Start, assemble};
-use super::{BenchmarkError, Case, Figure, Part, Row, Workload, goal};
+use super::stepping::{SavedState, assemble};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 use pliant::observer::Observer;
 use pliant::run::{self, Outcome, Plan};
 use pliant_record::{McapRecorder, Options, PATIENCE};
 use pliant_scene::Scene;
 use pliant_scene::assembly::Assembly;
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "recording",
     summary: "share of a run that goes into recording 60 frames per simulated second",
     cases,
@@ -36,17 +36,17 @@ const SCENES: [(&str, &str, f64); 3] = [
     ("the galaxy", include_str!("../../../../scenes/galaxy.toml"), 0.5),
 ];
 
-struct Run {
+struct RecordedRun {
     assembly: Assembly,
-    start: Start,
+    start: SavedState,
     plan: Plan,
     options: Options,
     scope: Scope,
     directory: Directory,
 }
 
-impl Run {
-    fn new(text: &str, duration: f64, scope: Scope) -> Result<Run, BenchmarkError> {
+impl RecordedRun {
+    fn new(text: &str, duration: f64, scope: Scope) -> Result<RecordedRun, BenchmarkError> {
         let scene = Scene::from_toml(text)?;
         let assembly = assemble(&scene)?;
         let options = Options {
@@ -55,8 +55,8 @@ impl Run {
             patience: PATIENCE,
             ..Options::default()
         };
-        Ok(Run {
-            start: Start::of(&assembly.simulation),
+        Ok(RecordedRun {
+            start: SavedState::of(&assembly.simulation),
             assembly,
             plan: Plan { duration, rate: 60.0 },
             options,
@@ -96,7 +96,7 @@ impl Run {
     }
 }
 
-impl Workload for Run {
+impl Workload for RecordedRun {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         (0..repetitions).try_fold(Duration::ZERO, |sum, _| Ok(sum + self.once()?))
     }
@@ -127,19 +127,22 @@ fn remove(path: &Path) {
     let _ = std::fs::remove_file(path);
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let mut cases = vec![];
     for (name, text, duration) in SCENES {
         for (scope, what) in
             [(Scope::Frames, "frames"), (Scope::File, "frames, opening and closing the file")]
         {
-            let part =
-                |name, scope| Part::new(name, threads.unwrap_or(1), move || Run::new(text, duration, scope));
-            cases.push(Case {
+            let part = |name, scope| {
+                BenchmarkPart::new(name, threads.unwrap_or(1), move || {
+                    RecordedRun::new(text, duration, scope)
+                })
+            };
+            cases.push(BenchmarkCase {
                 size: (60.0 * duration) as u64 + 1,
                 items: "frames",
                 case: format!("{name}: {what}"),
-                figure: Figure::Share,
+                figure: Metric::Share,
                 parts: vec![part("recorded", scope), part("not recorded", Scope::Nothing)],
                 reference: goal(5.0),
             });

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::beam::{falling, tets};
 use super::stepping::assemble;
-use super::{BenchmarkError, Case, Figure, Part, Row, Workload, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 use pliant::material::Psd;
 use pliant::solver::block_matrix::BlockMatrix;
 use pliant::solver::cholesky::Cholesky;
@@ -12,7 +12,7 @@ use pliant::solver::conjugate_gradients::{CgEnd, ConjugateGradients, Preconditio
 use pliant::solver::hessian::{Assembler, At, Weights};
 use pliant::solver::multigrid::Multigrid;
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "solve",
     summary: "(M + h^2 K) x = M g of a beam of tetrahedra at rest, h = 0.01 s: conjugate gradients to 1e-6, their set-up, Cholesky",
     cases,
@@ -22,7 +22,7 @@ pub(super) const ROW: Row = Row {
 const TIME_STEP: f64 = 0.01;
 
 /// The system, and all that solves it.
-pub(super) struct System {
+pub(super) struct LinearSystem {
     matrix: BlockMatrix<3>,
     right: Vec<f64>,
     x: Vec<f64>,
@@ -30,9 +30,9 @@ pub(super) struct System {
     cg: ConjugateGradients,
 }
 
-impl System {
+impl LinearSystem {
     /// Of the beam of `4n x n x n` cells.
-    pub(super) fn new(n: usize) -> Result<System, BenchmarkError> {
+    pub(super) fn new(n: usize) -> Result<LinearSystem, BenchmarkError> {
         let mut simulation = assemble(&falling(n)?)?.simulation;
         let x = simulation.state().x().to_vec();
         let system = simulation.system_mut();
@@ -48,12 +48,12 @@ impl System {
         multigrid
             .update(&matrix)
             .map_err(|_| BenchmarkError::Run("the matrix is not positive definite".into()))?;
-        Ok(System { matrix, right, x, multigrid, cg: ConjugateGradients::default() })
+        Ok(LinearSystem { matrix, right, x, multigrid, cg: ConjugateGradients::default() })
     }
 
     /// Iterations to 1e-6.
     pub(super) fn solve(&mut self) -> Result<u64, BenchmarkError> {
-        let System { matrix, right, x, multigrid, cg } = self;
+        let LinearSystem { matrix, right, x, multigrid, cg } = self;
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
         let report = cg.solve(product, multigrid, right, x, 1e-6, 1000);
         match report.end {
@@ -63,7 +63,7 @@ impl System {
     }
 }
 
-struct Solving(System);
+struct Solving(LinearSystem);
 
 impl Workload for Solving {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
@@ -79,7 +79,7 @@ impl Workload for Solving {
     }
 }
 
-struct SettingUp(System);
+struct SettingUp(LinearSystem);
 
 impl Workload for SettingUp {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
@@ -99,7 +99,7 @@ struct Factorising {
 
 impl Factorising {
     fn new(n: usize) -> Result<Factorising, BenchmarkError> {
-        let System { matrix, x, .. } = System::new(n)?;
+        let LinearSystem { matrix, x, .. } = LinearSystem::new(n)?;
         let cholesky = Cholesky::new(&matrix, &x);
         let cholesky =
             cholesky.ok_or_else(|| BenchmarkError::Run("the factor does not fit memory".into()))?;
@@ -119,26 +119,34 @@ impl Workload for Factorising {
 }
 
 /// A part of this kind, of a beam of so many cells across.
-type MakePart = fn(threads: usize, n: usize) -> Part;
+type MakePart = fn(threads: usize, n: usize) -> BenchmarkPart;
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let counts = threads.map_or_else(|| vec![1, 2], |n| vec![n]);
     // What is timed, and what it is to take with 16 cells across on one thread [ms].
     let kinds: [(&str, MakePart, f64); 3] = [
-        ("multigrid", |threads, n| Part::new("", threads, move || Ok(Solving(System::new(n)?))), 32.0),
-        ("set-up", |threads, n| Part::new("", threads, move || Ok(SettingUp(System::new(n)?))), 15.0),
-        ("Cholesky", |threads, n| Part::new("", threads, move || Factorising::new(n)), 650.0),
+        (
+            "multigrid",
+            |threads, n| BenchmarkPart::new("", threads, move || Ok(Solving(LinearSystem::new(n)?))),
+            32.0,
+        ),
+        (
+            "set-up",
+            |threads, n| BenchmarkPart::new("", threads, move || Ok(SettingUp(LinearSystem::new(n)?))),
+            15.0,
+        ),
+        ("Cholesky", |threads, n| BenchmarkPart::new("", threads, move || Factorising::new(n)), 650.0),
     ];
     let mut cases = vec![];
     for n in [6, 11, 16] {
         for (kind, part, reach) in kinds {
             // Factorisations do not use threads.
             for &threads in counts.iter().filter(|count| kind != "Cholesky" || **count == counts[0]) {
-                cases.push(Case {
+                cases.push(BenchmarkCase {
                     size: tets([4 * n, n, n]),
                     items: "tets",
                     case: kind.into(),
-                    figure: Figure::Time,
+                    figure: Metric::Time,
                     parts: vec![part(threads, n)],
                     reference: goal(reach).filter(|_| n == 16 && threads == 1),
                 });

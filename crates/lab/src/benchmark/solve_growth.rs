@@ -3,23 +3,23 @@
 use std::time::{Duration, Instant};
 
 use super::beam::tets;
-use super::solve::System;
-use super::{BenchmarkError, Case, Figure, Part, Row, Workload, goal};
+use super::solve::LinearSystem;
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "solve-growth",
     summary: "iterations of conjugate gradients with multigrid to 1e-6, 255,552 tets over 31,944",
     cases,
 };
 
 struct Counting {
-    system: System,
+    system: LinearSystem,
     iterations: u64,
 }
 
 impl Counting {
     fn new(n: usize) -> Result<Counting, BenchmarkError> {
-        Ok(Counting { system: System::new(n)?, iterations: 0 })
+        Ok(Counting { system: LinearSystem::new(n)?, iterations: 0 })
     }
 }
 
@@ -37,16 +37,16 @@ impl Workload for Counting {
     }
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let threads = threads.unwrap_or(1);
-    vec![Case {
+    vec![BenchmarkCase {
         size: tets([88, 22, 22]),
         items: "tets",
         case: "iterations".into(),
-        figure: Figure::Slowdown,
+        figure: Metric::Slowdown,
         parts: vec![
-            Part::new("large", threads, || Counting::new(22)),
-            Part::new("small", threads, || Counting::new(11)),
+            BenchmarkPart::new("large", threads, || Counting::new(22)),
+            BenchmarkPart::new("small", threads, || Counting::new(11)),
         ],
         reference: goal(1.3),
     }]

@@ -2,11 +2,14 @@
 
 use super::scatter::Scatter;
 use super::stepping::{Stepping, displaced, mesh_of};
-use super::{BenchmarkError, Case, Figure, Part, Row, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, goal};
 use pliant_scene::{InlineSpec, MeshSpec, PositionSpec, Scene, Selection};
 
-pub(super) const ROW: Row =
-    Row { name: "springs", summary: "whole steps of a cloth of springs, each spring counted once", cases };
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
+    name: "springs",
+    summary: "whole steps of a cloth of springs, each spring counted once",
+    cases,
+};
 
 /// Vertices along each side.
 const SIDE: usize = 256;
@@ -62,15 +65,15 @@ pub(super) fn count(side: usize) -> u64 {
     (4 * (side - 1) * (side - 1) + 2 * (side - 1)) as u64
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let springs = count(SIDE);
     type Build = fn(usize) -> Result<Scene, BenchmarkError>;
-    let case = |(name, scene, reference): (&str, Build, f64)| Case {
+    let case = |(name, scene, reference): (&str, Build, f64)| BenchmarkCase {
         size: springs,
         items: "springs",
         case: name.into(),
-        figure: Figure::Rate { per_repetition: springs as f64, scale: 1e-6, unit: "M spring-steps/s" },
-        parts: vec![Part::new("", threads.unwrap_or(1), move || Stepping::new(&scene(SIDE)?))],
+        figure: Metric::Rate { per_repetition: springs as f64, scale: 1e-6, unit: "M spring-steps/s" },
+        parts: vec![BenchmarkPart::new("", threads.unwrap_or(1), move || Stepping::new(&scene(SIDE)?))],
         reference: goal(reference).filter(|_| threads.unwrap_or(1) == 1),
     };
     [("numbered as a grid", cloth as Build, 1000.0), ("renumbered at random", renumbered, 420.0)]

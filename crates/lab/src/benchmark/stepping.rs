@@ -10,18 +10,18 @@ use pliant_scene::{KeyPath, PositionSpec, Problem, Scene, SceneError};
 /// A simulation that is stepped, as a run does it, from the same state every time.
 pub(super) struct Stepping {
     simulation: Simulation,
-    start: Start,
+    start: SavedState,
 }
 
 /// A state to come back to.
-pub(super) struct Start {
+pub(super) struct SavedState {
     x: Vec<f64>,
     v: Vec<f64>,
 }
 
-impl Start {
-    pub(super) fn of(simulation: &Simulation) -> Start {
-        Start { x: simulation.state().x().to_vec(), v: simulation.state().v().to_vec() }
+impl SavedState {
+    pub(super) fn of(simulation: &Simulation) -> SavedState {
+        SavedState { x: simulation.state().x().to_vec(), v: simulation.state().v().to_vec() }
     }
 
     /// Puts `simulation` back to time zero.
@@ -38,7 +38,7 @@ impl Stepping {
     pub(super) fn new(scene: &Scene) -> Result<Stepping, BenchmarkError> {
         let mut simulation = assemble(scene)?.simulation;
         simulation.count_losses(false);
-        let start = Start::of(&simulation);
+        let start = SavedState::of(&simulation);
         Ok(Stepping { simulation, start })
     }
 

@@ -4,12 +4,15 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use super::scatter::Scatter;
-use super::{BenchmarkError, Case, Figure, Part, Row, Workload, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 use pliant::algebra::{Mat, signed_svd};
 use pliant::lanes::{Kernel, Lanes, Pair, WIDTH, dispatch};
 
-pub(super) const ROW: Row =
-    Row { name: "svd", summary: "signed singular value decompositions of 3 x 3 matrices, in cache", cases };
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
+    name: "svd",
+    summary: "signed singular value decompositions of 3 x 3 matrices, in cache",
+    cases,
+};
 
 /// Matrices of one repetition: 36 kB of them, 84 kB of results.
 const COUNT: usize = 512;
@@ -40,15 +43,15 @@ impl Workload for Decompositions {
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         let start = Instant::now();
         for _ in 0..repetitions {
-            dispatch(Decompose(black_box(&self.from), black_box(&mut self.to)));
+            dispatch(SvdKernel(black_box(&self.from), black_box(&mut self.to)));
         }
         Ok(start.elapsed())
     }
 }
 
-struct Decompose<'a>(&'a [Matrices], &'a mut [Decomposed]);
+struct SvdKernel<'a>(&'a [Matrices], &'a mut [Decomposed]);
 
-impl Kernel for Decompose<'_> {
+impl Kernel for SvdKernel<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
@@ -113,13 +116,13 @@ fn decompose<P: Packs<L>, L: Lanes>(from: &Matrices, to: &mut Decomposed, at: us
 }
 
 /// On one thread, whatever is asked for: nothing is shared out here.
-fn cases(_: Option<usize>) -> Vec<Case> {
-    vec![Case {
+fn cases(_: Option<usize>) -> Vec<BenchmarkCase> {
+    vec![BenchmarkCase {
         size: COUNT as u64,
         items: "matrices",
         case: String::new(),
-        figure: Figure::Rate { per_repetition: COUNT as f64, scale: 1e-6, unit: "M/s" },
-        parts: vec![Part::new("", 1, || Ok(Decompositions::new()))],
+        figure: Metric::Rate { per_repetition: COUNT as f64, scale: 1e-6, unit: "M/s" },
+        parts: vec![BenchmarkPart::new("", 1, || Ok(Decompositions::new()))],
         reference: goal(35.0),
     }]
 }

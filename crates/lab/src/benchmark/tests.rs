@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::beam::{SMALL, noisy, tets, wavy};
 use super::springs::{cloth, count, renumbered};
 use super::stepping::{Stepping, assemble, mesh_of};
-use super::{Figure, Workload, rows, tri_corotated};
+use super::{Metric, Workload, rows, tri_corotated};
 use pliant::algebra::Mat;
 use pliant_scene::{PositionSpec, Scene};
 
@@ -16,7 +16,7 @@ fn rows_and_cases_can_be_told_apart() {
         for threads in [None, Some(1), Some(3)] {
             let mut cases = BTreeSet::new();
             for case in (row.cases)(threads) {
-                let comparison = matches!(case.figure, Figure::Speedup | Figure::Slowdown | Figure::Share);
+                let comparison = matches!(case.figure, Metric::Speedup | Metric::Slowdown | Metric::Share);
                 assert_eq!(case.parts.len(), if comparison { 2 } else { 1 }, "{} {}", row.name, case.case);
                 let name = format!("{} {} {}", case.size, case.case, case.threads());
                 assert!(cases.insert(name.clone()), "{} {name}", row.name);

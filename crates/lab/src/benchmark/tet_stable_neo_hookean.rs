@@ -2,9 +2,9 @@
 
 use super::beam::{LARGE, SMALL, rate, tets, wavy};
 use super::stepping::Stepping;
-use super::{Case, Part, Reference, Row};
+use super::{BenchmarkCase, BenchmarkPart, BenchmarkRow, PublishedValue};
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "tet-stable-neo-hookean",
     summary: "whole steps of a beam of tetrahedra, stable neo-Hookean with its log term",
     cases,
@@ -14,19 +14,21 @@ pub(super) const ROW: Row = Row {
 /// any order.
 const HAND_WRITTEN: &str = "hand-written C++ with AVX-512; 90 % of it is the figure to reach";
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let counts = threads.map_or_else(|| vec![1, 2], |n| vec![n]);
     let mut cases = vec![];
     for (cells, reached) in [(SMALL, [208.0, 385.0]), (LARGE, [130.0, 246.0])] {
         for &threads in &counts {
             let reached = reached.get(threads - 1).copied();
-            cases.push(Case {
+            cases.push(BenchmarkCase {
                 size: tets(cells),
                 items: "tets",
                 case: String::new(),
                 figure: rate(cells),
-                parts: vec![Part::new("", threads, move || Stepping::new(&wavy(cells, "analytic")?))],
-                reference: reached.map(|value| Reference { value, source: HAND_WRITTEN }),
+                parts: vec![BenchmarkPart::new("", threads, move || {
+                    Stepping::new(&wavy(cells, "analytic")?)
+                })],
+                reference: reached.map(|value| PublishedValue { value, source: HAND_WRITTEN }),
             });
         }
     }

@@ -2,10 +2,10 @@
 
 use super::scatter::Scatter;
 use super::stepping::{Stepping, displaced};
-use super::{BenchmarkError, Case, Figure, Part, Row, goal};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, goal};
 use pliant_scene::Scene;
 
-pub(super) const ROW: Row = Row {
+pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     name: "tri-corotated",
     summary: "whole steps of corotated triangles: the lecture's cantilever, and a sheet",
     cases,
@@ -38,28 +38,28 @@ pub(super) fn sheet(cells: [usize; 2]) -> Result<Scene, BenchmarkError> {
     })
 }
 
-fn cases(threads: Option<usize>) -> Vec<Case> {
+fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {
     let (one, threads) = (threads.unwrap_or(1) == 1, threads.unwrap_or(1));
     let triangles = 2 * SHEET_CELLS[0] * SHEET_CELLS[1];
     vec![
-        Case {
+        BenchmarkCase {
             size: 2 * 19 * 3,
             items: "triangles",
             case: "the lecture's 20 x 4 vertices".into(),
-            figure: Figure::StepTime,
-            parts: vec![Part::new("", threads, || Stepping::new(&Scene::from_toml(CANTILEVER)?))],
+            figure: Metric::StepTime,
+            parts: vec![BenchmarkPart::new("", threads, || Stepping::new(&Scene::from_toml(CANTILEVER)?))],
             reference: goal(0.45).filter(|_| one),
         },
-        Case {
+        BenchmarkCase {
             size: triangles as u64,
             items: "triangles",
             case: "512 x 128 vertices".into(),
-            figure: Figure::Rate {
+            figure: Metric::Rate {
                 per_repetition: triangles as f64,
                 scale: 1e-6,
                 unit: "M triangle-steps/s",
             },
-            parts: vec![Part::new("", threads, || Stepping::new(&sheet(SHEET_CELLS)?))],
+            parts: vec![BenchmarkPart::new("", threads, || Stepping::new(&sheet(SHEET_CELLS)?))],
             reference: goal(270.0).filter(|_| one),
         },
     ]

@@ -138,13 +138,13 @@ fn generalised_alpha(c: AlphaCoefficients, z: f64) -> f64 {
 }
 
 /// Numbers of a linear system.
-trait Number: Copy {
+trait FieldElement: Copy {
     fn size(self) -> f64;
     fn minus_times(self, factor: Self, other: Self) -> Self;
     fn over(self, other: Self) -> Self;
 }
 
-impl Number for f64 {
+impl FieldElement for f64 {
     fn size(self) -> f64 {
         self.abs()
     }
@@ -156,7 +156,7 @@ impl Number for f64 {
     }
 }
 
-impl Number for c64 {
+impl FieldElement for c64 {
     fn size(self) -> f64 {
         modulus(self)
     }
@@ -169,7 +169,7 @@ impl Number for c64 {
 }
 
 /// Gauss-Jordan elimination with pivots; each row ends with its right-hand side. `None` where the matrix is singular.
-fn solve<T: Number>(rows: &mut [Vec<T>]) -> Option<Vec<T>> {
+fn solve<T: FieldElement>(rows: &mut [Vec<T>]) -> Option<Vec<T>> {
     let n = rows.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|i, j| rows[*i][k].size().total_cmp(&rows[*j][k].size()))?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Status, attempt, nominal_step, with_step};
+use super::{AttemptStatus, attempt, nominal_step, with_step};
 use pliant::integrator::IntegratorSpec;
 use pliant::run::energy_scale;
 use pliant_scene::{Scene, SceneError};
@@ -29,7 +29,7 @@ pub struct MeasuredLimit {
     /// The largest step with which all steps of a trial were taken [s]; zero where none was found.
     pub measured: f64,
     /// What happens above it; `None` where the largest step tried was fine.
-    pub above: Option<Status>,
+    pub above: Option<AttemptStatus>,
     /// Trials.
     pub trials: u32,
 }
@@ -61,7 +61,7 @@ pub fn measure_limit(
         above: None,
         trials: 0,
     };
-    let mut trial = |step: f64| -> Result<Status, SceneError> {
+    let mut trial = |step: f64| -> Result<AttemptStatus, SceneError> {
         found.trials += 1;
         Ok(attempt(&mut with_step(scene, integrator, step, stop)?, steps))
     };
@@ -75,7 +75,7 @@ pub fn measure_limit(
         above = trial(high)?;
         low = nominal_step(scene).min(0.5 * largest);
     }
-    if above == Status::Ok {
+    if above == AttemptStatus::Ok {
         found.measured = high;
         return Ok(Some(found));
     }
@@ -85,7 +85,7 @@ pub fn measure_limit(
         if is_stopped() {
             return Ok(None);
         }
-        if status == Status::Ok {
+        if status == AttemptStatus::Ok {
             break;
         }
         (high, above) = (low, status);
@@ -103,7 +103,7 @@ pub fn measure_limit(
             return Ok(None);
         }
         match status {
-            Status::Ok => low = middle,
+            AttemptStatus::Ok => low = middle,
             status => (high, above) = (middle, status),
         }
     }
@@ -119,7 +119,7 @@ pub struct Drift {
     /// The step [s].
     pub step: f64,
     /// How the run ended.
-    pub status: Status,
+    pub status: AttemptStatus,
     /// Slope of the least-squares line through the energy, less what is known to have come in and gone out, over the energy there is
     /// to compare with [1/s].
     pub per_second: f64,
@@ -144,16 +144,16 @@ pub fn energy_drift(
     let scale = energy_scale(&mut simulation, &start);
     let steps = (duration / step).round().max(1.0) as u64;
     let every = (steps / 100).max(1);
-    let (mut points, mut status) = (vec![(0.0, start.conserved())], Status::Ok);
+    let (mut points, mut status) = (vec![(0.0, start.conserved())], AttemptStatus::Ok);
     let mut taken = 0;
-    while taken < steps && status == Status::Ok {
+    while taken < steps && status == AttemptStatus::Ok {
         let next = every.min(steps - taken);
         status = attempt(&mut simulation, next);
         taken += next;
         if stop.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        if status == Status::Ok {
+        if status == AttemptStatus::Ok {
             let now = simulation.diagnostics();
             points.push((now.time, now.conserved()));
         }

@@ -4,9 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Status, attempt, with_step};
+use super::{AttemptStatus, attempt, with_step};
 use pliant::integrator::IntegratorSpec;
-use pliant_scene::{Body, KeyPath, MassSpec, NBody, OneOrMany, Problem, Scene, SceneError, Source};
+use pliant_scene::{Body, KeyPath, MassSpec, NBodySpec, OneOrMany, Problem, Scene, SceneError, Source};
 
 /// What is varied beside the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -67,7 +67,7 @@ pub struct Map {
     /// The limit of each row, linearised at its start [s]; `None`: any step.
     pub predicted: Vec<Option<f64>>,
     /// `[row][column]`.
-    pub status: Vec<Vec<Status>>,
+    pub status: Vec<Vec<AttemptStatus>>,
 }
 
 /// Runs `integrator` with steps around those of the scene, 500 each (50 of an implicit scheme), for every value of what is varied.
@@ -143,7 +143,8 @@ fn changes(scene: &Scene, against: Against, value: f64) -> Vec<(String, String)>
         Against::Poisson => bodies.filter_map(|(i, body)| constant(i, body, "poisson", |_| value)).collect(),
         Against::Density => scene.body.first().map(|body| mass(body, value)).into_iter().collect(),
         Against::Gravity => {
-            let of = |nbody: &NBody| ("world.nbody.constant".into(), format!("{:?}", nbody.constant * value));
+            let of =
+                |nbody: &NBodySpec| ("world.nbody.constant".into(), format!("{:?}", nbody.constant * value));
             scene.world.nbody.iter().map(of).collect()
         }
     }

@@ -11,7 +11,7 @@ pub use amplification::{AmplificationCurve, amplification_curve};
 pub use limit::{Drift, MeasuredLimit, energy_drift, measure_limit};
 pub(crate) use map::stiffness_changes;
 pub use map::{Against, Map, map};
-pub use survey::{Choice, Survey, SurveyError};
+pub use survey::{Survey, SurveyError, SurveyOptions};
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -25,7 +25,8 @@ use pliant_scene::{Scene, SceneError};
 /// How a run of some steps ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Status {
+#[schemars(rename = "Status")]
+pub enum AttemptStatus {
     /// All steps were taken, and the energy stayed where it belongs.
     Ok,
     /// The energy grew beyond any physical cause, or a state was not finite.
@@ -34,16 +35,16 @@ pub enum Status {
     Unsolved,
 }
 
-impl Status {
+impl AttemptStatus {
     /// All of them, in the order of their values.
-    pub const ALL: [Status; 3] = [Status::Ok, Status::Diverged, Status::Unsolved];
+    pub const ALL: [AttemptStatus; 3] = [AttemptStatus::Ok, AttemptStatus::Diverged, AttemptStatus::Unsolved];
 
     /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
-            Status::Ok => "ok",
-            Status::Diverged => "diverged",
-            Status::Unsolved => "Newton failed",
+            AttemptStatus::Ok => "ok",
+            AttemptStatus::Diverged => "diverged",
+            AttemptStatus::Unsolved => "Newton failed",
         }
     }
 }
@@ -80,26 +81,26 @@ fn with_step(
 }
 
 /// Takes up to `steps` steps, fewer where the simulation is stopped: how these ended then says nothing.
-fn attempt(simulation: &mut Simulation, steps: u64) -> Status {
+fn attempt(simulation: &mut Simulation, steps: u64) -> AttemptStatus {
     let start = simulation.diagnostics();
     simulation.count_losses(false);
     let scale = energy_scale(simulation, &start);
     for step in 1..=steps {
         match simulation.step() {
             Ok(()) => {}
-            Err(StepError::Unsolved { .. }) => return Status::Unsolved,
-            Err(_) => return Status::Diverged,
+            Err(StepError::Unsolved { .. }) => return AttemptStatus::Unsolved,
+            Err(_) => return AttemptStatus::Diverged,
         }
         if simulation.system().is_stopped() {
-            return Status::Unsolved;
+            return AttemptStatus::Unsolved;
         }
         if step % LOOK == 0 || step == steps {
             let now = simulation.diagnostics();
             let growth = energy_growth(simulation, &start, &now, scale);
             if growth.is_nan() || growth > GROWTH {
-                return Status::Diverged;
+                return AttemptStatus::Diverged;
             }
         }
     }
-    Status::Ok
+    AttemptStatus::Ok
 }

@@ -15,7 +15,7 @@ const DRIFT_STEPS: f64 = 2000.0;
 
 /// What to look at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
+pub struct SurveyOptions {
     /// Names of the schemes; without any all that move things, the scene's own first. The map is of the first.
     pub integrators: Vec<String>,
     /// What the map has beside the step; without it, what [`Against::chosen`] says.
@@ -68,7 +68,7 @@ impl Survey {
     /// [`SurveyError`].
     pub fn of(
         source: &Source,
-        choice: &Choice,
+        choice: &SurveyOptions,
         interrupt: &Arc<AtomicBool>,
         watch: &mut dyn FnMut(&MeasuredLimit, &Drift),
     ) -> Result<Survey, SurveyError> {

@@ -30,7 +30,7 @@ fn measured_limits_of_a_linear_body_are_those_predicted() {
         let found = measure_limit(&scene(name, 1e-3), spec(name), 1.0, &Arc::default()).unwrap().unwrap();
         let ratio = found.measured / found.predicted.unwrap();
         assert!((ratio - 1.0).abs() < 3e-3, "{name}: {found:?}");
-        assert_eq!(found.above, Some(Status::Diverged));
+        assert_eq!(found.above, Some(AttemptStatus::Diverged));
     }
     for name in ["implicit-euler", "tr-bdf2"] {
         let found = measure_limit(&scene(name, 1e-3), spec(name), 10.0, &Arc::default()).unwrap().unwrap();
@@ -110,7 +110,7 @@ fn a_map_has_the_slope_of_the_limit() {
             for (column, step) in
                 found.steps.iter().enumerate().filter(|(_, s)| (*s / limit - 1.0).abs() > 0.01)
             {
-                let expected = if *step < limit { Status::Ok } else { Status::Diverged };
+                let expected = if *step < limit { AttemptStatus::Ok } else { AttemptStatus::Diverged };
                 assert_eq!(found.status[row][column], expected, "{against:?} {value} {step}");
             }
         }
@@ -160,7 +160,7 @@ fn a_solve_that_fails_is_told_apart_from_a_run_that_diverges() {
     let none =
         pliant::solver::SolverOptions { max_iterations: 1, tolerance: Some(0.0), ..Default::default() };
     simulation.set_solver(none);
-    assert_eq!(attempt(&mut simulation, 10), Status::Unsolved);
+    assert_eq!(attempt(&mut simulation, 10), AttemptStatus::Unsolved);
 }
 
 // A1: forward Euler multiplies the energy of a mode by 1 + z^2 in each step; implicit Euler divides by it.

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{Case, Findings};
+use super::{Case, CaseResult};
 
 /// A case may take so many times its share of what is left: most take less.
 const GREED: f64 = 2.0;
@@ -43,11 +43,11 @@ pub fn run_all(
     cases: Vec<Case>,
     budget: Option<f64>,
     interrupt: &AtomicBool,
-    seen: &mut dyn FnMut(Progress<'_>, Option<&Findings>),
-) -> Vec<(Case, Findings)> {
+    seen: &mut dyn FnMut(Progress<'_>, Option<&CaseResult>),
+) -> Vec<(Case, CaseResult)> {
     let start = Instant::now();
     let count = cases.len();
-    let mut results: Vec<(Case, Findings)> = vec![];
+    let mut results: Vec<(Case, CaseResult)> = vec![];
     for case in cases {
         let elapsed = start.elapsed().as_secs_f64();
         if interrupt.load(Ordering::Relaxed) || budget.is_some_and(|budget| elapsed >= budget) {

@@ -1,6 +1,6 @@
 //! The torture suite: states, steps, ratios and shapes that break simulators, each with what must come of it.
 //!
-//! A [`Case`] is one scene or several with a criterion; running it gives [`Findings`] with a [`Verdict`]. The numbers that the criteria
+//! A [`Case`] is one scene or several with a criterion; running it gives [`CaseResult`] with a [`CaseVerdict`]. The numbers that the criteria
 //! go by are closed forms, or were computed by independent codes. Tests, `pliant stress` and `docs/stress.md` run these very cases.
 
 mod advice;
@@ -26,7 +26,8 @@ pub use starts::Start;
 /// What came of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+#[schemars(rename = "Verdict")]
+pub enum CaseVerdict {
     /// All that was asked for.
     Pass,
     /// An end that is allowed, but that a user must be told of: it is named in the notes.
@@ -35,12 +36,12 @@ pub enum Verdict {
     Fail,
 }
 
-impl std::fmt::Display for Verdict {
+impl std::fmt::Display for CaseVerdict {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Verdict::Pass => "pass",
-            Verdict::Flagged => "flagged",
-            Verdict::Fail => "FAIL",
+            CaseVerdict::Pass => "pass",
+            CaseVerdict::Flagged => "flagged",
+            CaseVerdict::Fail => "FAIL",
         })
     }
 }
@@ -60,9 +61,10 @@ pub struct Picture {
 
 /// The outcome of one case.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, schemars::JsonSchema)]
-pub struct Findings {
+#[schemars(rename = "Findings")]
+pub struct CaseResult {
     /// Whether it is what it should be.
-    pub verdict: Verdict,
+    pub verdict: CaseVerdict,
     /// What is remarkable, most important first.
     pub notes: Vec<String>,
     /// Newton iterations: of the case, or of the worst step where the bar is by step.
@@ -88,10 +90,10 @@ pub struct Findings {
     pub picture: Option<Picture>,
 }
 
-impl Default for Findings {
+impl Default for CaseResult {
     fn default() -> Self {
-        Findings {
-            verdict: Verdict::Pass,
+        CaseResult {
+            verdict: CaseVerdict::Pass,
             notes: vec![],
             iterations: None,
             bar: None,
@@ -107,9 +109,9 @@ impl Default for Findings {
     }
 }
 
-impl Findings {
+impl CaseResult {
     /// Makes the verdict at least this bad, and says why.
-    pub(crate) fn note(&mut self, verdict: Verdict, note: impl Into<String>) {
+    pub(crate) fn note(&mut self, verdict: CaseVerdict, note: impl Into<String>) {
         let at = if verdict > self.verdict { 0 } else { self.notes.len() };
         self.notes.insert(at, note.into());
         self.verdict = self.verdict.max(verdict);
@@ -118,7 +120,7 @@ impl Findings {
     /// Fails unless the condition holds.
     pub(crate) fn demand(&mut self, holds: bool, otherwise: impl FnOnce() -> String) {
         if !holds {
-            self.note(Verdict::Fail, otherwise());
+            self.note(CaseVerdict::Fail, otherwise());
         }
     }
 
@@ -158,20 +160,20 @@ pub struct Case {
     pub solver: LinearSolver,
     /// Whether it takes about a tenth of a second or less.
     pub quick: bool,
-    run: Box<dyn Fn(&Limits<'_>) -> Findings + Send + Sync>,
+    run: Box<dyn Fn(&Limits<'_>) -> CaseResult + Send + Sync>,
 }
 
 impl Case {
     /// Runs it. Findings but for the time are the same every time, whatever the number of threads.
-    pub fn run(&self) -> Findings {
+    pub fn run(&self) -> CaseResult {
         self.run_within(None, &AtomicBool::new(false))
     }
 
     /// The same, in so much time at most where it is a case of a [scene](scene_cases), and until `interrupt` is set.
-    pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> Findings {
+    pub fn run_within(&self, time: Option<Duration>, interrupt: &AtomicBool) -> CaseResult {
         let start = Instant::now();
         let findings = (self.run)(&Limits { deadline: time.map(|time| start + time), interrupt });
-        Findings { seconds: start.elapsed().as_secs_f64(), ..findings }
+        CaseResult { seconds: start.elapsed().as_secs_f64(), ..findings }
     }
 }
 
@@ -186,7 +188,7 @@ impl std::fmt::Debug for Case {
 }
 
 /// What a row is about; the row itself where it is not known.
-pub fn about(row: &str) -> &str {
+pub fn row_title(row: &str) -> &str {
     match row {
         "torture" => "Starts that no body should start from",
         "D1" => "D1: steps from a tenth of a millisecond to a second",
@@ -208,7 +210,7 @@ pub fn about(row: &str) -> &str {
 
 /// Which cases to run: those that match every list that is not empty.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Choice {
+pub struct CaseFilter {
     /// Rows.
     pub only: Vec<String>,
     /// Materials. Those without numbers of their own join the table of starts if they are named here.
@@ -221,7 +223,7 @@ pub struct Choice {
     pub quick: bool,
 }
 
-impl Choice {
+impl CaseFilter {
     fn takes(&self, case: &Case) -> bool {
         let listed = |list: &[String], name: &str| {
             list.is_empty() || list.iter().any(|l| l.eq_ignore_ascii_case(name))
@@ -235,7 +237,7 @@ impl Choice {
 }
 
 /// The cases of the suite that are chosen, in order.
-pub fn cases(choice: &Choice) -> Vec<Case> {
+pub fn cases(choice: &CaseFilter) -> Vec<Case> {
     let mut cases = vec![];
     torture::add(choice, &mut cases);
     rows::add(&mut cases);

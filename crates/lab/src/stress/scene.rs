@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::advice::nearest_step;
 use super::limits::Limits;
-use super::{Case, Choice, Findings, Start, Verdict, scenes};
+use super::{Case, CaseFilter, CaseResult, CaseVerdict, Start, scenes};
 use pliant::deadline::until;
 use pliant::integrator::IntegratorSpec;
 use pliant::material::{Isotropic, MaterialSpec};
@@ -23,7 +23,7 @@ const GROWTH: f64 = 10.0;
 
 /// What is done to a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Ordeal {
+enum Perturbation {
     /// Nothing.
     AsItIs,
     /// It starts somewhere else.
@@ -36,20 +36,20 @@ enum Ordeal {
     Mass,
 }
 
-impl Ordeal {
-    fn all() -> Vec<Ordeal> {
-        let starts = Start::ALL.map(Ordeal::Start);
-        let ratios = [Ordeal::Step, Ordeal::Stiffness, Ordeal::Mass];
-        std::iter::once(Ordeal::AsItIs).chain(starts).chain(ratios).collect()
+impl Perturbation {
+    fn all() -> Vec<Perturbation> {
+        let starts = Start::ALL.map(Perturbation::Start);
+        let ratios = [Perturbation::Step, Perturbation::Stiffness, Perturbation::Mass];
+        std::iter::once(Perturbation::AsItIs).chain(starts).chain(ratios).collect()
     }
 
     fn name(self) -> &'static str {
         match self {
-            Ordeal::AsItIs => "as it is",
-            Ordeal::Start(start) => start.name(),
-            Ordeal::Step => "100 times the step",
-            Ordeal::Stiffness => "stiffness ratio 1e6",
-            Ordeal::Mass => "mass ratio 1e6",
+            Perturbation::AsItIs => "as it is",
+            Perturbation::Start(start) => start.name(),
+            Perturbation::Step => "100 times the step",
+            Perturbation::Stiffness => "stiffness ratio 1e6",
+            Perturbation::Mass => "mass ratio 1e6",
         }
     }
 }
@@ -59,7 +59,7 @@ impl Ordeal {
 ///
 /// # Errors
 /// What is wrong with the scene, or a scheme that there is not.
-pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneError> {
+pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, SceneError> {
     let scene = source.scene()?;
     let named =
         |name: &str| IntegratorSpec::ALL.iter().copied().find(|s| s.method().documentation.name == name);
@@ -82,7 +82,7 @@ pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneE
     // What cannot be assembled is said at once.
     scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;
     let mut cases = vec![];
-    for ordeal in Ordeal::all() {
+    for ordeal in Perturbation::all() {
         let Some(scene) = altered(source, ordeal)? else { continue };
         for integrator in &integrators {
             let about = integrator.method().documentation;
@@ -94,7 +94,7 @@ pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneE
                 &[LinearSolver::Auto]
             };
             for solver in solvers {
-                let longer = if ordeal == Ordeal::Step { 100.0 } else { 1.0 };
+                let longer = if ordeal == Perturbation::Step { 100.0 } else { 1.0 };
                 let trial = Trial {
                     step: longer * crate::stability::nominal_step(&scene),
                     scene: scene.clone(),
@@ -110,14 +110,14 @@ pub fn scene_cases(source: &Source, choice: &Choice) -> Result<Vec<Case>, SceneE
 }
 
 /// The scene with other values; `None` where there is nothing to alter.
-fn altered(source: &Source, ordeal: Ordeal) -> Result<Option<Scene>, SceneError> {
+fn altered(source: &Source, ordeal: Perturbation) -> Result<Option<Scene>, SceneError> {
     let scene = source.scene()?;
     let changes = match ordeal {
-        Ordeal::Stiffness => {
+        Perturbation::Stiffness => {
             let changes = crate::stability::stiffness_changes(&scene, 1e6);
             changes.into_iter().filter(|(path, _)| path.starts_with("body.0.")).collect()
         }
-        Ordeal::Mass => {
+        Perturbation::Mass => {
             let topology = scene.assemble(UnstableStep::Accept).map_err(|p| source.error(p))?.topology;
             let masses = |body: usize| {
                 let range = topology.bodies[body].vertices.clone();
@@ -143,7 +143,7 @@ type Model = fn(Isotropic) -> MaterialSpec;
 #[derive(Clone, Debug)]
 struct Trial {
     scene: Scene,
-    ordeal: Ordeal,
+    ordeal: Perturbation,
     integrator: IntegratorSpec,
     solver: LinearSolver,
     /// [s]
@@ -174,10 +174,10 @@ impl Trial {
         }
     }
 
-    fn run(&self, limits: &Limits<'_>) -> Findings {
+    fn run(&self, limits: &Limits<'_>) -> CaseResult {
         let mut findings = until(|| limits.are_over(), |stop| self.attempt(stop));
         let reported =
-            findings.verdict == Verdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported"));
+            findings.verdict == CaseVerdict::Fail || findings.notes.iter().any(|n| n.starts_with("reported"));
         if reported && !findings.cut_short {
             findings.advice = until(|| limits.are_over(), |stop| self.advice(stop));
             if limits.are_over() {
@@ -190,7 +190,7 @@ impl Trial {
         findings
     }
 
-    fn attempt(&self, stop: &Arc<AtomicBool>) -> Findings {
+    fn attempt(&self, stop: &Arc<AtomicBool>) -> CaseResult {
         let about = self.integrator.method().documentation;
         let mut scene = self.scene.clone();
         scene.time.integrator = self.integrator;
@@ -201,16 +201,16 @@ impl Trial {
             scene.time.solver = Some(Solver { linear, ..own });
         }
         (scene.time.step, scene.time.adaptive) = (Some(self.step), None);
-        let mut findings = Findings::default();
+        let mut findings = CaseResult::default();
         let mut assembly = match scene.assemble(UnstableStep::Refuse) {
             Ok(assembly) => assembly,
             Err(problems) => {
-                findings.note(Verdict::Fail, SceneError::new(problems).to_string());
+                findings.note(CaseVerdict::Fail, SceneError::new(problems).to_string());
                 return findings;
             }
         };
         let simulation = &mut assembly.simulation;
-        if let Ordeal::Start(start) = self.ordeal {
+        if let Perturbation::Start(start) = self.ordeal {
             scenes::put(simulation, start);
         }
         simulation.count_losses(false);
@@ -225,7 +225,7 @@ impl Trial {
             if stop.load(Ordering::Relaxed) && !matches!(taken, Some(Ok(()))) {
                 findings.cut_short = true;
                 findings.note(
-                    Verdict::Flagged,
+                    CaseVerdict::Flagged,
                     format!("cut short: sound for {} of {steps} steps in the time there was", step - 1),
                 );
                 break;
@@ -233,8 +233,8 @@ impl Trial {
             if let Some(Err(error)) = taken {
                 // A material that has no such state says so.
                 let outside = step == 1 && matches!(&error, StepError::NotFinite { fault: Some(_), .. });
-                let flagged = outside && matches!(self.ordeal, Ordeal::Start(_));
-                let verdict = if flagged { Verdict::Flagged } else { Verdict::Fail };
+                let flagged = outside && matches!(self.ordeal, Perturbation::Start(_));
+                let verdict = if flagged { CaseVerdict::Flagged } else { CaseVerdict::Fail };
                 findings.note(verdict, format!("reported: {error}"));
                 break;
             }
@@ -244,7 +244,7 @@ impl Trial {
             let grown = energy_growth(simulation, &start, &now, scale);
             if grown.is_nan() || grown > GROWTH {
                 findings.note(
-                    Verdict::Fail,
+                    CaseVerdict::Fail,
                     format!("unstable: at step {step} the energy has grown {grown:.1e} times"),
                 );
                 break;
@@ -258,9 +258,9 @@ impl Trial {
         if start.total > 0.0 {
             findings.energy_ratio = Some(end.total / start.total);
         }
-        if findings.verdict == Verdict::Pass && end.inverted.is_some_and(|n| n > 0) {
+        if findings.verdict == CaseVerdict::Pass && end.inverted.is_some_and(|n| n > 0) {
             let n = end.inverted.unwrap_or(0);
-            findings.note(Verdict::Flagged, format!("{n} elements are inverted after {steps} steps"));
+            findings.note(CaseVerdict::Flagged, format!("{n} elements are inverted after {steps} steps"));
         }
         findings.picture = Some(scenes::picture(simulation, &assembly.topology));
         findings
@@ -271,7 +271,7 @@ impl Trial {
         let works = |trial: &Trial| {
             let findings = trial.attempt(stop);
             let stood = !findings.notes.first().is_some_and(|note| note.starts_with("reported"));
-            !findings.cut_short && findings.verdict != Verdict::Fail && stood
+            !findings.cut_short && findings.verdict != CaseVerdict::Fail && stood
         };
         let mut advice = vec![];
         if let Some(step) = nearest_step(self.step, |step| works(&Trial { step, ..self.clone() })) {

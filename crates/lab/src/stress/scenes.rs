@@ -1,6 +1,6 @@
 //! Scenes of the suite, and what is measured of them.
 
-use super::{Findings, Picture, Start, Verdict};
+use super::{CaseResult, CaseVerdict, Picture, Start};
 use pliant::simulation::Simulation;
 use pliant::topology::Topology;
 use pliant_scene::assembly::{Assembly, UnstableStep};
@@ -200,20 +200,20 @@ pub(super) fn picture(simulation: &Simulation, topology: &Topology) -> Picture {
 }
 
 /// Says what kind of state this is where it is not what it was at rest; nothing where it is at rest.
-pub(super) fn name_end(findings: &mut Findings, simulation: &mut Simulation, energy_density: f64) {
+pub(super) fn name_end(findings: &mut CaseResult, simulation: &mut Simulation, energy_density: f64) {
     let diagnostics = simulation.diagnostics();
     let Some(min_j) = diagnostics.min_j else { return };
     findings.min_j = Some(min_j);
     let inverted = diagnostics.inverted.unwrap_or(0);
     if inverted > 0 {
         findings.note(
-            Verdict::Flagged,
+            CaseVerdict::Flagged,
             format!("inverted: {inverted} elements have J <= 0, the least {min_j:.3}"),
         );
     } else if energy_density > 1e-8 {
         let what = if min_j < 1e-3 { "collapsed" } else { "entangled" };
         findings.note(
-            Verdict::Flagged,
+            CaseVerdict::Flagged,
             format!(
                 "{what}: an equilibrium away from rest, energy {energy_density:.2e} E V, least J {min_j:.3}"
             ),

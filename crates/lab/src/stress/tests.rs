@@ -3,21 +3,21 @@
 use super::*;
 
 /// Runs all cases of these rows that are chosen; none may fail.
-fn stands(choice: &Choice) -> Vec<(Case, Findings)> {
-    let results: Vec<(Case, Findings)> =
+fn stands(choice: &CaseFilter) -> Vec<(Case, CaseResult)> {
+    let results: Vec<(Case, CaseResult)> =
         cases(choice).into_iter().map(|case| (case.run(), case)).map(|(f, c)| (c, f)).collect();
     assert!(!results.is_empty(), "{choice:?} names no case");
     let failed: Vec<String> = results
         .iter()
-        .filter(|(_, f)| f.verdict == Verdict::Fail)
+        .filter(|(_, f)| f.verdict == CaseVerdict::Fail)
         .map(|(case, f)| format!("{case:?}: {}", f.notes.join("; ")))
         .collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
     results
 }
 
-fn rows(only: &[&str]) -> Choice {
-    Choice { only: only.iter().map(|s| (*s).to_owned()).collect(), ..Choice::default() }
+fn rows(only: &[&str]) -> CaseFilter {
+    CaseFilter { only: only.iter().map(|s| (*s).to_owned()).collect(), ..CaseFilter::default() }
 }
 
 // D, table of deterministic starts: iteration bars, gradients, energies, and rest where the table says rest.
@@ -28,7 +28,7 @@ fn solids_come_back_from_every_start_of_the_table() {
     for (case, f) in &results {
         let stuck = case.material == "stvk" && case.name == "inverted" && case.integrator == "quasi-static";
         assert!(
-            !stuck || f.verdict == Verdict::Flagged && f.notes[0].starts_with("inverted"),
+            !stuck || f.verdict == CaseVerdict::Flagged && f.notes[0].starts_with("inverted"),
             "{case:?}: {f:?}"
         );
         // Near 0.5 a step can be beyond everybody; elsewhere every one is taken.
@@ -47,7 +47,7 @@ fn solids_come_back_from_every_start_of_the_table() {
 fn a_solver_that_is_named_goes_through_the_table() {
     let solvers = vec![LinearSolver::Multigrid];
     let materials = vec!["stable-neo-hookean".into(), "stvk".into()];
-    let results = stands(&Choice { solvers, materials, quick: true, ..rows(&["torture"]) });
+    let results = stands(&CaseFilter { solvers, materials, quick: true, ..rows(&["torture"]) });
     assert!(results.len() >= 60, "{}", results.len());
     assert!(results.iter().all(|(case, _)| case.solver == LinearSolver::Multigrid));
 }
@@ -55,7 +55,7 @@ fn a_solver_that_is_named_goes_through_the_table() {
 // D1: Newton's method needs few iterations at any step; twenty steps of a second lead to static equilibrium.
 #[test]
 fn steps_from_a_millisecond_to_a_second_are_solved() {
-    stands(&Choice { quick: true, ..rows(&["D1"]) });
+    stands(&CaseFilter { quick: true, ..rows(&["D1"]) });
 }
 
 // D2
@@ -67,7 +67,7 @@ fn an_explicit_step_above_the_limit_is_stopped() {
 // D3
 #[test]
 fn a_bar_twisted_by_a_turn_has_the_torques_of_the_plan_and_comes_back() {
-    stands(&Choice { quick: true, ..rows(&["D3"]) });
+    stands(&CaseFilter { quick: true, ..rows(&["D3"]) });
 }
 
 // D4, D5
@@ -80,7 +80,7 @@ fn masses_and_stiffnesses_in_the_ratio_of_a_million_cost_no_accuracy() {
 #[test]
 fn what_locks_is_named() {
     let results = stands(&rows(&["D6"]));
-    assert!(results.iter().any(|(_, f)| f.verdict == Verdict::Flagged && f.advice.is_some()));
+    assert!(results.iter().any(|(_, f)| f.verdict == CaseVerdict::Flagged && f.advice.is_some()));
 }
 
 // D7
@@ -103,10 +103,10 @@ fn released_spinning_and_buckling_bodies_do_what_the_plan_says() {
 
 #[test]
 fn findings_do_not_depend_on_the_run_or_on_threads() {
-    let choice = Choice { materials: vec!["fixed-corotated".into()], quick: true, ..rows(&["torture"]) };
-    let run = || -> Vec<Findings> {
+    let choice = CaseFilter { materials: vec!["fixed-corotated".into()], quick: true, ..rows(&["torture"]) };
+    let run = || -> Vec<CaseResult> {
         let few = cases(&choice).into_iter().filter(|case| case.poisson == Some(0.45));
-        few.map(|case| Findings { seconds: 0.0, ..case.run() }).collect()
+        few.map(|case| CaseResult { seconds: 0.0, ..case.run() }).collect()
     };
     let once = run();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
@@ -126,7 +126,7 @@ const BLOCK: &str = "dimension = 2
 
 fn scene(text: &str, integrators: &[&str], solvers: &[LinearSolver]) -> Vec<Case> {
     let integrators = integrators.iter().map(|name| (*name).to_owned()).collect();
-    let choice = Choice { integrators, solvers: solvers.to_vec(), quick: true, ..Choice::default() };
+    let choice = CaseFilter { integrators, solvers: solvers.to_vec(), quick: true, ..CaseFilter::default() };
     scene_cases(&pliant_scene::Source::new("block", text), &choice).unwrap()
 }
 
@@ -139,7 +139,7 @@ fn find<'a>(cases: &'a [Case], name: &str) -> &'a Case {
 fn a_failure_is_told_the_nearest_stable_step_a_material_and_a_scheme() {
     let cases = scene(BLOCK, &["velocity-verlet"], &[]);
     let findings = find(&cases, "as it is").run();
-    assert_eq!(findings.verdict, Verdict::Fail, "{findings:?}");
+    assert_eq!(findings.verdict, CaseVerdict::Fail, "{findings:?}");
     let advice = findings.advice.unwrap();
     let step: f64 = advice.split("a step of ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     let scene = pliant_scene::Scene::from_toml(BLOCK).unwrap();
@@ -159,10 +159,10 @@ fn a_run_that_is_out_of_time_says_how_far_it_came() {
     let cases = scene(BLOCK, &["implicit-euler"], &[]);
     let case = find(&cases, "as it is");
     let none = case.run_within(Some(Duration::ZERO), &AtomicBool::new(false));
-    assert!(none.cut_short && none.verdict == Verdict::Flagged, "{none:?}");
+    assert!(none.cut_short && none.verdict == CaseVerdict::Flagged, "{none:?}");
     assert!(none.notes[0].starts_with("cut short: sound for "), "{none:?}");
     let enough = case.run_within(Some(Duration::from_secs(600)), &AtomicBool::new(false));
-    assert!(!enough.cut_short && enough.verdict == Verdict::Pass, "{enough:?}");
+    assert!(!enough.cut_short && enough.verdict == CaseVerdict::Pass, "{enough:?}");
 }
 
 #[test]
@@ -191,17 +191,17 @@ fn a_suite_keeps_its_budget_and_stops_when_it_is_told_to() {
 // A criterion that cannot fail is none.
 #[test]
 fn what_is_missing_is_found() {
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     findings.count(10, Some(10));
     findings.measure("error", 1.0, 1.0);
-    assert_eq!(findings.verdict, Verdict::Pass);
-    findings.note(Verdict::Flagged, "look");
+    assert_eq!(findings.verdict, CaseVerdict::Pass);
+    findings.note(CaseVerdict::Flagged, "look");
     findings.count(11, Some(10));
-    assert_eq!(findings.verdict, Verdict::Fail);
+    assert_eq!(findings.verdict, CaseVerdict::Fail);
     assert!(findings.notes[0].contains("11 Newton iterations, more than 10"), "{findings:?}");
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     findings.measure("error", f64::NAN, 1.0);
-    assert_eq!(findings.verdict, Verdict::Fail);
+    assert_eq!(findings.verdict, CaseVerdict::Fail);
 }
 
 /// Slender, nearly incompressible, and a long step: without a preconditioner conjugate gradients get nowhere.
@@ -218,7 +218,7 @@ const STRAND: &str = "dimension = 3
 fn where_a_linear_solver_fails_one_is_named_that_does_not() {
     let cases = scene(STRAND, &["implicit-euler"], &[LinearSolver::MatrixFree]);
     let findings = find(&cases, "as it is").run();
-    assert_eq!(findings.verdict, Verdict::Fail, "{findings:?}");
+    assert_eq!(findings.verdict, CaseVerdict::Fail, "{findings:?}");
     assert!(findings.notes[0].contains("the linear solver did not converge"), "{findings:?}");
     assert!(findings.advice.unwrap().contains("the linear solver cholesky"));
 }

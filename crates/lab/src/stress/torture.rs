@@ -3,11 +3,11 @@
 
 use super::advice::nearest_step;
 use super::scenes::{self, Solid};
-use super::{Case, Choice, Findings, Start, Verdict};
+use super::{Case, CaseFilter, CaseResult, CaseVerdict, Start};
 use pliant::integrator::IntegratorSpec;
 use pliant::material::MaterialSpec;
 use pliant::simulation::StepError;
-use pliant::solver::{LinearSolver, Verdict as Solved};
+use pliant::solver::{LinearSolver, SolveFailure as Solved};
 
 /// What an independent program (numpy: projected Newton with backtracking, sparse LU) needed from each start.
 struct Known {
@@ -55,7 +55,7 @@ const STEP: f64 = 1.0 / 24.0;
 
 /// One cell of the table.
 #[derive(Clone, Debug)]
-struct Cell {
+struct TortureCell {
     dimension: usize,
     poisson: f64,
     material: &'static str,
@@ -70,11 +70,11 @@ struct Cell {
 
 /// Adds the cells: those with numbers of an independent program by static equilibrium and implicit Euler with Cholesky, some of them
 /// with the other linear solvers, and those of other materials and schemes that are asked for by name.
-pub(super) fn add(choice: &Choice, cases: &mut Vec<Case>) {
+pub(super) fn add(choice: &CaseFilter, cases: &mut Vec<Case>) {
     use IntegratorSpec::{ImplicitEuler, QuasiStatic};
     for known in &KNOWN {
         for (i, iterations) in known.iterations.iter().enumerate() {
-            let cell = Cell {
+            let cell = TortureCell {
                 dimension: known.dimension,
                 poisson: known.poisson,
                 material: known.material,
@@ -85,14 +85,16 @@ pub(super) fn add(choice: &Choice, cases: &mut Vec<Case>) {
                 known: Some(iterations[0]),
             };
             cases.push(cell.clone().case());
-            cases.push(Cell { integrator: ImplicitEuler, known: Some(iterations[1]), ..cell.clone() }.case());
+            cases.push(
+                TortureCell { integrator: ImplicitEuler, known: Some(iterations[1]), ..cell.clone() }.case(),
+            );
             let others = [LinearSolver::Cg, LinearSolver::Multigrid, LinearSolver::MatrixFree];
             let usual = known.poisson == 0.3 && known.material == "stable-neo-hookean";
             let usual = usual && matches!(cell.start, Start::Scramble | Start::Stretch) && !cell.free;
             for solver in others {
                 if usual || choice.solvers.contains(&solver) {
                     for integrator in [QuasiStatic, ImplicitEuler] {
-                        cases.push(Cell { solver, integrator, known: None, ..cell.clone() }.case());
+                        cases.push(TortureCell { solver, integrator, known: None, ..cell.clone() }.case());
                     }
                 }
             }
@@ -101,7 +103,7 @@ pub(super) fn add(choice: &Choice, cases: &mut Vec<Case>) {
                 let about = integrator.method().documentation;
                 let more = about.solves > 0 && ![QuasiStatic, ImplicitEuler].contains(integrator);
                 if more && named(about.name) {
-                    cases.push(Cell { integrator: *integrator, known: None, ..cell.clone() }.case());
+                    cases.push(TortureCell { integrator: *integrator, known: None, ..cell.clone() }.case());
                 }
             }
         }
@@ -114,7 +116,7 @@ pub(super) fn add(choice: &Choice, cases: &mut Vec<Case>) {
         for dimension in [2, 3] {
             for start in Start::ALL {
                 for integrator in [QuasiStatic, ImplicitEuler] {
-                    let cell = Cell {
+                    let cell = TortureCell {
                         dimension,
                         poisson: if material.name() == "arap" { 0.0 } else { 0.3 },
                         material: material.name(),
@@ -131,7 +133,7 @@ pub(super) fn add(choice: &Choice, cases: &mut Vec<Case>) {
     }
 }
 
-impl Cell {
+impl TortureCell {
     fn case(self) -> Case {
         let free = if self.free { ", free" } else { "" };
         let known = self.known.unwrap_or(0);
@@ -165,7 +167,7 @@ impl Cell {
             }
     }
 
-    fn run(&self) -> Findings {
+    fn run(&self) -> CaseResult {
         let mut findings = self.attempt(STEP);
         if findings.notes.first().is_some_and(|note| note.starts_with("reported")) {
             findings.advice = self.advice();
@@ -175,27 +177,27 @@ impl Cell {
 
     /// What works from the same start: the nearest step, a material, a solver, and where statics fails, dynamics.
     fn advice(&self) -> Option<String> {
-        let works = |cell: &Cell, step| cell.attempt(step).iterations.is_some_and(|n| n < CAP);
+        let works = |cell: &TortureCell, step| cell.attempt(step).iterations.is_some_and(|n| n < CAP);
         let is_static = self.integrator == IntegratorSpec::QuasiStatic;
         let step = if is_static { None } else { nearest_step(STEP, |step| works(self, step)) };
         let mut advice: Vec<String> =
             step.map(|step| format!("a step of {step:.2e} s")).into_iter().collect();
         let material = "stable-neo-hookean";
-        if self.material != material && works(&Cell { material, ..self.clone() }, STEP) {
+        if self.material != material && works(&TortureCell { material, ..self.clone() }, STEP) {
             advice.push(format!("the material {material}"));
         }
         let solver = LinearSolver::Cholesky;
-        if self.solver != solver && works(&Cell { solver, ..self.clone() }, STEP) {
+        if self.solver != solver && works(&TortureCell { solver, ..self.clone() }, STEP) {
             advice.push(format!("the linear solver {}", solver.name()));
         }
-        let dynamics = Cell { integrator: IntegratorSpec::ImplicitEuler, ..self.clone() };
+        let dynamics = TortureCell { integrator: IntegratorSpec::ImplicitEuler, ..self.clone() };
         if is_static && works(&dynamics, STEP) {
             advice.push("implicit-euler, step by step: inertia holds what statics cannot".into());
         }
         (!advice.is_empty()).then(|| advice.join(", or "))
     }
 
-    fn attempt(&self, step: f64) -> Findings {
+    fn attempt(&self, step: f64) -> CaseResult {
         let d = self.dimension;
         let integrator = scenes::scheme(self.integrator.method().documentation.name);
         let time = format!(", solver = {{ linear = '{}', tolerance = {TOLERANCE:?} }}", self.solver.name());
@@ -217,7 +219,7 @@ impl Cell {
         let mut assembly = solid.assemble();
         let simulation = &mut assembly.simulation;
         let rest = scenes::put(simulation, self.start);
-        let mut findings = Findings::default();
+        let mut findings = CaseResult::default();
         let start = simulation.diagnostics().total;
         let end = simulation.step();
         findings.picture = Some(scenes::picture(simulation, &assembly.topology));
@@ -237,7 +239,8 @@ impl Cell {
             if is_static || self.integrator == IntegratorSpec::ImplicitEuler {
                 findings.demand(ratio <= 1.01, || format!("energy grew {ratio:.3} times"));
             } else if ratio > 1.01 {
-                findings.note(Verdict::Flagged, format!("energy grew {ratio:.3} times, as this scheme may"));
+                findings
+                    .note(CaseVerdict::Flagged, format!("energy grew {ratio:.3} times, as this scheme may"));
             }
         }
         let zero = vec![0.0; rest.len()];
@@ -267,11 +270,11 @@ impl Cell {
     }
 
     /// A step that was not taken: it is reported, which is allowed where nobody got there, or where the material has no such state.
-    fn failed(&self, findings: &mut Findings, error: &StepError) {
+    fn failed(&self, findings: &mut CaseResult, error: &StepError) {
         let nobody = self.known.is_none_or(|known| known == 0);
         let capped = matches!(error, StepError::Unsolved { verdict: Solved::IterationCap, .. });
         let outside = matches!(error, StepError::NotFinite { fault: Some(_), .. });
-        let verdict = if outside || nobody && capped { Verdict::Flagged } else { Verdict::Fail };
+        let verdict = if outside || nobody && capped { CaseVerdict::Flagged } else { CaseVerdict::Fail };
         if let StepError::Unsolved { iterations, .. } = error {
             findings.iterations = Some(u64::from(*iterations));
         }

@@ -1,10 +1,10 @@
 //! How far a trajectory is from the reference.
 
-use super::trajectory::{Series, Trajectory};
+use super::trajectory::{InvariantSeries, StateSamples};
 
 /// Masses of what is free to move, and how large its motion is: what errors are relative to.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Weights {
+pub struct ErrorScales {
     /// 2 or 3.
     dimension: usize,
     /// Mass of every vertex, 0 for pinned ones [kg].
@@ -39,11 +39,16 @@ pub struct Errors {
     pub at: Vec<TimeError>,
 }
 
-impl Weights {
+impl ErrorScales {
     /// Of vertices of these masses [kg], in the order of the trajectory, from `start` on; pinned ones do not count.
-    pub fn new(dimension: usize, mass: &[f64], is_pinned: impl Fn(usize) -> bool, start: &[f64]) -> Weights {
+    pub fn new(
+        dimension: usize,
+        mass: &[f64],
+        is_pinned: impl Fn(usize) -> bool,
+        start: &[f64],
+    ) -> ErrorScales {
         let mass = mass.iter().enumerate().map(|(i, m)| if is_pinned(i) { 0.0 } else { *m }).collect();
-        Weights { dimension, mass, start: start.to_vec() }
+        ErrorScales { dimension, mass, start: start.to_vec() }
     }
 
     /// Total mass that is free to move [kg].
@@ -66,7 +71,7 @@ impl Weights {
     }
 
     /// The largest rms displacement [m] and rms velocity [m/s] of a trajectory.
-    pub fn scales(&self, reference: &Trajectory) -> (f64, f64) {
+    pub fn scales(&self, reference: &StateSamples) -> (f64, f64) {
         let zero = vec![0.0; self.start.len()];
         let largest = |values: &[Vec<f64>], from: &[f64]| {
             let size = values.iter().map(|value| self.rms(value, from)).fold(0.0, f64::max);
@@ -77,7 +82,7 @@ impl Weights {
     }
 
     /// Errors of `trajectory`; infinite where it ended early.
-    pub fn errors(&self, trajectory: &Trajectory, reference: &Trajectory) -> Errors {
+    pub fn errors(&self, trajectory: &StateSamples, reference: &StateSamples) -> Errors {
         let (q_scale, v_scale) = self.scales(reference);
         let pairs = trajectory.x.iter().zip(&trajectory.v).zip(reference.x.iter().zip(&reference.v));
         let at: Vec<TimeError> = pairs
@@ -104,7 +109,7 @@ impl Weights {
 
     /// `max_t |p - p_ref|` over `sum m` times the reference's largest rms velocity, and `max_t |L - L_ref|` over that times its
     /// largest rms distance from the origin.
-    pub fn momentum_errors(&self, series: &Series, reference: &Trajectory) -> (f64, f64) {
+    pub fn momentum_errors(&self, series: &InvariantSeries, reference: &StateSamples) -> (f64, f64) {
         let (_, speed) = self.scales(reference);
         let zero = vec![0.0; self.start.len()];
         let reach = reference.x.iter().map(|x| self.rms(x, &zero)).fold(f64::MIN_POSITIVE, f64::max);
@@ -146,14 +151,14 @@ mod tests {
     use super::*;
 
     /// Two free vertices of masses 1 and 3 and a pinned one, in a plane, at one time.
-    fn trajectory(x: [f64; 6], v: [f64; 6]) -> Trajectory {
-        Trajectory { times: vec![1.0], x: vec![x.to_vec()], v: vec![v.to_vec()] }
+    fn trajectory(x: [f64; 6], v: [f64; 6]) -> StateSamples {
+        StateSamples { times: vec![1.0], x: vec![x.to_vec()], v: vec![v.to_vec()] }
     }
 
     // E
     #[test]
     fn errors_are_weighted_by_mass_and_relative_to_the_motion() {
-        let weights = Weights::new(2, &[1.0, 3.0, 5.0], |i| i == 2, &[0.0; 6]);
+        let weights = ErrorScales::new(2, &[1.0, 3.0, 5.0], |i| i == 2, &[0.0; 6]);
         let reference = trajectory([2.0, 0.0, 0.0, 2.0, 9.0, 9.0], [1.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
         let other = trajectory([2.0, 0.2, 0.0, 2.0, 0.0, 0.0], [1.0, 0.0, 1.0, 0.4, 0.0, 0.0]);
         let errors = weights.errors(&other, &reference);
@@ -166,9 +171,9 @@ mod tests {
 
     #[test]
     fn a_run_that_ended_early_has_no_finite_error() {
-        let weights = Weights::new(2, &[1.0, 3.0, 5.0], |i| i == 2, &[0.0; 6]);
+        let weights = ErrorScales::new(2, &[1.0, 3.0, 5.0], |i| i == 2, &[0.0; 6]);
         let reference = trajectory([2.0, 0.0, 0.0, 2.0, 9.0, 9.0], [1.0; 6]);
-        let errors = weights.errors(&Trajectory::default(), &reference);
+        let errors = weights.errors(&StateSamples::default(), &reference);
         assert_eq!(errors.q_rms, f64::INFINITY);
     }
 }

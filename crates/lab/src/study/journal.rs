@@ -8,22 +8,22 @@ use std::path::Path;
 use super::Record;
 
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Entry {
+struct JournalEntry {
     key: String,
     record: Record,
 }
 
 /// Finished rows by their keys; in memory alone without a folder.
 #[derive(Default)]
-pub(super) struct Journal {
+pub(super) struct StudyJournal {
     kept: HashMap<String, Record>,
     file: Option<File>,
 }
 
-impl Journal {
+impl StudyJournal {
     /// Opens the journal of a folder. A last line that a killed study left half written is passed over.
-    pub(super) fn open(folder: Option<&Path>) -> std::io::Result<Journal> {
-        let Some(folder) = folder else { return Ok(Journal::default()) };
+    pub(super) fn open(folder: Option<&Path>) -> std::io::Result<StudyJournal> {
+        let Some(folder) = folder else { return Ok(StudyJournal::default()) };
         let path = folder.join("journal.jsonl");
         let mut kept = HashMap::new();
         let mut complete = true;
@@ -31,7 +31,7 @@ impl Journal {
             for line in BufReader::new(File::open(&path)?).lines() {
                 let line = line?;
                 complete = false;
-                if let Ok(Entry { key, record }) = serde_json::from_str(&line) {
+                if let Ok(JournalEntry { key, record }) = serde_json::from_str(&line) {
                     kept.insert(key, record);
                     complete = true;
                 }
@@ -41,7 +41,7 @@ impl Journal {
         if !complete {
             writeln!(file)?;
         }
-        Ok(Journal { kept, file: Some(file) })
+        Ok(StudyJournal { kept, file: Some(file) })
     }
 
     /// The row of this key, if it is known.
@@ -52,7 +52,7 @@ impl Journal {
     /// Writes a row down.
     pub(super) fn keep(&mut self, key: String, record: &Record) -> std::io::Result<()> {
         if let Some(file) = &mut self.file {
-            let mut line = serde_json::to_string(&Entry { key: key.clone(), record: record.clone() })?;
+            let mut line = serde_json::to_string(&JournalEntry { key: key.clone(), record: record.clone() })?;
             line.push('\n');
             file.write_all(line.as_bytes())?;
             file.flush()?;

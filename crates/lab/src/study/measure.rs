@@ -1,13 +1,13 @@
 //! One row: a run that is watched, and runs that are timed.
 
-use super::errors::Weights;
+use super::errors::ErrorScales;
 use super::machine::{forget_peak, peak};
-use super::plan::{Contender, Grid, Pace};
+use super::plan::{Contender, TimeGrid, TimeStepping};
 use super::results::Record;
 use super::row::{Row, RowStatus, SCHEMA};
 use super::sweep::{Study, integrator_name, status};
 use super::timing::Timing;
-use super::trajectory::{Runner, Series, Watched};
+use super::trajectory::{InvariantSeries, Runner, Watched};
 use super::{Reference, StudyError};
 use crate::statistics::RunStatistics;
 use pliant::algebra::scene_size;
@@ -25,20 +25,20 @@ const MOST_REPEATS: usize = 3 * REPEATS;
 const NEWTON_TOLERANCE: f64 = 1e-12;
 
 /// What all rows of a variant have in common.
-pub(super) struct About<'a> {
+pub(super) struct VariantContext<'a> {
     pub(super) study: &'a Study<'a>,
     pub(super) scene: &'a Scene,
     pub(super) label: &'a str,
-    pub(super) weights: &'a Weights,
+    pub(super) weights: &'a ErrorScales,
     pub(super) reference: &'a Reference,
-    pub(super) grid: Grid,
+    pub(super) grid: TimeGrid,
 }
 
 /// The row of a scheme at a step, timed for about `slice` seconds; `None` where it was not done at `deadline`, or was interrupted.
 pub(super) fn measure(
-    about: &About<'_>,
+    about: &VariantContext<'_>,
     contender: Contender,
-    pace: Pace,
+    pace: TimeStepping,
     slice: f64,
     deadline: f64,
 ) -> Result<Option<Record>, StudyError> {
@@ -77,14 +77,19 @@ pub(super) fn measure(
 }
 
 /// The scene with a tolerance of Newton's method that lets the error of the scheme be seen.
-fn solved_well(about: &About<'_>, runner: &Runner<'_>, contender: Contender) -> Result<Scene, StudyError> {
+fn solved_well(
+    about: &VariantContext<'_>,
+    runner: &Runner<'_>,
+    contender: Contender,
+) -> Result<Scene, StudyError> {
     let mut scene = about.scene.clone();
     if contender.method.documentation.solves == 0 {
         return Ok(scene);
     }
     let mut solver = scene.time.solver.clone().unwrap_or_default();
     if solver.tolerance.is_none() {
-        let assembly = runner.assemble(&scene, contender, Pace::Parts(1)).map_err(StudyError::Scene)?;
+        let assembly =
+            runner.assemble(&scene, contender, TimeStepping::Parts(1)).map_err(StudyError::Scene)?;
         let size = scene_size(assembly.simulation.state().x(), scene.dimension);
         solver.tolerance = Some(NEWTON_TOLERANCE * size);
     }
@@ -94,9 +99,9 @@ fn solved_well(about: &About<'_>, runner: &Runner<'_>, contender: Contender) -> 
 
 #[allow(clippy::too_many_arguments, reason = "a row has many columns")]
 fn record(
-    about: &About<'_>,
+    about: &VariantContext<'_>,
     contender: Contender,
-    pace: Pace,
+    pace: TimeStepping,
     scene: &Scene,
     watched: &Watched,
     (status, failure): (RowStatus, Option<(f64, String)>),
@@ -128,12 +133,12 @@ fn record(
         nu: about.scene.body.iter().find_map(|b| b.elastic.as_ref()?.lame()).map(poisson),
         ndof: assembly.report.free_coordinates,
         mass: "lumped".into(),
-        integrator: integrator_name(contender, matches!(pace, Pace::Tolerance(_))),
+        integrator: integrator_name(contender, matches!(pace, TimeStepping::Tolerance(_))),
         order_nominal: method.order,
         stages: stages(contender),
         dt: match pace {
-            Pace::Parts(parts) => about.grid.step(parts),
-            Pace::Tolerance(_) => summary.end.time / counts.steps.max(1) as f64,
+            TimeStepping::Parts(parts) => about.grid.step(parts),
+            TimeStepping::Tolerance(_) => summary.end.time / counts.steps.max(1) as f64,
         },
         steps: counts.steps,
         t_end: about.grid.duration,
@@ -163,8 +168,8 @@ fn record(
         peak_rss_mb: memory,
         obs_order: None,
         tol: match pace {
-            Pace::Parts(_) => None,
-            Pace::Tolerance(tolerance) => Some(tolerance),
+            TimeStepping::Parts(_) => None,
+            TimeStepping::Tolerance(tolerance) => Some(tolerance),
         },
         n_reject: summary.work.rejected_steps,
         variant: about.label.to_owned(),
@@ -180,7 +185,7 @@ fn record(
 }
 
 /// `E - E_0` over the energy in play.
-fn energy(series: &Series, scale: f64) -> Vec<f64> {
+fn energy(series: &InvariantSeries, scale: f64) -> Vec<f64> {
     let first = series.energy.first().copied().unwrap_or(0.0);
     series.energy.iter().map(|energy| (energy - first) / scale).collect()
 }

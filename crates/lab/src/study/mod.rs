@@ -55,15 +55,15 @@ mod trajectory;
 
 pub use advice::{cheapest, front, toml, words};
 pub use clock::{Clock, WallClock};
-pub use errors::{Errors, TimeError, Weights};
+pub use errors::{ErrorScales, Errors, TimeError};
 pub use machine::Provenance;
 pub use order::fit;
-pub use plan::{Contender, Grid, Pace, Plan, ReferenceChoice, TIMES};
+pub use plan::{Contender, ReferenceChoice, StudyPlan, TIMES, TimeGrid, TimeStepping};
 pub use reference::{Reference, key};
-pub use results::{LineResult, Recommendation, Record, Results, Stop, VariantResult};
+pub use results::{LineResult, Recommendation, Record, Results, StopReason, VariantResult};
 pub use row::{COLUMNS, Row, RowStatus, SCHEMA, columns, csv};
 pub use sweep::Study;
-pub use trajectory::{Series, Trajectory};
+pub use trajectory::{InvariantSeries, StateSamples};
 
 use pliant_scene::{Problem, SceneError};
 

@@ -49,20 +49,20 @@ impl Look {
 
 /// A cell of a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Cell {
+pub struct TableCell {
     html: String,
     look: Look,
 }
 
-impl Cell {
+impl TableCell {
     /// A text.
-    pub fn new(text: &str, look: Look) -> Cell {
-        Cell { html: escaped(text), look }
+    pub fn new(text: &str, look: Look) -> TableCell {
+        TableCell { html: escaped(text), look }
     }
 
     /// A picture, an SVG text of this program.
-    pub fn picture(svg: String) -> Cell {
-        Cell { html: svg, look: Look::Number }
+    pub fn picture(svg: String) -> TableCell {
+        TableCell { html: svg, look: Look::Number }
     }
 }
 
@@ -105,7 +105,7 @@ impl Page {
     }
 
     /// A table under its header; a cell is shown as its column is, unless it says how itself.
-    pub fn table(&mut self, header: &[(&str, Look)], rows: &[Vec<Cell>]) {
+    pub fn table(&mut self, header: &[(&str, Look)], rows: &[Vec<TableCell>]) {
         let mut html = String::from("<div class=\"scroll\"><table>\n<tr>");
         for (name, look) in header {
             let _ = write!(html, "<th{}>{}</th>", look.class(), escaped(name));
@@ -175,7 +175,7 @@ mod tests {
         let mut page = Page::new("a < b & \"c\"");
         page.table(
             &[("name", Look::Text), ("n", Look::Number)],
-            &[vec![Cell::new("<script>", Look::Number), Cell::new("x", Look::Bad)]],
+            &[vec![TableCell::new("<script>", Look::Number), TableCell::new("x", Look::Bad)]],
         );
         page.figure("<svg></svg>", "1 > 0");
         page.list([]);

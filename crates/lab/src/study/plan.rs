@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use pliant::integrator::{IntegratorSpec, Method};
-use pliant_scene::vary::Axis;
+use pliant_scene::vary::VariedKey;
 use pliant_scene::{KeyPath, Problem, Scene};
 
 /// States are compared at this many times unless the scene says more.
@@ -53,7 +53,7 @@ impl Contender {
 
 /// How a run goes through time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pace {
+pub enum TimeStepping {
     /// So many steps from one time of comparison to the next.
     Parts(u64),
     /// Steps that follow the error, of this tolerance.
@@ -74,7 +74,7 @@ pub enum ReferenceChoice {
 
 /// What is compared, and how much of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct StudyPlan {
     /// The schemes.
     pub contenders: Vec<Contender>,
     /// Steps [s]; chosen by factors of 2 if there are none.
@@ -84,7 +84,7 @@ pub struct Plan {
     /// The smallest step that is chosen [s].
     pub smallest_step: Option<f64>,
     /// Values that are varied beside.
-    pub axes: Vec<Axis>,
+    pub axes: Vec<VariedKey>,
     /// At how many times states are compared.
     pub times: usize,
     /// Timed runs of each row; `None`: seven, or as many as take a second.
@@ -99,16 +99,16 @@ pub struct Plan {
     pub threads: usize,
 }
 
-impl Plan {
+impl StudyPlan {
     /// What `scene` says, the rest as usual.
     ///
     /// # Errors
     /// An axis of `vary` that is none.
-    pub fn of(scene: &Scene) -> Result<Plan, Vec<Problem>> {
+    pub fn of(scene: &Scene) -> Result<StudyPlan, Vec<Problem>> {
         let spec = scene.study.clone().unwrap_or_default();
         let path = KeyPath::root().key("study").key("vary");
         let axes = spec.vary.iter().enumerate().map(|(index, text)| {
-            text.parse::<Axis>()
+            text.parse::<VariedKey>()
                 .map_err(|error| vec![Problem::semantic(path.index(index), error.to_string())])
         });
         let usual =
@@ -122,7 +122,7 @@ impl Plan {
             contenders.push(scene.time.integrator.into());
         }
         let chosen = spec.steps.is_none() && spec.tolerances.is_empty() && spec.smallest_step.is_none();
-        Ok(Plan {
+        Ok(StudyPlan {
             contenders,
             steps: spec.steps.unwrap_or_default(),
             tolerances: spec.tolerances,
@@ -145,22 +145,22 @@ impl Plan {
 
 /// Times at which states are compared, `duration * i / times`, and steps that meet all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
+pub struct TimeGrid {
     /// Simulated time [s].
     pub duration: f64,
     /// Number of times, the start not among them.
     pub times: usize,
 }
 
-impl Grid {
+impl TimeGrid {
     /// At `times` times or, where given `steps` do not meet these, at the fewest more that they do meet.
-    pub fn new(duration: f64, times: usize, steps: &[f64]) -> Grid {
+    pub fn new(duration: f64, times: usize, steps: &[f64]) -> TimeGrid {
         let meets = |times: usize| {
-            let grid = Grid { duration, times };
+            let grid = TimeGrid { duration, times };
             steps.iter().all(|step| (grid.step(grid.parts(*step)) / step - 1.0).abs() < 1e-9)
         };
         let times = (times..=MOST_TIMES.max(times)).find(|times| meets(*times)).unwrap_or(times);
-        Grid { duration, times }
+        TimeGrid { duration, times }
     }
 
     /// Number of steps between two times for steps as near to `step` [s] as can be.
@@ -186,11 +186,15 @@ mod tests {
     // E: at least 20 common times, which all schemes meet exactly.
     #[test]
     fn steps_meet_the_times_of_comparison() {
-        let grid = Grid::new(1.0, 20, &[1.0 / 25.0, 1.0 / 50.0]);
+        let grid = TimeGrid::new(1.0, 20, &[1.0 / 25.0, 1.0 / 50.0]);
         assert_eq!((grid.times, grid.parts(1.0 / 50.0), grid.step(2)), (25, 2, 0.02));
         // No number of times goes with a step like this: it is changed to the nearest that goes with 20.
-        let grid = Grid::new(1.0, 20, &[0.0123456]);
+        let grid = TimeGrid::new(1.0, 20, &[0.0123456]);
         assert_eq!((grid.times, grid.parts(0.0123456), grid.step(4)), (20, 4, 0.0125));
-        assert_eq!(Grid::new(1.0, 20, &[]).parts(10.0), 1, "a step reaches no further than the next time");
+        assert_eq!(
+            TimeGrid::new(1.0, 20, &[]).parts(10.0),
+            1,
+            "a step reaches no further than the next time"
+        );
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::advice::{number, problem, seconds, toml};
 use super::errors::TimeError;
 use super::machine::Provenance;
-use super::plan::Grid;
+use super::plan::TimeGrid;
 use super::reference::Reference;
 use super::row::Row;
 use super::timing::NOISE;
@@ -29,7 +29,7 @@ pub struct Record {
 /// Why a scheme was not refined further.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Stop {
+pub enum StopReason {
     /// Its error is too near to that of the reference.
     Reference,
     /// Its error no longer falls: rounding, or the tolerance of a solver.
@@ -42,15 +42,15 @@ pub enum Stop {
     Interrupted,
 }
 
-impl Stop {
+impl StopReason {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Stop::Reference => "error as small as the reference's can be told",
-            Stop::Floor => "error no longer falls",
-            Stop::Budget => "budget used up",
-            Stop::Steps => "all steps done",
-            Stop::Interrupted => "interrupted",
+            StopReason::Reference => "error as small as the reference's can be told",
+            StopReason::Floor => "error no longer falls",
+            StopReason::Budget => "budget used up",
+            StopReason::Steps => "all steps done",
+            StopReason::Interrupted => "interrupted",
         }
     }
 }
@@ -65,7 +65,7 @@ pub struct LineResult {
     /// The slope through its finest rows that count.
     pub order_observed: Option<f64>,
     /// Why it ends where it does.
-    pub stop: Stop,
+    pub stop: StopReason,
 }
 
 impl LineResult {
@@ -111,7 +111,7 @@ pub struct Results {
     pub provenance: Provenance,
     /// Simulated time [s] and number of times of comparison.
     #[serde(skip)]
-    pub grid: Grid,
+    pub grid: TimeGrid,
     /// The largest error that the recommendation may have.
     pub error: f64,
     /// The variants.

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::clock::Clock;
-use super::errors::Weights;
-use super::journal::Journal;
+use super::errors::ErrorScales;
+use super::journal::StudyJournal;
 use super::machine::Provenance;
-use super::measure::{About, measure};
-use super::plan::{Contender, Grid, Pace, Plan};
-use super::reference::{Search, Store};
-use super::results::{LineResult, Record, Results, Stop, VariantResult};
+use super::measure::{VariantContext, measure};
+use super::plan::{Contender, StudyPlan, TimeGrid, TimeStepping};
+use super::reference::{ReferenceSearch, Store};
+use super::results::{LineResult, Record, Results, StopReason, VariantResult};
 use super::row::RowStatus;
 use super::trajectory::Runner;
 use super::{Event, Reference, StudyError, order};
@@ -39,7 +39,7 @@ pub struct Study<'a> {
     /// What to call it.
     pub name: &'a str,
     /// What to compare.
-    pub plan: &'a Plan,
+    pub plan: &'a StudyPlan,
     /// Where references and finished rows are kept, to go on from; nowhere without it.
     pub folder: Option<&'a Path>,
     /// What is written into every row.
@@ -54,26 +54,26 @@ pub struct Study<'a> {
 struct Variant {
     label: String,
     scene: Scene,
-    weights: Weights,
+    weights: ErrorScales,
     reference: Reference,
 }
 
 /// One scheme on one variant.
-struct Line {
+struct SweepLine {
     variant: usize,
     contender: Contender,
     /// Whether its steps follow the error.
     adaptive: bool,
     /// Those given or the next, the last first.
-    paces: Vec<Pace>,
+    paces: Vec<TimeStepping>,
     /// Whether they are given.
     given: bool,
     records: Vec<Record>,
     /// The last that was run.
-    last: Option<Pace>,
+    last: Option<TimeStepping>,
     /// Seconds that the last run took, all repeats together and one alone.
     cost: Option<(f64, f64)>,
-    stop: Option<Stop>,
+    stop: Option<StopReason>,
 }
 
 impl Study<'_> {
@@ -95,8 +95,8 @@ impl Study<'_> {
         if base.time.duration <= 0.0 {
             return Err(StudyError::NoDuration);
         }
-        let grid = Grid::new(base.time.duration, self.plan.times, &self.plan.steps);
-        let mut journal = Journal::open(self.folder).map_err(file("cannot read the journal"))?;
+        let grid = TimeGrid::new(base.time.duration, self.plan.times, &self.plan.steps);
+        let mut journal = StudyJournal::open(self.folder).map_err(file("cannot read the journal"))?;
         let combinations = vary::combinations(&self.plan.axes);
         let mut variants = vec![];
         for (i, changes) in combinations.iter().enumerate() {
@@ -122,7 +122,7 @@ impl Study<'_> {
                     continue;
                 }
                 if self.interrupt.load(Ordering::Relaxed) {
-                    line.stop = Some(Stop::Interrupted);
+                    line.stop = Some(StopReason::Interrupted);
                     continue;
                 }
                 let variant = &variants[line.variant];
@@ -139,7 +139,7 @@ impl Study<'_> {
     fn variant(
         &self,
         changes: &[(String, String)],
-        grid: Grid,
+        grid: TimeGrid,
         [deadline, last]: [f64; 2],
         watch: &mut dyn FnMut(Event<'_>),
     ) -> Result<Variant, StudyError> {
@@ -147,20 +147,28 @@ impl Study<'_> {
         let scene = source.scene()?;
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
         let located = |problems| StudyError::Variant(source.error(problems));
-        let assembly = runner.assemble(&scene, self.plan.contenders[0], Pace::Parts(1)).map_err(located)?;
+        let assembly =
+            runner.assemble(&scene, self.plan.contenders[0], TimeStepping::Parts(1)).map_err(located)?;
         let simulation = &assembly.simulation;
         let pinned =
             |i: usize| simulation.system().is_pinned(simulation.numbering().internal(i as u32) as usize);
         let start = simulation.positions();
-        let weights = Weights::new(scene.dimension, &assembly.topology.masses, pinned, &start);
+        let weights = ErrorScales::new(scene.dimension, &assembly.topology.masses, pinned, &start);
         let store = Store(self.folder.map(Path::to_owned));
         let reference = match store.load(&scene, &grid) {
             Some(reference) => reference,
             None => {
                 let choice = self.plan.reference;
                 let watch = &mut *watch;
-                let mut search =
-                    Search { scene: &scene, runner, weights: &weights, choice, deadline, last, watch };
+                let mut search = ReferenceSearch {
+                    scene: &scene,
+                    runner,
+                    weights: &weights,
+                    choice,
+                    deadline,
+                    last,
+                    watch,
+                };
                 let found = search.find()?;
                 store.save(&scene, &grid, &found).map_err(file("cannot keep the reference"))?;
                 found
@@ -172,12 +180,12 @@ impl Study<'_> {
     }
 
     /// What is to be run first of every scheme.
-    fn lines(&self, variants: &[Variant], grid: Grid) -> Result<Vec<Line>, StudyError> {
+    fn lines(&self, variants: &[Variant], grid: TimeGrid) -> Result<Vec<SweepLine>, StudyError> {
         let mut lines = vec![];
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
         for (index, variant) in variants.iter().enumerate() {
             for &contender in &self.plan.contenders {
-                let line = |adaptive, paces: Vec<Pace>, given| Line {
+                let line = |adaptive, paces: Vec<TimeStepping>, given| SweepLine {
                     variant: index,
                     contender,
                     adaptive,
@@ -188,33 +196,33 @@ impl Study<'_> {
                     cost: None,
                     stop: None,
                 };
-                let Plan { steps, tolerances, .. } = self.plan;
+                let StudyPlan { steps, tolerances, .. } = self.plan;
                 let chosen = steps.is_empty() && tolerances.is_empty();
                 if chosen {
                     let assembly = runner
-                        .assemble(&variant.scene, contender, Pace::Parts(1))
+                        .assemble(&variant.scene, contender, TimeStepping::Parts(1))
                         .map_err(StudyError::Scene)?;
                     let method = assembly.simulation.method().documentation;
                     let limited = method.stability_limit.is_finite() && method.stability_limit > 0.0;
                     let limit = assembly.report.stability.filter(|_| limited).map(|s| s.step);
                     let first = limit.map_or(1, |limit| grid.parts(BEYOND_STABILITY * limit));
-                    lines.push(line(false, vec![Pace::Parts(first.next_power_of_two())], false));
+                    lines.push(line(false, vec![TimeStepping::Parts(first.next_power_of_two())], false));
                 } else if !steps.is_empty() {
                     let mut parts: Vec<u64> = steps.iter().map(|step| grid.parts(*step)).collect();
                     parts.sort_unstable_by(|a, b| b.cmp(a));
                     parts.dedup();
-                    lines.push(line(false, parts.into_iter().map(Pace::Parts).collect(), true));
+                    lines.push(line(false, parts.into_iter().map(TimeStepping::Parts).collect(), true));
                 }
                 if !contender.method.is_adaptive() {
                     continue;
                 }
                 if chosen {
-                    lines.push(line(true, vec![Pace::Tolerance(LARGEST_TOLERANCE)], false));
+                    lines.push(line(true, vec![TimeStepping::Tolerance(LARGEST_TOLERANCE)], false));
                 } else if !tolerances.is_empty() {
                     let mut given = tolerances.clone();
                     given.sort_by(f64::total_cmp);
                     given.dedup();
-                    lines.push(line(true, given.into_iter().map(Pace::Tolerance).collect(), true));
+                    lines.push(line(true, given.into_iter().map(TimeStepping::Tolerance).collect(), true));
                 }
             }
         }
@@ -226,25 +234,25 @@ impl Study<'_> {
     fn one(
         &self,
         variant: &Variant,
-        line: &mut Line,
+        line: &mut SweepLine,
         (active, left): (usize, Option<f64>),
         deadline: f64,
-        journal: &mut Journal,
+        journal: &mut StudyJournal,
         finished: &mut usize,
         watch: &mut dyn FnMut(Event<'_>),
     ) -> Result<(), StudyError> {
         let Some(pace) = line.paces.pop() else {
-            line.stop = Some(Stop::Steps);
+            line.stop = Some(StopReason::Steps);
             return Ok(());
         };
-        let grid = Grid::new(variant.scene.time.duration, self.plan.times, &self.plan.steps);
+        let grid = TimeGrid::new(variant.scene.time.duration, self.plan.times, &self.plan.steps);
         let now = self.clock.now();
         let share = (deadline - now) / active as f64;
         let expected = line.cost.map(|(_, one)| 2.0 * one);
         let key = self.key(variant, line.contender, &grid, pace);
         let known = journal.find(&key).cloned();
         if known.is_none() && (share <= 0.0 || expected.is_some_and(|expected| expected > share)) {
-            line.stop = Some(Stop::Budget);
+            line.stop = Some(StopReason::Budget);
             return Ok(());
         }
         let scheme = line.contender.name();
@@ -258,7 +266,7 @@ impl Study<'_> {
         let record = match known {
             Some(record) => record,
             None => {
-                let about = About {
+                let about = VariantContext {
                     study: self,
                     scene: &variant.scene,
                     label: &variant.label,
@@ -271,7 +279,7 @@ impl Study<'_> {
                 let before = self.clock.now();
                 let Some(record) = measure(&about, line.contender, pace, slice, deadline)? else {
                     let interrupted = self.interrupt.load(Ordering::Relaxed);
-                    line.stop = Some(if interrupted { Stop::Interrupted } else { Stop::Budget });
+                    line.stop = Some(if interrupted { StopReason::Interrupted } else { StopReason::Budget });
                     return Ok(());
                 };
                 let one = record.row.wall_median_s + record.row.setup_s;
@@ -289,8 +297,8 @@ impl Study<'_> {
         line.records.push(record);
         if !line.given {
             let next = match pace {
-                Pace::Parts(parts) => Pace::Parts(2 * parts),
-                Pace::Tolerance(tolerance) => Pace::Tolerance(a_tenth(tolerance)),
+                TimeStepping::Parts(parts) => TimeStepping::Parts(2 * parts),
+                TimeStepping::Tolerance(tolerance) => TimeStepping::Tolerance(a_tenth(tolerance)),
             };
             line.stop = self.stop(&line.records, &grid, next);
             line.paces.push(next);
@@ -299,33 +307,33 @@ impl Study<'_> {
     }
 
     /// Whether a smaller step is of no use.
-    fn stop(&self, records: &[Record], grid: &Grid, next: Pace) -> Option<Stop> {
+    fn stop(&self, records: &[Record], grid: &TimeGrid, next: TimeStepping) -> Option<StopReason> {
         let last = records.last()?;
         if last.row.dropped {
-            return Some(Stop::Reference);
+            return Some(StopReason::Reference);
         }
         let is_last = match next {
-            Pace::Parts(parts) => {
+            TimeStepping::Parts(parts) => {
                 let step = grid.step(parts);
                 let too_small = self.plan.smallest_step.is_some_and(|smallest| step < 0.999 * smallest);
                 too_small || grid.duration / step > MOST_STEPS
             }
-            Pace::Tolerance(tolerance) => tolerance < SMALLEST_TOLERANCE,
+            TimeStepping::Tolerance(tolerance) => tolerance < SMALLEST_TOLERANCE,
         };
         if is_last {
-            return Some(Stop::Steps);
+            return Some(StopReason::Steps);
         }
         // Twice in a row no better, once it was good.
         let errors: Vec<f64> = records.iter().rev().take(3).map_while(|record| record.row.error()).collect();
         let stays = |pair: &[f64]| pair[0] > 0.8 * pair[1];
         if errors.len() == 3 && errors[0] < 1e-6 && errors.windows(2).all(stays) {
-            return Some(Stop::Floor);
+            return Some(StopReason::Floor);
         }
         None
     }
 
     /// What makes a row worth using again.
-    fn key(&self, variant: &Variant, contender: Contender, grid: &Grid, pace: Pace) -> String {
+    fn key(&self, variant: &Variant, contender: Contender, grid: &TimeGrid, pace: TimeStepping) -> String {
         let Provenance { commit, cpu, rustc, flags, .. } = self.provenance;
         let solver = variant.scene.time.solver.clone().unwrap_or_default();
         let problem = super::reference::key(&variant.scene, grid);
@@ -334,8 +342,14 @@ impl Study<'_> {
         format!("{problem} {scheme} {pace:?} {solver:?} {about:?} {commit} {cpu} {rustc} {flags}")
     }
 
-    fn results(&self, base: &Scene, grid: Grid, variants: Vec<Variant>, lines: Vec<Line>) -> Results {
-        let complete = lines.iter().all(|line| line.stop != Some(Stop::Interrupted));
+    fn results(
+        &self,
+        base: &Scene,
+        grid: TimeGrid,
+        variants: Vec<Variant>,
+        lines: Vec<SweepLine>,
+    ) -> Results {
+        let complete = lines.iter().all(|line| line.stop != Some(StopReason::Interrupted));
         let mut found: Vec<VariantResult> = variants
             .into_iter()
             .map(|variant| VariantResult {
@@ -354,7 +368,7 @@ impl Study<'_> {
                 integrator: integrator_name(line.contender, line.adaptive),
                 order_nominal: line.contender.method.documentation.order,
                 order_observed: order::fit(line.records.iter().map(|record| &record.row)),
-                stop: line.stop.unwrap_or(Stop::Steps),
+                stop: line.stop.unwrap_or(StopReason::Steps),
             });
             variant.records.extend(line.records);
         }
@@ -393,11 +407,11 @@ fn fixed_name(contender: Contender) -> String {
 
 /// Seconds that all paces given will likely take: each in proportion to its steps. `None` where nothing has been run yet, or where
 /// paces are chosen.
-fn left(lines: &[Line]) -> Option<f64> {
-    let steps = |pace: &Pace| match pace {
-        Pace::Parts(parts) => *parts as f64,
+fn left(lines: &[SweepLine]) -> Option<f64> {
+    let steps = |pace: &TimeStepping| match pace {
+        TimeStepping::Parts(parts) => *parts as f64,
         // Of order 5, say.
-        Pace::Tolerance(tolerance) => tolerance.powf(-0.2),
+        TimeStepping::Tolerance(tolerance) => tolerance.powf(-0.2),
     };
     if lines.iter().any(|line| !line.given) {
         return None;
@@ -422,10 +436,10 @@ fn a_tenth(tolerance: f64) -> f64 {
 }
 
 /// The step [s] or the tolerance.
-fn shown(pace: Pace, grid: &Grid) -> (&'static str, f64) {
+fn shown(pace: TimeStepping, grid: &TimeGrid) -> (&'static str, f64) {
     match pace {
-        Pace::Parts(parts) => ("step", grid.step(parts)),
-        Pace::Tolerance(tolerance) => ("tolerance", tolerance),
+        TimeStepping::Parts(parts) => ("step", grid.step(parts)),
+        TimeStepping::Tolerance(tolerance) => ("tolerance", tolerance),
     }
 }
 

@@ -41,10 +41,10 @@ fn provenance() -> Provenance {
 }
 
 /// A plan for these schemes and steps.
-fn plan(text: &str, schemes: &[IntegratorSpec], steps: &[f64]) -> Plan {
-    let plan = Plan::of(&Source::new("scene", text).scene().unwrap()).unwrap();
+fn plan(text: &str, schemes: &[IntegratorSpec], steps: &[f64]) -> StudyPlan {
+    let plan = StudyPlan::of(&Source::new("scene", text).scene().unwrap()).unwrap();
     let contenders = schemes.iter().map(|spec| (*spec).into()).collect();
-    Plan { contenders, steps: steps.to_vec(), repeats: Some(1), budget: Some(5.0), ..plan }
+    StudyPlan { contenders, steps: steps.to_vec(), repeats: Some(1), budget: Some(5.0), ..plan }
 }
 
 struct Made {
@@ -54,7 +54,7 @@ struct Made {
 }
 
 /// Makes a study; is interrupted once `rows` are finished.
-fn make(text: &str, plan: &Plan, folder: Option<&Path>, rows: usize) -> Made {
+fn make(text: &str, plan: &StudyPlan, folder: Option<&Path>, rows: usize) -> Made {
     let (clock, interrupt) = (FakeClock::default(), AtomicBool::new(false));
     let source = Source::new("scene", text);
     let study = Study {
@@ -78,7 +78,7 @@ fn make(text: &str, plan: &Plan, folder: Option<&Path>, rows: usize) -> Made {
     Made { results, clock, references }
 }
 
-fn made(text: &str, plan: &Plan) -> Results {
+fn made(text: &str, plan: &StudyPlan) -> Results {
     make(text, plan, None, usize::MAX).results.unwrap()
 }
 
@@ -106,8 +106,8 @@ fn a_scheme_that_is_wrong_is_exposed_by_its_order() {
     // The kicks are no halves: of first order, stable, and close to right at any one step.
     wrong.method.scheme = Scheme::Splitting(&[Kick(0.45), Drift(1.0), Kick(0.55)]);
     let right = plan(PENDULUM, &[IntegratorSpec::VelocityVerlet], &[0.01, 0.005, 0.0025, 0.00125]);
-    let wrong = Plan { contenders: vec![wrong], ..right.clone() };
-    let line = |plan: &Plan| made(PENDULUM, plan).variants[0].lines[0].clone();
+    let wrong = StudyPlan { contenders: vec![wrong], ..right.clone() };
+    let line = |plan: &StudyPlan| made(PENDULUM, plan).variants[0].lines[0].clone();
     let (right, wrong) = (line(&right), line(&wrong));
     assert!((right.order_observed.unwrap() - 2.0).abs() < 0.05 && !right.falls_short(), "{right:?}");
     assert!((wrong.order_observed.unwrap() - 1.0).abs() < 0.1 && wrong.falls_short(), "{wrong:?}");
@@ -116,8 +116,8 @@ fn a_scheme_that_is_wrong_is_exposed_by_its_order() {
 #[test]
 fn every_order_of_the_usual_schemes_is_observed() {
     let scene = Source::new("scene", PENDULUM).scene().unwrap();
-    let usual = Plan::of(&scene).unwrap();
-    let plan = Plan { steps: vec![0.02, 0.01, 0.005], repeats: Some(1), budget: Some(20.0), ..usual };
+    let usual = StudyPlan::of(&scene).unwrap();
+    let plan = StudyPlan { steps: vec![0.02, 0.01, 0.005], repeats: Some(1), budget: Some(20.0), ..usual };
     let results = made(PENDULUM, &plan);
     assert!(results.variants[0].lines.len() >= 12);
     for line in &results.variants[0].lines {
@@ -130,7 +130,7 @@ fn every_order_of_the_usual_schemes_is_observed() {
 fn everything_but_times_is_the_same_again() {
     let plan = plan(PENDULUM, &[IntegratorSpec::Rk4, IntegratorSpec::TrBdf2], &[0.02, 0.01]);
     let once = made(PENDULUM, &plan);
-    let again = made(PENDULUM, &Plan { threads: 2, ..plan });
+    let again = made(PENDULUM, &StudyPlan { threads: 2, ..plan });
     assert_eq!(errors(&once), errors(&again));
     assert_eq!(once.variants[0].reference, again.variants[0].reference);
 }
@@ -139,7 +139,7 @@ fn everything_but_times_is_the_same_again() {
 fn a_budget_is_kept_and_used() {
     let budget = 3.0;
     let schemes = [IntegratorSpec::VelocityVerlet, IntegratorSpec::Rk4, IntegratorSpec::ImplicitMidpoint];
-    let plan = Plan { budget: Some(budget), ..plan(PENDULUM, &schemes, &[]) };
+    let plan = StudyPlan { budget: Some(budget), ..plan(PENDULUM, &schemes, &[]) };
     let Made { results, clock, .. } = make(PENDULUM, &plan, None, usize::MAX);
     let results = results.unwrap();
     assert!(clock.now() <= 1.02 * budget, "{} s of {budget} s", clock.now());
@@ -147,9 +147,9 @@ fn a_budget_is_kept_and_used() {
     for line in &results.variants[0].lines {
         assert!(results.variants[0].of(&line.integrator).count() >= 5, "{line:?}");
     }
-    assert!(results.variants[0].lines.iter().any(|line| line.stop == Stop::Budget));
+    assert!(results.variants[0].lines.iter().any(|line| line.stop == StopReason::Budget));
     // A tenth of it goes less far.
-    let less = make(PENDULUM, &Plan { budget: Some(0.1 * budget), ..plan }, None, usize::MAX);
+    let less = make(PENDULUM, &StudyPlan { budget: Some(0.1 * budget), ..plan }, None, usize::MAX);
     assert!(less.clock.now() <= 1.02 * 0.1 * budget, "{} s", less.clock.now());
     assert!(less.results.unwrap().rows().count() < results.rows().count());
 }
@@ -235,7 +235,7 @@ fn a_run_whose_equations_are_not_solved_says_so() {
 fn a_failed_run_is_a_cross_in_the_chart_and_a_remark_in_the_report() {
     let plan = plan(SQUARE, &[IntegratorSpec::VelocityVerlet], &[0.025, 0.001]);
     let results = made(SQUARE, &plan);
-    let report = report::Report::new("A & B <c>", &[results], &report::Kind::ALL).unwrap();
+    let report = report::StudyReport::new("A & B <c>", &[results], &report::FigureKind::ALL).unwrap();
     assert!(report.sections[0].figures[0].svg.contains("the run failed"));
     let (page, html) = (report.markdown("charts/"), report.html());
     assert!(page.contains("velocity-verlet failed with steps of 25 ms (diverged at t ="), "{page}");
@@ -278,7 +278,8 @@ fn a_linear_system_is_compared_with_its_modes() {
     let bent = text.replace("[5.0, 0.0]", "[5.0, 0.5]");
     let reference = made(&bent, &plan(&bent, &[IntegratorSpec::Rk4], &[1e-3])).variants[0].reference.clone();
     assert!(reference.how.starts_with("computed"), "{}", reference.how);
-    let exact = Plan { reference: ReferenceChoice::Exact, ..plan(&bent, &[IntegratorSpec::Rk4], &[1e-3]) };
+    let exact =
+        StudyPlan { reference: ReferenceChoice::Exact, ..plan(&bent, &[IntegratorSpec::Rk4], &[1e-3]) };
     assert!(matches!(make(&bent, &exact, None, usize::MAX).results, Err(StudyError::NotExact)));
 }
 
@@ -294,11 +295,11 @@ fn a_computed_reference_knows_its_error() {
         velocity = { per_vertex = [[0.0, 0.0], [0.0, 2.0]] }
         pin = [{ vertices = [0] }]";
     let exact = plan(text, &[IntegratorSpec::Rk4], &[0.01]);
-    let computed = Plan { reference: ReferenceChoice::Computed, budget: Some(20.0), ..exact.clone() };
-    let of = |plan: &Plan| made(text, plan).variants[0].reference.clone();
+    let computed = StudyPlan { reference: ReferenceChoice::Computed, budget: Some(20.0), ..exact.clone() };
+    let of = |plan: &StudyPlan| made(text, plan).variants[0].reference.clone();
     let (exact, computed) = (of(&exact), of(&computed));
     assert_eq!(exact.how, "exact: Kepler's equation");
-    let weights = Weights::new(2, &[1.0, 1.0], |i| i == 0, &[0.0, 0.0, 0.4, 0.0]);
+    let weights = ErrorScales::new(2, &[1.0, 1.0], |i| i == 0, &[0.0, 0.0, 0.4, 0.0]);
     let errors = weights.errors(&computed.trajectory, &exact.trajectory);
     assert!(
         errors.q_rms <= computed.error && errors.v_rms <= computed.error,
@@ -311,7 +312,7 @@ fn a_computed_reference_knows_its_error() {
 #[test]
 fn what_is_varied_has_rows_and_a_reference_of_its_own() {
     let axis = "body.0.springs.stiffness=20, 40".parse().unwrap();
-    let plan = Plan { axes: vec![axis], ..plan(PENDULUM, &[IntegratorSpec::Rk4], &[0.01]) };
+    let plan = StudyPlan { axes: vec![axis], ..plan(PENDULUM, &[IntegratorSpec::Rk4], &[0.01]) };
     let results = made(PENDULUM, &plan);
     assert_eq!(results.variants.len(), 2);
     assert_eq!(results.variants[1].variant, "body.0.springs.stiffness=40");
@@ -324,12 +325,12 @@ fn what_is_varied_has_rows_and_a_reference_of_its_own() {
         assert_eq!(advice.problem, change);
         assert!(advice.settings.contains(&format!("# with --set {change}\n")), "{}", advice.settings);
     }
-    let report = report::Report::new("two", &[results], &[report::Kind::Time]).unwrap();
+    let report = report::StudyReport::new("two", &[results], &[report::FigureKind::Time]).unwrap();
     let problems: Vec<&str> = report.recommendations.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(problems, ["scene, body.0.springs.stiffness=20", "scene, body.0.springs.stiffness=40"]);
     // The same problem solved in another way has the same.
     let axis = "time.solver.linear=cholesky,cg".parse().unwrap();
-    let plan = Plan { axes: vec![axis], ..self::plan(PENDULUM, &[IntegratorSpec::Gauss2], &[0.01]) };
+    let plan = StudyPlan { axes: vec![axis], ..self::plan(PENDULUM, &[IntegratorSpec::Gauss2], &[0.01]) };
     let text = PENDULUM.replace("velocity-verlet", "implicit-euler");
     let results = made(&text, &plan);
     assert_eq!(results.variants[0].reference, results.variants[1].reference);
@@ -351,7 +352,7 @@ fn a_noisy_machine_is_said() {
     let noise = timed([0.01, 0.25], 7).unwrap();
     assert!(noise.contains("of 2 rows") && noise.contains("of 1 differs by more than 5 %"), "{noise}");
     assert!(noise.contains("most by 25 % (velocity-verlet, step 10 ms)"), "{noise}");
-    let report = report::Report::new("noisy", &[results], &[report::Kind::Time]).unwrap();
+    let report = report::StudyReport::new("noisy", &[results], &[report::FigureKind::Time]).unwrap();
     assert!(
         report.html().contains("the machine is noisy")
             && report.markdown("").contains("the machine is noisy")
@@ -393,7 +394,7 @@ fn the_front_is_what_nothing_beats() {
 #[test]
 fn steps_that_follow_the_error_land_on_the_times_of_comparison() {
     let schemes = [IntegratorSpec::DormandPrince5];
-    let plan = Plan { tolerances: vec![1e-4, 1e-8], ..plan(PENDULUM, &schemes, &[]) };
+    let plan = StudyPlan { tolerances: vec![1e-4, 1e-8], ..plan(PENDULUM, &schemes, &[]) };
     let results = made(PENDULUM, &plan);
     let rows: Vec<&Row> = results.rows().collect();
     assert_eq!(rows.iter().map(|row| row.tol).collect::<Vec<_>>(), [Some(1e-4), Some(1e-8)]);

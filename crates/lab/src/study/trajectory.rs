@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::clock::Clock;
-use super::plan::{Contender, Grid, Pace};
+use super::plan::{Contender, TimeGrid, TimeStepping};
 use pliant::deadline::until;
 use pliant::observer::{Frame, Observer, ObserverError};
 use pliant::run::{Outcome, Plan, Summary, run};
@@ -13,7 +13,7 @@ use pliant_scene::{Adaptive, Problem, Scene};
 
 /// What is left of a run for comparison: the state at each time, the start not among them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Trajectory {
+pub struct StateSamples {
     /// [s]
     pub times: Vec<f64>,
     /// Positions at each time, flat `(n, dimension)` [m].
@@ -24,7 +24,7 @@ pub struct Trajectory {
 
 /// Energy and momenta at the start and at each time of comparison.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Series {
+pub struct InvariantSeries {
     /// [s]
     pub times: Vec<f64>,
     /// Total energy, less what came in from outside and went out [J].
@@ -39,8 +39,8 @@ pub struct Series {
 pub(crate) struct Watched {
     pub(crate) assembly: Assembly,
     pub(crate) summary: Summary,
-    pub(crate) trajectory: Trajectory,
-    pub(crate) series: Series,
+    pub(crate) trajectory: StateSamples,
+    pub(crate) series: InvariantSeries,
     /// Whether it was stopped because the time for it was over.
     pub(crate) out_of_time: bool,
     pub(crate) setup: f64,
@@ -50,7 +50,7 @@ pub(crate) struct Watched {
 /// How one run is taken.
 #[derive(Clone, Copy)]
 pub(crate) struct Runner<'a> {
-    pub(crate) grid: Grid,
+    pub(crate) grid: TimeGrid,
     pub(crate) clock: &'a dyn Clock,
     pub(crate) interrupt: &'a AtomicBool,
 }
@@ -61,7 +61,7 @@ impl Runner<'_> {
         &self,
         scene: &Scene,
         scheme: Contender,
-        pace: Pace,
+        pace: TimeStepping,
     ) -> Result<Assembly, Vec<Problem>> {
         let scene = self.paced(scene, scheme, pace);
         let mut assembly = scene.assemble(UnstableStep::Accept)?;
@@ -73,12 +73,12 @@ impl Runner<'_> {
     }
 
     /// The scene with another scheme and pace. Explicit schemes have no solver.
-    fn paced(&self, scene: &Scene, scheme: Contender, pace: Pace) -> Scene {
+    fn paced(&self, scene: &Scene, scheme: Contender, pace: TimeStepping) -> Scene {
         let mut scene = scene.clone();
         scene.time.integrator = scheme.spec;
         (scene.time.step, scene.time.adaptive) = match pace {
-            Pace::Parts(parts) => (Some(self.grid.step(parts)), None),
-            Pace::Tolerance(tolerance) => {
+            TimeStepping::Parts(parts) => (Some(self.grid.step(parts)), None),
+            TimeStepping::Tolerance(tolerance) => {
                 let given = scene.time.adaptive.take().unwrap_or_default();
                 (None, Some(Adaptive { tolerance: Some(tolerance), ..given }))
             }
@@ -100,7 +100,7 @@ impl Runner<'_> {
         &self,
         scene: &Scene,
         scheme: Contender,
-        pace: Pace,
+        pace: TimeStepping,
         deadline: f64,
     ) -> Result<Watched, Vec<Problem>> {
         let before = self.clock.now();
@@ -110,8 +110,8 @@ impl Runner<'_> {
             clock: self.clock,
             deadline,
             seen: Default::default(),
-            trajectory: Trajectory::default(),
-            series: Series::default(),
+            trajectory: StateSamples::default(),
+            series: InvariantSeries::default(),
             out_of_time: false,
         };
         let before = self.clock.now();
@@ -133,10 +133,10 @@ impl Runner<'_> {
     }
 
     /// Frames a second of a run that is timed: the fewest there can be, unless steps go by them.
-    fn timed_rate(&self, pace: Pace) -> f64 {
+    fn timed_rate(&self, pace: TimeStepping) -> f64 {
         match pace {
-            Pace::Parts(_) => 1.0 / self.grid.duration,
-            Pace::Tolerance(_) => self.grid.rate(),
+            TimeStepping::Parts(_) => 1.0 / self.grid.duration,
+            TimeStepping::Tolerance(_) => self.grid.rate(),
         }
     }
 
@@ -145,7 +145,7 @@ impl Runner<'_> {
         &self,
         scene: &Scene,
         scheme: Contender,
-        pace: Pace,
+        pace: TimeStepping,
     ) -> Result<(f64, f64), Vec<Problem>> {
         let before = self.clock.now();
         let mut assembly = self.assemble(scene, scheme, pace)?;
@@ -164,8 +164,8 @@ struct Watcher<'a> {
     clock: &'a dyn Clock,
     deadline: f64,
     seen: pliant::observer::Work,
-    trajectory: Trajectory,
-    series: Series,
+    trajectory: StateSamples,
+    series: InvariantSeries,
     out_of_time: bool,
 }
 

@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::{Cleaned, Step};
+use super::{Cleaned, CleaningStep};
 use crate::Mesh;
 use crate::MeshError;
 use crate::file::FileMesh;
 use crate::spec::FileSpec;
 
-pub(super) const STEP: Step = Step {
+pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.merge.is_some(),
     apply,
     cures: |error| matches!(error, MeshError::ZeroLengthEdge { .. }),

@@ -19,10 +19,10 @@ use crate::spec::FileSpec;
 use pliant::element::CellBlock;
 
 /// The steps there are, in the order in which they are taken.
-pub(super) const STEPS: &[Step] = &[merge::STEP, degenerate::STEP, unused::STEP, orient::STEP];
+pub(super) const STEPS: &[CleaningStep] = &[merge::STEP, degenerate::STEP, unused::STEP, orient::STEP];
 
 /// One way to mend a file.
-pub(super) struct Step {
+pub(super) struct CleaningStep {
     /// Whether the scene asks for it.
     pub asked: fn(&FileSpec) -> bool,
     /// Mends the file, and counts.
@@ -76,30 +76,30 @@ pub(super) fn cures(spec: &FileSpec, error: &MeshError) -> Vec<&'static str> {
 
 /// Cells of one kind, as the steps see them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum CellKind {
     Edges,
     Lines,
     Triangles,
     Tetrahedra,
 }
 
-impl Kind {
-    const ALL: [Kind; 4] = [Kind::Edges, Kind::Lines, Kind::Triangles, Kind::Tetrahedra];
+impl CellKind {
+    const ALL: [CellKind; 4] = [CellKind::Edges, CellKind::Lines, CellKind::Triangles, CellKind::Tetrahedra];
 
     fn name(self) -> &'static str {
         match self {
-            Kind::Edges => "edges",
-            Kind::Lines => "lines",
-            Kind::Triangles => "triangles",
-            Kind::Tetrahedra => "tetrahedra",
+            CellKind::Edges => "edges",
+            CellKind::Lines => "lines",
+            CellKind::Triangles => "triangles",
+            CellKind::Tetrahedra => "tetrahedra",
         }
     }
 
     fn dimension(self) -> usize {
         match self {
-            Kind::Edges | Kind::Lines => 1,
-            Kind::Triangles => 2,
-            Kind::Tetrahedra => 3,
+            CellKind::Edges | CellKind::Lines => 1,
+            CellKind::Triangles => 2,
+            CellKind::Tetrahedra => 3,
         }
     }
 }
@@ -127,7 +127,7 @@ fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
 
 impl FileMesh {
     /// All nodes of each cell of a kind: its corners, then those in the middle of its edges.
-    fn nodes(&self, kind: Kind) -> Vec<Vec<u32>> {
+    fn nodes(&self, kind: CellKind) -> Vec<Vec<u32>> {
         fn joined<const N: usize, const M: usize>(
             corners: &[[u32; N]],
             middles: &[[u32; M]],
@@ -139,36 +139,36 @@ impl FileMesh {
             corners.iter().enumerate().map(nodes).collect()
         }
         match kind {
-            Kind::Edges => joined::<2, 0>(&self.mesh.edges, &[]),
-            Kind::Lines => joined::<2, 0>(&self.mesh.lines, &[]),
-            Kind::Triangles => joined(&self.mesh.triangles, &self.mesh.triangle_middles),
-            Kind::Tetrahedra => joined(&self.mesh.tetrahedra, &self.mesh.tetrahedron_middles),
+            CellKind::Edges => joined::<2, 0>(&self.mesh.edges, &[]),
+            CellKind::Lines => joined::<2, 0>(&self.mesh.lines, &[]),
+            CellKind::Triangles => joined(&self.mesh.triangles, &self.mesh.triangle_middles),
+            CellKind::Tetrahedra => joined(&self.mesh.tetrahedra, &self.mesh.tetrahedron_middles),
         }
     }
 
     /// Removes the cells that `keep` does not keep. `numbers` are the new ones of all, also of a cell that
     /// is removed because another stands for it, whose groups that one is then in.
-    fn retain_cells(&mut self, kind: Kind, keep: &[bool], numbers: &Numbers) {
+    fn retain_cells(&mut self, kind: CellKind, keep: &[bool], numbers: &Numbers) {
         if keep.is_empty() {
             // Groups of edges and those of lines look alike, and a file has one of them.
             return;
         }
         let mesh = &mut self.mesh;
         let places: &mut Vec<Place> = match kind {
-            Kind::Edges => {
+            CellKind::Edges => {
                 retain(&mut mesh.edges, keep);
                 &mut self.edges
             }
-            Kind::Lines => {
+            CellKind::Lines => {
                 retain(&mut mesh.lines, keep);
                 &mut self.lines
             }
-            Kind::Triangles => {
+            CellKind::Triangles => {
                 retain(&mut mesh.triangles, keep);
                 retain(&mut mesh.triangle_middles, keep);
                 &mut self.triangles
             }
-            Kind::Tetrahedra => {
+            CellKind::Tetrahedra => {
                 retain(&mut mesh.tetrahedra, keep);
                 retain(&mut mesh.tetrahedron_middles, keep);
                 &mut self.tetrahedra

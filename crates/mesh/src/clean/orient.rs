@@ -1,13 +1,13 @@
 //! `orient`: elements with a positive volume, surfaces with the same side up.
 
-use super::{Cleaned, Step, surface};
+use super::{Cleaned, CleaningStep, surface};
 use crate::Mesh;
 use crate::MeshError;
 use crate::file::FileMesh;
 use crate::geometry::measure;
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 
-pub(super) const STEP: Step = Step {
+pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.orient,
     apply: |_, file| apply(file),
     cures: |error| matches!(error, MeshError::Inverted { .. }),

@@ -9,7 +9,7 @@ use crate::FileTag;
 use crate::Mesh;
 use crate::MeshError;
 use crate::MidNodes;
-use crate::file::{Format, Input, Site, parse};
+use crate::file::{Format, MeshInput, Site, parse};
 use crate::spec::FileSpec;
 use crate::test_support::{build_grid, grid};
 
@@ -36,7 +36,7 @@ fn with(
     spec: &FileSpec,
     mid_nodes: MidNodes,
 ) -> Result<Mesh, (Site, MeshError)> {
-    parse(format, &Input { bytes, nodes: &[], mid_nodes, spec }, dimension)
+    parse(format, &MeshInput { bytes, nodes: &[], mid_nodes, spec }, dimension)
 }
 
 fn error(text: &str, dimension: usize) -> MeshError {

@@ -1,11 +1,11 @@
 //! `drop_unused`: no vertices without an element or an edge.
 
-use super::{Cleaned, Kind, Step, consecutive};
+use super::{CellKind, Cleaned, CleaningStep, consecutive};
 use crate::MeshError;
 use crate::check::used_vertices;
 use crate::file::FileMesh;
 
-pub(super) const STEP: Step = Step {
+pub(super) const STEP: CleaningStep = CleaningStep {
     asked: |spec| spec.drop_unused,
     apply: |_, file| Ok(apply(file)),
     cures: |error| matches!(error, MeshError::Unreferenced { .. }),
@@ -19,7 +19,7 @@ fn apply(file: &mut FileMesh) -> Vec<Cleaned> {
     let count = used.iter().filter(|used| !**used).count();
     let vertices = Cleaned::new("drop_unused", "dropped", count, "vertices");
     let mut cleaned = vec![Cleaned { first_vertex, why: "that no element and no edge uses", ..vertices }];
-    for kind in Kind::ALL {
+    for kind in CellKind::ALL {
         let keep: Vec<bool> =
             file.nodes(kind).iter().map(|cell| cell.iter().all(|&v| used[v as usize])).collect();
         let count = keep.iter().filter(|keep| !**keep).count();

@@ -1,25 +1,25 @@
 //! `$Elements`: simplices of first and second order, quadrilaterals and hexahedra of first; what else
 //! Gmsh writes is refused by its name.
 
-use super::nodes::Nodes;
-use super::source::Source;
+use super::nodes::GmshNodes;
+use super::source::GmshSource;
 use super::{Entities, Version};
 use crate::MeshError;
 use crate::cells::Cells;
 use crate::file::Place;
 use crate::quadratic::MidNodes;
-use crate::tokens::Fault;
+use crate::tokens::FileFault;
 use pliant::element::{CELL_KINDS, CellKind};
 
 /// Reads the section up to its end.
 pub(super) fn read(
-    source: &mut Source,
+    source: &mut GmshSource,
     version: Version,
-    nodes: &Nodes,
+    nodes: &GmshNodes,
     entities: &Entities,
     mid_nodes: MidNodes,
-) -> Result<Cells, Fault> {
-    let mut elements = Elements { version, nodes, mid_nodes, cells: Cells::default() };
+) -> Result<Cells, FileFault> {
+    let mut elements = ElementReader { version, nodes, mid_nodes, cells: Cells::default() };
     match version {
         Version::Two if source.is_binary() => elements.packets(source)?,
         Version::Two => elements.flat(source)?,
@@ -37,16 +37,16 @@ enum Shape {
     Block(&'static CellKind),
 }
 
-struct Elements<'a> {
+struct ElementReader<'a> {
     version: Version,
-    nodes: &'a Nodes,
+    nodes: &'a GmshNodes,
     mid_nodes: MidNodes,
     cells: Cells,
 }
 
-impl Elements<'_> {
+impl ElementReader<'_> {
     /// Version 2.2, ASCII: `tag type number-of-tags tags nodes`.
-    fn flat(&mut self, source: &mut Source) -> Result<(), Fault> {
+    fn flat(&mut self, source: &mut GmshSource) -> Result<(), FileFault> {
         let count = source.size("the number of elements")?;
         for _ in 0..count {
             let tag = source.natural("the tag of an element")?;
@@ -62,7 +62,7 @@ impl Elements<'_> {
 
     /// Version 2.2, binary: `type count number-of-tags`, then as often `tag tags nodes`, until there are as
     /// many as announced.
-    fn packets(&mut self, source: &mut Source) -> Result<(), Fault> {
+    fn packets(&mut self, source: &mut GmshSource) -> Result<(), FileFault> {
         let count: u64 = source.tokens.number("the number of elements")?;
         source.begin_numbers();
         let mut left = count;
@@ -73,7 +73,7 @@ impl Elements<'_> {
             let tags = source.natural("the number of tags of an element")?;
             for _ in 0..packet {
                 let tag = source.natural("the tag of an element")?;
-                let corners = self.shape(kind).ok_or_else(|| Fault::at(place, unsupported(tag, kind)))?;
+                let corners = self.shape(kind).ok_or_else(|| FileFault::at(place, unsupported(tag, kind)))?;
                 let place = source.place(tag);
                 let groups = physical(source, tags)?;
                 self.cell(source, corners, tag, place, groups.as_slice())?;
@@ -84,7 +84,7 @@ impl Elements<'_> {
     }
 
     /// Version 4.1, blocks of one entity each: `dimension entity type count`, then `tag nodes`.
-    fn blocks(&mut self, source: &mut Source, entities: &Entities) -> Result<(), Fault> {
+    fn blocks(&mut self, source: &mut GmshSource, entities: &Entities) -> Result<(), FileFault> {
         source.begin_numbers();
         let blocks = source.size("the number of element blocks")?;
         for expected in ["the number of elements", "the least element tag", "the greatest element tag"] {
@@ -99,7 +99,7 @@ impl Elements<'_> {
             let groups = entities.get(&(dimension, entity)).map_or(&[][..], Vec::as_slice);
             for _ in 0..count {
                 let tag = source.size("the tag of an element")?;
-                let corners = self.shape(kind).ok_or_else(|| Fault::at(block, unsupported(tag, kind)))?;
+                let corners = self.shape(kind).ok_or_else(|| FileFault::at(block, unsupported(tag, kind)))?;
                 let place = source.place(tag);
                 self.cell(source, corners, tag, place, groups)?;
             }
@@ -107,7 +107,7 @@ impl Elements<'_> {
         Ok(())
     }
 
-    fn node(&self, source: &mut Source) -> Result<u64, Fault> {
+    fn node(&self, source: &mut GmshSource) -> Result<u64, FileFault> {
         let expected = "the tag of a node";
         if self.version == Version::Two { source.natural(expected) } else { source.size(expected) }
     }
@@ -136,12 +136,12 @@ impl Elements<'_> {
     /// Reads the nodes of one element and enters it.
     fn cell(
         &mut self,
-        source: &mut Source,
+        source: &mut GmshSource,
         shape: Shape,
         element: u64,
         place: Place,
         groups: &[u64],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), FileFault> {
         let mut vertices = [0_u32; 10];
         let (corners, middles) = match shape {
             Shape::Simplex(counts) => counts,
@@ -174,7 +174,7 @@ impl Elements<'_> {
 }
 
 /// Reads the tags of an element of version 2.2; the first is its physical group, 0 for none.
-fn physical(source: &mut Source, tags: u64) -> Result<Option<u64>, Fault> {
+fn physical(source: &mut GmshSource, tags: u64) -> Result<Option<u64>, FileFault> {
     let mut group = None;
     for i in 0..tags {
         let value = source.int("a tag of an element")?;

@@ -1,14 +1,14 @@
 //! `$PhysicalNames` and `$Entities`: what the named groups are made of.
 
 use super::Entities;
-use super::source::Source;
+use super::source::GmshSource;
 use crate::MeshError;
 use crate::cells::Names;
 use crate::file::GROUPS_AT_ONCE;
-use crate::tokens::{Fault, Tokens, excerpt};
+use crate::tokens::{FileFault, Tokens, excerpt};
 
 /// Reads `dimension tag "name"` lines up to the end of the section.
-pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), Fault> {
+pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), FileFault> {
     let count: u64 = tokens.number("the number of physical names")?;
     for _ in 0..count {
         let dimension: u8 = tokens.number("the dimension of a physical group")?;
@@ -35,7 +35,7 @@ pub(super) fn names(tokens: &mut Tokens, names: &mut Names) -> Result<(), Fault>
 
 /// Reads which physical groups every entity is in. A negative tag asks for the opposite orientation, which Gmsh does
 /// not apply to the elements of this format; neither do we.
-pub(super) fn entities(source: &mut Source, entities: &mut Entities) -> Result<(), Fault> {
+pub(super) fn entities(source: &mut GmshSource, entities: &mut Entities) -> Result<(), FileFault> {
     source.begin_numbers();
     let mut counts = [0_u64; 4];
     for count in &mut counts {
@@ -62,7 +62,7 @@ pub(super) fn entities(source: &mut Source, entities: &mut Entities) -> Result<(
 }
 
 /// Tags of the physical groups of an entity, ascending, each once.
-fn physical(source: &mut Source) -> Result<Vec<u64>, Fault> {
+fn physical(source: &mut GmshSource) -> Result<Vec<u64>, FileFault> {
     let mut groups = Vec::new();
     let count = source.size("the number of physical groups of an entity")?;
     for _ in 0..count {

@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 
 use super::MeshError;
 use super::cells::{Cells, Names};
-use super::file::{FileMesh, Input};
-use super::tokens::{Fault, excerpt};
-use nodes::Nodes;
-use source::Source;
+use super::file::{FileMesh, MeshInput};
+use super::tokens::{FileFault, excerpt};
+use nodes::GmshNodes;
+use source::GmshSource;
 
 /// Layout of the sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,12 +31,12 @@ enum Version {
 type Entities = BTreeMap<(u64, i64), Vec<u64>>;
 
 /// Reads the whole file.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
-    let mut source = Source::new(input.bytes);
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
+    let mut source = GmshSource::new(input.bytes);
     let version = header(&mut source)?;
     let mut names = Names::new();
     let mut entities = Entities::new();
-    let mut nodes: Option<Nodes> = None;
+    let mut nodes: Option<GmshNodes> = None;
     let mut cells: Option<Cells> = None;
     while let Some(section) = source.tokens.next() {
         match section {
@@ -71,7 +71,7 @@ pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
 }
 
 /// `$MeshFormat`, `version file-type data-size`, in a binary file the integer 1, `$EndMeshFormat`.
-fn header(source: &mut Source) -> Result<Version, Fault> {
+fn header(source: &mut GmshSource) -> Result<Version, FileFault> {
     let tokens = &mut source.tokens;
     if tokens.clone().next() == Some("$NOD") {
         // Version 1 has no header.

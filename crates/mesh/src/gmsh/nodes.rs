@@ -1,14 +1,14 @@
 //! `$Nodes`: positions, and the index of every tag.
 
 use super::Version;
-use super::source::Source;
+use super::source::GmshSource;
 use crate::MeshError;
 use crate::file::Place;
-use crate::tokens::Fault;
+use crate::tokens::FileFault;
 
 /// Nodes in order of appearance.
 #[derive(Debug, Default)]
-pub(super) struct Nodes {
+pub(super) struct GmshNodes {
     /// Flat `(n, 3)` [m].
     pub xyz: Vec<f64>,
     /// Place of each.
@@ -19,7 +19,7 @@ pub(super) struct Nodes {
     sorted: Vec<(u64, u32)>,
 }
 
-impl Nodes {
+impl GmshNodes {
     /// Index of the node with this tag.
     pub(super) fn index(&self, tag: u64) -> Option<u32> {
         if self.sorted.is_empty() {
@@ -31,7 +31,7 @@ impl Nodes {
         }
     }
 
-    fn push(&mut self, tag: u64, source: &Source) -> Result<(), Fault> {
+    fn push(&mut self, tag: u64, source: &GmshSource) -> Result<(), FileFault> {
         let count = self.places.len() as u64;
         if count >= u64::from(u32::MAX) {
             return Err(source.fault(MeshError::TooMany { what: "vertices", count: count + 1 }));
@@ -42,7 +42,7 @@ impl Nodes {
     }
 
     /// Makes tags findable; two nodes with the same tag are a fault.
-    fn sort(&mut self) -> Result<(), Fault> {
+    fn sort(&mut self) -> Result<(), FileFault> {
         if self.tags.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1])) {
             return Ok(());
         }
@@ -52,15 +52,15 @@ impl Nodes {
             None => Ok(()),
             Some(pair) => {
                 let place = self.places[pair[1].1 as usize];
-                Err(Fault::at(place, MeshError::RepeatedNode { node: pair[1].0 }))
+                Err(FileFault::at(place, MeshError::RepeatedNode { node: pair[1].0 }))
             }
         }
     }
 }
 
 /// Reads the section up to its end.
-pub(super) fn read(source: &mut Source, version: Version) -> Result<Nodes, Fault> {
-    let mut nodes = Nodes::default();
+pub(super) fn read(source: &mut GmshSource, version: Version) -> Result<GmshNodes, FileFault> {
+    let mut nodes = GmshNodes::default();
     match version {
         Version::Two => flat(source, &mut nodes)?,
         Version::Four => blocks(source, &mut nodes)?,
@@ -71,7 +71,7 @@ pub(super) fn read(source: &mut Source, version: Version) -> Result<Nodes, Fault
 }
 
 /// `count`, then `tag x y z`.
-fn flat(source: &mut Source, nodes: &mut Nodes) -> Result<(), Fault> {
+fn flat(source: &mut GmshSource, nodes: &mut GmshNodes) -> Result<(), FileFault> {
     // A word in binary files too.
     let count: u64 = source.tokens.number("the number of nodes")?;
     source.begin_numbers();
@@ -83,7 +83,7 @@ fn flat(source: &mut Source, nodes: &mut Nodes) -> Result<(), Fault> {
     Ok(())
 }
 
-fn position(source: &mut Source, xyz: &mut Vec<f64>) -> Result<(), Fault> {
+fn position(source: &mut GmshSource, xyz: &mut Vec<f64>) -> Result<(), FileFault> {
     for expected in ["x of a node", "y of a node", "z of a node"] {
         xyz.push(source.real(expected)?);
     }
@@ -91,7 +91,7 @@ fn position(source: &mut Source, xyz: &mut Vec<f64>) -> Result<(), Fault> {
 }
 
 /// Blocks of one entity each: `dimension tag parametric count`, the tags, then the positions.
-fn blocks(source: &mut Source, nodes: &mut Nodes) -> Result<(), Fault> {
+fn blocks(source: &mut GmshSource, nodes: &mut GmshNodes) -> Result<(), FileFault> {
     source.begin_numbers();
     let blocks = source.size("the number of node blocks")?;
     for expected in ["the number of nodes", "the least node tag", "the greatest node tag"] {

@@ -4,7 +4,7 @@ use crate::FormatError;
 use crate::MeshError;
 use crate::file::Place;
 use crate::number_type::{Endian, NumberType};
-use crate::tokens::{Fault, Tokens};
+use crate::tokens::{FileFault, Tokens};
 
 /// How a binary file stores its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,19 +15,19 @@ pub(super) struct Binary {
 }
 
 /// The file, read number by number. What it announces is met by reading that much: its end ends every loop.
-pub(super) struct Source<'a> {
+pub(super) struct GmshSource<'a> {
     pub tokens: Tokens<'a>,
     binary: Option<Binary>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> GmshSource<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Self {
-        Source { tokens: Tokens::of_bytes(bytes), binary: None }
+        GmshSource { tokens: Tokens::of_bytes(bytes), binary: None }
     }
 
     /// From here on numbers are binary: the four bytes after this line are the integer 1, which shows their
     /// order.
-    pub(super) fn set_binary(&mut self, size: u64) -> Result<(), Fault> {
+    pub(super) fn set_binary(&mut self, size: u64) -> Result<(), FileFault> {
         let size = match size {
             4 => 4,
             8 => 8,
@@ -57,7 +57,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    pub(super) fn fault(&self, error: impl Into<MeshError>) -> Fault {
+    pub(super) fn fault(&self, error: impl Into<MeshError>) -> FileFault {
         self.tokens.fault(error)
     }
 
@@ -67,7 +67,7 @@ impl<'a> Source<'a> {
     }
 
     /// An `int`.
-    pub(super) fn int(&mut self, expected: &'static str) -> Result<i64, Fault> {
+    pub(super) fn int(&mut self, expected: &'static str) -> Result<i64, FileFault> {
         match self.binary {
             None => self.tokens.number(expected),
             Some(Binary { endian, .. }) => {
@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
     }
 
     /// An `int` that counts or numbers something.
-    pub(super) fn natural(&mut self, expected: &'static str) -> Result<u64, Fault> {
+    pub(super) fn natural(&mut self, expected: &'static str) -> Result<u64, FileFault> {
         if self.binary.is_none() {
             return self.tokens.number(expected);
         }
@@ -87,7 +87,7 @@ impl<'a> Source<'a> {
     }
 
     /// A `size_t`.
-    pub(super) fn size(&mut self, expected: &'static str) -> Result<u64, Fault> {
+    pub(super) fn size(&mut self, expected: &'static str) -> Result<u64, FileFault> {
         let Some(Binary { endian, size }) = self.binary else { return self.tokens.number(expected) };
         let mut word = [0_u8; 8];
         word[..size].copy_from_slice(self.tokens.take(size as u64, expected)?);
@@ -98,7 +98,7 @@ impl<'a> Source<'a> {
     }
 
     /// A `double`.
-    pub(super) fn real(&mut self, expected: &'static str) -> Result<f64, Fault> {
+    pub(super) fn real(&mut self, expected: &'static str) -> Result<f64, FileFault> {
         match self.binary {
             None => self.tokens.number(expected),
             Some(Binary { endian, .. }) => Ok(NumberType::F64.decode(self.tokens.take(8, expected)?, endian)),
@@ -106,7 +106,7 @@ impl<'a> Source<'a> {
     }
 
     /// Passes over the section that `$name` began.
-    pub(super) fn skip_section(&mut self, name: &str) -> Result<(), Fault> {
+    pub(super) fn skip_section(&mut self, name: &str) -> Result<(), FileFault> {
         let found = self.tokens.skip_past(format!("$End{name}").as_bytes());
         if found {
             Ok(())
@@ -117,7 +117,7 @@ impl<'a> Source<'a> {
 }
 
 /// `size` is that of a `double` in version 2.2, which has no other.
-pub(super) fn double_size(source: &Source, size: u64) -> Result<u64, Fault> {
+pub(super) fn double_size(source: &GmshSource, size: u64) -> Result<u64, FileFault> {
     if size == 8 {
         return Ok(size);
     }

@@ -11,7 +11,7 @@ pub enum Selection {
     /// All vertices with `min <= X <= max` (tolerance 1e-9 of the body's size).
     Box(BoxSelection),
     /// All vertices with `normal . X <= offset` (tolerance 1e-9 of the body's size).
-    HalfSpace(Wall),
+    HalfSpace(HalfSpace),
     /// These vertices, by index in the body.
     Vertices(Vec<u32>),
     /// A named group of the mesh.
@@ -22,7 +22,7 @@ impl Selection {
     /// The selections that these keys of a table make.
     pub fn among(
         corners: Option<&BoxSelection>,
-        half_space: Option<&Wall>,
+        half_space: Option<&HalfSpace>,
         vertices: Option<&Vec<u32>>,
         group: Option<&String>,
     ) -> Vec<Selection> {
@@ -64,7 +64,8 @@ pub struct BoxSelection {
 /// zeroed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Wall {
+#[serde(rename = "Wall")]
+pub struct HalfSpace {
     /// Points out of the wall; need not be of unit length.
     #[schemars(length(min = 2, max = 3))]
     pub normal: Vec<f64>,

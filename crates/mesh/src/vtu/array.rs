@@ -6,7 +6,7 @@ use super::File;
 use crate::FormatError;
 use crate::file::Place;
 use crate::number_type::{Endian, NumberType};
-use crate::tokens::{Fault, Tokens};
+use crate::tokens::{FileFault, Tokens};
 use pliant_files::base64;
 
 /// What the arrays of a file have in common.
@@ -29,7 +29,7 @@ pub(super) struct Array {
 }
 
 impl<'a> Encoding<'a> {
-    pub(super) fn new(file: &File, root: Node, appended: &'a [u8]) -> Result<Self, Fault> {
+    pub(super) fn new(file: &File, root: Node, appended: &'a [u8]) -> Result<Self, FileFault> {
         let endian = match root.attribute("byte_order") {
             None | Some("LittleEndian") => Endian::Little,
             Some("BigEndian") => Endian::Big,
@@ -112,7 +112,7 @@ fn number_type(name: &str) -> Option<NumberType> {
 
 impl Array {
     /// Reads what a `DataArray` spells or refers to.
-    pub(super) fn read(file: &File, node: Node, encoding: &Encoding) -> Result<Array, Fault> {
+    pub(super) fn read(file: &File, node: Node, encoding: &Encoding) -> Result<Array, FileFault> {
         let name = node.attribute("Name").unwrap_or("Points").to_string();
         let wrong = |problem: String| file.fault(node, FormatError::Array { array: name.clone(), problem });
         let kind = node.attribute("type").unwrap_or("nothing");
@@ -153,7 +153,7 @@ impl Array {
         Ok(Array { values, lines: Vec::new(), line })
     }
 
-    fn ascii(mut tokens: Tokens, line: u32) -> Result<Array, Fault> {
+    fn ascii(mut tokens: Tokens, line: u32) -> Result<Array, FileFault> {
         let mut array = Array { values: Vec::new(), lines: Vec::new(), line };
         loop {
             let mut probe = tokens.clone();

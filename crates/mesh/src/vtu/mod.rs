@@ -10,20 +10,20 @@ mod array;
 use roxmltree::{Document, Node};
 
 use super::cells::{Cells, Names};
-use super::file::{FileMesh, Input, Place};
-use super::tokens::{Fault, excerpt};
+use super::file::{FileMesh, MeshInput, Place};
+use super::tokens::{FileFault, excerpt};
 use super::{FormatError, MeshError, vtk_cells};
 use array::{Array, Encoding};
 
 /// Reads the whole file: points and cells of all pieces, one after the other.
-pub(super) fn read(input: &Input) -> Result<FileMesh, Fault> {
+pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let (xml, appended) = split(input.bytes)?;
     let text = std::str::from_utf8(&xml).map_err(|error| {
         let line = xml[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
-        Fault::in_line(line as u32 + 1, xml_error("it is not UTF-8"))
+        FileFault::in_line(line as u32 + 1, xml_error("it is not UTF-8"))
     })?;
     let document = Document::parse(text)
-        .map_err(|error| Fault::in_line(error.pos().row, xml_error(&error.to_string())))?;
+        .map_err(|error| FileFault::in_line(error.pos().row, xml_error(&error.to_string())))?;
     let file = File { document: &document };
     let root = document.root_element();
     if root.tag_name().name() != "VTKFile" {
@@ -47,12 +47,12 @@ fn xml_error(message: &str) -> MeshError {
 }
 
 /// The appended data, which may be any bytes, apart from the XML about them.
-fn split(bytes: &[u8]) -> Result<(Vec<u8>, &[u8]), Fault> {
+fn split(bytes: &[u8]) -> Result<(Vec<u8>, &[u8]), FileFault> {
     let find = |bytes: &[u8], word: &[u8]| bytes.windows(word.len()).position(|window| window == word);
     let Some(element) = find(bytes, b"<AppendedData") else { return Ok((bytes.to_vec(), &[])) };
     let cut_off = |expected| {
         let line = bytes[..element].iter().filter(|&&b| b == b'\n').count() as u32 + 1;
-        Fault::in_line(line, MeshError::EndOfFile { expected })
+        FileFault::in_line(line, MeshError::EndOfFile { expected })
     };
     let open =
         find(&bytes[element..], b">").ok_or_else(|| cut_off("the end of <AppendedData"))? + element + 1;
@@ -73,34 +73,34 @@ impl<'a, 'input> File<'a, 'input> {
         self.document.text_pos_at(node.range().start).row
     }
 
-    fn fault(&self, node: Node, error: impl Into<MeshError>) -> Fault {
-        Fault::in_line(self.line(node), error)
+    fn fault(&self, node: Node, error: impl Into<MeshError>) -> FileFault {
+        FileFault::in_line(self.line(node), error)
     }
 
-    fn expected(&self, node: Node, expected: &'static str, found: &str) -> Fault {
+    fn expected(&self, node: Node, expected: &'static str, found: &str) -> FileFault {
         self.fault(node, MeshError::Expected { expected, found: excerpt(found) })
     }
 
-    fn child(&self, node: Node<'a, 'input>, name: &'static str) -> Result<Node<'a, 'input>, Fault> {
+    fn child(&self, node: Node<'a, 'input>, name: &'static str) -> Result<Node<'a, 'input>, FileFault> {
         let child = node.children().find(|child| child.has_tag_name(name));
         child.ok_or_else(|| self.fault(node, xml_error(&format!("<{name}> is missing in this element"))))
     }
 
     /// An array of `Cells` by its name.
-    fn named(&self, node: Node<'a, 'input>, name: &str) -> Result<Node<'a, 'input>, Fault> {
+    fn named(&self, node: Node<'a, 'input>, name: &str) -> Result<Node<'a, 'input>, FileFault> {
         let is = |child: &Node| child.has_tag_name("DataArray") && child.attribute("Name") == Some(name);
         let message = || format!("<DataArray Name=\"{name}\"> is missing in this element");
         node.children().find(is).ok_or_else(|| self.fault(node, xml_error(&message())))
     }
 
     /// A count in an attribute.
-    fn count(&self, node: Node, name: &'static str) -> Result<u64, Fault> {
+    fn count(&self, node: Node, name: &'static str) -> Result<u64, FileFault> {
         let value = node.attribute(name).unwrap_or("nothing");
         let message = || xml_error(&format!("{name} must be a whole number, found `{}`", excerpt(value)));
         value.trim().parse().map_err(|_| self.fault(node, message()))
     }
 
-    fn agree(&self, node: Node, what: &'static str, expected: u64, found: u64) -> Result<(), Fault> {
+    fn agree(&self, node: Node, what: &'static str, expected: u64, found: u64) -> Result<(), FileFault> {
         if expected == found {
             Ok(())
         } else {
@@ -115,7 +115,7 @@ impl<'a, 'input> File<'a, 'input> {
         xyz: &mut Vec<f64>,
         places: &mut Vec<Place>,
         cells: &mut Cells,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), FileFault> {
         let first = places.len();
         let points = self.child(self.child(piece, "Points")?, "DataArray")?;
         let count = self.count(piece, "NumberOfPoints")?;
@@ -142,12 +142,12 @@ impl<'a, 'input> File<'a, 'input> {
             let Some(end) = end.map(|end| end as usize).filter(|&end| end >= start) else {
                 let expected = "an offset that ascends, up to the size of `connectivity`";
                 let found = ends.values[cell].to_string();
-                return Err(Fault::in_line(place.line, MeshError::Expected { expected, found }));
+                return Err(FileFault::in_line(place.line, MeshError::Expected { expected, found }));
             };
             let place = if end > start { vertices.place(start, cell as u64 + 1) } else { place };
             let numbers = &vertices.values[start..end];
             vtk_cells::enter(cells, kind, numbers, first..places.len(), place)
-                .map_err(|error| Fault::in_line(place.line, error))?;
+                .map_err(|error| FileFault::in_line(place.line, error))?;
             start = end;
         }
         let size = vertices.values.len() as u64;

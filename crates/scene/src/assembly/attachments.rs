@@ -1,6 +1,6 @@
 //! From the attachments of a scene to ties between vertices.
 
-use super::body::{Parts, distance};
+use super::body::{BodyAssembly, distance};
 use crate::AttachmentSpec;
 use crate::AttachmentTarget;
 use crate::KeyPath;
@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 1e-9;
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// An attachment whose ends are known.
-pub(super) struct Tied {
+pub(super) struct AttachmentPlan {
     name: String,
     ties: Vec<Tie>,
     /// Of each tie [N/m].
@@ -32,10 +32,10 @@ pub(super) struct Tied {
 /// The attachments of a scene; vertices by their numbers in `numbering`, which start at `start`, flat [m].
 pub(super) fn attachments(
     scene: &Scene,
-    bodies: &[Parts],
+    bodies: &[BodyAssembly],
     numbering: &Numbering,
     start: &[f64],
-) -> Result<Vec<Tied>, Vec<Problem>> {
+) -> Result<Vec<AttachmentPlan>, Vec<Problem>> {
     let path = KeyPath::root().key("attachment");
     let (mut found, mut problems) = (vec![], vec![]);
     for (i, spec) in scene.attachment.iter().enumerate() {
@@ -51,10 +51,10 @@ fn one(
     spec: &AttachmentSpec,
     path: &KeyPath,
     index: usize,
-    bodies: &[Parts],
+    bodies: &[BodyAssembly],
     numbering: &Numbering,
     start: &[f64],
-) -> Result<Tied, Box<Problem>> {
+) -> Result<AttachmentPlan, Box<Problem>> {
     // Validation has seen that these exist.
     let named = |name: &Option<String>| {
         bodies.iter().find(|body| name.as_ref().is_none_or(|name| *name == body.name)).unwrap_or(&bodies[0])
@@ -62,7 +62,7 @@ fn one(
     let body = named(&spec.body);
     let fail = |path: KeyPath, message: String| Box::new(Problem::semantic(path, message));
     let vertices = chosen(spec, &body.mesh).map_err(|message| fail(path.clone(), message))?;
-    let global = |body: &Parts, v: u32| numbering.internal(body.first_vertex + v);
+    let global = |body: &BodyAssembly, v: u32| numbering.internal(body.first_vertex + v);
     let d = body.mesh.dimension;
     let (ties, to): (Vec<Tie>, String) = match (&spec.points, &spec.target) {
         (Some(points), _) => {
@@ -105,7 +105,7 @@ fn one(
         ));
     }
     let each = spec.stiffness.or(spec.total_stiffness.map(|total| total / ties.len() as f64));
-    Ok(Tied {
+    Ok(AttachmentPlan {
         name: spec.name_or_default(index),
         ties,
         stiffness: each.unwrap_or_default(),
@@ -115,10 +115,10 @@ fn one(
     })
 }
 
-impl Tied {
+impl AttachmentPlan {
     /// Adds its forces to a system.
     pub(super) fn add_to(&self, system: &mut System) {
-        let Tied { name, ties, stiffness, rest_length, dashpot, .. } = self;
+        let AttachmentPlan { name, ties, stiffness, rest_length, dashpot, .. } = self;
         let dimension = system.dimension();
         let springs = Attachment::new(name.clone(), dimension, ties, *stiffness, *rest_length);
         system.add_term(Box::new(springs));
@@ -130,7 +130,7 @@ impl Tied {
 
     /// What it is, in words.
     pub(super) fn described(&self) -> String {
-        let Tied { name, ties, stiffness, to, .. } = self;
+        let AttachmentPlan { name, ties, stiffness, to, .. } = self;
         format!("`{name}`: {} vertices {to}, {stiffness} N/m each", ties.len())
     }
 }
@@ -172,9 +172,9 @@ type Shares = Vec<(u32, f64)>;
 
 /// For each vertex of `body` what it is tied to in `other`; else the key that is wrong, and why.
 fn ends(
-    body: &Parts,
+    body: &BodyAssembly,
     vertices: &[u32],
-    other: &Parts,
+    other: &BodyAssembly,
     target: &AttachmentTarget,
 ) -> Result<Vec<Shares>, (&'static str, String)> {
     if let Some(listed) = &target.vertices {
@@ -206,7 +206,7 @@ fn ends(
         }
         _ => cells(other),
     };
-    let search = Search::new(&other.mesh, cells);
+    let search = CellSearch::new(&other.mesh, cells);
     let reach = within + TOLERANCE * (body.mesh.diagonal() + other.mesh.diagonal());
     let mut ends = vec![];
     for &v in vertices {
@@ -232,13 +232,13 @@ fn ends(
 }
 
 /// A vertex that would be tied to itself.
-fn same(body: &Parts, vertices: &[u32], other: &Parts, listed: &[u32]) -> Option<u32> {
+fn same(body: &BodyAssembly, vertices: &[u32], other: &BodyAssembly, listed: &[u32]) -> Option<u32> {
     let pairs = vertices.iter().zip(listed);
     pairs.filter(|(v, w)| body.first_vertex == other.first_vertex && v == w).map(|(v, _)| *v).next()
 }
 
 /// What a body consists of: cells of the highest dimension it has, springs, or single vertices.
-fn cells(body: &Parts) -> Vec<Vec<u32>> {
+fn cells(body: &BodyAssembly) -> Vec<Vec<u32>> {
     let mesh = &body.mesh;
     match mesh.element_dimension() {
         3 => mesh.tetrahedra.iter().map(|cell| cell.to_vec()).collect(),
@@ -255,7 +255,7 @@ fn padded(point: &[f64]) -> [f64; 3] {
 }
 
 /// Cells by their extent along the first axis, so that those far away need not be looked at.
-struct Search<'a> {
+struct CellSearch<'a> {
     mesh: &'a Mesh,
     cells: Vec<Vec<u32>>,
     /// Least and largest first coordinate of each, by ascending least.
@@ -264,7 +264,7 @@ struct Search<'a> {
     longest: f64,
 }
 
-impl<'a> Search<'a> {
+impl<'a> CellSearch<'a> {
     fn new(mesh: &'a Mesh, cells: Vec<Vec<u32>>) -> Self {
         let first = |v: &u32| mesh.point(*v as usize)[0];
         let extent = |(i, cell): (usize, &Vec<u32>)| {
@@ -274,7 +274,7 @@ impl<'a> Search<'a> {
         let mut extents: Vec<(f64, f64, usize)> = cells.iter().enumerate().map(extent).collect();
         extents.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         let longest = extents.iter().fold(0.0, |longest: f64, e| longest.max(e.1 - e.0));
-        Search { mesh, cells, extents, longest }
+        CellSearch { mesh, cells, extents, longest }
     }
 
     /// The nearest point no further away than `reach`: its distance, and the vertices it is a mixture of. Of several, that in the

@@ -1,13 +1,13 @@
 //! Where a body resists bending, and how much.
 
-use super::body::{Parts, distance, renumbered, spread};
+use super::body::{BodyAssembly, distance, renumbered, spread};
 use crate::BendingRest;
 use crate::BendingSpec;
 use crate::KeyPath;
 use crate::Problem;
 use pliant::dissipation::MeasuredRate;
 use pliant::energy::elastic::points_of;
-use pliant::energy::measure::{Constants, Curvature, HingeAngle, Measure, Measured};
+use pliant::energy::measure::{Curvature, HingeAngle, ScalarStrain, ScalarStrainEnergy, StencilConstants};
 use pliant::numbering::Numbering;
 use pliant::quantity::Kind;
 use pliant::system::System;
@@ -18,16 +18,16 @@ const STRAIGHT: f64 = 1e-6;
 
 /// The hinges of a sheet, the joints of a strand.
 #[derive(Default)]
-pub(super) struct Bends {
+pub(super) struct BendingPlan {
     /// Edge first, then the opposite vertices; from 0 in the body.
     hinges: Vec<[u32; 4]>,
     /// A vertex between its two neighbours.
     joints: Vec<[u32; 3]>,
     /// Of each hinge or joint.
-    constants: Vec<Constants>,
+    constants: Vec<StencilConstants>,
 }
 
-impl Bends {
+impl BendingPlan {
     pub(super) fn new(
         spec: &BendingSpec,
         mesh: &Mesh,
@@ -35,7 +35,7 @@ impl Bends {
         path: &KeyPath,
         problems: &mut Vec<Problem>,
     ) -> Self {
-        let mut bends = Bends::default();
+        let mut bends = BendingPlan::default();
         let sheet = mesh.element_dimension() == 2 && mesh.dimension == 3;
         let strand = mesh.element_dimension() < 2;
         if sheet {
@@ -97,20 +97,23 @@ impl Bends {
     /// Adds the energies to `system`.
     pub(super) fn add_terms<const D: usize>(
         &self,
-        body: &Parts,
+        body: &BodyAssembly,
         rest: &[f64],
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let Bends { hinges, joints, constants } = self;
+        let BendingPlan { hinges, joints, constants } = self;
         if !hinges.is_empty() {
             let hinges = global(hinges, body, numbering);
-            system
-                .add_term(Box::new(Measured::<HingeAngle, 3, 4>::new(&body.name, &hinges, constants, rest)));
+            system.add_term(Box::new(ScalarStrainEnergy::<HingeAngle, 3, 4>::new(
+                &body.name, &hinges, constants, rest,
+            )));
         }
         if !joints.is_empty() {
             let joints = global(joints, body, numbering);
-            system.add_term(Box::new(Measured::<Curvature, D, 3>::new(&body.name, &joints, constants, rest)));
+            system.add_term(Box::new(ScalarStrainEnergy::<Curvature, D, 3>::new(
+                &body.name, &joints, constants, rest,
+            )));
         }
     }
 
@@ -118,13 +121,13 @@ impl Bends {
     pub(super) fn add_damping<const D: usize>(
         &self,
         beta: f64,
-        body: &Parts,
+        body: &BodyAssembly,
         rest: &[f64],
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let damped = |c: &Constants| Constants { stiffness: beta * c.stiffness, ..*c };
-        let constants: Vec<Constants> = self.constants.iter().map(damped).collect();
+        let damped = |c: &StencilConstants| StencilConstants { stiffness: beta * c.stiffness, ..*c };
+        let constants: Vec<StencilConstants> = self.constants.iter().map(damped).collect();
         if !self.hinges.is_empty() {
             let hinges = global(&self.hinges, body, numbering);
             let term = MeasuredRate::<HingeAngle, 3, 4>::new(&body.name, &hinges, &constants, rest);
@@ -138,7 +141,7 @@ impl Bends {
     }
 }
 
-fn global<const N: usize>(cells: &[[u32; N]], body: &Parts, numbering: &Numbering) -> Vec<[u32; N]> {
+fn global<const N: usize>(cells: &[[u32; N]], body: &BodyAssembly, numbering: &Numbering) -> Vec<[u32; N]> {
     cells.iter().map(|cell| renumbered(cell, body.first_vertex, numbering)).collect()
 }
 
@@ -171,7 +174,7 @@ fn stiffness(spec: &BendingSpec, sheet: bool, dimension: usize) -> f64 {
 }
 
 /// `k = D |e|^2 / (A_1 + A_2)` [J].
-fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> Constants {
+fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> StencilConstants {
     let x: [[f64; 3]; 4] = points_of(&mesh.points, hinge);
     // Twice the area: the length of the normal.
     let area = |a: usize| {
@@ -181,24 +184,24 @@ fn hinge(mesh: &Mesh, hinge: &[u32; 4], stiffness: f64, angle: Option<f64>) -> C
         0.5 * (0..3).map(|c| component(c).powi(2)).sum::<f64>().sqrt()
     };
     let angle = angle.unwrap_or_else(|| HingeAngle::deviation(&x, &[1.0, 0.0]).0);
-    Constants {
+    StencilConstants {
         stiffness: stiffness * distance(&x[0], &x[1]).powi(2) / (area(2) + area(3)),
         rest: [angle.cos(), angle.sin()],
     }
 }
 
 /// `k = 2 B / (l_1 + l_2)` [J].
-fn joint(mesh: &Mesh, joint: &[u32; 3], stiffness: f64, angle: Option<f64>) -> Constants {
+fn joint(mesh: &Mesh, joint: &[u32; 3], stiffness: f64, angle: Option<f64>) -> StencilConstants {
     let point = |i: usize| mesh.point(joint[i] as usize);
     let measured = || {
         let curvature = if mesh.dimension == 2 {
-            <Curvature as Measure<2, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
+            <Curvature as ScalarStrain<2, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
         } else {
-            <Curvature as Measure<3, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
+            <Curvature as ScalarStrain<3, 3>>::deviation(&points_of(&mesh.points, joint), &[0.0; 2]).0
         };
         if curvature.abs() < STRAIGHT { 0.0 } else { curvature }
     };
-    Constants {
+    StencilConstants {
         stiffness: 2.0 * stiffness / (distance(point(0), point(1)) + distance(point(1), point(2))),
         rest: [angle.map_or_else(measured, |angle| 2.0 * (0.5 * angle).tan()), 0.0],
     }

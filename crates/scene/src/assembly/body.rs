@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::bending::Bends;
-use super::loads::{self, Placed};
-use super::pins::{self, Held};
+use super::bending::BendingPlan;
+use super::loads::{self, LoadPlan};
+use super::pins::{self, PinPlan};
 use super::{initial, mass};
 use crate::{Body, KeyPath, OneOrMany, Problem};
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
@@ -14,7 +14,7 @@ use pliant::topology::{BodyKind, BodyTopology};
 use pliant_mesh::{Mesh, build_body};
 
 /// What a body contributes to a simulation.
-pub(super) struct Parts {
+pub(super) struct BodyAssembly {
     pub(super) name: String,
     /// Its first vertex in the simulation.
     pub(super) first_vertex: u32,
@@ -26,11 +26,11 @@ pub(super) struct Parts {
     /// Its springs, vertices from 0.
     pub(super) springs: Vec<[u32; 2]>,
     /// Its hinges and joints.
-    pub(super) bends: Bends,
+    pub(super) bends: BendingPlan,
     /// Lumped mass of every vertex [kg].
     pub(super) mass: Vec<f64>,
-    pub(super) held: Vec<Held>,
-    pub(super) loads: Vec<Placed>,
+    pub(super) held: Vec<PinPlan>,
+    pub(super) loads: Vec<LoadPlan>,
     /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load
     /// asks for it [m^d].
     pub(super) shares: Vec<Vec<(u32, f64)>>,
@@ -44,7 +44,7 @@ pub(super) struct Parts {
     pub(super) rest_length: Vec<f64>,
 }
 
-impl Parts {
+impl BodyAssembly {
     pub(super) fn new(
         spec: &Body,
         path: &KeyPath,
@@ -79,8 +79,8 @@ impl Parts {
             || (vec![], vec![]),
             |s| spring_constants(s, &mesh, &springs, &path.key("springs"), &mut problems),
         );
-        let bends = spec.bending.as_ref().map_or_else(Bends::default, |bending| {
-            Bends::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
+        let bends = spec.bending.as_ref().map_or_else(BendingPlan::default, |bending| {
+            BendingPlan::new(bending, &mesh, &springs, &path.key("bending"), &mut problems)
         });
         let mass = mass::masses(&spec.mass, &mesh, thickness, &springs, &path.key("mass"), &mut problems);
         let held = pins::held(spec, &mesh, path, &mut problems);
@@ -96,7 +96,7 @@ impl Parts {
         if !problems.is_empty() {
             return Err(problems);
         }
-        Ok(Parts {
+        Ok(BodyAssembly {
             name,
             first_vertex,
             mesh,
@@ -130,7 +130,7 @@ impl Parts {
 
     /// Vertices that never move, from 0 in the body, ascending.
     pub(super) fn fixed(&self) -> Vec<u32> {
-        let for_ever = |held: &&Held| {
+        let for_ever = |held: &&PinPlan| {
             held.spec.motion.is_none() && held.spec.until.is_none() && held.spec.axes.is_none()
         };
         let mut fixed: Vec<u32> =
@@ -320,7 +320,7 @@ pub(super) fn spread(
 
 /// Stiffness `k` [N/m] and rest length [m] of every spring.
 fn spring_constants(
-    spec: &crate::Springs,
+    spec: &crate::SpringsSpec,
     mesh: &Mesh,
     springs: &[[u32; 2]],
     path: &KeyPath,

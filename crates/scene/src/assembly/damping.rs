@@ -1,6 +1,6 @@
 //! The damping of a body.
 
-use super::body::{Parts, renumbered};
+use super::body::{BodyAssembly, renumbered};
 use crate::Body;
 use crate::DampingSpec;
 use pliant::dissipation::{
@@ -9,7 +9,7 @@ use pliant::dissipation::{
 };
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::energy::elastic::{flattened, points_of};
-use pliant::energy::measure::{Constants, Length};
+use pliant::energy::measure::{Length, StencilConstants};
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
@@ -33,7 +33,7 @@ fn stiffness_proportional(damping: &DampingSpec, material: &MaterialSpec, plane:
     Viscosity { shear: beta * lame.mu, second: beta * lambda }
 }
 
-impl Parts {
+impl BodyAssembly {
     /// Adds what damps this body to `system`; arguments as of `add_terms`. What would damp nothing is left out.
     pub(super) fn add_damping<const D: usize, const N: usize>(
         &self,
@@ -59,11 +59,11 @@ impl Parts {
             }
         }
         let beta = damping.stiffness_proportional.unwrap_or(0.0);
-        let constant = |k: &f64| Constants {
+        let constant = |k: &f64| StencilConstants {
             stiffness: damping.dashpot.unwrap_or(0.0) + beta * k,
-            ..Constants::default()
+            ..StencilConstants::default()
         };
-        let constants: Vec<Constants> = self.stiffness.iter().map(constant).collect();
+        let constants: Vec<StencilConstants> = self.stiffness.iter().map(constant).collect();
         if constants.iter().any(|c| c.stiffness != 0.0) {
             let edges: Vec<[u32; 2]> = self.springs.iter().map(|e| renumbered(e, first, numbering)).collect();
             let dashpots = MeasuredRate::<Length, D, 2>::new(name, &edges, &constants, rest);
@@ -121,7 +121,7 @@ impl Parts {
 
 /// Makes the dashpots of cells of whatever kind is visited.
 struct CellsViscosity<'a> {
-    parts: &'a Parts,
+    parts: &'a BodyAssembly,
     block: &'a CellBlock,
     viscosity: Viscosity,
     rest: &'a [f64],

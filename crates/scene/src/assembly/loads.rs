@@ -1,6 +1,6 @@
 //! From the loads of a scene to forces.
 
-use super::body::Parts;
+use super::body::BodyAssembly;
 use crate::Body;
 use crate::KeyPath;
 use crate::Load;
@@ -14,7 +14,7 @@ use pliant::numbering::Numbering;
 use pliant_mesh::{Mesh, select};
 
 /// A load whose place is known; vertices from 0 in the body.
-pub(super) struct Placed {
+pub(super) struct LoadPlan {
     pub(super) name: String,
     key: &'static str,
     spec: Load,
@@ -40,14 +40,14 @@ pub(super) fn placed(
     mesh: &Mesh,
     path: &KeyPath,
     problems: &mut Vec<Problem>,
-) -> Vec<Placed> {
+) -> Vec<LoadPlan> {
     let mut placed = vec![];
     for (i, load) in spec.load.iter().enumerate() {
         let path = path.key("load").index(i);
         let key = load.vectors().first().map_or("pressure", |(key, ..)| *key);
         match place(load, key, mesh) {
             Ok(on) => {
-                placed.push(Placed { name: format!("{key} {i} on `{body}`"), key, spec: load.clone(), on })
+                placed.push(LoadPlan { name: format!("{key} {i} on `{body}`"), key, spec: load.clone(), on })
             }
             Err(message) => problems.push(Problem::semantic(path, message)),
         }
@@ -77,7 +77,7 @@ fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
     Ok(On::Vertices(vertices))
 }
 
-impl Placed {
+impl LoadPlan {
     /// What it is, in words.
     pub(super) fn described(&self, held: &[u32]) -> String {
         let changes = if self.changes() { ", changes with time" } else { "" };
@@ -113,7 +113,7 @@ impl Placed {
     /// that never move, ascending.
     pub(super) fn term(
         &self,
-        parts: &Parts,
+        parts: &BodyAssembly,
         held: &[u32],
         rest: &[f64],
         numbering: &Numbering,

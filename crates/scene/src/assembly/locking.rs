@@ -1,6 +1,6 @@
 //! Bodies that lock: linear elements that are nearly incompressible, or few through a thickness that bends.
 
-use super::body::Parts;
+use super::body::BodyAssembly;
 use crate::Body;
 use crate::Scene;
 use pliant::material::{Lame, MaterialSpec, Plane};
@@ -27,11 +27,11 @@ const MUCH: f64 = 0.5;
 const PLACES: usize = 1000;
 
 /// What locks, and what would not.
-pub(super) fn warnings(scene: &Scene, bodies: &[Parts]) -> Vec<String> {
+pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
     scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body)).collect()
 }
 
-fn of_body(spec: &Body, body: &Parts) -> Vec<String> {
+fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
     let Some(material) = &spec.elastic else { return vec![] };
     if body.mesh.block().is_some() {
         return vec![];

@@ -102,7 +102,7 @@ fn assemble<const D: usize, const N: usize>(
     }
     let (probes, points) = probes::probes::<D, N>(scene, &bodies)?;
     let numbering = numbering::<D>(&bodies);
-    let gathered = |rows: fn(&body::Parts) -> &[f64], width| {
+    let gathered = |rows: fn(&body::BodyAssembly) -> &[f64], width| {
         let rows: Vec<f64> = bodies.iter().flat_map(rows).copied().collect();
         numbering.to_internal(&rows, width).into_owned()
     };
@@ -112,7 +112,8 @@ fn assemble<const D: usize, const N: usize>(
 
     let mut system = System::new(D, gathered(|b| &b.mass, 1));
     let weights = || {
-        let of_body = |(body, spec): (&body::Parts, &Body)| mass::weights(&spec.mass, &body.mesh, &body.mass);
+        let of_body =
+            |(body, spec): (&body::BodyAssembly, &Body)| mass::weights(&spec.mass, &body.mesh, &body.mass);
         let weights: Vec<f64> = bodies.iter().zip(&scene.body).flat_map(of_body).collect();
         numbering.to_internal(&weights, 1).into_owned()
     };
@@ -181,7 +182,7 @@ fn assemble<const D: usize, const N: usize>(
         dimension: D,
         vertex_count: simulation.system().mass().len(),
         masses: bodies.iter().flat_map(|b| b.mass.iter().copied()).collect(),
-        bodies: bodies.iter().map(body::Parts::topology).collect(),
+        bodies: bodies.iter().map(body::BodyAssembly::topology).collect(),
         rest_positions: bodies.into_iter().flat_map(|b| b.mesh.points).collect(),
     };
     report.bytes += topology.bytes();
@@ -207,7 +208,7 @@ fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
 }
 
 /// Renumbers the bodies whose neighbours are numbered far apart.
-fn numbering<const D: usize>(bodies: &[body::Parts]) -> Numbering {
+fn numbering<const D: usize>(bodies: &[body::BodyAssembly]) -> Numbering {
     let count = bodies.iter().map(|b| b.mass.len()).sum();
     let mut numbering = Numbering::identity();
     for body in bodies.iter().filter(|b| !b.is_numbered_locally()) {
@@ -216,11 +217,11 @@ fn numbering<const D: usize>(bodies: &[body::Parts]) -> Numbering {
     numbering
 }
 
-fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::Parts>, Vec<Problem>> {
+fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::BodyAssembly>, Vec<Problem>> {
     let (mut bodies, mut problems, mut first_vertex) = (vec![], vec![], 0u32);
     for (i, spec) in scene.body.iter().enumerate() {
         let path = KeyPath::root().key("body").index(i);
-        match body::Parts::new(spec, &path, i, scene.dimension, base, first_vertex) {
+        match body::BodyAssembly::new(spec, &path, i, scene.dimension, base, first_vertex) {
             Ok(body) => {
                 first_vertex += body.mass.len() as u32;
                 bodies.push(body);

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::body::Parts;
+use super::body::BodyAssembly;
 use crate::Body;
 use crate::KeyPath;
 use crate::MotionSpec;
@@ -15,14 +15,14 @@ use pliant::constraint::{Hold, Interpolation, Keyframes, Motion, Rotation};
 use pliant_mesh::{Mesh, select};
 
 /// A pin whose vertices are known.
-pub(crate) struct Held {
+pub(crate) struct PinPlan {
     pub(super) name: String,
     /// From 0 in the body, ascending.
     pub(super) vertices: Vec<u32>,
     pub(super) spec: Pin,
 }
 
-impl Held {
+impl PinPlan {
     /// How it moves, in words.
     pub(super) fn motion(&self) -> Option<String> {
         let MotionSpec { velocity, displacement, rotation, keyframes } = self.spec.motion.as_ref()?;
@@ -69,14 +69,14 @@ impl Held {
 }
 
 /// The pins of a body with this mesh.
-pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<Held> {
+pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<PinPlan> {
     let mut held = vec![];
     for (i, pin) in spec.pin.iter().enumerate() {
         let path = path.key("pin").index(i);
         // Exactly one, as validation has seen.
         let Some(selection) = pin.selections().pop() else { continue };
         match select(mesh, &selection) {
-            Ok(vertices) => held.push(Held { name: pin.name_or_default(i), vertices, spec: pin.clone() }),
+            Ok(vertices) => held.push(PinPlan { name: pin.name_or_default(i), vertices, spec: pin.clone() }),
             Err(error) => problems.push(Problem::semantic(path, error.to_string())),
         }
     }
@@ -85,7 +85,7 @@ pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<
 }
 
 /// What moves cannot also be held by an earlier pin, or moved by it.
-fn contradictions(held: &[Held], dimension: usize, path: &KeyPath) -> Vec<Problem> {
+fn contradictions(held: &[PinPlan], dimension: usize, path: &KeyPath) -> Vec<Problem> {
     // For every held coordinate the first pin that holds it, and the first that moves it.
     let mut holders: HashMap<(u32, usize), (usize, Option<usize>)> = HashMap::new();
     let mut problems = vec![];
@@ -120,7 +120,7 @@ const AT_START: f64 = 1e-9;
 
 /// Motions that begin elsewhere than where the bodies start: the pins would jump before the first step, and
 /// nothing could count the energy of that.
-pub(super) fn jumps_at_start(bodies: &[Parts], dimension: usize) -> Vec<Problem> {
+pub(super) fn jumps_at_start(bodies: &[BodyAssembly], dimension: usize) -> Vec<Problem> {
     let mut problems = vec![];
     for (b, body) in bodies.iter().enumerate() {
         let path = KeyPath::root().key("body").index(b).key("pin");
@@ -162,7 +162,7 @@ fn not_zero_at_start(spec: &MotionSpec) -> (&'static str, String) {
 }
 
 /// What `say` says of the pins of all bodies, each with its name.
-pub(super) fn described(bodies: &[Parts], say: impl Fn(&Held) -> Option<String>) -> Vec<String> {
+pub(super) fn described(bodies: &[BodyAssembly], say: impl Fn(&PinPlan) -> Option<String>) -> Vec<String> {
     let pins = bodies.iter().flat_map(|body| body.held.iter().map(move |held| (body, held)));
     pins.filter_map(|(body, held)| Some(format!("pin `{}/{}`: {}", body.name, held.name, say(held)?)))
         .collect()

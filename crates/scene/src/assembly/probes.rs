@@ -1,6 +1,6 @@
 //! Where probes are: places become mixtures of vertices.
 
-use super::body::Parts;
+use super::body::BodyAssembly;
 use crate::KeyPath;
 use crate::ProbeSpec;
 use crate::Problem;
@@ -24,7 +24,7 @@ type Point = (usize, Barycentric);
 /// The probes of a scene, and the points of elements that they name.
 pub(super) fn probes<const D: usize, const N: usize>(
     scene: &Scene,
-    bodies: &[Parts],
+    bodies: &[BodyAssembly],
 ) -> Result<(Vec<Probe>, Vec<Point>), Vec<Problem>> {
     let path = KeyPath::root().key("probe");
     let found = scene.probe.iter().enumerate().map(|(i, spec)| one::<D, N>(spec, &path.index(i), bodies));
@@ -45,7 +45,7 @@ pub(super) fn probes<const D: usize, const N: usize>(
 fn one<const D: usize, const N: usize>(
     spec: &ProbeSpec,
     path: &KeyPath,
-    bodies: &[Parts],
+    bodies: &[BodyAssembly],
 ) -> Result<(Probe, Option<Point>), Box<Problem>> {
     let eligible = || bodies.iter().filter(|b| spec.body.as_ref().is_none_or(|name| *name == b.name));
     let place = match (&spec.at, spec.vertex) {
@@ -62,7 +62,7 @@ fn one<const D: usize, const N: usize>(
             };
             // Elements of the bodies before this one come first.
             let earlier = bodies.iter().take_while(|b| b.first_vertex < body.first_vertex);
-            let before: usize = earlier.map(Parts::element_count).sum();
+            let before: usize = earlier.map(BodyAssembly::element_count).sum();
             (body, vertices, weights, body.elastic.then_some((before + cell, at)))
         }
         (None, vertex) => {
@@ -241,7 +241,7 @@ fn outside<'a>(
     spec: &ProbeSpec,
     at: &[f64],
     path: &KeyPath,
-    bodies: impl Iterator<Item = &'a Parts>,
+    bodies: impl Iterator<Item = &'a BodyAssembly>,
 ) -> Problem {
     let mut nearest: Option<(f64, &str, usize, &[f64])> = None;
     for body in bodies {

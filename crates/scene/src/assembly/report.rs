@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::attachments::Tied;
-use super::body::Parts;
+use super::attachments::AttachmentPlan;
+use super::body::BodyAssembly;
 use crate::Channel;
 use crate::MassSpec;
 use crate::Scene;
@@ -93,8 +93,8 @@ impl Report {
     pub(super) fn new(
         scene: &Scene,
         simulation: &Simulation,
-        bodies: &[Parts],
-        attachments: &[Tied],
+        bodies: &[BodyAssembly],
+        attachments: &[AttachmentPlan],
         stability: Option<StabilityLimit>,
         tree_force_error: Option<ForceError>,
         bytes: usize,
@@ -133,7 +133,7 @@ impl Report {
 }
 
 impl BodyReport {
-    fn new(body: &Parts) -> Self {
+    fn new(body: &BodyAssembly) -> Self {
         let mesh = &body.mesh;
         BodyReport {
             name: body.name.clone(),
@@ -158,8 +158,8 @@ fn extent(x: &[f64], d: usize) -> Vec<f64> {
 /// What is used and what is not, each in words.
 fn uses(
     scene: &Scene,
-    bodies: &[Parts],
-    attachments: &[Tied],
+    bodies: &[BodyAssembly],
+    attachments: &[AttachmentPlan],
     simulation: &Simulation,
 ) -> (Vec<String>, Vec<String>) {
     let (mut uses, mut left_out) = (vec![], vec![]);
@@ -248,7 +248,7 @@ fn uses(
     let loads: Vec<String> =
         bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
     say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");
-    let ties: Vec<String> = attachments.iter().map(Tied::described).collect();
+    let ties: Vec<String> = attachments.iter().map(AttachmentPlan::described).collect();
     say(!ties.is_empty(), ties.join("; "), "attachments: nothing is tied to a place or to another body");
     let walls = simulation.system().walls().len();
     say(walls > 0, plural(walls, "wall"), "walls: none, and no test for crossing them");
@@ -335,7 +335,7 @@ fn cost(method: &Documentation) -> String {
 }
 
 /// What a body of cells that are no simplices is made of.
-fn whole_cells(body: &Parts) -> Option<String> {
+fn whole_cells(body: &BodyAssembly) -> Option<String> {
     let block = body.mesh.block().filter(|_| body.elastic)?;
     let (cells, points) = (block.kind.plural, block.kind.quadrature_points());
     Some(format!(
@@ -345,8 +345,8 @@ fn whole_cells(body: &Parts) -> Option<String> {
 }
 
 /// The most curved element of all bodies, if any side is.
-fn curved(bodies: &[Parts]) -> String {
-    let of_body = |b: &Parts| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
+fn curved(bodies: &[BodyAssembly]) -> String {
+    let of_body = |b: &BodyAssembly| Some((b.mesh.quality().elements?.curved?, b.name.clone()));
     let worst =
         bodies.iter().filter_map(of_body).min_by(|a, b| a.0.least_jacobian.total_cmp(&b.0.least_jacobian));
     match worst {

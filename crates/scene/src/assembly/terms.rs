@@ -1,6 +1,6 @@
 //! What stores energy in a body: finite elements of every kind, springs, bending.
 
-use super::body::{Parts, renumbered};
+use super::body::{BodyAssembly, renumbered};
 use crate::{Body, Stress};
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::energy::EnergyTerm;
@@ -10,7 +10,7 @@ use pliant::material::{Material, MaterialSpec, MaterialVisitor, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
 
-impl Parts {
+impl BodyAssembly {
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
@@ -19,9 +19,9 @@ impl Parts {
         numbering: &Numbering,
         system: &mut System,
     ) {
-        let Parts { name, first_vertex, springs, .. } = self;
+        let BodyAssembly { name, first_vertex, springs, .. } = self;
         if let (Some(material), Some(nodal)) = (&spec.elastic, &spec.nodal_integration) {
-            let Elements { body, cells, rest, stress } = self.elastic_elements::<N>(spec, rest, numbering);
+            let ElementSet { body, cells, rest, stress } = self.elastic_elements::<N>(spec, rest, numbering);
             let terms = nodal_integration::<D, N>(
                 body,
                 material,
@@ -77,14 +77,14 @@ impl Parts {
         spec: &Body,
         rest: &'a [f64],
         numbering: &Numbering,
-    ) -> Elements<'a, N> {
+    ) -> ElementSet<'a, N> {
         let stress = spec.stress.unwrap_or_default();
-        Elements { body: &self.name, cells: self.elements(numbering), rest, stress }
+        ElementSet { body: &self.name, cells: self.elements(numbering), rest, stress }
     }
 }
 
 /// What an elastic term is made of, but for the material.
-struct Elements<'a, const N: usize> {
+struct ElementSet<'a, const N: usize> {
     body: &'a str,
     cells: Vec<[u32; N]>,
     rest: &'a [f64],
@@ -92,32 +92,32 @@ struct Elements<'a, const N: usize> {
 }
 
 /// Makes the term of linear elements of whatever material is visited.
-struct LinearMaker<'a, const N: usize>(Elements<'a, N>);
+struct LinearMaker<'a, const N: usize>(ElementSet<'a, N>);
 
 impl<const D: usize, const N: usize> MaterialVisitor<D> for LinearMaker<'_, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let Elements { body, cells, rest, stress } = self.0;
+        let ElementSet { body, cells, rest, stress } = self.0;
         Box::new(Elastic::<D, N>::linear(body, material, stress, &cells, rest))
     }
 }
 
 /// The same of quadratic elements.
-struct QuadraticMaker<'a, const N: usize>(Elements<'a, N>);
+struct QuadraticMaker<'a, const N: usize>(ElementSet<'a, N>);
 
 impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let Elements { body, cells, rest, stress } = self.0;
+        let ElementSet { body, cells, rest, stress } = self.0;
         Box::new(Elastic::<D, N>::quadratic(body, material, stress, &cells, rest))
     }
 }
 
 /// Makes the term of cells of whatever kind is visited.
 struct CellsMaker<'a> {
-    parts: &'a Parts,
+    parts: &'a BodyAssembly,
     block: &'a CellBlock,
     material: &'a MaterialSpec,
     stress: Stress,
@@ -156,7 +156,7 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for MeanDilatationMaker<
 
 /// Makes a membrane of whatever material is visited.
 struct MembraneMaker<'a> {
-    elements: Elements<'a, 3>,
+    elements: ElementSet<'a, 3>,
     sheet: Sheet,
 }
 
@@ -164,7 +164,7 @@ impl MaterialVisitor<2> for MembraneMaker<'_> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<2> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let Elements { body, cells, rest, .. } = self.elements;
+        let ElementSet { body, cells, rest, .. } = self.elements;
         Box::new(Membrane::new(body, material, self.sheet, &cells, rest))
     }
 }

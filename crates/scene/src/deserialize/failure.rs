@@ -11,10 +11,10 @@ use crate::key_path::KeyPath;
 
 /// Boxed: results of every single number carry it.
 #[derive(Debug)]
-pub(super) struct Failure(Box<Inner>);
+pub(super) struct ReadFailure(Box<FailureKind>);
 
 #[derive(Debug)]
-enum Inner {
+enum FailureKind {
     /// Said by serde, which does not know where it is.
     Said(Said),
     /// Complete.
@@ -28,40 +28,40 @@ enum Said {
     Other(String),
 }
 
-impl Failure {
-    pub(super) fn located(problem: Problem) -> Failure {
-        Failure(Box::new(Inner::Located(problem)))
+impl ReadFailure {
+    pub(super) fn located(problem: Problem) -> ReadFailure {
+        ReadFailure(Box::new(FailureKind::Located(problem)))
     }
 
-    pub(super) fn unexpected<'de>(found: String, expected: &impl Visitor<'de>) -> Failure {
+    pub(super) fn unexpected<'de>(found: String, expected: &impl Visitor<'de>) -> ReadFailure {
         let expected = plain(&(expected as &dyn Expected).to_string());
-        Failure(Box::new(Inner::Said(Said::WrongType { found, expected })))
+        ReadFailure(Box::new(FailureKind::Said(Said::WrongType { found, expected })))
     }
 
     /// Adds the place, unless a value further inside has done so.
-    pub(super) fn at(self, trail: &Trail<'_>) -> Failure {
+    pub(super) fn at(self, trail: &Trail<'_>) -> ReadFailure {
         match *self.0 {
-            Inner::Located(_) => self,
-            Inner::Said(said) => Failure::located(said.at(trail.path())),
+            FailureKind::Located(_) => self,
+            FailureKind::Said(said) => ReadFailure::located(said.at(trail.path())),
         }
     }
 
-    pub(super) fn with_help(self, help: String) -> Failure {
+    pub(super) fn with_help(self, help: String) -> ReadFailure {
         match *self.0 {
-            Inner::Located(problem) => Failure::located(problem.with_help(help)),
-            Inner::Said(_) => self,
+            FailureKind::Located(problem) => ReadFailure::located(problem.with_help(help)),
+            FailureKind::Said(_) => self,
         }
     }
 
     /// What is missing after a bare word: the empty table that stood in for it is not what the user wrote.
-    pub(super) fn of_bare_word(self, name: &str, trail: &Trail<'_>) -> Failure {
+    pub(super) fn of_bare_word(self, name: &str, trail: &Trail<'_>) -> ReadFailure {
         let help = format!("write {{ {name} = ... }}");
         match *self.0 {
-            Inner::Located(Problem { kind: ProblemKind::WrongType { expected, .. }, path, .. })
+            FailureKind::Located(Problem { kind: ProblemKind::WrongType { expected, .. }, path, .. })
                 if path == trail.path() =>
             {
                 let problem = Problem::wrong_type(path, "nothing".to_owned(), expected);
-                Failure::located(problem.with_help(help))
+                ReadFailure::located(problem.with_help(help))
             }
             _ => self.with_help(help),
         }
@@ -69,8 +69,8 @@ impl Failure {
 
     pub(super) fn into_problem(self) -> Problem {
         match *self.0 {
-            Inner::Located(problem) => problem,
-            Inner::Said(said) => said.at(KeyPath::root()),
+            FailureKind::Located(problem) => problem,
+            FailureKind::Said(said) => said.at(KeyPath::root()),
         }
     }
 }
@@ -85,42 +85,42 @@ impl Said {
     }
 }
 
-impl fmt::Display for Failure {
+impl fmt::Display for ReadFailure {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &*self.0 {
-            Inner::Located(problem) => formatter.write_str(&problem.message),
-            Inner::Said(Said::WrongType { found, expected }) => {
+            FailureKind::Located(problem) => formatter.write_str(&problem.message),
+            FailureKind::Said(Said::WrongType { found, expected }) => {
                 write!(formatter, "expected {expected}, found {found}")
             }
-            Inner::Said(Said::Missing(field)) => write!(formatter, "missing field `{field}`"),
-            Inner::Said(Said::Other(message)) => formatter.write_str(message),
+            FailureKind::Said(Said::Missing(field)) => write!(formatter, "missing field `{field}`"),
+            FailureKind::Said(Said::Other(message)) => formatter.write_str(message),
         }
     }
 }
 
-impl std::error::Error for Failure {}
+impl std::error::Error for ReadFailure {}
 
-impl de::Error for Failure {
-    fn custom<T: fmt::Display>(message: T) -> Failure {
-        Failure(Box::new(Inner::Said(Said::Other(message.to_string()))))
+impl de::Error for ReadFailure {
+    fn custom<T: fmt::Display>(message: T) -> ReadFailure {
+        ReadFailure(Box::new(FailureKind::Said(Said::Other(message.to_string()))))
     }
 
-    fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Failure {
+    fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> ReadFailure {
         let (found, expected) = (described(unexpected), plain(&expected.to_string()));
-        Failure(Box::new(Inner::Said(Said::WrongType { found, expected })))
+        ReadFailure(Box::new(FailureKind::Said(Said::WrongType { found, expected })))
     }
 
-    fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Failure {
-        Failure::invalid_type(unexpected, expected)
+    fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> ReadFailure {
+        ReadFailure::invalid_type(unexpected, expected)
     }
 
-    fn invalid_length(length: usize, expected: &dyn Expected) -> Failure {
+    fn invalid_length(length: usize, expected: &dyn Expected) -> ReadFailure {
         let (found, expected) = (format!("{length} entries"), plain(&expected.to_string()));
-        Failure(Box::new(Inner::Said(Said::WrongType { found, expected })))
+        ReadFailure(Box::new(FailureKind::Said(Said::WrongType { found, expected })))
     }
 
-    fn missing_field(field: &'static str) -> Failure {
-        Failure(Box::new(Inner::Said(Said::Missing(field))))
+    fn missing_field(field: &'static str) -> ReadFailure {
+        ReadFailure(Box::new(FailureKind::Said(Said::Missing(field))))
     }
 }
 

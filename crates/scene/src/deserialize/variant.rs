@@ -3,12 +3,12 @@
 use serde::de::{DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, VariantAccess, Visitor};
 use toml::de::{DeTable, DeValue};
 
-use super::failure::Failure;
-use super::{Reader, Step, TableReader, Trail};
+use super::failure::ReadFailure;
+use super::{Reader, TableReader, Trail, TrailStep};
 use crate::error::Problem;
 
 /// A value that names one of several variants.
-pub(super) struct Choice<'a> {
+pub(super) struct VariantReader<'a> {
     pub(super) reader: Reader<'a>,
     pub(super) variants: &'static [&'static str],
 }
@@ -20,11 +20,11 @@ pub(super) struct Content<'a> {
     value: Option<&'a DeValue<'a>>,
 }
 
-impl<'de, 'a> EnumAccess<'de> for Choice<'a> {
-    type Error = Failure;
+impl<'de, 'a> EnumAccess<'de> for VariantReader<'a> {
+    type Error = ReadFailure;
     type Variant = Content<'a>;
 
-    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Content<'a>), Failure> {
+    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Content<'a>), ReadFailure> {
         let reader = self.reader;
         let (name, value) = match reader.value {
             DeValue::String(name) => (name.as_ref(), None),
@@ -41,22 +41,22 @@ impl<'de, 'a> EnumAccess<'de> for Choice<'a> {
                 problem.path = problem.path.key(name);
                 problem = problem.at_key();
             }
-            return Err(Failure::located(problem));
+            return Err(ReadFailure::located(problem));
         }
         let variant = seed.deserialize(name.into_deserializer())?;
         Ok((variant, Content { reader, name, value }))
     }
 }
 
-impl Choice<'_> {
-    fn not_one_choice(&self) -> Failure {
+impl VariantReader<'_> {
+    fn not_one_choice(&self) -> ReadFailure {
         let names: Vec<String> = self.variants.iter().map(|name| format!("`{name}`")).collect();
         let expected = format!("exactly one of {}", names.join(", "));
         match self.reader.value {
             DeValue::Table(table) if table.len() > 1 => {
                 let found: Vec<String> = table.keys().map(|key| format!("`{}`", key.get_ref())).collect();
                 let path = self.reader.trail.path();
-                Failure::located(Problem::wrong_type(path, found.join(" and "), expected))
+                ReadFailure::located(Problem::wrong_type(path, found.join(" and "), expected))
             }
             _ => self.reader.wrong_type(&expected),
         }
@@ -64,22 +64,22 @@ impl Choice<'_> {
 }
 
 impl<'de> VariantAccess<'de> for Content<'_> {
-    type Error = Failure;
+    type Error = ReadFailure;
 
-    fn unit_variant(self) -> Result<(), Failure> {
+    fn unit_variant(self) -> Result<(), ReadFailure> {
         match self.value {
             None => Ok(()),
             Some(DeValue::Table(table)) if table.is_empty() => Ok(()),
             Some(value) => {
-                let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+                let trail = Trail { parent: Some(self.reader.trail), step: TrailStep::Key(self.name) };
                 let failure = Reader { value, trail: &trail, ..self.reader }.wrong_type("no parameters");
                 Err(failure.with_help(format!("write \"{}\"", self.name)))
             }
         }
     }
 
-    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, Failure> {
-        let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, ReadFailure> {
+        let trail = Trail { parent: Some(self.reader.trail), step: TrailStep::Key(self.name) };
         let reader = self.reader;
         match self.value {
             Some(value) => seed
@@ -93,8 +93,8 @@ impl<'de> VariantAccess<'de> for Content<'_> {
         }
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
-        let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+    fn tuple_variant<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, ReadFailure> {
+        let trail = Trail { parent: Some(self.reader.trail), step: TrailStep::Key(self.name) };
         let value = self.value.unwrap_or(self.reader.value);
         Reader { value, trail: &trail, ..self.reader }.deserialize_tuple(length, visitor)
     }
@@ -103,8 +103,8 @@ impl<'de> VariantAccess<'de> for Content<'_> {
         self,
         fields: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Failure> {
-        let trail = Trail { parent: Some(self.reader.trail), step: Step::Key(self.name) };
+    ) -> Result<V::Value, ReadFailure> {
+        let trail = Trail { parent: Some(self.reader.trail), step: TrailStep::Key(self.name) };
         match self.value {
             Some(value) => {
                 Reader { value, trail: &trail, ..self.reader }.deserialize_struct("", fields, visitor)

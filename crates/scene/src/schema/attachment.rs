@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BoxSelection, Selection, Wall};
+use super::{BoxSelection, HalfSpace, Selection};
 use pliant::value::*;
 
 /// Vertices of a body tied to places, or to another body, by springs `E = k/2 (d - l)^2` of the distance `d`. Exactly one of `box`,
@@ -24,7 +24,7 @@ pub struct AttachmentSpec {
     pub corners: Option<BoxSelection>,
     /// All vertices with `normal . X <= offset` at rest (tolerance 1e-9 of the body's size).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub half_space: Option<Wall>,
+    pub half_space: Option<HalfSpace>,
     /// These vertices, by index in the body, in this order.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]

@@ -51,7 +51,7 @@ pub struct Body {
     pub stress: Option<Stress>,
     /// Springs along the mesh's edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub springs: Option<Springs>,
+    pub springs: Option<SpringsSpec>,
     /// Resistance to bending of a sheet in 3D, at every edge between two triangles, or of a strand, at every vertex between two edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending: Option<BendingSpec>,
@@ -77,7 +77,8 @@ pub struct Body {
 /// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Springs {
+#[serde(rename = "Springs")]
+pub struct SpringsSpec {
     /// Spring constant `k` [N/m]: one for all or one per edge.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Stiffness>>>")]
     pub stiffness: Option<OneOrMany>,

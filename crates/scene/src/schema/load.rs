@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BoxSelection, OverPlaceOf, OverTime, Selection, Wall};
+use super::{BoxSelection, HalfSpace, OverPlaceOf, OverTime, Selection};
 use pliant::value::*;
 
 /// A force from outside. At most one of `box`, `half_space`, `vertices` and `group` says on what, all of the body without them;
@@ -20,7 +20,7 @@ pub struct Load {
     pub corners: Option<BoxSelection>,
     /// All vertices with `normal . X <= offset` at rest (tolerance 1e-9 of the body's size).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub half_space: Option<Wall>,
+    pub half_space: Option<HalfSpace>,
     /// These vertices, by index in the body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]

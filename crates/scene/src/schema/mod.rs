@@ -120,10 +120,10 @@ pub struct World {
     pub gravity: Option<Vec<OverTime>>,
     /// Rigid half-spaces that vertices cannot enter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub walls: Vec<Wall>,
+    pub walls: Vec<HalfSpace>,
     /// Newtonian attraction between all vertices of bodies without elements and springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub nbody: Option<NBody>,
+    pub nbody: Option<NBodySpec>,
     /// Ether drag [1/s]: velocities decay as `exp(-ether_drag * t)`, rigid motion included.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Rate>>")]
     #[schemars(range(min = 0.0))]
@@ -140,7 +140,8 @@ impl World {
 /// Newtonian gravity `E = -G m_i m_j / sqrt(r^2 + softening^2)` between every pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct NBody {
+#[serde(rename = "NBody")]
+pub struct NBodySpec {
     /// Gravitational constant `G` [m^3 / (kg s^2)].
     #[serde(with = "As::<GravitationalConstant>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BoxSelection, OverPlaceOf, OverTime, OverTimeOf, Selection, Wall};
+use super::{BoxSelection, HalfSpace, OverPlaceOf, OverTime, OverTimeOf, Selection};
 use pliant::value::*;
 
 /// Vertices that are held. Exactly one of `box`, `half_space`, `vertices` and `group` says which. Without the other keys, all of
@@ -16,7 +16,7 @@ pub struct Pin {
     pub corners: Option<BoxSelection>,
     /// All vertices with `normal . X <= offset` at rest (tolerance 1e-9 of the body's size).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub half_space: Option<Wall>,
+    pub half_space: Option<HalfSpace>,
     /// These vertices, by index in the body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]

@@ -4,7 +4,7 @@ use super::check::{Checker, Sign};
 use super::{bending, damping, loads, membrane, mesh, motion, nodal, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{Body, MassSpec, MeshSpec, Springs};
+use crate::schema::{Body, MassSpec, MeshSpec, SpringsSpec};
 
 /// Names become topics and file names in a recording.
 const LONGEST_NAME: usize = 64;
@@ -30,7 +30,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     let dimension = check.dimension;
     mesh::mesh(check, &path.key("mesh"), &body.mesh);
     transform::transform(check, path, body);
-    let has = Contents::of(&body.mesh, dimension).times(body.copies());
+    let has = MeshCapabilities::of(&body.mesh, dimension).times(body.copies());
     let made_of = MadeOf {
         elastic: body.elastic.is_some(),
         membrane: body.membrane.is_some(),
@@ -113,7 +113,7 @@ fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
 
 /// What a mesh offers to be made into forces. A file is believed to have everything until it is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Contents {
+pub(super) struct MeshCapabilities {
     /// Triangles in 2D, tetrahedra in 3D: what a material can fill.
     pub(super) elements: bool,
     /// Triangles in 3D that are no sides of tetrahedra: what a membrane can be made of.
@@ -124,8 +124,8 @@ pub(super) struct Contents {
     pub(super) edge_count: Option<u64>,
 }
 
-impl Contents {
-    pub(super) fn of(mesh: &MeshSpec, dimension: Option<usize>) -> Contents {
+impl MeshCapabilities {
+    pub(super) fn of(mesh: &MeshSpec, dimension: Option<usize>) -> MeshCapabilities {
         let flat = dimension != Some(3);
         let sheet = match mesh {
             MeshSpec::Cloth(_) | MeshSpec::Sphere(_) | MeshSpec::File(_) => !flat,
@@ -166,12 +166,12 @@ impl Contents {
                 (!none, explicit > 0 || cells, (explicit > 0).then_some(explicit))
             }
         };
-        Contents { elements, sheet, edges, edge_count }
+        MeshCapabilities { elements, sheet, edges, edge_count }
     }
 
     /// Of so many copies.
-    fn times(self, copies: u64) -> Contents {
-        Contents { edge_count: self.edge_count.and_then(|count| count.checked_mul(copies)), ..self }
+    fn times(self, copies: u64) -> MeshCapabilities {
+        MeshCapabilities { edge_count: self.edge_count.and_then(|count| count.checked_mul(copies)), ..self }
     }
 }
 
@@ -187,7 +187,7 @@ impl MadeOf {
         &self,
         path: &KeyPath,
         mesh: &MeshSpec,
-        has: Contents,
+        has: MeshCapabilities,
         dimension: Option<usize>,
         attracted: bool,
     ) -> Vec<Problem> {
@@ -229,7 +229,7 @@ impl MadeOf {
     }
 }
 
-fn springs(check: &mut Checker, path: &KeyPath, springs: &Springs, edge_count: Option<u64>) {
+fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, edge_count: Option<u64>) {
     let edges = edge_count.filter(|&count| count > 0).map(|count| (count, "edges"));
     match (&springs.stiffness, springs.young) {
         (Some(stiffness), None) => {
@@ -250,7 +250,7 @@ fn springs(check: &mut Checker, path: &KeyPath, springs: &Springs, edge_count: O
     }
 }
 
-fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
+fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: MeshCapabilities) {
     match &body.mass {
         MassSpec::Density(density) => {
             let path = path.key("density");
@@ -278,7 +278,7 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: Contents) {
 }
 
 /// By what the mesh is made of: a file is believed to have elements until it is read.
-fn unit_of_density(mesh: &MeshSpec, has: Contents, dimension: Option<usize>) -> &'static str {
+fn unit_of_density(mesh: &MeshSpec, has: MeshCapabilities, dimension: Option<usize>) -> &'static str {
     let sheet = matches!(mesh, MeshSpec::Cloth(_) | MeshSpec::Sphere(_))
         || matches!(mesh, MeshSpec::Inline(inline) if !inline.triangles.is_empty());
     match (has.elements, dimension) {
@@ -290,7 +290,7 @@ fn unit_of_density(mesh: &MeshSpec, has: Contents, dimension: Option<usize>) -> 
 }
 
 /// A density needs cells or edges.
-fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: Contents) {
+fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: MeshCapabilities) {
     if !has.edges {
         let key = path.last_key().unwrap_or("density").to_owned();
         let message = format!("`{key}` fills cells and edges, and this {} has none", body.mesh.name());
@@ -305,7 +305,7 @@ mod tests {
     use crate::schema::{ClothSpec, DiskSpec, StrandSpec};
 
     fn messages(mesh: &MeshSpec, dimension: usize, elastic: bool, springs: bool) -> Vec<String> {
-        let has = Contents::of(mesh, Some(dimension));
+        let has = MeshCapabilities::of(mesh, Some(dimension));
         let made_of = MadeOf { elastic, membrane: false, springs };
         let problems = made_of.problems(&KeyPath::root(), mesh, has, Some(dimension), false);
         problems.into_iter().map(|problem| format!("{}: {}", problem.path, problem.message)).collect()
@@ -331,6 +331,6 @@ mod tests {
         let cloth = MeshSpec::Cloth(ClothSpec { cells: [2, 3], origin: vec![], u: vec![], v: vec![] });
         assert_eq!(messages(&cloth, 3, true, true), filled("cloth"));
         assert!(messages(&cloth, 2, true, false).is_empty());
-        assert_eq!(Contents::of(&cloth, Some(3)).edge_count, Some(2 * 4 + 3 * 3 + 2 * 6));
+        assert_eq!(MeshCapabilities::of(&cloth, Some(3)).edge_count, Some(2 * 4 + 3 * 3 + 2 * 6));
     }
 }

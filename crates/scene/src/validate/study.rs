@@ -4,7 +4,7 @@ use super::check::{Checker, Sign};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::StudySpec;
-use crate::vary::Axis;
+use crate::vary::VariedKey;
 use pliant::integrator::BadParameter;
 
 /// States are compared at this many times at least: fewer may all be where errors happen to be small.
@@ -32,7 +32,7 @@ pub(super) fn study(check: &mut Checker, path: &KeyPath, study: &StudySpec) {
         }
     }
     for (index, axis) in study.vary.iter().enumerate() {
-        if let Err(error) = axis.parse::<Axis>() {
+        if let Err(error) = axis.parse::<VariedKey>() {
             check.report(Problem::semantic(path.key("vary").index(index), error.to_string()));
         }
     }

@@ -4,7 +4,7 @@ use super::check::{Checker, Sign};
 use super::pins::formulas;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{Channel, OverTime, Scene, Time, Wall, World};
+use crate::schema::{Channel, HalfSpace, OverTime, Scene, Time, World};
 use pliant::integrator::BadParameter;
 
 /// Steps are counted in the time `step * n`: beyond 2^53 the count is not exact any more.
@@ -102,7 +102,7 @@ fn opening_angle(check: &mut Checker, path: &KeyPath, angle: f64) {
     }
 }
 
-pub(super) fn wall(check: &mut Checker, path: &KeyPath, wall: &Wall) {
+pub(super) fn wall(check: &mut Checker, path: &KeyPath, wall: &HalfSpace) {
     check.direction(&path.key("normal"), &wall.normal, "");
     check.number(&path.key("offset"), wall.offset, Sign::Any, "m");
 }

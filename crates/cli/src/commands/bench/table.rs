@@ -1,6 +1,6 @@
 //! The table for people.
 
-use pliant_lab::benchmark::{Case, REFERENCE_MACHINE};
+use pliant_lab::benchmark::{BenchmarkCase, REFERENCE_MACHINE};
 
 use super::Measured;
 use super::machine::Machine;
@@ -58,13 +58,13 @@ fn line(m: &Measured) -> Vec<String> {
 }
 
 /// `98,304 tets, mild`.
-pub(super) fn work(case: &Case) -> String {
+pub(super) fn work(case: &BenchmarkCase) -> String {
     let gap = if case.case.is_empty() { "" } else { ", " };
     format!("{} {}{gap}{}", count(case.size), case.items, case.case)
 }
 
 /// The same, with the threads.
-pub(super) fn on_threads(case: &Case) -> String {
+pub(super) fn on_threads(case: &BenchmarkCase) -> String {
     format!("{} on {}", work(case), counted(case.threads() as u64, "thread", "threads"))
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use pliant::integrator::IntegratorSpec;
 use pliant::modes::{MassMatrix, Modes, ModesError};
 use pliant::simulation::StepError;
-use pliant::solver::Verdict;
+use pliant::solver::SolveFailure;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::json;
 
@@ -93,7 +93,7 @@ fn settle(assembly: &mut Assembly) -> Result<Option<f64>, Failure> {
     for _ in 0..STATIC_STEPS {
         let before = simulation.state().x().to_vec();
         match simulation.step() {
-            Err(StepError::Unsolved { verdict: Verdict::Stopped, .. }) => return Ok(None),
+            Err(StepError::Unsolved { verdict: SolveFailure::Stopped, .. }) => return Ok(None),
             step => step.map_err(|error| Failure::failed("equilibrium", error.to_string()))?,
         }
         if largest(&before, simulation.state().x()) <= still {

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use pliant_lab::stability::{Against, Map, Status, Survey};
-use pliant_lab::study::page::{Cell, Look, Page};
-use pliant_lab::study::plot::{AxisSpec, Chart, HeatMap, Line, Point, State};
+use pliant_lab::stability::{Against, AttemptStatus, Map, Survey};
+use pliant_lab::study::page::{Look, Page, TableCell};
+use pliant_lab::study::plot::{AxisSpec, CellState, Chart, HeatMap, Line, Point};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -33,13 +33,13 @@ fn limits(found: &Survey) -> Vec<[String; 8]> {
             .predicted
             .filter(|_| limit.above.is_some())
             .map_or_else(String::new, |p| format!("{:.3}", limit.measured / p));
-        let ok = drift.status == Status::Ok;
+        let ok = drift.status == AttemptStatus::Ok;
         rows.push([
             limit.integrator.clone(),
             predicted,
             measured,
             ratio,
-            limit.above.map_or("", Status::name).into(),
+            limit.above.map_or("", AttemptStatus::name).into(),
             number(drift.step),
             if ok { number(drift.per_second) } else { drift.status.name().into() },
             if ok { number(drift.amplitude) } else { String::new() },
@@ -95,9 +95,9 @@ fn text_map(map: &Map) -> String {
         let line: String = map.status[row]
             .iter()
             .map(|status| match status {
-                Status::Ok => " .",
-                Status::Diverged => " x",
-                Status::Unsolved => " !",
+                AttemptStatus::Ok => " .",
+                AttemptStatus::Diverged => " x",
+                AttemptStatus::Unsolved => " !",
             })
             .collect();
         let limit = map.predicted[row].map_or_else(|| "any".into(), number);
@@ -128,7 +128,7 @@ pub(super) fn write(folder: &Path, scene: &str, found: &Survey, document: &Value
             &limit.integrator,
             &limit.predicted.map_or_else(String::new, n),
             &n(limit.measured),
-            limit.above.map_or("", Status::name),
+            limit.above.map_or("", AttemptStatus::name),
             &n(drift.step),
             drift.status.name(),
             &n(drift.per_second),
@@ -140,7 +140,7 @@ pub(super) fn write(folder: &Path, scene: &str, found: &Survey, document: &Value
     let amplification = amplification(found)?;
     output::file(&folder.join("amplification.svg"), &amplification)?;
     let mut page = Page::new(&format!("How large a step: {scene}"));
-    let cells = |row: [String; 8]| row.iter().map(|cell| Cell::new(cell, Look::Number)).collect();
+    let cells = |row: [String; 8]| row.iter().map(|cell| TableCell::new(cell, Look::Number)).collect();
     let header = HEADER.map(|name| (if name.is_empty() { "scheme" } else { name }, Look::Number));
     page.table(&header, &limits(found).into_iter().map(cells).collect::<Vec<_>>());
     page.note(ABOUT);
@@ -175,7 +175,7 @@ fn map_csv(map: &Map) -> String {
 fn heat_map(map: &Map) -> Result<String, Failure> {
     let cell = |row: usize, column: usize| {
         let status = map.status[row][column];
-        let at = Status::ALL.iter().position(|s| *s == status).unwrap_or(0);
+        let at = AttemptStatus::ALL.iter().position(|s| *s == status).unwrap_or(0);
         // Where the limit is: the last step below it.
         let next = map.steps.get(column + 1).copied().unwrap_or(f64::INFINITY);
         let limit = map.predicted[row].is_some_and(|limit| map.steps[column] <= limit && limit < next);
@@ -197,7 +197,11 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
         columns: map.steps.iter().map(|s| format!("{s:.0e}")).collect(),
         rows: order.iter().map(|row| number(map.values[*row])).collect(),
         cells: order.iter().map(|row| (0..map.steps.len()).map(|c| cell(*row, c)).collect()).collect(),
-        states: names.iter().zip(colors).map(|(name, color)| State { name: (*name).into(), color }).collect(),
+        states: names
+            .iter()
+            .zip(colors)
+            .map(|(name, color)| CellState { name: (*name).into(), color })
+            .collect(),
     };
     svg.svg().map_err(|error| Failure::failed("chart", error.to_string()))
 }

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use pliant_lab::stress::{self, Case, Verdict};
-use pliant_lab::study::page::{Cell, Look, Page};
+use pliant_lab::stress::{self, Case, CaseVerdict};
+use pliant_lab::study::page::{Look, Page, TableCell};
 
 use super::picture::{sheet, svg};
 use super::rows::{numbers, title};
@@ -45,13 +45,13 @@ pub(super) fn html(results: &[Outcome]) -> String {
 }
 
 /// The row of a case.
-fn row(result: &Outcome) -> Vec<Cell> {
+fn row(result: &Outcome) -> Vec<TableCell> {
     let (case, f) = result;
-    let cell = |text: &str| Cell::new(text, Look::Number);
+    let cell = |text: &str| TableCell::new(text, Look::Number);
     let verdict = match f.verdict {
-        Verdict::Pass => Look::Good,
-        Verdict::Flagged => Look::Fair,
-        Verdict::Fail => Look::Bad,
+        CaseVerdict::Pass => Look::Good,
+        CaseVerdict::Flagged => Look::Fair,
+        CaseVerdict::Fail => Look::Bad,
     };
     let mut cells = vec![
         cell(&title(result)),
@@ -60,11 +60,13 @@ fn row(result: &Outcome) -> Vec<Cell> {
         cell(&case.poisson.map_or_else(String::new, |nu| nu.to_string())),
         cell(&case.integrator),
         cell(case.solver.name()),
-        Cell::new(&f.verdict.to_string().to_lowercase(), verdict),
+        TableCell::new(&f.verdict.to_string().to_lowercase(), verdict),
     ];
     cells.extend(numbers(f).iter().map(|number| cell(number)));
     cells.push(cell(&format!("{:.2}", f.seconds)));
-    cells.push(f.picture.as_ref().map_or_else(Cell::default, |picture| Cell::picture(svg(picture, 90.0))));
+    cells.push(
+        f.picture.as_ref().map_or_else(TableCell::default, |picture| TableCell::picture(svg(picture, 90.0))),
+    );
     let advice = f.advice.iter().map(|advice| format!("What works: {advice}"));
     let remarks: Vec<String> = f.notes.iter().cloned().chain(advice).collect();
     cells.push(cell(&remarks.join("; ")));
@@ -115,7 +117,7 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
             out,
             "\n## {}\n\n| case | dim | material | nu | integrator | solver | | its | bar | min J | energy | error | may be |\n\
              |---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-            stress::about(row),
+            stress::row_title(row),
         );
         for (case, f) in results.iter().filter(|(case, _)| case.row == row) {
             let nu = case.poisson.map_or_else(String::new, |nu| nu.to_string());
@@ -139,7 +141,7 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
 /// What is to be said of those that did not pass.
 fn remarks(results: &[Outcome], row: &str) -> String {
     let mut out = String::new();
-    for (case, f) in results.iter().filter(|(case, f)| case.row == row && f.verdict != Verdict::Pass) {
+    for (case, f) in results.iter().filter(|(case, f)| case.row == row && f.verdict != CaseVerdict::Pass) {
         let nu = case.poisson.map_or_else(String::new, |nu| format!(", nu = {nu}"));
         let advice = f.advice.as_ref().map_or_else(String::new, |a| format!(" What works: {a}."));
         let _ = write!(

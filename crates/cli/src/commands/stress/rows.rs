@@ -1,13 +1,13 @@
 //! The table for people, and the same as comma-separated values.
 
-use pliant_lab::stress::{Findings, Verdict};
+use pliant_lab::stress::{CaseResult, CaseVerdict};
 
 use super::Outcome;
 use crate::output::csv_line;
 use crate::text::{counted, number, table, wrap};
 
 /// Numbers of a case, as texts.
-pub(super) fn numbers(findings: &Findings) -> [String; 6] {
+pub(super) fn numbers(findings: &CaseResult) -> [String; 6] {
     let n = |x: Option<f64>| x.map_or_else(String::new, number);
     let c = |x: Option<u64>| x.map_or_else(String::new, |x| x.to_string());
     [
@@ -62,7 +62,7 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
     }
     let mut out = table(&rows, 0);
     out.push('\n');
-    for result in results.iter().filter(|(_, f)| f.verdict != Verdict::Pass) {
+    for result in results.iter().filter(|(_, f)| f.verdict != CaseVerdict::Pass) {
         let (case, f) = result;
         let advice = f.advice.as_ref().map_or_else(String::new, |a| format!(" What works: {a}."));
         let nu = case.poisson.map_or_else(String::new, |nu| format!(" {nu}"));
@@ -86,9 +86,9 @@ pub(super) fn describe(results: &[Outcome], is_scene: bool, width: usize) -> Str
     out + &format!(
         "{}: {} passed, {} flagged, {} failed\n",
         counted(results.len() as u64, "case", "cases"),
-        of(Verdict::Pass),
-        of(Verdict::Flagged),
-        of(Verdict::Fail),
+        of(CaseVerdict::Pass),
+        of(CaseVerdict::Flagged),
+        of(CaseVerdict::Fail),
     )
 }
 
@@ -103,8 +103,8 @@ fn survivors(results: &[Outcome]) -> String {
         });
         let of = match f.verdict {
             _ if f.cut_short => &mut settings[at].cut,
-            Verdict::Fail => &mut settings[at].failed,
-            Verdict::Flagged => &mut settings[at].flagged,
+            CaseVerdict::Fail => &mut settings[at].failed,
+            CaseVerdict::Flagged => &mut settings[at].flagged,
             _ => &mut settings[at].passed,
         };
         of.push(&case.name);

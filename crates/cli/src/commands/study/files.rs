@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pliant_lab::study::report::Report;
+use pliant_lab::study::report::StudyReport;
 use pliant_lab::study::{Results, csv};
 use serde_json::Value;
 
@@ -52,7 +52,7 @@ impl Files {
     /// Writes tables, charts and reports; says where they are.
     pub(super) fn write(
         &self,
-        report: &Report,
+        report: &StudyReport,
         studies: &[Results],
         document: &Value,
     ) -> Result<String, Failure> {

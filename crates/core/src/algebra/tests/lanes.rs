@@ -2,7 +2,7 @@
 
 use super::sample::{Random, bits, categories, load_lanes, not_finite, store_lanes};
 use crate::algebra::{Mat, rotation, signed_svd};
-use crate::lanes::{Kernel, Lanes, Level, WIDTH, dispatch_at};
+use crate::lanes::{InstructionSet, Kernel, Lanes, WIDTH, dispatch_at};
 
 /// One matrix per lane.
 struct Decompose<'a, const D: usize>(&'a [Mat<f64, D>]);
@@ -30,7 +30,7 @@ fn same_bits<const D: usize>() {
     }
     all.extend(not_finite::<D>());
     for pack in all.chunks_exact(WIDTH) {
-        for level in Level::ALL {
+        for level in InstructionSet::ALL {
             let out = dispatch_at(level, Decompose(pack));
             for (l, f) in pack.iter().enumerate() {
                 let svd = signed_svd(f);

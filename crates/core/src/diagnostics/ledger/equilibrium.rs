@@ -1,8 +1,8 @@
 //! Work between static states.
 
-use super::Ledger;
+use super::EnergyLedger;
 use crate::system::System;
-use crate::system::{Flows, Looked, feeds, power_of_motion};
+use crate::system::{Looked, Powers, feeds, power_of_motion};
 
 /// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and
 /// the next, by the mean of the forces in both.
@@ -33,7 +33,7 @@ impl Equilibrium {
     }
 }
 
-impl Ledger {
+impl EnergyLedger {
     /// The same for a quasi-static run, whose state at `time` [s] is `x`. Neither drag nor walls take
     /// anything there: nothing moves.
     pub(crate) fn between_equilibria(mut self, system: &mut System, time: f64, x: &[f64]) -> Self {
@@ -60,7 +60,7 @@ impl Ledger {
         let now = Equilibrium::of(system, self.looked, time, x);
         let dx: Vec<f64> = x.iter().zip(&last.x).map(|(x, last)| x - last).collect();
         let rate: Vec<f64> = dx.iter().map(|dx| dx / h).collect();
-        let works = Flows {
+        let works = Powers {
             loads: -mean_work(&last.loads, &now.loads, &dx),
             gravity: self.work_of_gravity(system, (&last, &now), &dx),
             ether_drag: 0.0,
@@ -91,9 +91,9 @@ impl Ledger {
         if !looked.gravity {
             return 0.0;
         }
-        let after = Flows::of(system, looked, &now.x, dx).gravity;
+        let after = Powers::of(system, looked, &now.x, dx).gravity;
         system.set_time(last.time);
-        let before = Flows::of(system, looked, &last.x, dx).gravity;
+        let before = Powers::of(system, looked, &last.x, dx).gravity;
         system.set_time(now.time);
         0.5 * (before + after)
     }

@@ -1,6 +1,6 @@
 //! The largest step of a scheme, found by running it on oscillators.
 
-use super::modes::{Mode, ModeRange};
+use super::modes::{DampedMode, ModeRange};
 use crate::integrator::splitting::Stage;
 use crate::integrator::{Method, Scheme, amplification, coupled_radius};
 
@@ -52,12 +52,12 @@ pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, dura
     }
     let mut trials = sampled(boundary, ether_drag);
     if damping > 0.0 && frequency > 0.0 && !is_line(modes) {
-        let less = |part: f64| move |mode: &Mode| Mode { damping: part * mode.damping, ..*mode };
+        let less = |part: f64| move |mode: &DampedMode| DampedMode { damping: part * mode.damping, ..*mode };
         let all = trials.clone();
         LESS_DAMPED.iter().for_each(|part| trials.extend(all.iter().map(less(*part))));
     }
     for mode in trials {
-        let trial = Trial { method, mode, is_damped: damping > 0.0, ether_drag, duration };
+        let trial = SchemeTrial { method, mode, is_damped: damping > 0.0, ether_drag, duration };
         if limit.step.is_finite() && trial.is_bounded(limit.step) {
             continue;
         }
@@ -88,7 +88,7 @@ fn goes_back(method: &Method) -> bool {
 /// Whether all modes are on a line, as with damping in proportion to stiffness and mass.
 fn is_line(modes: &ModeRange) -> bool {
     let ModeRange { frequency, damping, ref boundary } = *modes;
-    let point = |mode: &Mode| [mode.stiffness / (frequency * frequency), mode.damping / damping];
+    let point = |mode: &DampedMode| [mode.stiffness / (frequency * frequency), mode.damping / damping];
     let points: Vec<[f64; 2]> = boundary.iter().map(point).collect();
     let apart = |p: [f64; 2], q: [f64; 2]| (q[0] - p[0]).hypot(q[1] - p[1]);
     let Some(&first) = points.first() else { return true };
@@ -110,13 +110,13 @@ fn coupled_limit(method: &Method, modes: &ModeRange, step: f64) -> f64 {
 }
 
 /// The modes of a boundary and between its points. Drag acts on the slowest too.
-fn sampled(boundary: &[Mode], ether_drag: f64) -> Vec<Mode> {
-    let slowest = (ether_drag > 0.0).then(Mode::default);
-    let corners: Vec<Mode> = slowest.into_iter().chain(boundary.iter().copied()).collect();
-    let between = |pair: &[Mode], part: u32| {
+fn sampled(boundary: &[DampedMode], ether_drag: f64) -> Vec<DampedMode> {
+    let slowest = (ether_drag > 0.0).then(DampedMode::default);
+    let corners: Vec<DampedMode> = slowest.into_iter().chain(boundary.iter().copied()).collect();
+    let between = |pair: &[DampedMode], part: u32| {
         let t = f64::from(part) / f64::from(PARTS);
         let mixed = |a: f64, b: f64| (1.0 - t) * a + t * b;
-        Mode {
+        DampedMode {
             stiffness: mixed(pair[0].stiffness, pair[1].stiffness),
             damping: mixed(pair[0].damping, pair[1].damping),
         }
@@ -127,16 +127,16 @@ fn sampled(boundary: &[Mode], ether_drag: f64) -> Vec<Mode> {
 }
 
 /// A scheme on `x'' = -k x - (c + drag) x'`.
-struct Trial<'a> {
+struct SchemeTrial<'a> {
     method: &'a Method,
-    mode: Mode,
+    mode: DampedMode,
     /// Whether other modes are damped: a scheme then treats drag as it does their damping.
     is_damped: bool,
     ether_drag: f64,
     duration: f64,
 }
 
-impl Trial<'_> {
+impl SchemeTrial<'_> {
     /// The largest modulus of an eigenvalue of a step.
     fn radius(&self, h: f64) -> f64 {
         let least = if self.is_damped { LEAST_DAMPING } else { 0.0 };

@@ -10,7 +10,7 @@ const MAX_POINTS: usize = 16;
 
 /// The upper end of the spectrum of `K u = omega^2 M u`, `K` the Hessian of the energy.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Spectrum {
+pub struct HighestFrequency {
     /// Largest angular frequency [rad/s]; 0 where nothing oscillates.
     pub frequency: f64,
     /// Bound of its relative error, from the residual of the eigenpair.
@@ -25,7 +25,7 @@ pub struct Spectrum {
 /// Where a term approximates its products (mutual gravity of many particles), the basis is kept, and the
 /// eigenvector found is put into one exact product: its Rayleigh quotient is the eigenvalue, and the residual
 /// of that is the bound.
-pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
+pub fn largest_frequency(system: &mut System, x: &[f64]) -> HighestFrequency {
     let mut stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.stiffness_product(x, p, y);
     let mut top = largest_eigenvalue(system, Wanted::VALUE, &mut stiffness);
     system.end_stiffness_products();
@@ -36,9 +36,9 @@ pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
         top.products += 1;
     }
     if top.value.is_nan() || top.value <= 0.0 {
-        return Spectrum { frequency: 0.0, relative_error: 0.0, products: top.products };
+        return HighestFrequency { frequency: 0.0, relative_error: 0.0, products: top.products };
     }
-    Spectrum {
+    HighestFrequency {
         frequency: top.value.sqrt(),
         relative_error: 0.5 * top.error / top.value,
         products: top.products,
@@ -47,7 +47,7 @@ pub fn largest_frequency(system: &mut System, x: &[f64]) -> Spectrum {
 
 /// A mode of `x'' + c x' + k x = 0`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mode {
+pub struct DampedMode {
     /// `k`, the square of the angular frequency that it has without damping [1/s^2].
     pub stiffness: f64,
     /// `c` [1/s].
@@ -69,13 +69,13 @@ pub struct ModeRange {
     pub damping: f64,
     /// Points of its boundary, from slow modes that are damped much, over fast ones, to those that are damped
     /// little.
-    pub boundary: Vec<Mode>,
+    pub boundary: Vec<DampedMode>,
 }
 
 /// The modes of `system` linearised at `(x, v)`.
 pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
     let frequency = largest_frequency(system, x).frequency;
-    let undamped = Mode { stiffness: frequency * frequency, damping: 0.0 };
+    let undamped = DampedMode { stiffness: frequency * frequency, damping: 0.0 };
     let free = ModeRange { frequency, damping: 0.0, boundary: vec![undamped] };
     if !system.is_damped() {
         return free;
@@ -88,7 +88,7 @@ pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
     if damping.is_nan() || damping <= 0.0 {
         return free;
     }
-    let largest = Mode { stiffness: undamped.stiffness, damping };
+    let largest = DampedMode { stiffness: undamped.stiffness, damping };
     let scale = scale(system);
     let boundary = Boundary { system, x, v, scale, largest, count: 0 }.points();
     ModeRange { frequency, damping, boundary }
@@ -101,7 +101,7 @@ struct Boundary<'a> {
     v: &'a [f64],
     /// `M^-1/2`.
     scale: Vec<f64>,
-    largest: Mode,
+    largest: DampedMode,
     /// Points found so far.
     count: usize,
 }
@@ -111,7 +111,7 @@ type Point = [f64; 2];
 
 impl Boundary<'_> {
     /// Points from slow modes that are damped much, clockwise.
-    fn points(mut self) -> Vec<Mode> {
+    fn points(mut self) -> Vec<DampedMode> {
         let directions = [[-1.0, 1.0], [0.0, 1.0], [1.0, 0.0], [1.0, -1.0], [0.0, -1.0]];
         let mut corners: Vec<Point> =
             directions.into_iter().filter_map(|normal| self.corner(normal)).collect();
@@ -123,9 +123,10 @@ impl Boundary<'_> {
             }
             points.push(corner);
         }
-        let Mode { stiffness, damping } = self.largest;
+        let DampedMode { stiffness, damping } = self.largest;
         // A negative stiffness is that of an instability of the system itself.
-        let mode = |[k, c]: Point| Mode { stiffness: stiffness * k.max(0.0), damping: damping * c.max(0.0) };
+        let mode =
+            |[k, c]: Point| DampedMode { stiffness: stiffness * k.max(0.0), damping: damping * c.max(0.0) };
         points.into_iter().map(mode).collect()
     }
 

@@ -28,7 +28,7 @@ const MOST_ENTRIES: usize = 96;
 
 /// What is known of the elements of a pack on the way.
 #[repr(align(64))]
-struct Work<const D: usize, const N: usize> {
+struct PackWork<const D: usize, const N: usize> {
     points: [[[f64; WIDTH]; D]; N],
     u: Block<D>,
     v: Block<D>,
@@ -36,8 +36,8 @@ struct Work<const D: usize, const N: usize> {
     spectrum: SpectrumBlock<D>,
 }
 
-impl<const D: usize, const N: usize> Work<D, N> {
-    const EMPTY: Self = Work {
+impl<const D: usize, const N: usize> PackWork<D, N> {
+    const EMPTY: Self = PackWork {
         points: [[[0.0; WIDTH]; D]; N],
         u: Block::ZERO,
         v: Block::ZERO,
@@ -61,7 +61,7 @@ pub(super) fn fill<const D: usize, const N: usize>(
     let x = x.as_chunks::<D>().0;
     let per_stencil = N * (N + 1) / 2 * D * D;
     let mut lanes = patches.lanes_in(stencils.clone());
-    let mut work = [const { Work::<D, N>::EMPTY }; BATCH];
+    let mut work = [const { PackWork::<D, N>::EMPTY }; BATCH];
     let packs = &rest[stencils.start / WIDTH..stencils.end / WIDTH];
     let batches = packs.chunks(BATCH).zip(out.chunks_mut(BATCH * WIDTH * per_stencil));
     for (packs, out) in batches {
@@ -80,14 +80,14 @@ pub(super) fn fill<const D: usize, const N: usize>(
         for pack in &mut *work {
             material.spectra(&pack.sigma, &mut pack.spectrum);
         }
-        dispatch(Blocks { packs, work, psd, out });
+        dispatch(PairBlocks { packs, work, psd, out });
     }
 }
 
 /// `F` and its decomposition.
 struct Decompose<'a, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
-    work: &'a mut [Work<D, N>],
+    work: &'a mut [PackWork<D, N>],
 }
 
 impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
@@ -113,9 +113,9 @@ impl<const D: usize, const N: usize> Kernel for Decompose<'_, D, N> {
 }
 
 /// The blocks of every pair of vertices, weighted.
-struct Blocks<'a, const D: usize, const N: usize> {
+struct PairBlocks<'a, const D: usize, const N: usize> {
     packs: &'a [SimplexPack<D>],
-    work: &'a [Work<D, N>],
+    work: &'a [PackWork<D, N>],
     psd: Psd,
     /// The Hessians, one element after another.
     out: &'a mut [f64],
@@ -184,7 +184,7 @@ fn nearest_psd<L: Lanes, const D: usize>(a: &Mat<L, D>) -> Mat<L, D> {
     Mat::select(fine, a, &vectors.transpose_mul(&Mat::diagonal(&clamped)).mul(&vectors))
 }
 
-impl<const D: usize, const N: usize> Kernel for Blocks<'_, D, N> {
+impl<const D: usize, const N: usize> Kernel for PairBlocks<'_, D, N> {
     type Output = ();
 
     #[inline(always)]

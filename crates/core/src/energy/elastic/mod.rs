@@ -30,7 +30,7 @@ use super::{
 use crate::algebra::Mat;
 use crate::element::ElementState;
 use crate::element::{
-    Barycentric, MassMatrix, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
+    Barycentric, MassRule, QuadraticPositions, SimplexPack, edge_matrix, interpolation, jacobian, order,
     quadrature_count, quadrature_position,
 };
 use crate::lanes::{Lanes, Portable, RowSlice, WIDTH, dispatch, dispatch_compact, filled};
@@ -353,7 +353,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         if order::<D, N>() == 1 {
             return None;
         }
-        let (mass, count) = (MassMatrix::<D, N>::new(), quadrature_count::<D, N>());
+        let (mass, count) = (MassRule::<D, N>::new(), quadrature_count::<D, N>());
         let mut all = ShapeProducts { nodes: N, ..ShapeProducts::default() };
         for (_, vertices, pack, lane) in self.elements() {
             // J is linear in the place.

@@ -60,9 +60,9 @@ pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
 }
 
 /// What is done with one pack, or two.
-struct Stress<'a, M, const D: usize, const N: usize>(&'a M);
+struct PackStress<'a, M, const D: usize, const N: usize>(&'a M);
 
-impl<M: Material<D>, const D: usize, const N: usize> Stress<'_, M, D, N> {
+impl<M: Material<D>, const D: usize, const N: usize> PackStress<'_, M, D, N> {
     /// `H = w P D_m^-T`.
     #[inline(always)]
     fn weighted_stress<S: Scalar>(&self, f: &Mat<S, D>, inverse_rest: &Mat<S, D>, weight: S) -> Mat<S, D> {
@@ -120,7 +120,7 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let stress = Stress::<M, D, N>(self.material);
+        let stress = PackStress::<M, D, N>(self.material);
         let (position, gradient) = (&*self.scratch.position, &mut *self.scratch.gradient);
         let index = &self.patches.index[self.patch.packs.clone()];
         let packs = &self.packs[self.patch.packs.clone()];
@@ -173,11 +173,11 @@ mod tests {
     use super::*;
     use crate::algebra::tests::sample::Random;
     use crate::element::simplex_rest;
-    use crate::lanes::{Level, dispatch_at};
+    use crate::lanes::{InstructionSet, dispatch_at};
     use crate::material::{Corotated, Isotropic, Model, Parameters};
 
     /// The gradient rows of `count` tetrahedra with vertices in common, turned and deformed.
-    fn gradient(level: Level, count: usize) -> Vec<u64> {
+    fn gradient(level: InstructionSet, count: usize) -> Vec<u64> {
         let mut random = Random(8);
         let vertices = 2 * count + 4;
         let rest: Vec<[f64; 3]> = (0..vertices).map(|_| random.gaussian::<3>()[0]).collect();
@@ -222,9 +222,9 @@ mod tests {
     #[test]
     fn forces_have_the_same_bits_on_every_level_for_any_number_of_packs() {
         for count in [1, 8, 13, 16, 23, 24, 33] {
-            let expected = gradient(Level::Portable, count);
+            let expected = gradient(InstructionSet::Portable, count);
             assert!(expected.iter().any(|&bits| f64::from_bits(bits) != 0.0));
-            for level in Level::ALL {
+            for level in InstructionSet::ALL {
                 assert_eq!(gradient(level, count), expected, "{level:?}, {count} elements");
             }
         }

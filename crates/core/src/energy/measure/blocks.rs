@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use super::{Measure, Stencils};
+use super::{MeasuredStencils, ScalarStrain};
 use crate::algebra::{Dual, project_positive};
 use crate::energy::elastic::points_of;
 use crate::material::Psd;
 
 /// What is written for each stencil.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Blocks {
+pub(crate) enum MatrixOutput {
     /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected without its negative
     /// eigenvalues. What is left of it by `k grad s grad s^T` alone would not do: a joint that is bent
     /// resists being turned out of its plane by the second part only.
@@ -19,11 +19,11 @@ pub(crate) enum Blocks {
 }
 
 /// Writes the blocks of the pairs `a <= b` of these stencils, by rows.
-pub(crate) fn fill<Q: Measure<D, N>, const D: usize, const N: usize>(
-    stencils: &Stencils<Q, D, N>,
+pub(crate) fn fill<Q: ScalarStrain<D, N>, const D: usize, const N: usize>(
+    stencils: &MeasuredStencils<Q, D, N>,
     range: Range<usize>,
     x: &[f64],
-    blocks: Blocks,
+    blocks: MatrixOutput,
     out: &mut [f64],
 ) {
     let pairs = N * (N + 1) / 2;
@@ -33,7 +33,7 @@ pub(crate) fn fill<Q: Measure<D, N>, const D: usize, const N: usize>(
         let points = points_of::<D, N>(x, &vertices);
         // Column (b, l) of the matrix: the gradient of the energy along that coordinate.
         let mut columns = [[[[0.0; D]; N]; D]; N];
-        if blocks != Blocks::Rate {
+        if blocks != MatrixOutput::Rate {
             let rest = rest.map(Dual::constant);
             for b in 0..N {
                 for l in 0..D {
@@ -56,7 +56,7 @@ pub(crate) fn fill<Q: Measure<D, N>, const D: usize, const N: usize>(
                 }
             }
         }
-        if blocks == Blocks::Hessian(Psd::Projected) {
+        if blocks == MatrixOutput::Hessian(Psd::Projected) {
             project_positive(columns.as_flattened_mut().as_flattened_mut().as_flattened_mut(), N * D);
         }
         let mut blocks = out.chunks_exact_mut(D * D);

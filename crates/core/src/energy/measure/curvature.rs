@@ -1,6 +1,6 @@
 //! The curvature of a polyline at a vertex.
 
-use super::Measure;
+use super::ScalarStrain;
 use crate::scalar::Scalar;
 
 /// Added to what is divided by: an edge without length has no direction.
@@ -54,7 +54,7 @@ fn turned<S: Scalar, const D: usize>(n: &[S; D], a: &[S; D]) -> [S; D] {
     cross(n, a)
 }
 
-impl<const D: usize> Measure<D, 3> for Curvature {
+impl<const D: usize> ScalarStrain<D, 3> for Curvature {
     const OF: &'static str = "joint";
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! The angle between two triangles that share an edge.
 
-use super::Measure;
+use super::ScalarStrain;
 use crate::scalar::Scalar;
 
 /// Added to squares that are divided by: what has collapsed has no direction.
@@ -44,7 +44,7 @@ fn difference<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     r
 }
 
-impl Measure<3, 4> for HingeAngle {
+impl ScalarStrain<3, 4> for HingeAngle {
     const OF: &'static str = "hinge";
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! What is done with each pack of stencils, on lanes.
 
-use super::{Measure, Stencils};
+use super::{MeasuredStencils, ScalarStrain};
 use crate::algebra::Dual;
 use crate::energy::patch::{Patch, Scratch};
 use crate::lanes::{Kernel, Lanes, RowSlice, WIDTH};
@@ -53,7 +53,7 @@ macro_rules! kernels {
         $(
             $(#[$doc])*
             pub(crate) struct $name<'a, Q, const D: usize, const N: usize> {
-                pub(crate) stencils: &'a Stencils<Q, D, N>,
+                pub(crate) stencils: &'a MeasuredStencils<Q, D, N>,
                 pub(crate) patch: &'a Patch,
                 pub(crate) scratch: $scratch,
             }
@@ -63,16 +63,16 @@ macro_rules! kernels {
 
 kernels! {
     /// The energy.
-    EnergyKernel(&'a Scratch<D>);
+    StencilEnergyKernel(&'a Scratch<D>);
     /// `k (s - s_0) ds/dx`.
-    GradientKernel(&'a mut Scratch<D>);
+    StencilGradientKernel(&'a mut Scratch<D>);
     /// The derivative of that along the direction, by dual numbers: exact.
-    HessianKernel(&'a mut Scratch<D>);
+    StencilHessianKernel(&'a mut Scratch<D>);
     /// `k (ds/dx . v) ds/dx`, `v` the direction.
     RateKernel(&'a mut Scratch<D>);
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for EnergyKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilEnergyKernel<'_, Q, D, N> {
     type Output = f64;
 
     #[inline(always)]
@@ -88,7 +88,7 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for EnergyKernel<'
     }
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for GradientKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilGradientKernel<'_, Q, D, N> {
     type Output = ();
 
     #[inline(always)]
@@ -104,7 +104,7 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for GradientKernel
     }
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for HessianKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilHessianKernel<'_, Q, D, N> {
     type Output = ();
 
     #[inline(always)]
@@ -133,7 +133,7 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for HessianKernel<
     }
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> Kernel for RateKernel<'_, Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for RateKernel<'_, Q, D, N> {
     /// Twice the dissipation function.
     type Output = f64;
 

@@ -1,6 +1,6 @@
 //! The distance of two vertices.
 
-use super::Measure;
+use super::ScalarStrain;
 use crate::scalar::Scalar;
 
 /// Squares of lengths below this count as this: two vertices in the same place have no direction.
@@ -12,7 +12,7 @@ const TINY: f64 = 1e-280;
 #[derive(Clone, Copy, Debug)]
 pub struct Length;
 
-impl<const D: usize> Measure<D, 2> for Length {
+impl<const D: usize> ScalarStrain<D, 2> for Length {
     const OF: &'static str = "spring";
 
     #[inline(always)]

@@ -14,11 +14,11 @@ use std::ops::Range;
 pub use curvature::Curvature;
 pub use hinge::HingeAngle;
 pub use length::Length;
-pub use stencils::{Constants, Stencils};
+pub use stencils::{MeasuredStencils, StencilConstants};
 
-pub(crate) use self::blocks::{Blocks, fill};
+pub(crate) use self::blocks::{MatrixOutput, fill};
 pub(crate) use self::kernels::RateKernel;
-use self::kernels::{EnergyKernel, GradientKernel, HessianKernel};
+use self::kernels::{StencilEnergyKernel, StencilGradientKernel, StencilHessianKernel};
 use super::patch::Workspace;
 use super::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
 use crate::lanes::{dispatch, dispatch_compact};
@@ -26,7 +26,7 @@ use crate::material::Psd;
 use crate::scalar::Scalar;
 
 /// One number `s(x)` measured at `N` vertices, the same under every rigid motion.
-pub trait Measure<const D: usize, const N: usize>: Send + Sync + 'static {
+pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
     /// What it is measured of: `hinge`.
     const OF: &'static str;
 
@@ -36,25 +36,25 @@ pub trait Measure<const D: usize, const N: usize>: Send + Sync + 'static {
 }
 
 /// `E = sum 1/2 k (s(x) - s_0)^2` over stencils of `N` vertices.
-pub struct Measured<Q, const D: usize, const N: usize> {
+pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize> {
     body: String,
-    stencils: Stencils<Q, D, N>,
+    stencils: MeasuredStencils<Q, D, N>,
     workspace: Workspace<D>,
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> Measured<Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q, D, N> {
     /// Stencils `vertices` (global vertex indices) of `body` with their constants, at rest at `rest` (flat, all vertices of the
     /// system) [m]: rest positions only say what is near what.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.
-    pub fn new(body: &str, vertices: &[[u32; N]], constants: &[Constants], rest: &[f64]) -> Self {
-        let stencils = Stencils::new(vertices, constants, rest);
-        Measured { body: body.into(), workspace: stencils.workspace(), stencils }
+    pub fn new(body: &str, vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
+        let stencils = MeasuredStencils::new(vertices, constants, rest);
+        ScalarStrainEnergy { body: body.into(), workspace: stencils.workspace(), stencils }
     }
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> EnergyTerm for ScalarStrainEnergy<Q, D, N> {
     fn name(&self) -> String {
         format!("{}s of `{}`", Q::OF, self.body)
     }
@@ -64,16 +64,16 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {
-        let Measured { stencils, workspace, .. } = self;
-        stencils
-            .patches
-            .sum(workspace, x, |patch, scratch| dispatch_compact(EnergyKernel { stencils, patch, scratch }))
+        let ScalarStrainEnergy { stencils, workspace, .. } = self;
+        stencils.patches.sum(workspace, x, |patch, scratch| {
+            dispatch_compact(StencilEnergyKernel { stencils, patch, scratch })
+        })
     }
 
     fn evaluate(&mut self, x: &[f64]) -> bool {
-        let Measured { stencils, workspace, .. } = self;
+        let ScalarStrainEnergy { stencils, workspace, .. } = self;
         stencils.patches.evaluate(workspace, x, None, |patch, scratch| {
-            dispatch(GradientKernel { stencils, patch, scratch });
+            dispatch(StencilGradientKernel { stencils, patch, scratch });
         })
     }
 
@@ -82,9 +82,9 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
     }
 
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
-        let Measured { stencils, workspace, .. } = self;
+        let ScalarStrainEnergy { stencils, workspace, .. } = self;
         stencils.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
-            dispatch_compact(HessianKernel { stencils, patch, scratch });
+            dispatch_compact(StencilHessianKernel { stencils, patch, scratch });
         });
         stencils.patches.add_rows(workspace, 0, y);
     }
@@ -94,7 +94,7 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
     }
 
     fn stencil_hessians(&self, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-        fill(&self.stencils, stencils, x, Blocks::Hessian(psd), out);
+        fill(&self.stencils, stencils, x, MatrixOutput::Hessian(psd), out);
     }
 
     fn fault(&self, x: &[f64]) -> Option<Fault> {
@@ -113,4 +113,4 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> EnergyTerm for Measured<Q
     }
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> TermViews for Measured<Q, D, N> {}
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> TermViews for ScalarStrainEnergy<Q, D, N> {}

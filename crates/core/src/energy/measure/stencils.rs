@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::Measure;
+use super::ScalarStrain;
 use crate::energy::Fault;
 use crate::energy::elastic::{centroids, points_of};
 use crate::energy::patch::{Patches, Workspace};
@@ -11,7 +11,7 @@ use crate::numbering::along_curve;
 
 /// What belongs to one stencil.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Constants {
+pub struct StencilConstants {
     /// `k` of the energy, or of the dissipation, over the square of the measure's unit [J, W s].
     pub stiffness: f64,
     /// What the measure takes for the state of rest.
@@ -40,18 +40,18 @@ impl Pack {
 }
 
 /// Stencils of `N` vertices that `Q` is measured at.
-pub struct Stencils<Q, const D: usize, const N: usize> {
+pub struct MeasuredStencils<Q, const D: usize, const N: usize> {
     pub(crate) patches: Patches<N>,
     pub(crate) packs: Vec<Pack>,
     measure: PhantomData<Q>,
 }
 
-impl<Q: Measure<D, N>, const D: usize, const N: usize> Stencils<Q, D, N> {
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, D, N> {
     /// Stencils `vertices` with their constants; `rest` says what is near what.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.
-    pub fn new(vertices: &[[u32; N]], constants: &[Constants], rest: &[f64]) -> Self {
+    pub fn new(vertices: &[[u32; N]], constants: &[StencilConstants], rest: &[f64]) -> Self {
         assert_eq!(vertices.len(), constants.len(), "constants for each stencil");
         let order = along_curve::<D>(&centroids(vertices, rest));
         let patches = Patches::new::<D>(vertices, &order, rest.len() / D);
@@ -68,7 +68,7 @@ impl<Q: Measure<D, N>, const D: usize, const N: usize> Stencils<Q, D, N> {
                 (pack.rest[0][lane], pack.rest[1][lane]) = (rest[0], rest[1]);
             }
         }
-        Stencils { patches, packs, measure: PhantomData }
+        MeasuredStencils { patches, packs, measure: PhantomData }
     }
 
     /// Stiffness and rest of one lane.

@@ -24,13 +24,13 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn check<Q: Measure<D, N>, const D: usize, const N: usize>(rest: [f64; 2]) {
+fn check<Q: ScalarStrain<D, N>, const D: usize, const N: usize>(rest: [f64; 2]) {
     let (x, vertices) = stencils::<D, N>();
-    let constants = [Constants { stiffness: 2.0, rest }, Constants { stiffness: 3.0, rest }];
-    let mut term = Measured::<Q, D, N>::new("a", &vertices, &constants, &x);
+    let constants = [StencilConstants { stiffness: 2.0, rest }, StencilConstants { stiffness: 3.0, rest }];
+    let mut term = ScalarStrainEnergy::<Q, D, N>::new("a", &vertices, &constants, &x);
     let (p, q): (Vec<f64>, Vec<f64>) = (0..x.len()).map(|i| (number(100 + i), number(200 + i))).unzip();
     let moved = |h: f64| -> Vec<f64> { x.iter().zip(&p).map(|(x, p)| x + h * p).collect() };
-    let gradient = |term: &mut Measured<Q, D, N>, x: &[f64]| {
+    let gradient = |term: &mut ScalarStrainEnergy<Q, D, N>, x: &[f64]| {
         let mut g = vec![0.0; x.len()];
         term.add_gradient(x, &mut g);
         g
@@ -86,10 +86,10 @@ fn gradients_and_hessians_are_derivatives_and_rigid_motions_do_no_work() {
 
 /// Projected Hessians have no negative curvature along any direction, and nowhere less than the exact one:
 /// what resists stays.
-fn projected<Q: Measure<D, N>, const D: usize, const N: usize>(rest: [f64; 2]) {
+fn projected<Q: ScalarStrain<D, N>, const D: usize, const N: usize>(rest: [f64; 2]) {
     let (x, vertices) = stencils::<D, N>();
-    let constants = [Constants { stiffness: 2.0, rest }, Constants { stiffness: 3.0, rest }];
-    let mut term = Measured::<Q, D, N>::new("a", &vertices, &constants, &x);
+    let constants = [StencilConstants { stiffness: 2.0, rest }, StencilConstants { stiffness: 3.0, rest }];
+    let mut term = ScalarStrainEnergy::<Q, D, N>::new("a", &vertices, &constants, &x);
     let order = term.stencils().vertices;
     let entries = N * (N + 1) / 2 * D * D;
     let blocks = |psd| {
@@ -163,7 +163,7 @@ fn hinges_without_area_and_joints_without_length_have_finite_forces() {
     let (s, gradient) = HingeAngle::deviation(&flat, &[1.0, 0.0]);
     assert!(s.is_finite() && gradient.as_flattened().iter().all(|g| g.is_finite()));
     assert_eq!(HingeAngle::deviation(&[[0.2; 3]; 4], &[1.0, 0.0]), (0.0, [[0.0; 3]; 4]));
-    let (s, gradient) = <Curvature as Measure<3, 3>>::deviation(&[[0.2; 3]; 3], &[0.0; 2]);
+    let (s, gradient) = <Curvature as ScalarStrain<3, 3>>::deviation(&[[0.2; 3]; 3], &[0.0; 2]);
     assert!(s < 1e-9 && gradient.as_flattened().iter().all(|g| *g == 0.0));
 }
 
@@ -173,10 +173,10 @@ fn a_joint_measures_its_curvature() {
     for phi in [-2.0f64, -0.3, 0.0, 0.7, 3.0] {
         let x = [[-2.0, 0.0], [0.0, 0.0], [0.5 * phi.cos(), 0.5 * phi.sin()]];
         let expected = 2.0 * (0.5 * phi).tan();
-        let plane = <Curvature as Measure<2, 3>>::deviation(&x, &[0.0; 2]).0;
+        let plane = <Curvature as ScalarStrain<2, 3>>::deviation(&x, &[0.0; 2]).0;
         assert!((plane - expected).abs() < 1e-14 * (1.0 + expected.abs()), "{plane} instead of {expected}");
         let x = x.map(|[a, b]| [a, 0.6 * b, 0.8 * b]);
-        let space = <Curvature as Measure<3, 3>>::deviation(&x, &[0.0; 2]).0;
+        let space = <Curvature as ScalarStrain<3, 3>>::deviation(&x, &[0.0; 2]).0;
         assert!((space - expected.abs()).abs() < 2e-10, "{space} instead of {expected}");
     }
 }

@@ -146,13 +146,13 @@ impl<const D: usize, const DERIVATIVE: bool, const ENERGY: bool> Kernel
 }
 
 /// `sum_{i<j} m_i m_j / r` over the pairs of one group.
-pub(super) struct EnergyKernel<'a, const D: usize> {
+pub(super) struct NBodyEnergyKernel<'a, const D: usize> {
     pub(super) particles: Particles<'a, D>,
     pub(super) group: usize,
     pub(super) groups: usize,
 }
 
-impl<const D: usize> Kernel for EnergyKernel<'_, D> {
+impl<const D: usize> Kernel for NBodyEnergyKernel<'_, D> {
     type Output = f64;
 
     #[inline(always)]

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::{EnergyKind, EnergyTerm, Fault, Measurements, Stencils, TermProperties, TermViews};
 use crate::lanes::{WIDTH, dispatch, dispatch_compact};
 use crate::material::Psd;
-use kernels::{EnergyKernel, PairKernel, Particles};
+use kernels::{NBodyEnergyKernel, PairKernel, Particles};
 use pair::{Block, FAR};
 
 pub use tree::{ForceError, TreeGravity};
@@ -129,7 +129,7 @@ impl<const D: usize> EnergyTerm for NBody<D> {
         let mut parts = std::mem::take(&mut self.parts);
         let (particles, groups) = (self.particles(), parts.len());
         let run = |(group, out): (usize, &mut f64)| {
-            *out = dispatch_compact(EnergyKernel { particles, group, groups })
+            *out = dispatch_compact(NBodyEnergyKernel { particles, group, groups })
         };
         if groups == 1 {
             parts.iter_mut().enumerate().for_each(run);

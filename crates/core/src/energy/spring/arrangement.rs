@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::kernels::{Blocks, EnergyKernel, GradientKernel, HessianKernel};
+use super::kernels::{SpringBlocks, SpringEnergyKernel, SpringGradientKernel, SpringHessianKernel};
 use super::neighbours::Neighbours;
 use super::slots::{Slots, is_first_end};
 use crate::lanes::{Aligned, WIDTH, dispatch};
@@ -55,9 +55,9 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
     }
 
     /// Block `first` and those after it, `count` in all.
-    fn blocks(&self, first: usize, count: usize) -> Blocks<'_, D, N> {
+    fn blocks(&self, first: usize, count: usize) -> SpringBlocks<'_, D, N> {
         let Arrangement { neighbours, slots, position, .. } = self;
-        Blocks { neighbours, slots, position, blocks: first..first + count }
+        SpringBlocks { neighbours, slots, position, blocks: first..first + count }
     }
 
     /// Evaluates the gradient at `x`, the rows from the first to the last vertex; gives whether it is finite.
@@ -74,7 +74,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         tensions
             .resize_with(tensions.len().max(rows.len().div_ceil(per_task)), || self.neighbours.tensions());
         let run = |((task, out), tensions): ((usize, &mut [Rows<D>]), &mut N::Tensions)| {
-            dispatch(GradientKernel { of: self.blocks(task * per_task, out.len()), tensions, out })
+            dispatch(SpringGradientKernel { of: self.blocks(task * per_task, out.len()), tensions, out })
         };
         let finite = if self.in_parallel() {
             let tasks = rows.par_chunks_mut(per_task).enumerate().zip(&mut tensions);
@@ -98,7 +98,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         let mut parts = std::mem::take(&mut self.parts);
         let run = |(task, part): (usize, &mut f64)| {
             let left = self.slots.blocks() - task * TASK_BLOCKS;
-            *part = dispatch(EnergyKernel(self.blocks(task * TASK_BLOCKS, left.min(TASK_BLOCKS))));
+            *part = dispatch(SpringEnergyKernel(self.blocks(task * TASK_BLOCKS, left.min(TASK_BLOCKS))));
         };
         if in_parallel {
             parts.par_iter_mut().enumerate().for_each(run);
@@ -117,7 +117,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         self.neighbours.copy(p, &mut direction);
         let run = |(task, out): (usize, &mut [[f64; D]])| {
             let of = self.blocks(task * TASK_BLOCKS, out.len().div_ceil(WIDTH));
-            dispatch(HessianKernel { of, direction: &direction, out });
+            dispatch(SpringHessianKernel { of, direction: &direction, out });
         };
         let rows = y.as_chunks_mut().0;
         if self.in_parallel() {

@@ -12,12 +12,12 @@ use crate::lanes::{Lanes, VertexRows, WIDTH, with_room};
 
 /// The other ends in every slot; a vertex itself in lanes without a spring.
 #[derive(Debug)]
-pub(super) struct Gathered {
+pub(super) struct GatheredNeighbours {
     vertices: usize,
     index: Vec<[u32; WIDTH]>,
 }
 
-impl Gathered {
+impl GatheredNeighbours {
     /// The other ends of these springs, and their constants.
     pub(super) fn new(half: &HalfSprings, stiffness: &[f64], rest_length: &[f64]) -> (Self, Slots) {
         let own = |block| -> [usize; WIDTH] { std::array::from_fn(|lane| block * WIDTH + lane) };
@@ -34,11 +34,11 @@ impl Gathered {
             slots.end_block();
         }
         slots.shrink();
-        (Gathered { vertices: half.vertex_count(), index }, slots)
+        (GatheredNeighbours { vertices: half.vertex_count(), index }, slots)
     }
 }
 
-impl<const D: usize> Neighbours<D> for Gathered {
+impl<const D: usize> Neighbours<D> for GatheredNeighbours {
     type Field = VertexRows<D>;
     type Tensions = ();
 

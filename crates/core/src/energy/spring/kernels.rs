@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 const TINY: f64 = 1e-300;
 
 /// Blocks of vertices with their springs and positions.
-pub(super) struct Blocks<'a, const D: usize, N: Neighbours<D>> {
+pub(super) struct SpringBlocks<'a, const D: usize, N: Neighbours<D>> {
     pub(super) neighbours: &'a N,
     pub(super) slots: &'a Slots,
     pub(super) position: &'a N::Field,
@@ -36,32 +36,32 @@ pub(super) fn tension<L: Lanes, const D: usize>((stiffness, rest_length): (L, L)
 }
 
 /// Writes the gradient on the vertices of each block over a row of `out`; gives whether all of it is finite.
-pub(super) struct GradientKernel<'a, const D: usize, N: Neighbours<D>> {
-    pub(super) of: Blocks<'a, D, N>,
+pub(super) struct SpringGradientKernel<'a, const D: usize, N: Neighbours<D>> {
+    pub(super) of: SpringBlocks<'a, D, N>,
     pub(super) tensions: &'a mut N::Tensions,
     pub(super) out: &'a mut [[[f64; D]; WIDTH]],
 }
 
-impl<const D: usize, N: Neighbours<D>> Kernel for GradientKernel<'_, D, N> {
+impl<const D: usize, N: Neighbours<D>> Kernel for SpringGradientKernel<'_, D, N> {
     type Output = bool;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> bool {
-        let Blocks { neighbours, slots, position, blocks } = self.of;
+        let SpringBlocks { neighbours, slots, position, blocks } = self.of;
         let zero: L = neighbours.gradient(slots, position, self.tensions, blocks, self.out);
         zero.horizontal_sum() == 0.0
     }
 }
 
 /// The energy of the springs, half of each at either end.
-pub(super) struct EnergyKernel<'a, const D: usize, N: Neighbours<D>>(pub(super) Blocks<'a, D, N>);
+pub(super) struct SpringEnergyKernel<'a, const D: usize, N: Neighbours<D>>(pub(super) SpringBlocks<'a, D, N>);
 
-impl<const D: usize, N: Neighbours<D>> Kernel for EnergyKernel<'_, D, N> {
+impl<const D: usize, N: Neighbours<D>> Kernel for SpringEnergyKernel<'_, D, N> {
     type Output = f64;
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> f64 {
-        let Blocks { neighbours, slots, position, blocks } = self.0;
+        let SpringBlocks { neighbours, slots, position, blocks } = self.0;
         let mut sum = L::zero();
         for block in blocks {
             let own: [L; D] = neighbours.own(position, block);
@@ -79,18 +79,18 @@ impl<const D: usize, N: Neighbours<D>> Kernel for EnergyKernel<'_, D, N> {
 /// Adds `H p` of the vertices of each block to its rows of `out`, which may end within the last block.
 ///
 /// `H = k [n n^T + (1 - l0/l) (I - n n^T)]` on the difference of the two ends (verified against differences).
-pub(super) struct HessianKernel<'a, const D: usize, N: Neighbours<D>> {
-    pub(super) of: Blocks<'a, D, N>,
+pub(super) struct SpringHessianKernel<'a, const D: usize, N: Neighbours<D>> {
+    pub(super) of: SpringBlocks<'a, D, N>,
     pub(super) direction: &'a N::Field,
     pub(super) out: &'a mut [[f64; D]],
 }
 
-impl<const D: usize, N: Neighbours<D>> Kernel for HessianKernel<'_, D, N> {
+impl<const D: usize, N: Neighbours<D>> Kernel for SpringHessianKernel<'_, D, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Blocks { neighbours, slots, position, blocks } = self.of;
+        let SpringBlocks { neighbours, slots, position, blocks } = self.of;
         for (block, out) in blocks.zip(self.out.chunks_mut(WIDTH)) {
             let own: [L; D] = neighbours.own(position, block);
             let own_p: [L; D] = neighbours.own(self.direction, block);

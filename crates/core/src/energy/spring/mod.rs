@@ -14,9 +14,9 @@ mod tests;
 use std::ops::Range;
 
 use self::arrangement::Arrangement;
-use self::gathered::Gathered;
+use self::gathered::GatheredNeighbours;
 use self::half_springs::HalfSprings;
-use self::pair::Pair;
+use self::pair::Spring;
 use self::runs::Runs;
 use super::rows::Add;
 use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Stencils, TermProperties, TermViews};
@@ -37,12 +37,12 @@ pub struct Springs<const D: usize> {
     coordinates: Range<usize>,
     layout: Layout<D>,
     /// The springs one by one, once an implicit scheme has asked for them.
-    pairs: Vec<Pair>,
+    pairs: Vec<Spring>,
 }
 
 enum Layout<const D: usize> {
     Runs(Arrangement<D, Runs>),
-    Gathered(Arrangement<D, Gathered>),
+    Gathered(Arrangement<D, GatheredNeighbours>),
 }
 
 /// Evaluates an expression on the arrangement of either layout.
@@ -73,7 +73,9 @@ impl<const D: usize> Springs<D> {
         assert!(end <= vertex_count, "a spring ends at vertex {}, there are {vertex_count}", end - 1);
         let layout = match Runs::new(&half, stiffness, rest_length) {
             Some(runs) => Layout::Runs(Arrangement::new(runs)),
-            None => Layout::Gathered(Arrangement::new(Gathered::new(&half, stiffness, rest_length))),
+            None => {
+                Layout::Gathered(Arrangement::new(GatheredNeighbours::new(&half, stiffness, rest_length)))
+            }
         };
         Springs { body: body.into(), coordinates: half.first_vertex * D..end * D, layout, pairs: vec![] }
     }
@@ -119,7 +121,7 @@ impl<const D: usize> EnergyTerm for Springs<D> {
         let first = self.coordinates.start / D;
         let springs = on!(&self.layout, springs => springs
             .springs()
-            .map(|(_, ends, stiffness, rest_length)| Pair { ends: ends.map(|v| (first + v) as u32), stiffness, rest_length })
+            .map(|(_, ends, stiffness, rest_length)| Spring { ends: ends.map(|v| (first + v) as u32), stiffness, rest_length })
             .collect::<Vec<_>>());
         let vertices = springs.iter().flat_map(|s| s.ends).collect();
         self.pairs = springs;

@@ -5,7 +5,7 @@ mod rings;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use self::rings::{Class, NO_RING, Rings};
+use self::rings::{Class, NO_RING, SpringRings};
 use super::half_springs::{HalfSpring, HalfSprings};
 use super::kernels::tension;
 use super::neighbours::{COPIED_AT_ONCE, Neighbours};
@@ -17,14 +17,14 @@ const ALL: u8 = u8::MAX;
 
 /// The other ends of the springs in a slot: vertex `i` of the block has a spring to `i + offset` if bit `i` of `lanes` is set.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct SpringRun {
     offset: i32,
     lanes: u8,
     /// Where the ring begins that its tensions go through, from the lower ends to the upper; [`NO_RING`]: both ends compute them.
     ring: u32,
 }
 
-impl Run {
+impl SpringRun {
     /// Whether its tensions have been computed at the other ends.
     fn is_read(self) -> bool {
         self.offset < 0 && self.ring != NO_RING
@@ -35,14 +35,14 @@ impl Run {
 #[derive(Debug)]
 pub(super) struct Runs {
     vertices: usize,
-    runs: Vec<Run>,
+    runs: Vec<SpringRun>,
     /// Of the slots of each block, how many are computed.
     computed: Vec<u32>,
-    rings: Rings,
+    rings: SpringRings,
 }
 
 /// A run with the springs in its lanes.
-type Draft = (Run, [Option<HalfSpring>; WIDTH]);
+type Draft = (SpringRun, [Option<HalfSpring>; WIDTH]);
 
 /// Writes the runs of a block over `drafts`, by offset; `false` if an offset is too large for a run.
 fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
@@ -62,7 +62,7 @@ fn draft(half: &HalfSprings, block: usize, drafts: &mut Vec<Draft>) -> bool {
                 None => {
                     let mut springs = [None; WIDTH];
                     springs[lane] = Some(*h);
-                    drafts.push((Run { offset, lanes: 1 << lane, ring: NO_RING }, springs));
+                    drafts.push((SpringRun { offset, lanes: 1 << lane, ring: NO_RING }, springs));
                 }
             }
         }
@@ -97,7 +97,7 @@ impl Runs {
                 }
             }
         }
-        let rings = Rings::new(&frequency, half.block_count());
+        let rings = SpringRings::new(&frequency, half.block_count());
         let mut slots = Slots::new(stiffness, count);
         let (mut runs, mut computed) = (Vec::with_capacity(count), Vec::with_capacity(half.block_count()));
         for block in 0..half.block_count() {
@@ -125,7 +125,7 @@ fn difference<L: Lanes, const D: usize>(
     field: ColumnsView<D>,
     own: &[L; D],
     from: usize,
-    run: Run,
+    run: SpringRun,
 ) -> [L; D] {
     let other: [L; D] = field.load(from as isize + run.offset as isize);
     let mut d = *own;

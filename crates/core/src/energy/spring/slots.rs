@@ -12,7 +12,7 @@ pub(super) struct Slots {
     start: Vec<u32>,
     /// Rest lengths [m]; zero in lanes without a spring.
     rest_length: Aligned,
-    stiffness: Stiffness,
+    stiffness: SlotStiffness,
     /// Index of every spring, at its first end: slot by slot, lane by lane.
     spring: Vec<u32>,
 }
@@ -24,7 +24,7 @@ pub(super) fn is_first_end(own: usize, neighbour: usize) -> bool {
 
 /// Stiffnesses [N/m].
 #[derive(Debug)]
-enum Stiffness {
+enum SlotStiffness {
     /// Of all springs.
     Same(f64),
     /// Of the springs in every slot; zero in lanes without a spring.
@@ -32,7 +32,7 @@ enum Stiffness {
 }
 
 /// The constants of some slots, as an inner loop wants them.
-pub(super) struct Constants<'a, L> {
+pub(super) struct SlotConstants<'a, L> {
     rest_length: &'a [[f64; WIDTH]],
     /// Stiffness [N/m] where it is the same for all.
     same: L,
@@ -40,7 +40,7 @@ pub(super) struct Constants<'a, L> {
     varying: Option<&'a [[f64; WIDTH]]>,
 }
 
-impl<L: Lanes> Constants<'_, L> {
+impl<L: Lanes> SlotConstants<'_, L> {
     /// Stiffness [N/m] and rest length [m] in the slot of this index among them.
     #[inline(always)]
     pub(super) fn get(&self, index: usize) -> (L, L) {
@@ -61,9 +61,9 @@ impl Slots {
             start: vec![0],
             rest_length: Aligned::with_room(count),
             stiffness: if same {
-                Stiffness::Same(first)
+                SlotStiffness::Same(first)
             } else {
-                Stiffness::Varying(Aligned::with_room(count))
+                SlotStiffness::Varying(Aligned::with_room(count))
             },
             spring: vec![],
         }
@@ -77,7 +77,7 @@ impl Slots {
         rest_length: &[f64],
     ) {
         self.rest_length.push(half.map(|h| h.map_or(0.0, |h| rest_length[h.spring as usize])));
-        if let Stiffness::Varying(values) = &mut self.stiffness {
+        if let SlotStiffness::Varying(values) = &mut self.stiffness {
             values.push(half.map(|h| h.map_or(0.0, |h| stiffness[h.spring as usize])));
         }
         for (lane, h) in half.iter().enumerate() {
@@ -96,7 +96,7 @@ impl Slots {
         self.start.shrink_to_fit();
         self.spring.shrink_to_fit();
         self.rest_length.shrink_to_fit();
-        if let Stiffness::Varying(values) = &mut self.stiffness {
+        if let SlotStiffness::Varying(values) = &mut self.stiffness {
             values.shrink_to_fit();
         }
     }
@@ -122,19 +122,19 @@ impl Slots {
     #[inline(always)]
     pub(super) fn stiffness<L: Lanes>(&self, slot: usize) -> L {
         match &self.stiffness {
-            Stiffness::Same(k) => L::splat(*k),
-            Stiffness::Varying(values) => L::load(values.pack(slot)),
+            SlotStiffness::Same(k) => L::splat(*k),
+            SlotStiffness::Varying(values) => L::load(values.pack(slot)),
         }
     }
 
     /// The constants of some slots.
     #[inline(always)]
-    pub(super) fn constants_of<L: Lanes>(&self, slots: Range<usize>) -> Constants<'_, L> {
+    pub(super) fn constants_of<L: Lanes>(&self, slots: Range<usize>) -> SlotConstants<'_, L> {
         let rest_length = &self.rest_length.as_chunks().0[slots.clone()];
         match &self.stiffness {
-            Stiffness::Same(k) => Constants { rest_length, same: L::splat(*k), varying: None },
-            Stiffness::Varying(k) => {
-                Constants { rest_length, same: L::zero(), varying: Some(&k.as_chunks().0[slots]) }
+            SlotStiffness::Same(k) => SlotConstants { rest_length, same: L::splat(*k), varying: None },
+            SlotStiffness::Varying(k) => {
+                SlotConstants { rest_length, same: L::zero(), varying: Some(&k.as_chunks().0[slots]) }
             }
         }
     }
@@ -142,8 +142,8 @@ impl Slots {
     /// Stiffness [N/m] and rest length [m] of the spring in a lane.
     pub(super) fn constants(&self, slot: usize, lane: usize) -> (f64, f64) {
         let stiffness = match &self.stiffness {
-            Stiffness::Same(k) => *k,
-            Stiffness::Varying(values) => values.pack(slot)[lane],
+            SlotStiffness::Same(k) => *k,
+            SlotStiffness::Varying(values) => values.pack(slot)[lane],
         };
         (stiffness, self.rest_length.pack(slot)[lane])
     }
@@ -156,8 +156,8 @@ impl Slots {
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let stiffness = match &self.stiffness {
-            Stiffness::Same(_) => 0,
-            Stiffness::Varying(values) => size_of_val(&values[..]),
+            SlotStiffness::Same(_) => 0,
+            SlotStiffness::Varying(values) => size_of_val(&values[..]),
         };
         size_of_val(&self.start[..])
             + size_of_val(&self.spring[..])

@@ -16,7 +16,7 @@
 use super::super::implicit::Next;
 use super::CollocationTableau;
 use crate::energy::EnergyTerm;
-use crate::solver::{SolveError, StepFault, Verdict, scene_size};
+use crate::solver::{SolveError, SolveFailure, StepFault, scene_size};
 use crate::state::State;
 use crate::system::System;
 
@@ -86,7 +86,7 @@ impl StageEnergy {
     /// Judges the step of `h` [s] from `state` to `end`, in a scene of this `size` [m].
     ///
     /// # Errors
-    /// [`Verdict::Spurious`].
+    /// [`SolveFailure::Spurious`].
     pub(super) fn end(
         &mut self,
         system: &mut System,
@@ -110,7 +110,7 @@ impl StageEnergy {
         if wrong <= LARGEST * moving || !wrong.is_finite() {
             return Ok(());
         }
-        let solve = SolveError { verdict: Verdict::Spurious, iterations: 0, correction: 0.0 };
+        let solve = SolveError { verdict: SolveFailure::Spurious, iterations: 0, correction: 0.0 };
         Err(StepFault { fault: None, vertex: None, solve: Some(solve) })
     }
 

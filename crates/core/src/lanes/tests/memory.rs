@@ -51,7 +51,7 @@ fn check_gather_scatter<const D: usize>() {
             }
             expected.set(index[l], row);
         }
-        for level in Level::ALL {
+        for level in InstructionSet::ALL {
             let mut after = copy(&rows);
             let out = dispatch_at(level, GatherScatter(&mut after, &index));
             for l in 0..WIDTH {
@@ -90,7 +90,7 @@ fn rows_hold_vertices() {
 fn every_index_has_a_row() {
     let mut rows = Rows::<3>::new();
     rows.set(u16::MAX, [1.0, 2.0, 3.0]);
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         rows.set(u16::MAX, [1.0, 2.0, 3.0]);
         let out = dispatch_at(level, GatherScatter(&mut rows, &[u16::MAX; WIDTH]));
         assert_eq!(out, [[1.0; WIDTH], [2.0; WIDTH], [3.0; WIDTH]]);
@@ -113,7 +113,7 @@ impl Kernel for Copy<'_> {
 #[test]
 fn loads_and_stores_need_no_alignment() {
     let from: Vec<f64> = (0..40).map(f64::from).collect();
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         for offset in 0..8 {
             let mut to = vec![0.0; 40];
             dispatch_at(level, Copy(&from[offset..offset + 24], &mut to[offset + 1..offset + 25]));
@@ -147,7 +147,7 @@ fn any_number_of_vertices_has_rows() {
                 out
             }
         }
-        for level in Level::ALL {
+        for level in InstructionSet::ALL {
             let out = dispatch_at(level, Gather(&rows, &index));
             for (c, out) in out.iter().enumerate() {
                 assert_eq!(*out, index.map(|i| f64::from(i) * D as f64 + c as f64), "{level:?}");
@@ -186,7 +186,7 @@ fn rows_are_taken_apart_and_put_together() {
     fn check<const D: usize>() {
         let rows: [[f64; D]; WIDTH] =
             std::array::from_fn(|l| std::array::from_fn(|c| (10 * l + c + 1) as f64));
-        for level in Level::ALL {
+        for level in InstructionSet::ALL {
             let mut after = rows;
             let columns = dispatch_at(level, Interleave(&mut after));
             for l in 0..WIDTH {
@@ -236,7 +236,7 @@ impl Kernel for Transpose<'_> {
 #[test]
 fn columns_become_rows() {
     let rows: [[f64; WIDTH]; WIDTH] = std::array::from_fn(|l| std::array::from_fn(|c| (10 * l + c) as f64));
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         let mut after = rows;
         dispatch_at(level, Transpose(&mut after));
         for l in 0..WIDTH {
@@ -270,7 +270,7 @@ fn check_columns<const D: usize>() {
     for (c, column) in columns.each_mut().into_iter().enumerate() {
         (0..count).for_each(|i| column[i as usize] = value(c, i));
     }
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         for from in -(WIDTH as isize)..=24 {
             let loaded = dispatch_at(level, LoadColumns(&columns, from));
             for c in 0..D {

@@ -142,7 +142,7 @@ fn every_level_gives_the_bits_of_plain_numbers() {
         for x in input.as_flattened_mut().as_flattened_mut() {
             *x = if round % 2 == 0 { any_number(&mut random) } else { 2.0 * uniform(&mut random) - 1.0 };
         }
-        for level in Level::ALL {
+        for level in InstructionSet::ALL {
             let out = dispatch_at(level, Values(&input[0], &input[1]));
             for (which, from) in [(0, 0), (1, 0), (2, 1)] {
                 for l in 0..WIDTH {
@@ -178,7 +178,7 @@ fn reductions_have_one_order_and_do_not_lose_nan() {
     let a = [1e16, 1.0, -1e16, 3.0, 0.1, 0.2, 0.3, 0.4];
     let mut with_nan = a;
     with_nan[3] = f64::NAN;
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         let [sum, min, max] = dispatch_at(level, Reductions(a));
         let tree = ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
         assert_eq!((sum, min, max), (tree, -1e16, 1e16));
@@ -208,7 +208,7 @@ impl Kernel for Masks {
 
 #[test]
 fn masks_are_sets_of_lanes() {
-    for level in Level::ALL {
+    for level in InstructionSet::ALL {
         for a in 0..=255u8 {
             let b = a.wrapping_mul(37).wrapping_add(11);
             let expected = ([a, a & b, a | b, a, 0], [a != 0, a & b != 0]);

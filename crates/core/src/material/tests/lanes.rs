@@ -2,7 +2,7 @@
 
 use crate::algebra::Mat;
 use crate::algebra::tests::sample::{Random, bits, categories, load_lanes, not_finite, store_lanes};
-use crate::lanes::{Kernel, Lanes, Level, Pair, WIDTH, dispatch_at};
+use crate::lanes::{InstructionSet, Kernel, Lanes, Pair, WIDTH, dispatch_at};
 use crate::material::{Material, MaterialSpec, MaterialVisitor, autodiff_stress};
 
 /// The stress at one matrix per lane: as a pack, as the first and the second half of a pair, and by automatic differentiation.
@@ -42,7 +42,7 @@ fn same_bits_here<M: Material<D>, const D: usize>(name: &str, material: &M) {
     all.extend(not_finite::<D>());
     all.resize(all.len().next_multiple_of(WIDTH), Mat::identity());
     for pack in all.chunks_exact(WIDTH) {
-        for level in Level::ALL {
+        for level in InstructionSet::ALL {
             let out = dispatch_at(level, Stress(material, pack));
             for (l, f) in pack.iter().enumerate() {
                 let alone = material.pk1(f);

@@ -121,7 +121,7 @@ impl<const D: usize> Galerkin<D> {
         coarse: &mut BlockMatrix<D>,
     ) {
         let Galerkin { start, column, target_start, target, mirrored, tasks } = self;
-        let map = Map { start, column, target_start, target };
+        let map = ProductLists { start, column, target_start, target };
         let BlockMatrix { row_start, value, diagonal, .. } = coarse;
         if rayon::current_num_threads() == 1 || tasks.len() == 1 {
             tasks.iter_mut().for_each(|task| {
@@ -162,7 +162,7 @@ impl<const D: usize> Galerkin<D> {
 }
 
 /// The lists of a [`Galerkin`].
-struct Map<'a> {
+struct ProductLists<'a> {
     start: &'a [u32],
     column: &'a [u32],
     target_start: &'a [u32],
@@ -173,7 +173,7 @@ impl<const D: usize> Task<D> {
     /// Makes its rows of the coarse matrix, those from block `first` on.
     fn run(
         &mut self,
-        map: &Map<'_>,
+        map: &ProductLists<'_>,
         fine: &BlockMatrix<D>,
         p: &Prolongation,
         held: &[u8],

@@ -35,9 +35,9 @@ const SHIFT: f64 = 1e-9;
 
 /// Approximates `A^-1` by one V-cycle.
 pub struct Multigrid<const D: usize> {
-    levels: Vec<Level<D>>,
+    levels: Vec<GridLevel<D>>,
     coarsest: Coarsest<D>,
-    held: Held,
+    held: HeldCoordinates,
     /// A power of two: all levels are those of so many times the matrix.
     scale: f64,
     /// Version of the pattern that the finest level has.
@@ -45,7 +45,7 @@ pub struct Multigrid<const D: usize> {
 }
 
 /// A level and the way to the next.
-struct Level<const D: usize> {
+struct GridLevel<const D: usize> {
     smoother: Smoother<D>,
     prolongation: Prolongation,
     galerkin: Galerkin<D>,
@@ -54,7 +54,7 @@ struct Level<const D: usize> {
 }
 
 /// Coordinates whose rows and columns are zero but for the diagonal: they are solved for apart.
-pub struct Held {
+pub struct HeldCoordinates {
     coordinates: Vec<u32>,
     /// `1 / A_ii` of each.
     inverse: Vec<f64>,
@@ -81,7 +81,7 @@ impl<const D: usize> Multigrid<D> {
         let mut spacing = FIRST_SPACING * mean_edge(matrix, &positions);
         let extent = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
         let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), extent);
-        let mut levels: Vec<Level<D>> = vec![];
+        let mut levels: Vec<GridLevel<D>> = vec![];
         loop {
             if stop.is_set() {
                 return None;
@@ -97,12 +97,12 @@ impl<const D: usize> Multigrid<D> {
                 continue;
             }
             let (galerkin, coarse) = Galerkin::new(fine, &prolongation);
-            levels.push(Level { smoother: Smoother::new(fine), prolongation, galerkin, coarse });
+            levels.push(GridLevel { smoother: Smoother::new(fine), prolongation, galerkin, coarse });
             positions = nodes;
         }
         let last = levels.last().map_or(matrix, |level| &level.coarse);
         let coarsest = Coarsest::new(last, positions.as_flattened())?;
-        Some(Multigrid { levels, coarsest, held: Held::new::<D>(held), scale: 1.0, pattern: 0 })
+        Some(Multigrid { levels, coarsest, held: HeldCoordinates::new::<D>(held), scale: 1.0, pattern: 0 })
     }
 
     /// Rows of every level, the finest first.
@@ -136,12 +136,12 @@ impl<const D: usize> Multigrid<D> {
             levels.iter_mut().take(1).for_each(|finest| finest.smoother = Smoother::new(whole));
         }
         let mut fine = fixed;
-        for (l, Level { smoother, prolongation, galerkin, coarse }) in levels.iter_mut().enumerate() {
+        for (l, GridLevel { smoother, prolongation, galerkin, coarse }) in levels.iter_mut().enumerate() {
             smoother.set(if l == 0 { whole } else { fine }, *scale);
             galerkin.compute(fine, prolongation, if l == 0 { &held.mask } else { &[] }, coarse);
             fine = coarse;
         }
-        if let Some(Level { coarse, .. }) = levels.last_mut() {
+        if let Some(GridLevel { coarse, .. }) = levels.last_mut() {
             for at in &coarse.diagonal {
                 (0..D).for_each(|k| coarse.value[*at as usize][k][k] *= 1.0 + SHIFT);
             }
@@ -154,7 +154,7 @@ impl<const D: usize> Multigrid<D> {
         let Multigrid { levels, coarsest, held, .. } = self;
         for l in 0..levels.len() {
             let (before, after) = levels.split_at_mut(l + 1);
-            let Level { smoother, prolongation, .. } = &mut before[l];
+            let GridLevel { smoother, prolongation, .. } = &mut before[l];
             smoother.smooth_from_zero();
             let next = after.first_mut().map_or(&mut coarsest.x, |level| &mut level.smoother.b);
             prolongation.restrict(&smoother.r, next);
@@ -162,7 +162,7 @@ impl<const D: usize> Multigrid<D> {
         coarsest.solve();
         for l in (0..levels.len()).rev() {
             let (before, after) = levels.split_at_mut(l + 1);
-            let Level { smoother, prolongation, .. } = &mut before[l];
+            let GridLevel { smoother, prolongation, .. } = &mut before[l];
             let next = after.first().map_or(&coarsest.x, |level| &level.smoother.x);
             prolongation.add(next, &mut smoother.x);
             if l == 0 && !held.mask.is_empty() {
@@ -175,7 +175,7 @@ impl<const D: usize> Multigrid<D> {
     }
 }
 
-impl Held {
+impl HeldCoordinates {
     /// Those that `held` names, flat `(vertices, D)`.
     pub fn new<const D: usize>(held: &[bool]) -> Self {
         let bits = |vertex: &[bool; D]| (0..D).map(|k| u8::from(vertex[k]) << k).sum();
@@ -185,7 +185,7 @@ impl Held {
             mask = vec![];
         }
         let coordinates: Vec<u32> = (0..held.len()).filter(|i| held[*i]).map(|i| i as u32).collect();
-        Held { inverse: vec![1.0; coordinates.len()], coordinates, mask }
+        HeldCoordinates { inverse: vec![1.0; coordinates.len()], coordinates, mask }
     }
 
     /// Byte of each vertex, whose bit `k` says that component `k` is held; empty where no vertex is held in part.
@@ -226,7 +226,7 @@ impl<const D: usize> Preconditioner<D> for Multigrid<D> {
     }
 
     fn bytes(&self) -> usize {
-        let level = |l: &Level<D>| {
+        let level = |l: &GridLevel<D>| {
             l.smoother.bytes() + l.prolongation.bytes() + l.galerkin.bytes() + l.coarse.bytes()
         };
         let held = 4 * self.held.coordinates.len() + 8 * self.held.inverse.len() + self.held.mask.len();

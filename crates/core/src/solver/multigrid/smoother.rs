@@ -183,7 +183,7 @@ impl<const D: usize> Smoother<D> {
             self.run(Advance { d: &d, kept, gained, last: 0.0 }, [&mut x, &mut r, &mut e]);
             std::mem::swap(&mut d, &mut e);
         }
-        self.run(Residual { x: &d }, [&mut r, &mut x, &mut []]);
+        self.run(ResidualPass { x: &d }, [&mut r, &mut x, &mut []]);
         self.put_back([x, r, d, e]);
     }
 
@@ -204,11 +204,11 @@ impl<const D: usize> Smoother<D> {
     }
 
     /// Runs `pass` on every row of the vectors, those that it needs.
-    fn run<P: Pass<D>>(&self, pass: P, vectors: [&mut [Row]; 3]) {
+    fn run<P: RowPass<D>>(&self, pass: P, vectors: [&mut [Row]; 3]) {
         let n = vectors[0].len();
         let [a, b, c] = vectors;
         let pass = &pass;
-        let task = |(i, a, b, c)| dispatch(Rows { smoother: self, pass, first: i, a, b, c });
+        let task = |(i, a, b, c)| dispatch(RowSpan { smoother: self, pass, first: i, a, b, c });
         if n < 2 * TASK_ROWS || rayon::current_num_threads() == 1 {
             return task((0, a, b, c));
         }
@@ -278,7 +278,7 @@ fn square(rows: &[Row]) -> f64 {
 }
 
 /// What is done with row `i` of up to three vectors.
-trait Pass<const D: usize>: Sync {
+trait RowPass<const D: usize>: Sync {
     /// How many vectors it takes.
     const VECTORS: usize;
     /// Mark the implementation `#[inline(always)]`, see [`crate::lanes`].
@@ -286,7 +286,7 @@ trait Pass<const D: usize>: Sync {
 }
 
 /// Rows from `first` on.
-struct Rows<'a, P, const D: usize> {
+struct RowSpan<'a, P, const D: usize> {
     smoother: &'a Smoother<D>,
     pass: &'a P,
     first: usize,
@@ -295,12 +295,12 @@ struct Rows<'a, P, const D: usize> {
     c: &'a mut [Row],
 }
 
-impl<P: Pass<D>, const D: usize> Kernel for Rows<'_, P, D> {
+impl<P: RowPass<D>, const D: usize> Kernel for RowSpan<'_, P, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Rows { smoother, pass, first, a, b, c } = self;
+        let RowSpan { smoother, pass, first, a, b, c } = self;
         let (mut spare_b, mut spare_c) = ([0.0; 4], [0.0; 4]);
         for (i, a) in a.iter_mut().enumerate() {
             let b = if P::VECTORS > 1 { &mut b[i] } else { &mut spare_b };
@@ -316,7 +316,7 @@ struct Power<'a> {
     factor: f32,
 }
 
-impl<const D: usize> Pass<D> for Power<'_> {
+impl<const D: usize> RowPass<D> for Power<'_> {
     const VECTORS: usize = 1;
 
     #[inline(always)]
@@ -331,7 +331,7 @@ struct FromZero {
     first: f32,
 }
 
-impl<const D: usize> Pass<D> for FromZero {
+impl<const D: usize> RowPass<D> for FromZero {
     const VECTORS: usize = 3;
 
     #[inline(always)]
@@ -348,7 +348,7 @@ struct FromSolution<'a> {
     first: f32,
 }
 
-impl<const D: usize> Pass<D> for FromSolution<'_> {
+impl<const D: usize> RowPass<D> for FromSolution<'_> {
     const VECTORS: usize = 2;
 
     #[inline(always)]
@@ -359,11 +359,11 @@ impl<const D: usize> Pass<D> for FromSolution<'_> {
 }
 
 /// `r -= A x`; then both leave the scaled unknowns.
-struct Residual<'a> {
+struct ResidualPass<'a> {
     x: &'a [Row],
 }
 
-impl<const D: usize> Pass<D> for Residual<'_> {
+impl<const D: usize> RowPass<D> for ResidualPass<'_> {
     const VECTORS: usize = 2;
 
     #[inline(always)]
@@ -382,7 +382,7 @@ struct Advance<'a> {
     last: f32,
 }
 
-impl<const D: usize> Pass<D> for Advance<'_> {
+impl<const D: usize> RowPass<D> for Advance<'_> {
     const VECTORS: usize = 3;
 
     #[inline(always)]

@@ -8,7 +8,7 @@ use crate::material::Psd;
 use crate::solver::conjugate_gradients::dot;
 use crate::solver::iterative::CG_TOLERANCE;
 use crate::solver::options::LinearSolver;
-use crate::solver::{Iterate, Objective, SolveError, StepFault, Verdict};
+use crate::solver::{Iterate, Objective, SolveError, SolveFailure, StepFault};
 use crate::system::System;
 
 /// State of one solve.
@@ -84,7 +84,7 @@ impl<'a> NewtonSolve<'a> {
         }
     }
 
-    fn fault(&self, verdict: Verdict) -> StepFault {
+    fn fault(&self, verdict: SolveFailure) -> StepFault {
         let (iterations, correction) = (self.iteration, self.correction);
         let solve = Some(SolveError { verdict, iterations, correction });
         StepFault { solve, ..StepFault::at(self.system, &self.at.x, &self.at.x) }
@@ -92,13 +92,13 @@ impl<'a> NewtonSolve<'a> {
 
     /// # Errors
     /// In statics, a body that nothing holds runs away.
-    fn check_distance(&self, size: f64) -> Result<(), Verdict> {
+    fn check_distance(&self, size: f64) -> Result<(), SolveFailure> {
         if self.objective.inertia != 0.0 {
             return Ok(());
         }
         let away = self.at.u.iter().zip(self.system.inverse_mass());
         let away = away.fold(0.0, |m: f64, (u, w)| if *w == 0.0 { m } else { m.max(u.abs()) });
-        if away > RUNAWAY * size { Err(Verdict::Indefinite) } else { Ok(()) }
+        if away > RUNAWAY * size { Err(SolveFailure::Indefinite) } else { Ok(()) }
     }
 
     /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much
@@ -128,9 +128,9 @@ impl<const D: usize> Newton<D> {
         self.iterate(&mut solve).map_err(|verdict| solve.fault(verdict))
     }
 
-    fn iterate(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), Verdict> {
+    fn iterate(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
         if !self.residual(solve.system, solve.objective, solve.at) {
-            return Err(Verdict::Infeasible);
+            return Err(SolveFailure::Infeasible);
         }
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
         // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
@@ -148,15 +148,15 @@ impl<const D: usize> Newton<D> {
             }
         }
         solve.iteration = self.options.max_iterations;
-        Err(Verdict::IterationCap)
+        Err(SolveFailure::IterationCap)
     }
 
-    fn iteration(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, Verdict> {
+    fn iteration(&mut self, solve: &mut NewtonSolve<'_>) -> Result<SolveProgress, SolveFailure> {
         if self.residual.iter().all(|r| *r == 0.0) {
             return Ok(Converged);
         }
         if solve.system.is_stopped() {
-            return Err(Verdict::Stopped);
+            return Err(SolveFailure::Stopped);
         }
         solve.before = solve.correction;
         solve.negligible = self.tolerance(solve.system, solve.objective, solve.at).max(solve.floor);
@@ -176,7 +176,7 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Finds the direction, by another matrix where the one at hand leads nowhere; `None` at a minimum.
-    fn correction(&mut self, solve: &mut NewtonSolve<'_>) -> Result<Option<Correction>, Verdict> {
+    fn correction(&mut self, solve: &mut NewtonSolve<'_>) -> Result<Option<Correction>, SolveFailure> {
         // A factor at hand costs a solve, a new one twenty times that: it is kept as long as corrections
         // shrink fast.
         let mut old_matrix = solve.keep && self.at_hand == Some(weights(solve.objective));
@@ -195,7 +195,7 @@ impl<const D: usize> Newton<D> {
                 return Ok(None);
             }
             if solve.psd == Psd::Projected || self.options.linear == LinearSolver::MatrixFree {
-                return Err(Verdict::Indefinite);
+                return Err(SolveFailure::Indefinite);
             }
             // From here on to the end of this solve: a Hessian that was indefinite once will be again.
             solve.psd = Psd::Projected;
@@ -203,7 +203,7 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Solves for the direction: the slope along it, NaN where there is none, and whether it is truncated.
-    fn direction(&mut self, solve: &mut NewtonSolve<'_>, old_matrix: bool) -> Result<(f64, bool), Verdict> {
+    fn direction(&mut self, solve: &mut NewtonSolve<'_>, old_matrix: bool) -> Result<(f64, bool), SolveFailure> {
         let NewtonSolve { system, objective, at, psd, forcing, .. } = solve;
         let found = self.solve_linear(system, objective, at, *psd, (old_matrix, *forcing));
         let truncated = matches!(found, Direction::Truncated);
@@ -213,8 +213,8 @@ impl<const D: usize> Newton<D> {
                 Ok((dot(&self.direction, &self.residual), truncated))
             }
             Direction::Indefinite => Ok((f64::NAN, truncated)),
-            Direction::Failed if system.is_stopped() => Err(Verdict::Stopped),
-            Direction::Failed => Err(Verdict::LinearSolver),
+            Direction::Failed if system.is_stopped() => Err(SolveFailure::Stopped),
+            Direction::Failed => Err(SolveFailure::LinearSolver),
         }
     }
 
@@ -238,7 +238,7 @@ impl<const D: usize> Newton<D> {
         solve: &mut NewtonSolve<'_>,
         found: Correction,
         whole: bool,
-    ) -> Result<SolveProgress, Verdict> {
+    ) -> Result<SolveProgress, SolveFailure> {
         if whole {
             solve.keep = false;
         } else if solve.forcing > CG_TOLERANCE {
@@ -253,7 +253,7 @@ impl<const D: usize> Newton<D> {
         } else if solve.psd == Psd::Exact {
             solve.psd = Psd::Projected;
         } else {
-            return Err(Verdict::Stalled);
+            return Err(SolveFailure::Stalled);
         }
         Ok(Continues)
     }
@@ -264,7 +264,7 @@ impl<const D: usize> Newton<D> {
         solve: &mut NewtonSolve<'_>,
         found: Correction,
         accepted: &Accepted,
-    ) -> Result<SolveProgress, Verdict> {
+    ) -> Result<SolveProgress, SolveFailure> {
         self.work.halvings += u64::from(accepted.halvings);
         let steady = solve.keep && accepted.halvings == 0 && solve.psd == Psd::Exact;
         solve.keep = accepted.halvings == 0;
@@ -276,7 +276,7 @@ impl<const D: usize> Newton<D> {
         let finite = accepted.finite.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
         std::mem::swap(solve.at, &mut self.trial);
         if !finite {
-            return Err(Verdict::Infeasible);
+            return Err(SolveFailure::Infeasible);
         }
         // What is left of a step that a term cut short says nothing of how far the solution is.
         if !accepted.shortened && self.has_converged(solve, found, steady) {

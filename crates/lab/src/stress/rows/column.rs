@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant::simulation::StepError;
 
 /// Young's modulus [Pa], width and length [m].
@@ -15,7 +15,7 @@ const LENGTH: f64 = 1.0;
 pub(super) fn add(cases: &mut Vec<Case>) {
     for material in ["stable-neo-hookean", "neo-hookean", "fixed-corotated"] {
         for push in [0.0, 1e-4] {
-            let about = About {
+            let about = CaseDescription {
                 row: "D13",
                 name: if push == 0.0 {
                     "column under twice its buckling load"
@@ -34,7 +34,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
 }
 
 /// `push` is the part of the load that acts sideways.
-fn column(material: &str, push: f64) -> Findings {
+fn column(material: &str, push: f64) -> CaseResult {
     // Euler's load of a column with one free end, pi^2 EI / (4 L^2), in plane strain.
     let stiffness = YOUNG / (1.0 - 0.09) * WIDTH.powi(3) / 12.0;
     let load = 2.0 * PI * PI * stiffness / (4.0 * LENGTH * LENGTH);
@@ -50,15 +50,15 @@ fn column(material: &str, push: f64) -> Findings {
     let mut assembly = solid.assemble();
     let simulation = &mut assembly.simulation;
     let rest = simulation.state().x().to_vec();
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     match simulation.step() {
         Ok(()) => {}
         Err(error @ StepError::Unsolved { .. }) if push == 0.0 => {
-            findings.note(Verdict::Flagged, format!("reported: {error}"));
+            findings.note(CaseVerdict::Flagged, format!("reported: {error}"));
             return findings;
         }
         Err(error) => {
-            findings.note(Verdict::Fail, error.to_string());
+            findings.note(CaseVerdict::Fail, error.to_string());
             return findings;
         }
     }
@@ -71,7 +71,7 @@ fn column(material: &str, push: f64) -> Findings {
     findings.measure("gradient over E L", gradient / YOUNG, 1e-8);
     let x = simulation.state().x();
     let aside = (0..x.len()).step_by(2).fold(0.0, |m: f64, i| m.max((x[i] - rest[i]).abs()));
-    findings.note(Verdict::Pass, format!("moved aside by {aside:.3e} m"));
+    findings.note(CaseVerdict::Pass, format!("moved aside by {aside:.3e} m"));
     findings.demand(push == 0.0 || aside > 0.1 * LENGTH, || "did not buckle".into());
     findings.picture = Some(scenes::picture(simulation, &assembly.topology));
     findings

@@ -1,8 +1,8 @@
 //! D1: steps from far below to far above what a body can be resolved with.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, beam, pinned_bar};
-use crate::stress::{Case, Findings};
+use crate::stress::{Case, CaseResult};
 
 const INTEGRATORS: [&str; 4] = ["implicit-euler", "bdf2", "tr-bdf2", "generalised-alpha"];
 const STEPS: [f64; 5] = [1e-4, 1e-3, 1e-2, 0.1, 1.0];
@@ -23,7 +23,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
             for dimension in [2, 3] {
                 let name = if dimension == 2 { "falling beam" } else { "twisting bar" };
                 let material = "stable-neo-hookean";
-                let about = About {
+                let about = CaseDescription {
                     row: "D1",
                     name: &format!("{name}, step {step} s"),
                     dimension,
@@ -37,7 +37,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
         }
     }
     for (material, tip) in STATIC_TIP {
-        let about = About {
+        let about = CaseDescription {
             row: "D1",
             name: "20 steps of 1 s to static equilibrium",
             dimension: 2,
@@ -50,7 +50,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn sweep(dimension: usize, integrator: &str, step: f64) -> Findings {
+fn sweep(dimension: usize, integrator: &str, step: f64) -> CaseResult {
     let integrator = scenes::scheme(integrator);
     let solid = Solid { integrator: &integrator, step, ..if dimension == 2 { beam() } else { pinned_bar() } };
     let mut assembly = solid.assemble();
@@ -59,13 +59,13 @@ fn sweep(dimension: usize, integrator: &str, step: f64) -> Findings {
         scenes::twist(simulation);
     }
     let solves = u64::from(simulation.method().documentation.solves.max(1));
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let steps = (1.0f64.max(20.0 * step) / step).round() as u64;
     let mut most = 0;
     for _ in 0..steps {
         let before = scenes::iterations(simulation);
         if let Err(error) = simulation.step() {
-            findings.note(crate::stress::Verdict::Fail, error.to_string());
+            findings.note(crate::stress::CaseVerdict::Fail, error.to_string());
             break;
         }
         most = most.max((scenes::iterations(simulation) - before).div_ceil(solves));
@@ -78,16 +78,16 @@ fn sweep(dimension: usize, integrator: &str, step: f64) -> Findings {
     findings
 }
 
-fn to_rest(material: &str, tip: [f64; 2]) -> Findings {
+fn to_rest(material: &str, tip: [f64; 2]) -> CaseResult {
     let solid = Solid { integrator: "'implicit-euler'", step: 1.0, material, ..beam() };
     let mut assembly = solid.assemble();
     let simulation = &mut assembly.simulation;
     let rest = simulation.positions().into_owned();
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let (mut most, mut before) = (0, 0);
     for _ in 0..20 {
         if let Err(error) = simulation.step() {
-            findings.note(crate::stress::Verdict::Fail, error.to_string());
+            findings.note(crate::stress::CaseVerdict::Fail, error.to_string());
             return findings;
         }
         most = most.max(scenes::iterations(simulation) - before);

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{Solid, beam};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant::run::{Outcome, Plan, run};
 
 /// `2 / omega_max` of the beam with neo-Hookean elements [s]; an independent code.
@@ -14,7 +14,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     for (name, step, stable) in
         [("0.983 of the limit, 10 s", 1.0 / 108.0, true), ("1.040 of the limit", 1.0 / 102.0, false)]
     {
-        let about = About {
+        let about = CaseDescription {
             row: "D2",
             name,
             dimension: 2,
@@ -27,10 +27,10 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn guard(step: f64, stable: bool) -> Findings {
+fn guard(step: f64, stable: bool) -> CaseResult {
     let solid = Solid { integrator: "'velocity-verlet'", step, material: "neo-hookean", ..beam() };
     let mut simulation = solid.assemble().simulation;
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let limit = simulation.stability_limit(10.0).map_or(f64::NAN, |limit| limit.step);
     findings.measure("limit", (limit / LIMIT - 1.0).abs(), 1e-9);
     let rest = simulation.positions().into_owned();
@@ -49,9 +49,9 @@ fn guard(step: f64, stable: bool) -> Findings {
             findings.demand(!stable, || said.clone());
             let right = said.contains(&format!("{limit:.4e}"));
             findings.demand(right, || format!("the stable step is not named: {said}"));
-            findings.note(Verdict::Pass, format!("stopped: {said}"));
+            findings.note(CaseVerdict::Pass, format!("stopped: {said}"));
         }
-        other => findings.note(Verdict::Fail, format!("{other:?}")),
+        other => findings.note(CaseVerdict::Fail, format!("{other:?}")),
     }
     findings
 }

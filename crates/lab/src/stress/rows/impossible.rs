@@ -1,8 +1,8 @@
 //! D8 and D10: meshes and numbers that cannot be. Each has an error of its own, which names the place.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::try_assemble;
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant_scene::Scene;
 
 /// What is wrong, the row, the dimension, keys of `[time]`, the mesh, the material's constants, the mass, more keys; what the error must say.
@@ -92,7 +92,7 @@ const WRONG: [Wrong; 14] = [
 pub(super) fn add(cases: &mut Vec<Case>) {
     for (row, name, parts, says) in WRONG {
         let dimension = if parts[1].contains("tetrahedra") { 3 } else { 2 };
-        let about = About {
+        let about = CaseDescription {
             row,
             name,
             dimension,
@@ -105,12 +105,12 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn refused(dimension: usize, [time, mesh, material, mass, keys]: [&str; 5], says: &str) -> Findings {
+fn refused(dimension: usize, [time, mesh, material, mass, keys]: [&str; 5], says: &str) -> CaseResult {
     let text = format!(
         "dimension = {dimension}\ntime = {{ integrator = 'velocity-verlet', {time}, duration = 1.0 }}\n[[body]]\n\
          mesh = {{ {mesh} }}\nelastic = {{ stable-neo-hookean = {{ {material} }} }}\nmass = {{ {mass} }}\n{keys}\n"
     );
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     match try_assemble(&text) {
         Err(error) => {
             let message = error.to_string();
@@ -119,15 +119,15 @@ fn refused(dimension: usize, [time, mesh, material, mass, keys]: [&str; 5], says
                 format!("no place: {message}")
             });
             let first = message.lines().next().unwrap_or_default().to_owned();
-            findings.note(Verdict::Pass, format!("refused: {first}"));
+            findings.note(CaseVerdict::Pass, format!("refused: {first}"));
         }
         // Where nothing can move, nothing is wrong either.
         Ok(mut assembly) if says.is_empty() => {
             let end = assembly.simulation.step();
             findings.demand(end.is_ok(), || format!("{end:?}"));
-            findings.note(Verdict::Pass, "runs, and nothing moves");
+            findings.note(CaseVerdict::Pass, "runs, and nothing moves");
         }
-        Ok(_) => findings.note(Verdict::Fail, "was not refused"),
+        Ok(_) => findings.note(CaseVerdict::Fail, "was not refused"),
     }
     findings
 }

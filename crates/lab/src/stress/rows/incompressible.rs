@@ -1,8 +1,8 @@
 //! D6: nearly incompressible: a cantilever under a unit shear at its end. Linear elements lock, quadratic ones do not.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 
 /// The end's middle goes down by so much [1e-3 m]; an independent code. `(nu, order, cells along and across, displacement)`.
 const KNOWN: [(f64, u8, [usize; 2], f64); 10] = [
@@ -23,7 +23,7 @@ const CONVERGED: [(f64, f64); 3] = [(0.3, 3.659_284), (0.49, 3.031_588), (0.4999
 pub(super) fn add(cases: &mut Vec<Case>) {
     for (poisson, order, cells, known) in KNOWN {
         let kind = if order == 1 { "linear" } else { "quadratic" };
-        let about = About {
+        let about = CaseDescription {
             row: "D6",
             name: &format!("cantilever, {kind} {} x {}", cells[0], cells[1]),
             dimension: 2,
@@ -36,7 +36,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> Findings {
+fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> CaseResult {
     let keys = format!(
         "order = {order}\npin = [{}]\nload = [{{ half_space = {{ normal = [-1, 0], offset = -10 }}, traction = [0, -1] }}]",
         scenes::clamp(2, 0, 1.0, 0.0, ""),
@@ -51,10 +51,10 @@ fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> Finding
         ..Solid::UNIT
     };
     let mut assembly = solid.assemble();
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let rest = assembly.simulation.positions().into_owned();
     if let Err(error) = assembly.simulation.step() {
-        findings.note(Verdict::Fail, error.to_string());
+        findings.note(CaseVerdict::Fail, error.to_string());
         return findings;
     }
     findings.count(scenes::iterations(&assembly.simulation), None);
@@ -65,7 +65,7 @@ fn cantilever(poisson: f64, order: u8, cells: [usize; 2], known: f64) -> Finding
     let tolerance = if order == 1 && poisson > 0.49 { 2e-2 } else { 2e-3 };
     findings.measure("tip, relative", (down / (1e-3 * known) - 1.0).abs(), tolerance);
     let share = CONVERGED.iter().find(|(nu, _)| *nu == poisson).map_or(f64::NAN, |(_, u)| down / (1e-3 * u));
-    let verdict = if share < 0.5 { Verdict::Flagged } else { Verdict::Pass };
+    let verdict = if share < 0.5 { CaseVerdict::Flagged } else { CaseVerdict::Pass };
     let locks = if share < 0.5 { "locks: " } else { "" };
     findings.note(verdict, format!("{locks}{:.1} % of the converged displacement", 100.0 * share));
     if share < 0.5 {

@@ -12,7 +12,7 @@ mod spin;
 mod twist;
 mod units;
 
-use super::{Case, Findings};
+use super::{Case, CaseResult};
 use pliant::solver::LinearSolver;
 
 /// Adds all of them.
@@ -31,7 +31,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
 }
 
 /// What a case is about.
-struct About<'a> {
+struct CaseDescription<'a> {
     row: &'static str,
     name: &'a str,
     dimension: usize,
@@ -41,9 +41,9 @@ struct About<'a> {
     quick: bool,
 }
 
-impl About<'_> {
-    fn case(self, run: impl Fn() -> Findings + Send + Sync + 'static) -> Case {
-        let About { row, name, dimension, material, poisson, integrator, quick } = self;
+impl CaseDescription<'_> {
+    fn case(self, run: impl Fn() -> CaseResult + Send + Sync + 'static) -> Case {
+        let CaseDescription { row, name, dimension, material, poisson, integrator, quick } = self;
         Case {
             row,
             name: name.into(),

@@ -1,8 +1,8 @@
 //! D4 and D5: masses and stiffnesses in the ratio of a million.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, assemble, largest_difference};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 
 /// Chains between a wall and nothing, by their normal modes; errors of an independent code at t = 1 s for steps of 1e-3 s and 2.5e-4 s.
 struct Chain {
@@ -49,7 +49,7 @@ const CHAINS: [Chain; 2] = [
 pub(super) fn add(cases: &mut Vec<Case>) {
     for chain in &CHAINS {
         for (integrator, errors) in chain.errors {
-            let about = About {
+            let about = CaseDescription {
                 row: chain.row,
                 name: chain.name,
                 dimension: 2,
@@ -63,7 +63,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
     for ratio in [1e4, 1e6] {
         for solver in ["cholesky", "cg", "multigrid", "matrix-free"] {
-            let about = About {
+            let about = CaseDescription {
                 row: "D4",
                 name: &format!("bar, densities 1 : {ratio:e}, {solver}"),
                 dimension: 2,
@@ -76,10 +76,10 @@ pub(super) fn add(cases: &mut Vec<Case>) {
         }
     }
     for (name, material, poisson, run) in [
-        ("rod, halves 1e3 : 1e9, its static tip", "springs", None, rod as fn() -> Findings),
+        ("rod, halves 1e3 : 1e9, its static tip", "springs", None, rod as fn() -> CaseResult),
         ("bar, halves 1e3 : 1e9, its static tip", "linear", Some(0.0), joined),
     ] {
-        let about = About {
+        let about = CaseDescription {
             row: "D5",
             name,
             dimension: 2,
@@ -99,8 +99,8 @@ fn line(count: usize) -> String {
     format!("{{ inline = {{ points = {points:?}, edges = {edges:?} }} }}")
 }
 
-fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> Findings {
-    let mut findings = Findings::default();
+fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> CaseResult {
+    let mut findings = CaseResult::default();
     for (step, known) in [1e-3f64, 2.5e-4].into_iter().zip(errors).filter(|(_, known)| known.is_finite()) {
         let n = chain.mass.len() + 1;
         let mut displaced = vec![[0.0; 2]; n];
@@ -117,7 +117,7 @@ fn run_chain(chain: &Chain, integrator: &str, errors: &[f64; 2]) -> Findings {
         .simulation;
         for _ in 0..(1.0 / step).round() as usize {
             if let Err(error) = simulation.step() {
-                findings.note(Verdict::Fail, error.to_string());
+                findings.note(CaseVerdict::Fail, error.to_string());
                 return findings;
             }
         }
@@ -151,7 +151,7 @@ fn halves(ratio: f64) -> Vec<f64> {
 }
 
 /// A bar whose outer half is lighter: the direct solver does not care, the iterative ones say how much they do.
-fn bar(ratio: f64, solver: &'static str) -> Findings {
+fn bar(ratio: f64, solver: &'static str) -> CaseResult {
     let run = |solver: &str, ratio: f64| {
         let mass = halves(ratio);
         let mut assembly = assemble(&format!(
@@ -164,17 +164,17 @@ fn bar(ratio: f64, solver: &'static str) -> Findings {
         let end = (0..50).try_for_each(|_| assembly.simulation.step());
         (assembly, end)
     };
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let (mut assembly, end) = run(solver, ratio);
     if let Err(error) = end {
-        findings.note(Verdict::Fail, error.to_string());
+        findings.note(CaseVerdict::Fail, error.to_string());
     }
     let work = assembly.simulation.work().solver.unwrap_or_default();
     findings.count(work.newton_iterations, None);
     if solver != "cholesky" {
         let (per, fallbacks) = (work.cg_iterations / work.newton_iterations.max(1), work.fallbacks);
         findings.note(
-            Verdict::Pass,
+            CaseVerdict::Pass,
             format!("{per} iterations of conjugate gradients for each of Newton, {fallbacks} fallbacks"),
         );
         let (direct, _) = run("cholesky", ratio);
@@ -183,7 +183,7 @@ fn bar(ratio: f64, solver: &'static str) -> Findings {
     } else {
         let (uniform, _) = run("cholesky", 1.0);
         let usual = uniform.simulation.work().solver.unwrap_or_default().newton_iterations;
-        findings.note(Verdict::Pass, format!("{usual} Newton iterations where all is of one density"));
+        findings.note(CaseVerdict::Pass, format!("{usual} Newton iterations where all is of one density"));
         findings.demand(2 * work.newton_iterations <= 3 * usual, || {
             format!("{} Newton iterations, {usual} without the ratio", work.newton_iterations)
         });
@@ -194,7 +194,7 @@ fn bar(ratio: f64, solver: &'static str) -> Findings {
 }
 
 /// Ten springs in a row, five soft and five stiff, pulled at the end: `u = F sum 1/k`.
-fn rod() -> Findings {
+fn rod() -> CaseResult {
     let stiffness: Vec<f64> = (0..10).map(|i| if i < 5 { 1e3 } else { 1e9 }).collect();
     let mut simulation = assemble(&format!(
         "dimension = 2\ntime = {{ integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = {{ tolerance = 1e-14 }} }}\n[[body]]\n\
@@ -203,9 +203,9 @@ fn rod() -> Findings {
         line(11),
     ))
     .simulation;
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     if let Err(error) = simulation.step() {
-        findings.note(Verdict::Fail, error.to_string());
+        findings.note(CaseVerdict::Fail, error.to_string());
         return findings;
     }
     findings.count(scenes::iterations(&simulation), None);
@@ -223,7 +223,7 @@ const JOINT: f64 = 1e9;
 
 /// Two halves of triangles, tied at their faces by stiff springs and pulled at the end: without Poisson's ratio the stress is the same
 /// everywhere, and `u = F (L_1/E_1 + L_2/E_2 + 1/(2 k))` over a unit area.
-fn joined() -> Findings {
+fn joined() -> CaseResult {
     let half = |name: &str, origin: f64, young: f64, keys: &str| {
         format!(
             "[[body]]\nname = '{name}'\nmesh = {{ grid = {{ cells = [4, 1], size = [2, 1], origin = [{origin:?}, 0] }} }}\n\
@@ -245,10 +245,10 @@ fn joined() -> Findings {
             )
         ),
     ));
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let rest = assembly.simulation.positions().into_owned();
     if let Err(error) = assembly.simulation.step() {
-        findings.note(Verdict::Fail, error.to_string());
+        findings.note(CaseVerdict::Fail, error.to_string());
         return findings;
     }
     findings.count(scenes::iterations(&assembly.simulation), None);

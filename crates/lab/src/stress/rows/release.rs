@@ -1,8 +1,8 @@
 //! D11: bars stretched tenfold and let go.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
-use crate::stress::{Case, Findings, Start, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict, Start};
 
 const STEP: f64 = 1.0 / 60.0;
 
@@ -10,7 +10,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     for dimension in [2, 3] {
         for material in ["stable-neo-hookean", "fixed-corotated"] {
             for integrator in ["implicit-euler", "implicit-midpoint"] {
-                let about = About {
+                let about = CaseDescription {
                     row: "D11",
                     name: "stretched tenfold, let go",
                     dimension,
@@ -25,7 +25,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn release(dimension: usize, material: &str, integrator: &str) -> Findings {
+fn release(dimension: usize, material: &str, integrator: &str) -> CaseResult {
     let pin = format!("pin = [{}]", scenes::clamp(dimension, 0, 1.0, 0.0, ""));
     let scheme = scenes::scheme(integrator);
     let solid = Solid {
@@ -42,12 +42,14 @@ fn release(dimension: usize, material: &str, integrator: &str) -> Findings {
     let rest = scenes::put(simulation, Start::Stretch);
     let start = simulation.diagnostics().total;
     let is_euler = integrator == "implicit-euler";
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let (mut most, mut before, mut highest) = (0, 0, start);
     for _ in 0..if is_euler { 3000 } else { 300 } {
         if let Err(error) = simulation.step() {
-            findings
-                .note(if is_euler { Verdict::Fail } else { Verdict::Flagged }, format!("reported: {error}"));
+            findings.note(
+                if is_euler { CaseVerdict::Fail } else { CaseVerdict::Flagged },
+                format!("reported: {error}"),
+            );
             break;
         }
         most = most.max(scenes::iterations(simulation) - before);
@@ -72,7 +74,7 @@ fn release(dimension: usize, material: &str, integrator: &str) -> Findings {
         let advice = "implicit-euler, bdf2 and tr-bdf2 do not gain energy at this step; or a smaller step";
         findings.advice = Some(advice.into());
         findings.note(
-            Verdict::Flagged,
+            CaseVerdict::Flagged,
             format!("energy rose to {:.3} of the start, as this scheme may", highest / start),
         );
     }

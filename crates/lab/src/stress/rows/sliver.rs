@@ -1,8 +1,8 @@
 //! D7: elements that are almost flat, inside a patch.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, assemble};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant_scene::assembly::Assembly;
 
 /// Displacement gradient of the patch.
@@ -14,7 +14,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     for dimension in [2, 3] {
         for height in [1e-3, 1e-6, 1e-9] {
             let about = |name: &str, material, integrator| {
-                About {
+                CaseDescription {
                     row: "D7",
                     name: &format!("{name}, height {height:e}"),
                     dimension,
@@ -74,7 +74,7 @@ fn moved(point: &[f64]) -> Vec<f64> {
     (0..d).map(|i| point[i] + (0..d).map(|j| GRADIENT[i][j] * point[j]).sum::<f64>()).collect()
 }
 
-fn patch(dimension: usize, height: f64) -> Findings {
+fn patch(dimension: usize, height: f64) -> CaseResult {
     let time =
         "time = { integrator = 'quasi-static', step = 1.0, duration = 1.0, solver = { tolerance = 1e-16 } }";
     let (_, points, corners) = scene(dimension, height, "linear", time, "");
@@ -85,9 +85,9 @@ fn patch(dimension: usize, height: f64) -> Findings {
     let keys = format!("position = {{ per_vertex = {start:?} }}\npin = [{{ vertices = {held:?} }}]");
     let (text, ..) = scene(dimension, height, "linear", time, &keys);
     let Assembly { mut simulation, topology, .. } = assemble(&text);
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     if let Err(error) = simulation.step() {
-        findings.note(Verdict::Fail, error.to_string());
+        findings.note(CaseVerdict::Fail, error.to_string());
         return findings;
     }
     findings.count(scenes::iterations(&simulation), None);
@@ -113,18 +113,18 @@ fn patch(dimension: usize, height: f64) -> Findings {
 }
 
 /// A hundred steps of implicit Euler under gravity.
-fn falling(dimension: usize, height: f64) -> Findings {
+fn falling(dimension: usize, height: f64) -> CaseResult {
     let gravity = if dimension == 2 { "[0, -9.81]" } else { "[0, 0, -9.81]" };
     let time = format!(
         "time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\nworld = {{ gravity = {gravity} }}"
     );
     let (text, ..) = scene(dimension, height, "stable-neo-hookean", &time, "pin = [{ vertices = [2, 3] }]");
     let Assembly { mut simulation, topology, .. } = assemble(&text);
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let (mut most, mut before) = (0, 0);
     for _ in 0..100 {
         if let Err(error) = simulation.step() {
-            findings.note(Verdict::Fail, error.to_string());
+            findings.note(CaseVerdict::Fail, error.to_string());
             break;
         }
         most = most.max(scenes::iterations(&simulation) - before);

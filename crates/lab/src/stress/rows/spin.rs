@@ -1,8 +1,8 @@
 //! D12: a stiff square that spins freely: what is left of its angular momentum, its energy and its rest after one second.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 
 /// Changes of angular momentum and, where known, of energy, both relative, in steps of 1/100 s (1/2000 s for explicit schemes); an
 /// independent code. Zero: to rounding.
@@ -21,7 +21,7 @@ const KNOWN: [(&str, f64, Option<f64>); 10] = [
 
 pub(super) fn add(cases: &mut Vec<Case>) {
     for (integrator, momentum, energy) in KNOWN {
-        let about = About {
+        let about = CaseDescription {
             row: "D12",
             name: "free spin",
             dimension: 2,
@@ -34,7 +34,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn spin(integrator: &str, momentum: f64, energy: Option<f64>) -> Findings {
+fn spin(integrator: &str, momentum: f64, energy: Option<f64>) -> CaseResult {
     let is_explicit = matches!(integrator, "velocity-verlet" | "yoshida4");
     let steps = if is_explicit { 2000 } else { 100 };
     let scheme = scenes::scheme(integrator);
@@ -50,11 +50,11 @@ fn spin(integrator: &str, momentum: f64, energy: Option<f64>) -> Findings {
         ..Solid::UNIT
     };
     let mut simulation = solid.assemble().simulation;
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let start = simulation.diagnostics();
     for _ in 0..steps {
         if let Err(error) = simulation.step() {
-            findings.note(Verdict::Fail, error.to_string());
+            findings.note(CaseVerdict::Fail, error.to_string());
             return findings;
         }
     }
@@ -63,7 +63,7 @@ fn spin(integrator: &str, momentum: f64, energy: Option<f64>) -> Findings {
     findings.min_j = end.min_j;
     findings.energy_ratio = Some(end.total / start.total);
     let lost = end.angular_momentum[2] / start.angular_momentum[2] - 1.0;
-    findings.note(Verdict::Pass, format!("angular momentum changes by {lost:.3e}"));
+    findings.note(CaseVerdict::Pass, format!("angular momentum changes by {lost:.3e}"));
     if momentum == 0.0 {
         findings.measure("angular momentum", lost.abs(), 1e-12);
     } else {

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, clamp};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant::simulation::Simulation;
 
 /// Newton iterations of one step: three times those of an independent code at the worst angle.
@@ -33,7 +33,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
         ("neo-hookean", 0.45, 1440, &[(360, 22181.7)], false),
     ];
     for (material, poisson, degrees, torques, quick) in rows {
-        let about = About {
+        let about = CaseDescription {
             row: "D3",
             name: &format!("twisted by {degrees} degrees, let go"),
             dimension: 3,
@@ -46,7 +46,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> Findings {
+fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> CaseResult {
     let steps = degrees / 10;
     let motion = ", name = 'head', motion = { rotation = { axis = [0, 0, 1], angle = '10 * pi/180 * t' } }";
     let until = format!("{motion}, until = {:?}", steps as f64 + 0.2);
@@ -63,12 +63,12 @@ fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> Findin
     let mut assembly = solid.assemble();
     let simulation = &mut assembly.simulation;
     let rest = simulation.state().x().to_vec();
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     let (mut most, mut least_j, mut before) = (0, f64::INFINITY, 0);
     for step in 1..=steps {
         turn(simulation, &rest);
         if let Err(error) = simulation.step() {
-            findings.note(Verdict::Flagged, format!("at {} degrees: {error}", 10 * step));
+            findings.note(CaseVerdict::Flagged, format!("at {} degrees: {error}", 10 * step));
             break;
         }
         most = most.max(scenes::iterations(simulation) - before);
@@ -94,7 +94,7 @@ fn twist(material: &str, poisson: f64, degrees: u64, torques: Torques) -> Findin
             let away = scenes::largest_difference(simulation.state().x(), &rest);
             findings.measure("back at rest [m]", away, 1e-8);
         }
-        Err(error) => findings.note(Verdict::Fail, format!("let go: {error}")),
+        Err(error) => findings.note(CaseVerdict::Fail, format!("let go: {error}")),
     }
     findings
 }

@@ -1,8 +1,8 @@
 //! D9: other units: `u -> s u`, `v -> v` under `L -> s L`, `t -> s t`, `g -> g / s`; nothing changes under `E -> r E`, `rho -> r rho`.
 
-use super::About;
+use super::CaseDescription;
 use crate::stress::scenes::{self, Solid, beam};
-use crate::stress::{Case, Findings, Verdict};
+use crate::stress::{Case, CaseResult, CaseVerdict};
 
 pub(super) fn add(cases: &mut Vec<Case>) {
     for integrator in ["velocity-verlet", "implicit-euler", "tr-bdf2", "quasi-static"] {
@@ -13,7 +13,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
             ("stiffness and density", 1.0, 1e9),
         ] {
             let factor = length * stiffness;
-            let about = About {
+            let about = CaseDescription {
                 row: "D9",
                 name: &format!("{what} times {factor:e}"),
                 dimension: 2,
@@ -27,7 +27,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     }
 }
 
-fn scaled(integrator: &str, length: f64, stiffness: f64) -> Findings {
+fn scaled(integrator: &str, length: f64, stiffness: f64) -> CaseResult {
     let scheme = scenes::scheme(integrator);
     let run = |s: f64, r: f64| {
         let world = format!("gravity = [0, {:?}]", -9.81 / s);
@@ -48,7 +48,7 @@ fn scaled(integrator: &str, length: f64, stiffness: f64) -> Findings {
             simulation.positions().iter().zip(&rest).map(|(x, rest)| (x - rest) / s).collect();
         end.map(|()| moved)
     };
-    let mut findings = Findings::default();
+    let mut findings = CaseResult::default();
     match (run(1.0, 1.0), run(length, stiffness)) {
         (Ok(as_it_is), Ok(scaled)) => {
             let largest = as_it_is.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
@@ -57,7 +57,7 @@ fn scaled(integrator: &str, length: f64, stiffness: f64) -> Findings {
             let tolerance = if integrator == "velocity-verlet" { 1e-9 } else { 1e-8 };
             findings.measure("displacement, relative", apart, tolerance);
         }
-        (a, b) => findings.note(Verdict::Fail, format!("{:?} {:?}", a.err(), b.err())),
+        (a, b) => findings.note(CaseVerdict::Fail, format!("{:?} {:?}", a.err(), b.err())),
     }
     findings
 }

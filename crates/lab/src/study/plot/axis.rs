@@ -6,24 +6,24 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 
 /// How numbers become places along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scale {
+pub enum AxisScale {
     /// In proportion.
     Linear,
     /// By their logarithm, over as many decades as there are; numbers that are not positive have no place.
     Log,
 }
 
-impl Scale {
+impl AxisScale {
     /// Whether a number has a place.
     pub(super) fn holds(self, value: f64) -> bool {
-        value.is_finite() && (self == Scale::Linear || value > 0.0)
+        value.is_finite() && (self == AxisScale::Linear || value > 0.0)
     }
 }
 
 /// An axis over a range of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ticks {
-    scale: Scale,
+    scale: AxisScale,
     from: f64,
     to: f64,
 }
@@ -31,24 +31,24 @@ pub(super) struct Ticks {
 /// The library's own logarithmic axis writes 1e-14 as 0.00000000000001 and leaves out decades.
 impl Ticks {
     /// Over all these numbers, with some room around them; over a decade or a unit without any.
-    pub(super) fn over(scale: Scale, values: impl Iterator<Item = f64>) -> Ticks {
+    pub(super) fn over(scale: AxisScale, values: impl Iterator<Item = f64>) -> Ticks {
         let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| scale.holds(*value)) {
             from = from.min(value);
             to = to.max(value);
         }
         match scale {
-            Scale::Log if from > to => Ticks { scale, from: 0.1, to: 10.0 },
+            AxisScale::Log if from > to => Ticks { scale, from: 0.1, to: 10.0 },
             // A range within a decade would have no tick to read it by.
-            Scale::Log => {
+            AxisScale::Log => {
                 let (from, to) = (from / 1.4, to * 1.4);
                 let has_decade = from.log10().ceil() <= to.log10().floor();
                 let widened = (10f64.powf(from.log10().floor()), 10f64.powf(to.log10().ceil()));
                 let (from, to) = if has_decade { (from, to) } else { widened };
                 Ticks { scale, from, to }
             }
-            Scale::Linear if from > to => Ticks { scale, from: 0.0, to: 1.0 },
-            Scale::Linear => {
+            AxisScale::Linear if from > to => Ticks { scale, from: 0.0, to: 1.0 },
+            AxisScale::Linear => {
                 let room = if to > from { 0.04 * (to - from) } else { 0.5 * from.abs().max(1.0) };
                 Ticks { scale, from: from - room, to: to + room }
             }
@@ -63,16 +63,16 @@ impl Ticks {
     /// Part of the way from the lower end to the upper at which `value` is.
     fn part(&self, value: f64) -> f64 {
         match self.scale {
-            Scale::Linear => (value - self.from) / (self.to - self.from),
-            Scale::Log => (value / self.from).ln() / (self.to / self.from).ln(),
+            AxisScale::Linear => (value - self.from) / (self.to - self.from),
+            AxisScale::Log => (value / self.from).ln() / (self.to / self.from).ln(),
         }
     }
 
     /// The number at part `part` of the way.
     pub(super) fn at(&self, part: f64) -> f64 {
         match self.scale {
-            Scale::Linear => self.from + part * (self.to - self.from),
-            Scale::Log => self.from * (self.to / self.from).powf(part),
+            AxisScale::Linear => self.from + part * (self.to - self.from),
+            AxisScale::Log => self.from * (self.to / self.from).powf(part),
         }
     }
 
@@ -80,7 +80,7 @@ impl Ticks {
     fn labelled(&self, most: usize) -> Vec<f64> {
         let most = most.max(1) as f64;
         match self.scale {
-            Scale::Log => {
+            AxisScale::Log => {
                 let (first, last) = (self.from.log10().ceil() as i32, self.to.log10().floor() as i32);
                 let every = ((f64::from(last - first) + 1.0) / most).ceil().max(1.0) as i32;
                 let first = first.div_euclid(every) * every;
@@ -90,7 +90,7 @@ impl Ticks {
                     .filter(|t| self.has(*t))
                     .collect()
             }
-            Scale::Linear => {
+            AxisScale::Linear => {
                 let rough = (self.to - self.from) / most;
                 let power = 10f64.powf(rough.log10().floor());
                 let step = power * [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= rough).unwrap_or(10.0);
@@ -103,7 +103,7 @@ impl Ticks {
     /// Finer ticks, where they help: 2 to 9 of each decade, if there are not too many decades.
     fn fine(&self) -> Vec<f64> {
         let (first, last) = (self.from.log10().floor(), self.to.log10().ceil());
-        if self.scale == Scale::Linear || last - first > 5.0 {
+        if self.scale == AxisScale::Linear || last - first > 5.0 {
             return vec![];
         }
         let decades = first as i32..=last as i32;
@@ -140,8 +140,8 @@ impl Ranged for Ticks {
 impl ValueFormatter<f64> for Ticks {
     fn format_ext(&self, value: &f64) -> String {
         match self.scale {
-            Scale::Log => power_of_ten(value.log10().round() as i32),
-            Scale::Linear => short(*value),
+            AxisScale::Log => power_of_ten(value.log10().round() as i32),
+            AxisScale::Linear => short(*value),
         }
     }
 }
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_logarithmic_axis_reaches_down_to_rounding() {
-        let ticks = Ticks::over(Scale::Log, [3e-15, 1e-14, 0.5, 0.0, -1.0, f64::NAN].into_iter());
+        let ticks = Ticks::over(AxisScale::Log, [3e-15, 1e-14, 0.5, 0.0, -1.0, f64::NAN].into_iter());
         let places = [3e-15, 1e-14, 1e-10, 0.5].map(|v| ticks.map(&v, (0, 1000)));
         assert!(places.windows(2).all(|pair| pair[0] < pair[1]), "{places:?}");
         assert!(places[0] >= 0 && places[3] <= 1000, "{places:?}");
@@ -192,23 +192,23 @@ mod tests {
 
     #[test]
     fn decades_are_thinned_out_where_there_are_many() {
-        let ticks = Ticks::over(Scale::Log, [1e-14, 1.0].into_iter());
+        let ticks = Ticks::over(AxisScale::Log, [1e-14, 1.0].into_iter());
         assert_eq!(labels(&ticks, 5), ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1"].map(str::to_owned));
     }
 
     #[test]
     fn a_range_within_a_decade_has_ticks() {
-        let ticks = Ticks::over(Scale::Log, [0.02, 0.03].into_iter());
+        let ticks = Ticks::over(AxisScale::Log, [0.02, 0.03].into_iter());
         assert_eq!(labels(&ticks, 5), ["0.01", "0.1"].map(str::to_owned));
     }
 
     #[test]
     fn linear_ticks_are_round() {
-        let ticks = Ticks::over(Scale::Linear, [0.0, 1.0].into_iter());
+        let ticks = Ticks::over(AxisScale::Linear, [0.0, 1.0].into_iter());
         assert_eq!(labels(&ticks, 6), ["0", "0.2", "0.4", "0.6", "0.8", "1"].map(str::to_owned));
         assert_eq!(ticks.map(&0.5, (0, 100)), 50);
         // One number, or none, has an axis too.
-        assert!(Ticks::over(Scale::Linear, [3.0].into_iter()).ends().0 < 3.0);
-        assert_eq!(Ticks::over(Scale::Linear, std::iter::empty()).ends(), (0.0, 1.0));
+        assert!(Ticks::over(AxisScale::Linear, [3.0].into_iter()).ends().0 < 3.0);
+        assert_eq!(Ticks::over(AxisScale::Linear, std::iter::empty()).ends(), (0.0, 1.0));
     }
 }

@@ -7,7 +7,7 @@ use plotters::prelude::SVGBackend;
 use plotters::style::{BLACK, Color};
 
 use super::PlotError;
-use super::axis::{Scale, Ticks};
+use super::axis::{AxisScale, Ticks};
 use super::labels;
 use super::style::{Area, Drawn, GREY, Mark, color, letters, page, shortened, stroke, titled};
 
@@ -23,18 +23,18 @@ pub struct AxisSpec {
     /// What, with its unit.
     pub name: String,
     /// How.
-    pub scale: Scale,
+    pub scale: AxisScale,
 }
 
 impl AxisSpec {
     /// A logarithmic axis.
     pub fn log(name: &str) -> AxisSpec {
-        AxisSpec { name: name.to_owned(), scale: Scale::Log }
+        AxisSpec { name: name.to_owned(), scale: AxisScale::Log }
     }
 
     /// A linear axis.
     pub fn linear(name: &str) -> AxisSpec {
-        AxisSpec { name: name.to_owned(), scale: Scale::Linear }
+        AxisSpec { name: name.to_owned(), scale: AxisScale::Linear }
     }
 }
 
@@ -71,7 +71,7 @@ pub struct Line {
 
 /// A triangle that shows what the slope of a power `y = c x^order` looks like, below `(x, y)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slope {
+pub struct SlopeTriangle {
     /// The power.
     pub order: f64,
     /// Lower corner.
@@ -92,7 +92,7 @@ pub struct Chart {
     /// What it shows, in the order of the legend.
     pub lines: Vec<Line>,
     /// Triangles for comparison.
-    pub slopes: Vec<Slope>,
+    pub slopes: Vec<SlopeTriangle>,
     /// A line across at this height, with a name: below it nothing can be measured, say.
     pub floor: Option<(f64, String)>,
 }
@@ -215,8 +215,8 @@ impl Chart {
         Ok(())
     }
 
-    fn draw_slope(&self, chart: &mut Axes<'_, '_>, x: Ticks, slope: Slope) -> Drawn {
-        let Slope { order, x: x0, y: y0 } = slope;
+    fn draw_slope(&self, chart: &mut Axes<'_, '_>, x: Ticks, slope: SlopeTriangle) -> Drawn {
+        let SlopeTriangle { order, x: x0, y: y0 } = slope;
         if !(self.x.scale.holds(x0) && self.y.scale.holds(y0)) {
             return Ok(());
         }

@@ -14,7 +14,7 @@ const NAMES: i32 = 190;
 
 /// One of the states that cells have.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct State {
+pub struct CellState {
     /// In the legend.
     pub name: String,
     /// Red, green, blue.
@@ -37,7 +37,7 @@ pub struct HeatMap {
     /// For each row and column the number of a state and what is written there; `None` where nothing is known.
     pub cells: Vec<Vec<Option<(usize, String)>>>,
     /// The states, in the order of the legend.
-    pub states: Vec<State>,
+    pub states: Vec<CellState>,
 }
 
 impl HeatMap {

@@ -10,9 +10,9 @@ mod style;
 #[cfg(test)]
 mod tests;
 
-pub use axis::Scale;
-pub use chart::{AxisSpec, Chart, Line, Point, Slope};
-pub use heat_map::{HeatMap, State};
+pub use axis::AxisScale;
+pub use chart::{AxisSpec, Chart, Line, Point, SlopeTriangle};
+pub use heat_map::{CellState, HeatMap};
 
 /// A chart could not be drawn.
 #[derive(Debug, thiserror::Error)]

@@ -68,7 +68,7 @@ fn the_same_chart_is_the_same_text_and_nothing_to_show_is_no_error() {
 
 #[test]
 fn a_map_names_its_rows_columns_and_states() {
-    let state = |name: &str, color| State { name: name.into(), color };
+    let state = |name: &str, color| CellState { name: name.into(), color };
     let map = HeatMap {
         title: "Which steps hold".into(),
         x: "step [s]".into(),

@@ -1,8 +1,8 @@
 //! References by computing: two schemes of different families, each extrapolated to step zero, that must agree.
 
-use super::super::plan::{Contender, Pace};
-use super::super::trajectory::{Trajectory, Watched};
-use super::{Reference, Search};
+use super::super::plan::{Contender, TimeStepping};
+use super::super::trajectory::{StateSamples, Watched};
+use super::{Reference, ReferenceSearch};
 use crate::study::{Event, StudyError};
 use pliant::integrator::IntegratorSpec;
 use pliant::run::Outcome;
@@ -20,14 +20,14 @@ const RESOLVED: f64 = 1e-7;
 struct Found {
     name: &'static str,
     steps: u64,
-    trajectory: Trajectory,
+    trajectory: StateSamples,
     error: f64,
 }
 
 /// The better of two schemes of order 4: one explicit, one that solves two coupled stages.
 ///
 /// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary differential equations I*, section II.9.
-pub(super) fn reference(search: &mut Search<'_, '_>) -> Result<Reference, StudyError> {
+pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Reference, StudyError> {
     let start = search.runner.clock.now();
     let shares = [search.deadline - start, search.last - start];
     let damped = search.scene.world.ether_drag.is_some()
@@ -68,7 +68,7 @@ pub(super) fn reference(search: &mut Search<'_, '_>) -> Result<Reference, StudyE
 }
 
 /// The larger of the relative errors of positions and velocities.
-fn distance(search: &Search<'_, '_>, a: &Trajectory, b: &Trajectory) -> f64 {
+fn distance(search: &ReferenceSearch<'_, '_>, a: &StateSamples, b: &StateSamples) -> f64 {
     let errors = search.weights.errors(a, b);
     errors.q_rms.max(errors.v_rms)
 }
@@ -76,7 +76,7 @@ fn distance(search: &Search<'_, '_>, a: &Trajectory, b: &Trajectory) -> f64 {
 /// Halves steps until the extrapolated states stay where they are; where no two runs came to their end, how far the last one came.
 /// Refining ends with the first of the deadlines, looking for something to refine with the second.
 fn extrapolate(
-    search: &mut Search<'_, '_>,
+    search: &mut ReferenceSearch<'_, '_>,
     scheme: Contender,
     symmetric: bool,
     [refine, give_up]: [f64; 2],
@@ -93,7 +93,7 @@ fn extrapolate(
     let limit = search.stability_limit(scheme)?;
     let mut parts = if limit.is_finite() { grid.parts(0.5 * limit).next_power_of_two() } else { 1 };
     // Each level's extrapolations, the highest last.
-    let mut last: Vec<Trajectory> = vec![];
+    let mut last: Vec<StateSamples> = vec![];
     let (mut best, mut worse) = (None::<Found>, 0);
     let mut cost: f64 = 0.0;
     let mut reached = format!("{} was not tried", scheme.name());
@@ -105,8 +105,10 @@ fn extrapolate(
         }
         (search.watch)(Event::Reference { scheme: scheme.name(), step: grid.step(parts) });
         let before = clock.now();
-        let run =
-            search.runner.watch(&scene, scheme, Pace::Parts(parts), deadline).map_err(StudyError::Scene)?;
+        let run = search
+            .runner
+            .watch(&scene, scheme, TimeStepping::Parts(parts), deadline)
+            .map_err(StudyError::Scene)?;
         cost = clock.now() - before;
         search.unless_interrupted()?;
         let (end, duration) = (run.assembly.simulation.state().time, grid.duration);
@@ -151,7 +153,7 @@ fn extrapolate(
 }
 
 /// The next row of the tableau from the last one and a run at half the step.
-fn tableau(last: &[Trajectory], run: Watched, order: u32, symmetric: bool) -> Vec<Trajectory> {
+fn tableau(last: &[StateSamples], run: Watched, order: u32, symmetric: bool) -> Vec<StateSamples> {
     let mut row = vec![run.trajectory];
     for (j, coarse) in last.iter().enumerate() {
         let power = order + if symmetric { 2 } else { 1 } * j as u32;
@@ -165,7 +167,7 @@ fn tableau(last: &[Trajectory], run: Watched, order: u32, symmetric: bool) -> Ve
             let rows = fine.iter().zip(coarse);
             rows.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + factor * (a - b)).collect()).collect()
         };
-        let next = Trajectory {
+        let next = StateSamples {
             times: fine.times.clone(),
             x: combine(&fine.x, &coarse.x),
             v: combine(&fine.v, &coarse.v),
@@ -175,11 +177,11 @@ fn tableau(last: &[Trajectory], run: Watched, order: u32, symmetric: bool) -> Ve
     row
 }
 
-impl Search<'_, '_> {
+impl ReferenceSearch<'_, '_> {
     /// The size of the scene [m].
     fn size(&self) -> f64 {
         let scheme = self.scene.time.integrator.into();
-        let assembly = self.runner.assemble(self.scene, scheme, Pace::Parts(1));
+        let assembly = self.runner.assemble(self.scene, scheme, TimeStepping::Parts(1));
         assembly.map_or(1.0, |assembly| {
             pliant::solver::scene_size(assembly.simulation.state().x(), self.scene.dimension)
         })
@@ -190,7 +192,8 @@ impl Search<'_, '_> {
         if scheme.method.documentation.stability_limit == f64::INFINITY {
             return Ok(f64::INFINITY);
         }
-        let assembly = self.runner.assemble(self.scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
+        let assembly =
+            self.runner.assemble(self.scene, scheme, TimeStepping::Parts(1)).map_err(StudyError::Scene)?;
         Ok(assembly.report.stability.map_or(f64::INFINITY, |stability| stability.step))
     }
 

@@ -1,9 +1,9 @@
 //! Two bodies: Kepler's equation.
 
-use super::{Reference, Search};
+use super::{Reference, ReferenceSearch};
 use crate::study::StudyError;
-use crate::study::plan::Pace;
-use crate::study::trajectory::Trajectory;
+use crate::study::plan::TimeStepping;
+use crate::study::trajectory::StateSamples;
 
 /// Position and velocity relative to the centre, after a time.
 struct Orbit {
@@ -68,7 +68,7 @@ impl Orbit {
 }
 
 /// The solution, if the scene is two bodies under their gravity alone, one of them maybe held, on an ellipse.
-pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>, StudyError> {
+pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Reference>, StudyError> {
     let (scene, grid) = (search.scene, search.grid());
     let Some(nbody) = &scene.world.nbody else { return Ok(None) };
     let nothing_else = scene.world.gravity.is_none()
@@ -85,7 +85,8 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
         return Ok(None);
     }
     let scheme = scene.time.integrator.into();
-    let assembly = search.runner.assemble(scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
+    let assembly =
+        search.runner.assemble(scene, scheme, TimeStepping::Parts(1)).map_err(StudyError::Scene)?;
     let simulation = &assembly.simulation;
     let system = simulation.system();
     let (d, mass) = (system.dimension(), &assembly.topology.masses);
@@ -125,7 +126,7 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
         std::array::from_fn(|c| second * a[c] + first * b[c])
     };
     let (centre_x, centre_v) = (centre(&x), centre(&v));
-    let mut trajectory = Trajectory::default();
+    let mut trajectory = StateSamples::default();
     for i in 1..=grid.times {
         let t = grid.duration * i as f64 / grid.times as f64;
         let (rx, rv) = orbit.after(axis, t);

@@ -2,10 +2,10 @@
 
 use pliant_sparse::symmetric_eigen;
 
-use super::{Reference, Search};
+use super::{Reference, ReferenceSearch};
 use crate::study::StudyError;
-use crate::study::plan::Pace;
-use crate::study::trajectory::Trajectory;
+use crate::study::plan::TimeStepping;
+use crate::study::trajectory::StateSamples;
 
 /// More coordinates than this would take a dense matrix too long.
 const MOST_COORDINATES: usize = 600;
@@ -15,10 +15,11 @@ const LINEAR: f64 = 1e-10;
 /// The solution, if along it the force is linear: `M u'' = f_0 - K u`, solved by modes, is then the exact solution, which the forces
 /// there prove. [`Superposition`](pliant::modes::Superposition) asks for a stable start; here directions that the motion never takes may be
 /// unstable, as those across a chain of which a spring is compressed.
-pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>, StudyError> {
+pub(super) fn solution(search: &mut ReferenceSearch<'_, '_>) -> Result<Option<Reference>, StudyError> {
     let (scene, grid) = (search.scene, search.grid());
     let scheme = scene.time.integrator.into();
-    let mut assembly = search.runner.assemble(scene, scheme, Pace::Parts(1)).map_err(StudyError::Scene)?;
+    let mut assembly =
+        search.runner.assemble(scene, scheme, TimeStepping::Parts(1)).map_err(StudyError::Scene)?;
     let simulation = &mut assembly.simulation;
     let (x0, v0) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
     let system = simulation.system_mut();
@@ -58,7 +59,7 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
         })
         .collect();
     let highest = modes.iter().map(|mode| mode.0).fold(0.0, f64::max);
-    let mut trajectory = Trajectory::default();
+    let mut trajectory = StateSamples::default();
     let mut off_line: f64 = 0.0;
     for step in 1..=grid.times {
         let t = grid.duration * step as f64 / grid.times as f64;
@@ -108,7 +109,7 @@ pub(super) fn solution(search: &mut Search<'_, '_>) -> Result<Option<Reference>,
             "exact: superposition of all {n} modes of a linear system, along which forces are linear to {off_line:.0e}"
         ),
         error,
-        trajectory: Trajectory { x, v, ..trajectory },
+        trajectory: StateSamples { x, v, ..trajectory },
     }))
 }
 

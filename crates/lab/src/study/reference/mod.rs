@@ -5,9 +5,9 @@ mod kepler;
 mod linear;
 mod store;
 
-use super::errors::Weights;
-use super::plan::{Grid, ReferenceChoice};
-use super::trajectory::{Runner, Trajectory};
+use super::errors::ErrorScales;
+use super::plan::{ReferenceChoice, TimeGrid};
+use super::trajectory::{Runner, StateSamples};
 use super::{Event, StudyError};
 use pliant_scene::Scene;
 
@@ -24,7 +24,7 @@ pub struct Reference {
     /// Its own error, estimated, relative as [`Errors`](super::Errors) are: of positions and of velocities, the larger.
     pub error: f64,
     /// The states.
-    pub trajectory: Trajectory,
+    pub trajectory: StateSamples,
 }
 
 impl Reference {
@@ -35,10 +35,10 @@ impl Reference {
 }
 
 /// What is needed to find a reference.
-pub(crate) struct Search<'a, 'b> {
+pub(crate) struct ReferenceSearch<'a, 'b> {
     pub(crate) scene: &'a Scene,
     pub(crate) runner: Runner<'a>,
-    pub(crate) weights: &'a Weights,
+    pub(crate) weights: &'a ErrorScales,
     pub(crate) choice: ReferenceChoice,
     /// When to stop refining.
     pub(crate) deadline: f64,
@@ -47,8 +47,8 @@ pub(crate) struct Search<'a, 'b> {
     pub(crate) watch: &'a mut (dyn FnMut(Event<'_>) + 'b),
 }
 
-impl Search<'_, '_> {
-    pub(crate) fn grid(&self) -> Grid {
+impl ReferenceSearch<'_, '_> {
+    pub(crate) fn grid(&self) -> TimeGrid {
         self.runner.grid
     }
 

@@ -2,18 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::plan::Grid;
+use super::super::plan::TimeGrid;
 use super::Reference;
 use pliant_files::fnv::fnv1a;
 use pliant_scene::{Body, MeshSpec, Scene, Time};
 
 /// Tells problems apart: what moves and for how long, not how it is computed or what is written.
-pub fn key(scene: &Scene, grid: &Grid) -> String {
+pub fn key(scene: &Scene, grid: &TimeGrid) -> String {
     format!("{:016x}", fnv1a(problem(scene, grid).as_bytes()))
 }
 
 /// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and the study; and the times.
-fn problem(scene: &Scene, grid: &Grid) -> String {
+fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     let plain = Scene {
         title: None,
         study: None,
@@ -39,20 +39,20 @@ fn problem(scene: &Scene, grid: &Grid) -> String {
 pub(crate) struct Store(pub(crate) Option<PathBuf>);
 
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Kept {
+struct StoredReference {
     problem: String,
     reference: Reference,
 }
 
 impl Store {
-    fn path(folder: &Path, scene: &Scene, grid: &Grid) -> PathBuf {
+    fn path(folder: &Path, scene: &Scene, grid: &TimeGrid) -> PathBuf {
         folder.join(format!("reference-{}.json", key(scene, grid)))
     }
 
     /// The reference of this problem, if it has been kept and can be read.
-    pub(crate) fn load(&self, scene: &Scene, grid: &Grid) -> Option<Reference> {
+    pub(crate) fn load(&self, scene: &Scene, grid: &TimeGrid) -> Option<Reference> {
         let text = std::fs::read_to_string(Self::path(self.0.as_ref()?, scene, grid)).ok()?;
-        let kept: Kept = serde_json::from_str(&text).ok()?;
+        let kept: StoredReference = serde_json::from_str(&text).ok()?;
         (kept.problem == problem(scene, grid)).then_some(kept.reference)
     }
 
@@ -60,9 +60,9 @@ impl Store {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn save(&self, scene: &Scene, grid: &Grid, reference: &Reference) -> std::io::Result<()> {
+    pub(crate) fn save(&self, scene: &Scene, grid: &TimeGrid, reference: &Reference) -> std::io::Result<()> {
         let Some(folder) = &self.0 else { return Ok(()) };
-        let kept = Kept { problem: problem(scene, grid), reference: reference.clone() };
+        let kept = StoredReference { problem: problem(scene, grid), reference: reference.clone() };
         std::fs::write(Self::path(folder, scene, grid), serde_json::to_vec(&kept)?)
     }
 }

@@ -1,13 +1,13 @@
 //! The charts of a report.
 
 use super::super::advice::seconds;
-use super::super::plot::{AxisSpec, Chart, Line, PlotError, Point, Slope};
+use super::super::plot::{AxisSpec, Chart, Line, PlotError, Point, SlopeTriangle};
 use super::super::results::{Record, VariantResult};
 use super::super::row::{Row, RowStatus};
 
 /// Which chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FigureKind {
     /// Error against run time.
     Time,
     /// Error against step.
@@ -20,17 +20,18 @@ pub enum Kind {
     Energy,
 }
 
-impl Kind {
+impl FigureKind {
     /// All, in the order of a report.
-    pub const ALL: [Kind; 5] = [Kind::Time, Kind::Step, Kind::Forces, Kind::Newton, Kind::Energy];
+    pub const ALL: [FigureKind; 5] =
+        [FigureKind::Time, FigureKind::Step, FigureKind::Forces, FigureKind::Newton, FigureKind::Energy];
 
     fn name(self) -> &'static str {
         match self {
-            Kind::Time => "time",
-            Kind::Step => "step",
-            Kind::Forces => "forces",
-            Kind::Newton => "newton",
-            Kind::Energy => "energy",
+            FigureKind::Time => "time",
+            FigureKind::Step => "step",
+            FigureKind::Forces => "forces",
+            FigureKind::Newton => "newton",
+            FigureKind::Energy => "energy",
         }
     }
 }
@@ -52,32 +53,32 @@ pub(super) fn all(
     prefix: &str,
     title: &str,
     variant: &VariantResult,
-    kinds: &[Kind],
+    kinds: &[FigureKind],
 ) -> Result<Vec<Figure>, PlotError> {
     let mut figures = vec![];
     for kind in kinds {
         let (chart, caption) = match kind {
-            Kind::Time => (
+            FigureKind::Time => (
                 against(variant, "error against run time", "run time, stepping alone [s]", true, |row| row.wall_min_s),
                 "Error against run time: the lower left is better. The label is the smallest step of each scheme, each mark a step \
                  half as long as the one before."
                     .to_owned(),
             ),
-            Kind::Step => (
+            FigureKind::Step => (
                 steps(variant),
                 "Error against step. Triangles show the slopes of orders of convergence.".to_owned(),
             ),
-            Kind::Forces => (
+            FigureKind::Forces => (
                 against(variant, "error against work: forces", "force evaluations", false, |row| row.n_force as f64),
                 "Error against evaluations of the force: the same on every machine.".to_owned(),
             ),
-            Kind::Newton => (
+            FigureKind::Newton => (
                 against(variant, "error against work: linear systems", "Newton iterations", false, |row| {
                     row.n_newton as f64
                 }),
                 "Error against Newton iterations, implicit schemes alone.".to_owned(),
             ),
-            Kind::Energy => energy(variant),
+            FigureKind::Energy => energy(variant),
         };
         if chart.lines.is_empty() {
             continue;
@@ -133,7 +134,7 @@ fn steps(variant: &VariantResult) -> Chart {
             rows.get(rows.len() / 2).copied()
         });
         if let Some((x, y)) = points.min_by(|a, b| a.1.total_cmp(&b.1)) {
-            chart.slopes.push(Slope { order: f64::from(order), x: 1.15 * x, y: 0.12 * y });
+            chart.slopes.push(SlopeTriangle { order: f64::from(order), x: 1.15 * x, y: 0.12 * y });
         }
     }
     chart

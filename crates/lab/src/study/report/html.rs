@@ -1,9 +1,9 @@
 //! HTML.
 
-use super::super::page::{Cell, Look, Page};
-use super::Report;
+use super::super::page::{Look, Page, TableCell};
+use super::StudyReport;
 
-pub(super) fn page(report: &Report) -> String {
+pub(super) fn page(report: &StudyReport) -> String {
     let mut page = Page::new(&report.title);
     page.paragraph(&report.machine);
     page.list(report.noise.iter().map(String::as_str));
@@ -18,7 +18,8 @@ pub(super) fn page(report: &Report) -> String {
             let look = |i: usize| if i == 0 || i == last { Look::Text } else { Look::Number };
             let header: Vec<(&str, Look)> =
                 header.iter().enumerate().map(|(i, name)| (name.as_str(), look(i))).collect();
-            let cells = |row: &[String; 7]| row.iter().map(|cell| Cell::new(cell, Look::Number)).collect();
+            let cells =
+                |row: &[String; 7]| row.iter().map(|cell| TableCell::new(cell, Look::Number)).collect();
             page.table(&header, &rows.iter().map(cells).collect::<Vec<_>>());
         }
         for list in [&section.words, &section.remarks] {

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::Report;
+use super::StudyReport;
 
-pub(super) fn page(report: &Report, folder: &str) -> String {
+pub(super) fn page(report: &StudyReport, folder: &str) -> String {
     let mut out = format!("# {}\n\n{}.\n", report.title, text(&report.machine));
     for noise in &report.noise {
         let _ = write!(out, "\n{}.\n", text(noise));

@@ -9,7 +9,7 @@ use super::plot::PlotError;
 use super::results::{LineResult, Results, VariantResult};
 use super::row::RowStatus;
 
-pub use figures::{Figure, Kind};
+pub use figures::{Figure, FigureKind};
 
 /// What is shown of one variant of one scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Section {
 
 /// A report about one study or several.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Report {
+pub struct StudyReport {
     /// At the top.
     pub title: String,
     /// What it was measured on.
@@ -43,12 +43,12 @@ pub struct Report {
     pub recommendations: Vec<(String, String)>,
 }
 
-impl Report {
+impl StudyReport {
     /// Of these studies, with charts of these kinds.
     ///
     /// # Errors
     /// A chart cannot be drawn.
-    pub fn new(title: &str, studies: &[Results], kinds: &[Kind]) -> Result<Report, PlotError> {
+    pub fn new(title: &str, studies: &[Results], kinds: &[FigureKind]) -> Result<StudyReport, PlotError> {
         let mut sections = vec![];
         let mut recommendations = vec![];
         for study in studies {
@@ -69,7 +69,7 @@ impl Report {
             format!("{}, {threads} thread{plural}; {}; {}; commit {}", p.cpu, p.rustc, p.flags, p.commit)
         });
         let noise = noise.collect();
-        Ok(Report { title: title.to_owned(), machine, noise, sections, recommendations })
+        Ok(StudyReport { title: title.to_owned(), machine, noise, sections, recommendations })
     }
 
     /// Names and texts of all charts.
@@ -93,7 +93,7 @@ fn section(
     study: &Results,
     variant: &VariantResult,
     index: usize,
-    kinds: &[Kind],
+    kinds: &[FigureKind],
 ) -> Result<Section, PlotError> {
     let heading = match variant.variant.is_empty() {
         true => study.title.clone(),

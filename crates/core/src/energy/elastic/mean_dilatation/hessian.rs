@@ -23,7 +23,7 @@ use crate::lanes::WIDTH;
 use crate::material::{Psd, Tangent};
 
 /// A quadrature point of one cell.
-struct Point<const D: usize, const N: usize> {
+struct CellPoint<const D: usize, const N: usize> {
     /// Its part of the volume.
     part: f64,
     /// `b` of every node.
@@ -73,27 +73,30 @@ fn points<const D: usize, const N: usize>(
     vertices: &[u32; N],
     pack: usize,
     lane: usize,
-) -> Vec<Point<D, N>> {
+) -> Vec<CellPoint<D, N>> {
     let nodes = points_of::<D, N>(x, vertices);
     let point = |rest: &PointPack<D, N>| {
         let (gradient, part) = rest.lane(lane);
         let f = gradient_of_lane(&nodes, &gradient);
         let cofactor = if term.dilatation == Dilatation::Small { Mat::identity() } else { f.cofactor() };
         let slope = gradient.map(|b| cofactor.mul_vec(&b));
-        Point { part, gradient, f, j: f.determinant(), slope }
+        CellPoint { part, gradient, f, j: f.determinant(), slope }
     };
     term.packs.rest(pack).iter().map(point).collect()
 }
 
 /// The mean over the volume.
-fn mean<const D: usize, const N: usize>(points: &[Point<D, N>], of: impl Fn(&Point<D, N>) -> f64) -> f64 {
+fn mean<const D: usize, const N: usize>(
+    points: &[CellPoint<D, N>],
+    of: impl Fn(&CellPoint<D, N>) -> f64,
+) -> f64 {
     points.iter().map(|point| point.part * of(point)).sum()
 }
 
 /// Adds the Hessian of a cell of this volume.
 fn add<const D: usize, const N: usize>(
     term: &MeanDilatation<D, N>,
-    points: &[Point<D, N>],
+    points: &[CellPoint<D, N>],
     volume: f64,
     matrix: &mut [f64],
 ) {
@@ -148,7 +151,11 @@ fn scale<const D: usize>(j: f64, theta: f64, finite: bool) -> f64 {
 }
 
 /// `Fb` of a point.
-fn dilate<const D: usize, const N: usize>(point: &Point<D, N>, theta: f64, how: Dilatation) -> Mat<f64, D> {
+fn dilate<const D: usize, const N: usize>(
+    point: &CellPoint<D, N>,
+    theta: f64,
+    how: Dilatation,
+) -> Mat<f64, D> {
     match how {
         Dilatation::Finite => point.f.scale(scale::<D>(point.j, theta, true)),
         Dilatation::Small => point.f + Mat::scalar((theta - point.f.trace()) / D as f64),
@@ -203,7 +210,7 @@ fn add_tangent<const D: usize, const N: usize>(
 }
 
 /// Adds `factor d2J/dx2`.
-fn add_second<const D: usize, const N: usize>(point: &Point<D, N>, factor: f64, matrix: &mut [f64]) {
+fn add_second<const D: usize, const N: usize>(point: &CellPoint<D, N>, factor: f64, matrix: &mut [f64]) {
     let padded = |b: &[f64; D]| {
         let mut padded = [0.0; 3];
         padded[..D].copy_from_slice(b);

@@ -26,7 +26,7 @@ pub(super) struct Points<'a, const D: usize, const N: usize> {
 
 /// What is known of a pack at its quadrature points, or the change of it along a direction.
 #[repr(align(64))]
-pub(super) struct Work<const D: usize> {
+pub(super) struct PointWork<const D: usize> {
     /// `Fb`.
     pub(super) f: [Block<D>; MOST_POINTS],
     /// `P(Fb)`.
@@ -38,8 +38,8 @@ pub(super) struct Work<const D: usize> {
     theta: [f64; WIDTH],
 }
 
-impl<const D: usize> Work<D> {
-    pub(super) const ZERO: Self = Work {
+impl<const D: usize> PointWork<D> {
+    pub(super) const ZERO: Self = PointWork {
         f: [Block::ZERO; MOST_POINTS],
         p: [Block::ZERO; MOST_POINTS],
         scale: [[0.0; WIDTH]; MOST_POINTS],
@@ -62,7 +62,7 @@ impl<const D: usize> Work<D> {
 }
 
 /// A pack of numbers, or of numbers with their change along a direction.
-pub(super) trait Numbers<L: Lanes>: Scalar {
+pub(super) trait PackScalar<L: Lanes>: Scalar {
     fn load(value: &[f64; WIDTH], change: &[f64; WIDTH]) -> Self;
     fn store(self, value: &mut [f64; WIDTH], change: &mut [f64; WIDTH]);
     /// The change of a dual number, otherwise the value.
@@ -70,7 +70,7 @@ pub(super) trait Numbers<L: Lanes>: Scalar {
     fn constant(value: L) -> Self;
 }
 
-impl<L: Lanes> Numbers<L> for L {
+impl<L: Lanes> PackScalar<L> for L {
     #[inline(always)]
     fn load(value: &[f64; WIDTH], _: &[f64; WIDTH]) -> L {
         <L as Lanes>::load(value)
@@ -89,7 +89,7 @@ impl<L: Lanes> Numbers<L> for L {
     }
 }
 
-impl<L: Lanes> Numbers<L> for Dual<L> {
+impl<L: Lanes> PackScalar<L> for Dual<L> {
     #[inline(always)]
     fn load(value: &[f64; WIDTH], change: &[f64; WIDTH]) -> Self {
         Dual { value: L::load(value), derivative: L::load(change) }
@@ -111,7 +111,7 @@ impl<L: Lanes> Numbers<L> for Dual<L> {
 
 /// `F = sum_a x_a b_a^T` at a point.
 #[inline(always)]
-fn deformation<L: Lanes, S: Numbers<L>, const D: usize, const N: usize>(
+fn deformation<L: Lanes, S: PackScalar<L>, const D: usize, const N: usize>(
     x: &[[S; D]; N],
     point: &PointPack<D, N>,
 ) -> Mat<S, D> {
@@ -161,7 +161,7 @@ pub(super) fn root<S: Scalar, const D: usize>(theta: S, j: S) -> S {
 }
 
 #[inline(always)]
-fn load<L: Lanes, S: Numbers<L>, const D: usize>(value: &Block<D>, change: &Block<D>) -> Mat<S, D> {
+fn load<L: Lanes, S: PackScalar<L>, const D: usize>(value: &Block<D>, change: &Block<D>) -> Mat<S, D> {
     let mut m = Mat::zero();
     for i in 0..D {
         for j in 0..D {
@@ -172,7 +172,7 @@ fn load<L: Lanes, S: Numbers<L>, const D: usize>(value: &Block<D>, change: &Bloc
 }
 
 #[inline(always)]
-fn store<L: Lanes, S: Numbers<L>, const D: usize>(
+fn store<L: Lanes, S: PackScalar<L>, const D: usize>(
     m: &Mat<S, D>,
     value: &mut Block<D>,
     change: &mut Block<D>,
@@ -195,18 +195,18 @@ fn add_scalar<S: Scalar, const D: usize>(m: &Mat<S, D>, s: S) -> Mat<S, D> {
 }
 
 /// Writes `Fb` of a pack, and along a direction its change.
-pub(super) struct DeformationKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
+pub(super) struct CellDeformationKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
     pub(super) points: Points<'a, D, N>,
     pub(super) position: &'a RowSlice<D>,
     pub(super) direction: &'a RowSlice<D>,
-    pub(super) work: &'a mut Work<D>,
-    pub(super) change: &'a mut Work<D>,
+    pub(super) work: &'a mut PointWork<D>,
+    pub(super) change: &'a mut PointWork<D>,
 }
 
-impl<const D: usize, const N: usize, const ALONG: bool> DeformationKernel<'_, D, N, ALONG> {
+impl<const D: usize, const N: usize, const ALONG: bool> CellDeformationKernel<'_, D, N, ALONG> {
     #[inline(always)]
-    fn fill<L: Lanes, S: Numbers<L>>(self, x: &[[S; D]; N]) {
-        let DeformationKernel { points, work, change, .. } = self;
+    fn fill<L: Lanes, S: PackScalar<L>>(self, x: &[[S; D]; N]) {
+        let CellDeformationKernel { points, work, change, .. } = self;
         let mut mean = S::zero();
         for (q, rest) in points.rest.iter().enumerate() {
             let f = deformation::<L, S, D, N>(x, rest);
@@ -233,7 +233,7 @@ impl<const D: usize, const N: usize, const ALONG: bool> DeformationKernel<'_, D,
     }
 }
 
-impl<const D: usize, const N: usize, const ALONG: bool> Kernel for DeformationKernel<'_, D, N, ALONG> {
+impl<const D: usize, const N: usize, const ALONG: bool> Kernel for CellDeformationKernel<'_, D, N, ALONG> {
     type Output = ();
 
     #[inline(always)]
@@ -254,17 +254,17 @@ impl<const D: usize, const N: usize, const ALONG: bool> Kernel for DeformationKe
 }
 
 /// Adds the gradients at the vertices of a pack, or their change along a direction, from `P(Fb)`.
-pub(super) struct ForceKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
+pub(super) struct CellForceKernel<'a, const D: usize, const N: usize, const ALONG: bool> {
     pub(super) points: Points<'a, D, N>,
-    pub(super) work: &'a Work<D>,
-    pub(super) change: &'a Work<D>,
+    pub(super) work: &'a PointWork<D>,
+    pub(super) change: &'a PointWork<D>,
     pub(super) gradient: &'a mut RowSlice<D>,
 }
 
-impl<const D: usize, const N: usize, const ALONG: bool> ForceKernel<'_, D, N, ALONG> {
+impl<const D: usize, const N: usize, const ALONG: bool> CellForceKernel<'_, D, N, ALONG> {
     /// `P : Fb / D` at a point, or `tr P / D`.
     #[inline(always)]
-    fn pressure<L: Lanes, S: Numbers<L>>(&self, q: usize) -> S {
+    fn pressure<L: Lanes, S: PackScalar<L>>(&self, q: usize) -> S {
         let p: Mat<S, D> = load(&self.work.p[q], &self.change.p[q]);
         let f: Mat<S, D> = load(&self.work.f[q], &self.change.f[q]);
         let sum = if self.points.dilatation == Dilatation::Small { p.trace() } else { p.dot(&f) };
@@ -273,7 +273,7 @@ impl<const D: usize, const N: usize, const ALONG: bool> ForceKernel<'_, D, N, AL
 
     /// `P*` at a point, given the mean of the pressures.
     #[inline(always)]
-    fn working_stress<L: Lanes, S: Numbers<L>>(&self, q: usize, mean: S) -> Mat<S, D> {
+    fn working_stress<L: Lanes, S: PackScalar<L>>(&self, q: usize, mean: S) -> Mat<S, D> {
         let p: Mat<S, D> = load(&self.work.p[q], &self.change.p[q]);
         let pressure = self.pressure::<L, S>(q);
         match self.points.dilatation {
@@ -290,7 +290,7 @@ impl<const D: usize, const N: usize, const ALONG: bool> ForceKernel<'_, D, N, AL
     }
 
     #[inline(always)]
-    fn add<L: Lanes, S: Numbers<L>>(self) {
+    fn add<L: Lanes, S: PackScalar<L>>(self) {
         let mut mean = S::zero();
         for (q, rest) in self.points.rest.iter().enumerate() {
             mean = S::constant(rest.part::<L>()).mul_add(self.pressure::<L, S>(q), mean);
@@ -324,7 +324,7 @@ impl<const D: usize, const N: usize, const ALONG: bool> ForceKernel<'_, D, N, AL
     }
 }
 
-impl<const D: usize, const N: usize, const ALONG: bool> Kernel for ForceKernel<'_, D, N, ALONG> {
+impl<const D: usize, const N: usize, const ALONG: bool> Kernel for CellForceKernel<'_, D, N, ALONG> {
     type Output = ();
 
     #[inline(always)]
@@ -334,14 +334,14 @@ impl<const D: usize, const N: usize, const ALONG: bool> Kernel for ForceKernel<'
 }
 
 /// Adds `w psi` of the points of a pack to one sum per lane; infinite where `J` is not positive.
-pub(super) struct EnergyKernel<'a, const D: usize, const N: usize> {
+pub(super) struct CellEnergyKernel<'a, const D: usize, const N: usize> {
     pub(super) points: Points<'a, D, N>,
-    pub(super) work: &'a Work<D>,
+    pub(super) work: &'a PointWork<D>,
     pub(super) psi: &'a [[f64; WIDTH]],
     pub(super) sum: &'a mut [f64; WIDTH],
 }
 
-impl<const D: usize, const N: usize> Kernel for EnergyKernel<'_, D, N> {
+impl<const D: usize, const N: usize> Kernel for CellEnergyKernel<'_, D, N> {
     type Output = ();
 
     #[inline(always)]

@@ -43,7 +43,7 @@ use crate::energy::{
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::{Domain, Material, MaterialSpec, Psd, Stress};
 use crate::numbering::along_curve;
-use kernels::{DeformationKernel, EnergyKernel, ForceKernel, MOST_POINTS, Points, Work};
+use kernels::{CellDeformationKernel, CellEnergyKernel, CellForceKernel, MOST_POINTS, PointWork, Points};
 pub(crate) use kernels::{cell_gradient, gradient_of_lane};
 pub(crate) use packs::{CellPacks, PointPack};
 
@@ -159,16 +159,16 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
 }
 
 /// What the loop over patches reads.
-struct Parts<'a, const D: usize, const N: usize> {
+struct PatchInputs<'a, const D: usize, const N: usize> {
     patches: &'a Patches<N>,
     packs: &'a CellPacks<D, N>,
     dilatation: Dilatation,
 }
 
-impl<'a, const D: usize, const N: usize> Parts<'a, D, N> {
+impl<'a, const D: usize, const N: usize> PatchInputs<'a, D, N> {
     /// The packs of a patch.
     fn packs(&self, patch: &Patch) -> impl Iterator<Item = Points<'a, D, N>> {
-        let Parts { patches, packs, dilatation } = *self;
+        let PatchInputs { patches, packs, dilatation } = *self;
         patch.packs.clone().map(move |pack| Points {
             rest: packs.rest(pack),
             volume: &packs.volume[pack],
@@ -183,7 +183,7 @@ macro_rules! parts {
     ($term:ident) => {{
         let MeanDilatation { patches, packs, workspace, material, dilatation, .. } = $term;
         let dilatation = *dilatation;
-        (Parts { patches, packs, dilatation }, workspace, &**material)
+        (PatchInputs { patches, packs, dilatation }, workspace, &**material)
     }};
 }
 
@@ -199,14 +199,14 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
     fn energy(&mut self, x: &[f64]) -> f64 {
         let (parts, workspace, material) = parts!(self);
         parts.patches.sum(workspace, x, |patch, scratch| {
-            let (mut work, mut change) = (Work::ZERO, Work::ZERO);
+            let (mut work, mut change) = (PointWork::ZERO, PointWork::ZERO);
             let mut psi = [[0.0; WIDTH]; MOST_POINTS];
             let mut sum = [0.0; WIDTH];
             for points in parts.packs(patch) {
                 deform::<D, N, false>(points, scratch, &mut work, &mut change);
                 let psi = &mut psi[..points.rest.len()];
                 material.density(&work.f[..points.rest.len()], psi);
-                dispatch_compact(EnergyKernel { points, work: &work, psi, sum: &mut sum });
+                dispatch_compact(CellEnergyKernel { points, work: &work, psi, sum: &mut sum });
             }
             Portable::load(&sum).horizontal_sum()
         })
@@ -216,7 +216,7 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
         let how = self.stress;
         let (parts, workspace, material) = parts!(self);
         parts.patches.evaluate(workspace, x, None, |patch, scratch| {
-            let (mut work, mut change) = (Work::ZERO, Work::ZERO);
+            let (mut work, mut change) = (PointWork::ZERO, PointWork::ZERO);
             for points in parts.packs(patch) {
                 deform::<D, N, false>(points, scratch, &mut work, &mut change);
                 work.p = work.f;
@@ -233,7 +233,7 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
     fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
         let (parts, workspace, material) = parts!(self);
         parts.patches.evaluate(workspace, x, Some(p), |patch, scratch| {
-            let (mut work, mut change) = (Work::ZERO, Work::ZERO);
+            let (mut work, mut change) = (PointWork::ZERO, PointWork::ZERO);
             for points in parts.packs(patch) {
                 let count = points.rest.len();
                 deform::<D, N, true>(points, scratch, &mut work, &mut change);
@@ -328,7 +328,7 @@ impl<const D: usize, const N: usize> Measurements for MeanDilatation<D, N> {
         let none = DeformationExtremes { min_j: f64::INFINITY, inverted: 0 };
         let mut extremes = vec![none; parts.patches.patches.len()];
         parts.patches.map(workspace, x, &mut extremes, |patch, scratch| {
-            let (mut work, mut change) = (Work::ZERO, Work::ZERO);
+            let (mut work, mut change) = (PointWork::ZERO, PointWork::ZERO);
             let of_pack = |points: Points<'_, D, N>| {
                 deform::<D, N, false>(points, scratch, &mut work, &mut change);
                 work.extremes(&points)
@@ -363,20 +363,20 @@ impl<const D: usize, const N: usize> StepLimit for MeanDilatation<D, N> {
 fn deform<const D: usize, const N: usize, const ALONG: bool>(
     points: Points<'_, D, N>,
     scratch: &Scratch<D>,
-    work: &mut Work<D>,
-    change: &mut Work<D>,
+    work: &mut PointWork<D>,
+    change: &mut PointWork<D>,
 ) {
     let (position, direction) = (&*scratch.position, &*scratch.direction);
-    dispatch_compact(DeformationKernel::<D, N, ALONG> { points, position, direction, work, change });
+    dispatch_compact(CellDeformationKernel::<D, N, ALONG> { points, position, direction, work, change });
 }
 
 /// Adds the gradients of a pack, or `ALONG` the direction their change.
 fn add_forces<const D: usize, const N: usize, const ALONG: bool>(
     points: Points<'_, D, N>,
-    work: &Work<D>,
-    change: &Work<D>,
+    work: &PointWork<D>,
+    change: &PointWork<D>,
     scratch: &mut Scratch<D>,
 ) {
     let gradient = &mut scratch.gradient;
-    dispatch_compact(ForceKernel::<D, N, ALONG> { points, work, change, gradient });
+    dispatch_compact(CellForceKernel::<D, N, ALONG> { points, work, change, gradient });
 }

@@ -31,7 +31,7 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
             write_blocks(&tangent(sheet.material.as_ref(), &f, psd), weight, &gradients(&inverse_rest), out);
             continue;
         };
-        let frame = Frame::new(&spectrum, &svd.sigma, psd);
+        let frame = TangentFrame::new(&spectrum, &svd.sigma, psd);
         // The columns of U = Q U_2, and the normal.
         let column = |j: usize| [0, 1, 2].map(|i| q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j]);
         let (u, v) = (column(0), column(1));
@@ -116,7 +116,7 @@ fn write_blocks(tangent: &[f64], weight: f64, gradient: &[[f64; 2]; 3], out: &mu
 }
 
 /// `dP/dF` in the frame of `U`, `n` and `V`.
-struct Frame {
+struct TangentFrame {
     scaling: Mat<f64, 2>,
     same: f64,
     swapped: f64,
@@ -124,7 +124,7 @@ struct Frame {
     tension: [f64; 2],
 }
 
-impl Frame {
+impl TangentFrame {
     fn new(spectrum: &Spectrum<2>, sigma: &Vect<f64, 2>, psd: Psd) -> Self {
         let clamp = |e: f64| if psd == Psd::Projected && e < 0.0 { 0.0 } else { e };
         // twist = (psi_0 + psi_1)/(sigma_0 + sigma_1), flip = (psi_0 - psi_1)/(sigma_0 - sigma_1)
@@ -139,7 +139,7 @@ impl Frame {
                 scaling = vectors.transpose_mul(&Mat::diagonal(&lambda.map(clamp))).mul(&vectors);
             }
         }
-        Frame {
+        TangentFrame {
             scaling,
             same: 0.5 * (flip + twist),
             swapped: 0.5 * (flip - twist),

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::Nodal;
-use super::rings::Rings;
+use super::rings::NodeRings;
 use crate::algebra::Mat;
 use crate::energy::Stencils;
 use crate::lanes::{Kernel, Lanes, dispatch};
@@ -22,7 +22,7 @@ const MOST: usize = 16;
 
 /// Which pairs of vertices of a ring a stencil has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Part {
+pub(super) struct RingPart {
     node: u32,
     /// The groups, from 0; the same where the ring is whole.
     groups: [u16; 2],
@@ -30,16 +30,16 @@ pub(super) struct Part {
     count: u16,
 }
 
-impl Part {
+impl RingPart {
     /// Those of a ring of `len` vertices in stencils of `size`.
-    fn of(node: usize, len: usize, size: usize) -> Vec<Part> {
+    fn of(node: usize, len: usize, size: usize) -> Vec<RingPart> {
         let node = node as u32;
         if len <= size {
-            return vec![Part { node, groups: [0, 0], count: 1 }];
+            return vec![RingPart { node, groups: [0, 0], count: 1 }];
         }
         let count = len.div_ceil(size / 2) as u16;
         let pairs = (0..count).flat_map(|p| (p + 1..count).map(move |q| [p, q]));
-        pairs.map(|groups| Part { node, groups, count }).collect()
+        pairs.map(|groups| RingPart { node, groups, count }).collect()
     }
 
     /// The places in a ring of `len` of the vertices of each half of a stencil.
@@ -59,13 +59,13 @@ impl Part {
 }
 
 /// The stencils of all rings.
-pub(super) fn stencils<const D: usize>(rings: &Rings<D>) -> (Vec<Part>, Stencils) {
+pub(super) fn stencils<const D: usize>(rings: &NodeRings<D>) -> (Vec<RingPart>, Stencils) {
     let len = |node: usize| rings.ring(node).len() + 1;
     let longest = (0..rings.count()).map(len).max().unwrap_or(1);
     let size = longest.min(most::<D>());
     let (mut parts, mut vertices) = (vec![], vec![]);
     for node in 0..rings.count() {
-        for part in Part::of(node, len(node), size) {
+        for part in RingPart::of(node, len(node), size) {
             let [first, second] = part.places(len(node), size);
             let of_place = |place: usize| match place {
                 0 => rings.vertices[node],
@@ -108,7 +108,7 @@ pub(super) fn fill<const D: usize>(
             *c = if place == 0 { rings.own[node] } else { ring[place - 1].toward };
         }
         let weight = 1.0 / rings.volume[node];
-        dispatch(Blocks {
+        dispatch(StencilBlocks {
             tangent: &tangent,
             weight,
             coefficients: &coefficients[..size],
@@ -120,7 +120,7 @@ pub(super) fn fill<const D: usize>(
 }
 
 /// The blocks of a stencil; zero for pairs within a half that is not to be counted here.
-struct Blocks<'a, const D: usize> {
+struct StencilBlocks<'a, const D: usize> {
     tangent: &'a Tangent<D>,
     weight: f64,
     coefficients: &'a [[f64; D]],
@@ -129,7 +129,7 @@ struct Blocks<'a, const D: usize> {
     out: &'a mut [f64],
 }
 
-impl<const D: usize> Kernel for Blocks<'_, D> {
+impl<const D: usize> Kernel for StencilBlocks<'_, D> {
     type Output = ();
 
     #[inline(always)]
@@ -182,7 +182,7 @@ mod tests {
         for size in [8, 10, 16] {
             for len in 3..70 {
                 let mut times = vec![vec![0; len]; len];
-                for part in Part::of(0, len, size) {
+                for part in RingPart::of(0, len, size) {
                     let [first, second] = part.places(len, size);
                     let split = first.len();
                     let places: Vec<usize> = first.chain(second).collect();

@@ -34,8 +34,8 @@ use crate::lanes::{WIDTH, dispatch};
 use crate::material::Stress;
 use crate::material::{Domain, Material, MaterialSpec, MaterialVisitor, Psd};
 
-use hessian::Part;
-use rings::{Deform, Gather, Rings};
+use hessian::RingPart;
+use rings::{Deform, Gather, NodeRings};
 
 /// Nodes that go through the material together, and to one thread.
 const CHUNK: usize = BLOCKS * WIDTH;
@@ -58,7 +58,7 @@ pub fn nodal_integration<const D: usize, const N: usize>(
 ) -> Option<[Box<dyn EnergyTerm>; 2]> {
     let [at_nodes, in_elements] = material.split(stabilisation)?;
     let whole = material.visit::<D, _>(OnBlocks);
-    let nodes = Arc::new(Nodes { rings: Rings::new(elements, rest), whole });
+    let nodes = Arc::new(Nodes { rings: NodeRings::new(elements, rest), whole });
     let plain = Plain { body, stress, elements, rest };
     let mut elements: Elastic<D, N> = in_elements.visit::<D, _>(plain);
     elements.nodes = Some(nodes.clone());
@@ -106,7 +106,7 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for Plain<'_, N> {
 
 /// The nodes of a body and all of its material.
 pub(super) struct Nodes<const D: usize> {
-    rings: Rings<D>,
+    rings: NodeRings<D>,
     whole: Box<dyn BlockMaterial<D>>,
 }
 
@@ -146,7 +146,7 @@ struct Nodal<const D: usize> {
     /// Sums over the nodes of a chunk [J].
     energies: Vec<f64>,
     /// Stencils of the Hessian, where they were asked for.
-    parts: Vec<Part>,
+    parts: Vec<RingPart>,
     part_size: usize,
 }
 

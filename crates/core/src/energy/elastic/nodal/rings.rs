@@ -32,7 +32,7 @@ pub(super) struct Neighbour<const D: usize> {
 
 /// The nodes of a body with their neighbours.
 #[derive(Debug)]
-pub(super) struct Rings<const D: usize> {
+pub(super) struct NodeRings<const D: usize> {
     /// Vertices in the system, ascending.
     pub(super) vertices: Vec<u32>,
     /// `V_a` [m^D].
@@ -44,7 +44,7 @@ pub(super) struct Rings<const D: usize> {
     neighbours: Vec<Neighbour<D>>,
 }
 
-impl<const D: usize> Rings<D> {
+impl<const D: usize> NodeRings<D> {
     /// Of the linear elements `elements` (vertices of the system) at rest at `rest`, flat [m].
     pub(super) fn new<const N: usize>(elements: &[[u32; N]], rest: &[f64]) -> Self {
         let mut vertices = elements.as_flattened().to_vec();
@@ -66,7 +66,7 @@ impl<const D: usize> Rings<D> {
                 *next += 1;
             }
         }
-        let mut rings = Rings {
+        let mut rings = NodeRings {
             volume: vec![0.0; vertices.len()],
             own: vec![[0.0; D]; vertices.len()],
             start: vec![0],
@@ -185,7 +185,7 @@ fn times<const D: usize>(m: &Mat<f64, D>, v: &[f64; D]) -> [f64; D] {
 
 /// Writes the deformation gradients of some nodes, eight side by side; the last block is filled up by identities.
 pub(super) struct Deform<'a, const D: usize> {
-    pub(super) rings: &'a Rings<D>,
+    pub(super) rings: &'a NodeRings<D>,
     pub(super) nodes: Range<usize>,
     pub(super) x: &'a [[f64; D]],
     pub(super) f: &'a mut [Block<D>],
@@ -212,7 +212,7 @@ impl<const D: usize> Kernel for Deform<'_, D> {
 
 /// Writes the gradients of some nodes; gives whether all are finite.
 pub(super) struct Gather<'a, const D: usize> {
-    pub(super) rings: &'a Rings<D>,
+    pub(super) rings: &'a NodeRings<D>,
     pub(super) first: usize,
     pub(super) stress: &'a [Mat<f64, D>],
     pub(super) gradient: &'a mut [[f64; D]],

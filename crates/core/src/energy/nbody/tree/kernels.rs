@@ -1,7 +1,7 @@
 //! What the entries of a list do to the particles of its group, on lanes: entries side by side, four particles at a time.
 
 use super::super::pair::{TARGETS, by_newton, difference, dot, interaction, inverse_root, load, splat};
-use super::list::{Cells, List, Particles};
+use super::list::{List, ParticlePack, TreeCells};
 use super::octree::symmetric_index;
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
@@ -13,7 +13,7 @@ pub(super) trait Law<const D: usize, const N: usize> {
     /// Adds what the particles of a pack do to a target `[position, direction]`; nothing where `others` is false.
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Particles<D>,
+        pack: &ParticlePack<D>,
         others: Option<L::Mask>,
         softening2: L,
         newton: bool,
@@ -22,7 +22,7 @@ pub(super) trait Law<const D: usize, const N: usize> {
     /// Adds what the nodes of a pack do.
     fn add_far<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Cells<D>,
+        pack: &TreeCells<D>,
         softening2: L,
         newton: bool,
         sums: &mut [L; N],
@@ -40,7 +40,7 @@ fn weight<L: Lanes>(mass: L, w: L, others: Option<L::Mask>) -> L {
 
 /// `S d`, and the trace of `S`.
 #[inline(always)]
-fn moment_times<L: Lanes, const D: usize>(pack: &Cells<D>, d: &[L; D]) -> ([L; D], L) {
+fn moment_times<L: Lanes, const D: usize>(pack: &TreeCells<D>, d: &[L; D]) -> ([L; D], L) {
     let (mut product, mut trace) = ([L::zero(); D], L::zero());
     for a in 0..D {
         for b in 0..D {
@@ -62,7 +62,7 @@ impl<const D: usize> Law<D, D> for Force {
     #[inline(always)]
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Particles<D>,
+        pack: &ParticlePack<D>,
         others: Option<L::Mask>,
         softening2: L,
         newton: bool,
@@ -79,7 +79,7 @@ impl<const D: usize> Law<D, D> for Force {
     #[inline(always)]
     fn add_far<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Cells<D>,
+        pack: &TreeCells<D>,
         softening2: L,
         newton: bool,
         sums: &mut [L; D],
@@ -109,7 +109,7 @@ impl<const D: usize> Law<D, D> for Derivative {
     #[inline(always)]
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Particles<D>,
+        pack: &ParticlePack<D>,
         others: Option<L::Mask>,
         softening2: L,
         newton: bool,
@@ -126,7 +126,7 @@ impl<const D: usize> Law<D, D> for Derivative {
     #[inline(always)]
     fn add_far<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Cells<D>,
+        pack: &TreeCells<D>,
         softening2: L,
         newton: bool,
         sums: &mut [L; D],
@@ -149,7 +149,7 @@ impl<const D: usize> Law<D, 1> for Potential {
     #[inline(always)]
     fn add_near<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Particles<D>,
+        pack: &ParticlePack<D>,
         others: Option<L::Mask>,
         softening2: L,
         newton: bool,
@@ -163,7 +163,7 @@ impl<const D: usize> Law<D, 1> for Potential {
     #[inline(always)]
     fn add_far<L: Lanes>(
         target: &[[L; D]; 2],
-        pack: &Cells<D>,
+        pack: &TreeCells<D>,
         softening2: L,
         newton: bool,
         sums: &mut [L; 1],

@@ -6,7 +6,7 @@ use crate::lanes::WIDTH;
 
 /// Eight particles.
 #[derive(Clone, Copy)]
-pub(super) struct Particles<const D: usize> {
+pub(super) struct ParticlePack<const D: usize> {
     pub(super) position: Block<D>,
     pub(super) mass: [f64; WIDTH],
     pub(super) direction: Block<D>,
@@ -14,19 +14,19 @@ pub(super) struct Particles<const D: usize> {
 
 /// Eight nodes, as [`Node`](super::octree::Node) has them.
 #[derive(Clone, Copy)]
-pub(super) struct Cells<const D: usize> {
+pub(super) struct TreeCells<const D: usize> {
     pub(super) centre: Block<D>,
     pub(super) mass: [f64; WIDTH],
     pub(super) moment: [[f64; WIDTH]; SYMMETRIC],
     pub(super) direction: Block<D>,
 }
 
-impl<const D: usize> Particles<D> {
-    const NONE: Self = Particles { position: [FAR; D], mass: [0.0; WIDTH], direction: [[0.0; WIDTH]; D] };
+impl<const D: usize> ParticlePack<D> {
+    const NONE: Self = ParticlePack { position: [FAR; D], mass: [0.0; WIDTH], direction: [[0.0; WIDTH]; D] };
 }
 
-impl<const D: usize> Cells<D> {
-    const NONE: Self = Cells {
+impl<const D: usize> TreeCells<D> {
+    const NONE: Self = TreeCells {
         centre: [FAR; D],
         mass: [0.0; WIDTH],
         moment: [[0.0; WIDTH]; SYMMETRIC],
@@ -38,9 +38,9 @@ impl<const D: usize> Cells<D> {
 #[derive(Default)]
 pub(super) struct List<const D: usize> {
     /// Beginning with the particles of the group itself, in their order.
-    pub(super) near: Vec<Particles<D>>,
+    pub(super) near: Vec<ParticlePack<D>>,
     near_count: usize,
-    pub(super) far: Vec<Cells<D>>,
+    pub(super) far: Vec<TreeCells<D>>,
     far_count: usize,
 }
 
@@ -81,7 +81,7 @@ impl<const D: usize> List<D> {
         for j in begin..end {
             let lane = self.near_count % WIDTH;
             if lane == 0 {
-                self.near.push(Particles::NONE);
+                self.near.push(ParticlePack::NONE);
             }
             let pack = &mut self.near[self.near_count / WIDTH];
             pack.mass[lane] = tree.mass[j];
@@ -98,7 +98,7 @@ impl<const D: usize> List<D> {
     fn add_cell(&mut self, tree: &Octree<D>, i: usize, directed: bool) {
         let lane = self.far_count % WIDTH;
         if lane == 0 {
-            self.far.push(Cells::NONE);
+            self.far.push(TreeCells::NONE);
         }
         let (pack, node) = (&mut self.far[self.far_count / WIDTH], &tree.nodes[i]);
         pack.mass[lane] = node.mass;
@@ -121,8 +121,8 @@ impl<const D: usize> List<D> {
         let near = (n as f64).min(GROUP as f64 * boxes);
         let far = (n as f64 / 2.0).min(boxes * (n as f64 / GROUP as f64 + 2.0).log2());
         // Vectors double as they grow.
-        2 * (near as u64 * (size_of::<Particles<D>>() / WIDTH) as u64
-            + far as u64 * (size_of::<Cells<D>>() / WIDTH) as u64)
+        2 * (near as u64 * (size_of::<ParticlePack<D>>() / WIDTH) as u64
+            + far as u64 * (size_of::<TreeCells<D>>() / WIDTH) as u64)
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -22,7 +22,7 @@ const SAMPLES: usize = 256;
 
 /// Some groups of particles, and memory for their lists and sums.
 #[derive(Default)]
-struct Task<const D: usize> {
+struct TreeTask<const D: usize> {
     /// Range of groups.
     groups: std::ops::Range<usize>,
     list: List<D>,
@@ -52,7 +52,7 @@ pub struct TreeGravity<const D: usize> {
     position: Vec<[f64; D]>,
     next_position: Vec<[f64; D]>,
     tree: Octree<D>,
-    tasks: Vec<Task<D>>,
+    tasks: Vec<TreeTask<D>>,
     /// Gradient of each particle.
     gradient: Vec<[f64; D]>,
 }
@@ -95,7 +95,7 @@ impl<const D: usize> TreeGravity<D> {
             position: vec![],
             next_position: vec![],
             tree: Octree::default(),
-            tasks: (0..tasks).map(|_| Task::default()).collect(),
+            tasks: (0..tasks).map(|_| TreeTask::default()).collect(),
         }
     }
 
@@ -128,7 +128,7 @@ impl<const D: usize> TreeGravity<D> {
     }
 
     /// Runs `work` on all tasks.
-    fn for_each_task(&mut self, work: impl Fn(&Self, &mut Task<D>) + Sync) {
+    fn for_each_task(&mut self, work: impl Fn(&Self, &mut TreeTask<D>) + Sync) {
         let mut tasks = std::mem::take(&mut self.tasks);
         if tasks.len() == 1 {
             tasks.iter_mut().for_each(|task| work(self, task));

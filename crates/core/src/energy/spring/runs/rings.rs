@@ -27,16 +27,16 @@ pub(super) struct Class {
 /// The pack of a block begins at its first vertex, modulo the length, so that the tensions of eight consecutive vertices, wherever
 /// they begin, lie side by side: the first pack is there once more after the last.
 #[derive(Debug)]
-pub(super) struct Rings {
+pub(super) struct SpringRings {
     classes: Vec<Class>,
     /// Numbers in a ring, its second first pack left out: a power of two.
     length: usize,
 }
 
-impl Rings {
+impl SpringRings {
     /// Rings for classes in as many of `blocks` blocks as stands beside each.
     pub(super) fn new(frequency: &BTreeMap<Class, usize>, blocks: usize) -> Self {
-        let mut rings = Rings { classes: vec![], length: WIDTH };
+        let mut rings = SpringRings { classes: vec![], length: WIDTH };
         for (&class, &count) in frequency {
             let length = (class.offset as usize + WIDTH).next_power_of_two();
             let fits = (rings.classes.len() + 1) * (length + WIDTH) <= MOST_NUMBERS;
