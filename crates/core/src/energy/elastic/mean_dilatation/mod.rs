@@ -37,7 +37,7 @@ use crate::algebra::Mat;
 use crate::element::{Barycentric, ElementState, Isoparametric};
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::energy::{
-    DeformationExtremes, Elements, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, Stencils,
+    DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, Stencils,
     StepLimit, TermProperties, TermViews,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
@@ -274,7 +274,7 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
 }
 
 impl<const D: usize, const N: usize> TermViews for MeanDilatation<D, N> {
-    fn elements(&self) -> Option<&dyn Elements> {
+    fn elements(&self) -> Option<&dyn ElementTerm> {
         Some(self)
     }
 
@@ -293,7 +293,7 @@ impl<const D: usize, const N: usize> TermViews for MeanDilatation<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> Elements for MeanDilatation<D, N> {
+impl<const D: usize, const N: usize> ElementTerm for MeanDilatation<D, N> {
     fn body(&self) -> &str {
         &self.body
     }
