@@ -178,3 +178,73 @@ fn imports_are_found_wherever_they_stand() {
     let found: Vec<String> = named(text).into_iter().collect();
     assert_eq!(found, ["mesh", "record", "run", "scene", "solver"]);
 }
+
+/// Names of types that a text defines: after `struct`, `enum`, `trait` or `union` at the head of a line.
+fn types_defined(text: &str) -> Vec<String> {
+    let mut found = vec![];
+    for line in text.lines() {
+        let line = line.trim_start();
+        let item = match line.strip_prefix("pub") {
+            Some(rest) if rest.starts_with('(') => rest.split_once(')').map_or("", |(_, item)| item),
+            Some(rest) if rest.starts_with(' ') => rest,
+            _ => line,
+        };
+        let item = item.trim_start();
+        let item = item.strip_prefix("unsafe ").unwrap_or(item);
+        let Some((keyword, rest)) = item.split_once(' ') else { continue };
+        if !["struct", "enum", "trait", "union"].contains(&keyword) {
+            continue;
+        }
+        let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+        if name.starts_with(|c: char| c.is_uppercase()) {
+            found.push(name);
+        }
+    }
+    found
+}
+
+/// Types that the sources of a folder define, with the files.
+fn types(folder: &Path) -> BTreeMap<String, Vec<PathBuf>> {
+    let mut files = vec![];
+    sources(folder, &mut files);
+    files.sort();
+    let mut types: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+    for file in files {
+        for name in types_defined(&product(&file)) {
+            types.entry(name).or_default().push(file.strip_prefix(root()).unwrap().to_owned());
+        }
+    }
+    types
+}
+
+/// Names that still have two owners, one of them in `crates/record`: the list only gets shorter.
+const SHARED: [&str; 9] =
+    ["Body", "Cells", "Elements", "Frame", "Outcome", "Place", "Recorded", "Row", "Source"];
+
+#[test]
+fn type_names_are_unique_in_the_workspace() {
+    let mut all: BTreeMap<String, Vec<PathBuf>> = BTreeMap::new();
+    for entry in root().join("crates").read_dir().unwrap() {
+        for (name, files) in types(&entry.unwrap().path().join("src")) {
+            all.entry(name).or_default().extend(files);
+        }
+    }
+    assert!(all.len() > 500, "only {} types are found", all.len());
+    let is_shared = |name: &str| all.get(name).is_some_and(|files| files.len() > 1);
+    let twice: Vec<String> = all
+        .iter()
+        .filter(|(name, _)| is_shared(name) && !SHARED.contains(&name.as_str()))
+        .map(|(name, files)| format!("{name}: {files:?}"))
+        .collect();
+    assert!(twice.is_empty(), "types of one name:\n{}", twice.join("\n"));
+    let unique: Vec<&str> = SHARED.into_iter().filter(|name| !is_shared(name)).collect();
+    assert!(unique.is_empty(), "these names are unique by now and leave the list: {unique:?}");
+}
+
+#[test]
+fn types_are_found_by_their_keywords() {
+    let text = "pub(super) struct Patch<'a>(&'a f64);\n    enum Layout {\n        Struct,\n    }\npub trait Term: \
+                Send {}\npub unsafe trait Lane {}\nunion Bits {}\nlet structure = enumerate(trait_of);\n\
+                struct $name;";
+    assert_eq!(types_defined(text), ["Patch", "Layout", "Term", "Lane", "Bits"]);
+}

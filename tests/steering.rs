@@ -130,7 +130,7 @@ fn the_balance_of_energy_closes_over_a_way() {
         largest = largest.max(energy);
         let balance = found.balance.as_ref().unwrap();
         // RK4 leaves h^4; the books are of second order in time: 1e-4 of the way's 400 steps squared.
-        assert!((energy - balance.supplied).abs() < 2e-4 * largest, "{energy} J, {balance:?}");
+        assert!((energy - balance.motion.unwrap()).abs() < 2e-4 * largest, "{energy} J, {balance:?}");
     }
     assert!(largest > 1e-3, "{largest} J");
 }

@@ -10,7 +10,7 @@ use pliant::solver::conjugate_gradients::{CgEnd, CgReport, ConjugateGradients};
 use pliant::solver::hessian::{Assembler, At, Weights};
 use pliant::solver::multigrid::galerkin::Galerkin;
 use pliant::solver::multigrid::lattice::{Coarsening, coarsen};
-use pliant::solver::multigrid::{Held, Multigrid, TASK_ROWS};
+use pliant::solver::multigrid::{HeldCoordinates, Multigrid, TASK_ROWS};
 use pliant_mesh::Mesh;
 use pliant_scene::Scene;
 use pliant_scene::assembly::UnstableStep;
@@ -190,7 +190,7 @@ fn the_coarse_matrix_is_the_product() {
     let (points, rows) = (x.as_chunks::<2>().0, matrix.rows());
     let Coarsening { prolongation, .. } = coarsen(matrix, points, 0.11);
     let (mut galerkin, mut coarse) = Galerkin::new(matrix, &prolongation);
-    let mask = Held::new::<2>(held).mask().to_vec();
+    let mask = HeldCoordinates::new::<2>(held).mask().to_vec();
     assert!(mask.contains(&2) && mask.contains(&3));
     galerkin.compute(matrix, &prolongation, &mask, &mut coarse);
     // The same with dense matrices; held coordinates are not interpolated.

@@ -292,7 +292,7 @@ fn a_grabbed_vertex_is_where_it_is_put_until_it_is_let_go() {
     assert_eq!(simulation.velocities()[14..16], [0.0, 0.0]);
     go(&mut simulation, 10);
     assert_eq!(simulation.positions()[14..16], x[14..16]);
-    assert!(simulation.let_go("hand") && !simulation.let_go("hand"));
+    assert!(simulation.release("hand") && !simulation.release("hand"));
     go(&mut simulation, 10);
     assert_ne!(simulation.positions()[14..16], x[14..16]);
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{DMatrix, DVector};
-use pliant::element::MassMatrix;
+use pliant::element::MassRule;
 use serde_json::json;
 
 use crate::support::solid::{ELEMENTS, Solid, at_zero, isotropic};
@@ -44,7 +44,7 @@ fn consistent_frequency<const D: usize, const N: usize>(solid: &Solid) -> f64 {
     let mut mass = DMatrix::<f64>::zeros(free.len(), free.len());
     let mesh = solid.mesh();
     let mesh = if solid.order == 2 { mesh.promoted_to_quadratic().unwrap() } else { mesh };
-    let rule = MassMatrix::<D, N>::new();
+    let rule = MassRule::<D, N>::new();
     for element in mesh.elements::<N>() {
         let nodes = element.map(|v| std::array::from_fn(|c| rest[v as usize * D + c]));
         for (row, v) in rule.consistent(&nodes).iter().zip(element) {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, DVector};
-use pliant::element::MassMatrix;
+use pliant::element::MassRule;
 use serde_json::{Value, json};
 
 use crate::support::assert_relative;
@@ -116,7 +116,7 @@ fn frequencies(solid: &Solid, density: f64, count: usize) -> Vec<f64> {
     let rest = probe.rest();
     let free: Vec<usize> = (0..rest.len()).filter(|i| rest[i / 2 * 2] > 1e-9).collect();
     let stiffness = probe.stiffness_between(&rest, &free);
-    let mass = MassMatrix::<2, 6>::new();
+    let mass = MassRule::<2, 6>::new();
     let place: std::collections::BTreeMap<usize, usize> =
         free.iter().enumerate().map(|(place, &unknown)| (unknown, place)).collect();
     let mut m = DMatrix::<f64>::zeros(free.len(), free.len());

@@ -12,7 +12,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use pliant::quantity::Kind;
 use pliant::solver::LinearSolver;
 
-pub(crate) use modes::{ModesArguments, Place};
+pub(crate) use modes::{ModesArguments, VertexChoice};
 
 /// The whole command line.
 #[derive(Debug, Parser)]

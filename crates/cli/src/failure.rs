@@ -12,7 +12,7 @@ use crate::printable;
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Status {
+pub(crate) enum ExitStatus {
     /// It did what it was asked to do.
     Done,
     /// It was understood but could not be done.
@@ -23,15 +23,15 @@ pub(crate) enum Status {
     Interrupted,
 }
 
-impl Status {
+impl ExitStatus {
     /// The exit code of the program.
     pub(crate) fn code(self) -> u8 {
         match self {
-            Status::Done => 0,
-            Status::Failed => 1,
-            Status::Invalid => 2,
+            ExitStatus::Done => 0,
+            ExitStatus::Failed => 1,
+            ExitStatus::Invalid => 2,
             // What shells report of a program that SIGINT ended.
-            Status::Interrupted => 130,
+            ExitStatus::Interrupted => 130,
         }
     }
 }
@@ -39,8 +39,8 @@ impl Status {
 /// Why a command could not go on.
 #[derive(Debug)]
 pub(crate) struct Failure {
-    /// [`Status::Failed`] or [`Status::Invalid`].
-    pub(crate) status: Status,
+    /// [`ExitStatus::Failed`] or [`ExitStatus::Invalid`].
+    pub(crate) status: ExitStatus,
     reason: Reason,
 }
 
@@ -54,14 +54,14 @@ impl Failure {
     /// The command line asks for something that cannot be.
     pub(crate) fn usage(message: impl Into<String>) -> Failure {
         Failure {
-            status: Status::Invalid,
+            status: ExitStatus::Invalid,
             reason: Reason::Message { kind: "usage", message: message.into() },
         }
     }
 
     /// Something outside of the program went wrong; `kind` is for machines.
     pub(crate) fn failed(kind: &'static str, message: impl Into<String>) -> Failure {
-        Failure { status: Status::Failed, reason: Reason::Message { kind, message: message.into() } }
+        Failure { status: ExitStatus::Failed, reason: Reason::Message { kind, message: message.into() } }
     }
 
     /// A recording could not be written or read.
@@ -77,16 +77,16 @@ impl Failure {
             RecordError::Read { path, .. } => !path.is_file(),
             _ => false,
         };
-        let status = if avoidable { Status::Invalid } else { Status::Failed };
+        let status = if avoidable { ExitStatus::Invalid } else { ExitStatus::Failed };
         Failure { status, ..Failure::failed("recording", error.to_string()) }
     }
 
     /// A checkpoint could not be written or gone on from; only a disk that fails is no mistake of the user.
     pub(crate) fn checkpoint(error: &CheckpointError) -> Failure {
         let status = match error {
-            CheckpointError::Write { .. } => Status::Failed,
-            CheckpointError::Read { path, .. } if path.is_file() => Status::Failed,
-            _ => Status::Invalid,
+            CheckpointError::Write { .. } => ExitStatus::Failed,
+            CheckpointError::Read { path, .. } if path.is_file() => ExitStatus::Failed,
+            _ => ExitStatus::Invalid,
         };
         Failure { status, ..Failure::failed("checkpoint", error.to_string()) }
     }
@@ -136,7 +136,7 @@ fn located(problems: &[Problem]) -> Value {
 
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Failure {
-        Failure { status: Status::Invalid, reason: Reason::Scene(Box::new(error)) }
+        Failure { status: ExitStatus::Invalid, reason: Reason::Scene(Box::new(error)) }
     }
 }
 

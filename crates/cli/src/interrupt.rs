@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
 
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 
 static INTERRUPTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
@@ -24,6 +24,6 @@ pub(crate) fn flag() -> Result<&'static Arc<AtomicBool>, Failure> {
 #[expect(clippy::exit, reason = "who asks twice does not want to wait for the file")]
 fn interrupt() {
     if INTERRUPTED.swap(true, Ordering::Relaxed) {
-        std::process::exit(i32::from(Status::Interrupted.code()));
+        std::process::exit(i32::from(ExitStatus::Interrupted.code()));
     }
 }

@@ -22,16 +22,16 @@ pub(crate) fn spinner(terminal: Terminal) -> Option<ProgressBar> {
 }
 
 /// Shows on standard error how far a run is.
-pub(crate) struct Progress {
+pub(crate) struct RunProgress {
     bar: ProgressBar,
     duration: f64,
     energy_scale: f64,
     first_energy: Option<f64>,
 }
 
-impl Progress {
+impl RunProgress {
     /// A bar for a run of `duration` [s] in `frames`; energy drift is shown relative to `energy_scale` [J].
-    pub(crate) fn new(frames: u64, duration: f64, energy_scale: f64) -> Progress {
+    pub(crate) fn new(frames: u64, duration: f64, energy_scale: f64) -> RunProgress {
         let bar = ProgressBar::new(frames.saturating_sub(1));
         let template = "{bar:30} {percent:>3}%  {msg}  ({left} left)";
         // The template is a constant; a mistake in it costs the looks, not the run.
@@ -43,7 +43,7 @@ impl Progress {
         };
         bar.set_style(style.with_key("left", eta).progress_chars("=> "));
         bar.enable_steady_tick(Duration::from_millis(200));
-        Progress { bar, duration, energy_scale, first_energy: None }
+        RunProgress { bar, duration, energy_scale, first_energy: None }
     }
 
     /// Shows drift from the energy at the start of a run that goes on: this [J].
@@ -57,7 +57,7 @@ impl Progress {
     }
 }
 
-impl Observer for Progress {
+impl Observer for RunProgress {
     // Does not ask for diagnostics, only shows them: a run must not depend on whether somebody watches.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.bar.set_position(frame.index);

@@ -11,9 +11,9 @@ use crate::failure::Failure;
 use crate::input::Input;
 
 /// The recorder of a run; without one with `--no-record`.
-pub(crate) struct Recording(Option<McapRecorder>);
+pub(crate) struct RunRecorder(Option<McapRecorder>);
 
-impl Recording {
+impl RunRecorder {
     /// Opens the output.
     ///
     /// # Errors
@@ -22,9 +22,9 @@ impl Recording {
         arguments: &RunArguments,
         input: &Input,
         assembly: &Assembly,
-    ) -> Result<Recording, Failure> {
+    ) -> Result<RunRecorder, Failure> {
         if arguments.no_record {
-            return Ok(Recording(None));
+            return Ok(RunRecorder(None));
         }
         let scene = &arguments.scene;
         let path = output(arguments);
@@ -34,12 +34,12 @@ impl Recording {
         }
         let options = options(input, assembly, arguments.force);
         let recorder = McapRecorder::create(&path, &options, &assembly.topology);
-        recorder.map(|recorder| Recording(Some(recorder))).map_err(|error| refusal(&error, &path))
+        recorder.map(|recorder| RunRecorder(Some(recorder))).map_err(|error| refusal(&error, &path))
     }
 
     /// No recording.
-    pub(crate) fn none() -> Recording {
-        Recording(None)
+    pub(crate) fn none() -> RunRecorder {
+        RunRecorder(None)
     }
 
     /// Opens the output of a run that goes on after the frames of `beginning`.
@@ -52,11 +52,11 @@ impl Recording {
         input: &Input,
         assembly: &Assembly,
         beginning: Beginning<'_>,
-    ) -> Result<Recording, Failure> {
+    ) -> Result<RunRecorder, Failure> {
         Failure::unless_file(path)?;
         let options = options(input, assembly, overwrite);
         let recorder = McapRecorder::resume(path, &options, &assembly.topology, beginning);
-        recorder.map(|recorder| Recording(Some(recorder))).map_err(|error| Failure::recording(&error))
+        recorder.map(|recorder| RunRecorder(Some(recorder))).map_err(|error| Failure::recording(&error))
     }
 
     /// The file, as it will be called.

@@ -519,7 +519,7 @@ impl Simulation {
     pub fn stability_limit(&mut self, duration: f64) -> Result<StabilityLimit, Stopped> {
         // What is let go later is free to oscillate then, and the highest frequency is higher for it.
         let (x, v) = (self.state.x(), self.state.v());
-        let modes = self.system.once_released(|system| mode_range(system, x, v));
+        let modes = self.system.with_final_constraints(|system| mode_range(system, x, v));
         if self.system.is_stopped() {
             return Err(Stopped);
         }

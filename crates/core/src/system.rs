@@ -31,8 +31,8 @@ pub struct System {
     inverse_mass: InverseMass,
     /// Those that have not let go.
     holds: Vec<Hold>,
-    /// Those that have, by their time: they are back where a simulation goes back in time.
-    let_go: Vec<Hold>,
+    /// Released at their time; they hold again where a simulation goes back in time.
+    released: Vec<Hold>,
     /// Version of the structure.
     structure: u64,
     /// Whether any held coordinate moves.
@@ -93,7 +93,7 @@ impl System {
             mass,
             rest_positions: None,
             holds: vec![],
-            let_go: vec![],
+            released: vec![],
             structure: fresh(),
             moves: false,
             terms: vec![],
@@ -158,18 +158,18 @@ impl System {
         if self.holds.iter().all(|hold| hold.end() > time) {
             return false;
         }
-        let (holds, let_go) = std::mem::take(&mut self.holds).into_iter().partition(|hold| hold.end() > time);
+        let (holds, ended) = std::mem::take(&mut self.holds).into_iter().partition(|hold| hold.end() > time);
         self.holds = holds;
-        self.let_go.extend::<Vec<Hold>>(let_go);
+        self.released.extend::<Vec<Hold>>(ended);
         self.holds_changed();
         true
     }
 
     /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
     pub(crate) fn hold_as_at(&mut self, time: f64) {
-        let let_go = std::mem::take(&mut self.let_go);
-        let (mut back, gone): (Vec<Hold>, _) = let_go.into_iter().partition(|hold| hold.end() > time);
-        self.let_go = gone;
+        let ended = std::mem::take(&mut self.released);
+        let (mut back, gone): (Vec<Hold>, _) = ended.into_iter().partition(|hold| hold.end() > time);
+        self.released = gone;
         if !back.is_empty() {
             self.holds.append(&mut back);
             self.holds.sort_by_key(Hold::rank);
@@ -180,10 +180,10 @@ impl System {
 
     /// Ends the holds of this name; whether there were any.
     pub(crate) fn end_hold(&mut self, name: &str) -> bool {
-        let count = self.holds.len() + self.let_go.len();
-        self.let_go.retain(|hold| hold.name() != name);
+        let count = self.holds.len() + self.released.len();
+        self.released.retain(|hold| hold.name() != name);
         self.holds.retain(|hold| hold.name() != name);
-        let found = self.holds.len() + self.let_go.len() < count;
+        let found = self.holds.len() + self.released.len() < count;
         if found {
             self.holds_changed();
         }
@@ -197,14 +197,14 @@ impl System {
 
     /// Steers the holds of this name so, those that have let go too.
     pub(crate) fn set_drive(&mut self, name: &str, drive: &Drive) {
-        let holds = self.holds.iter_mut().chain(&mut self.let_go);
+        let holds = self.holds.iter_mut().chain(&mut self.released);
         holds.filter(|hold| hold.name() == name).for_each(|hold| hold.set_drive(Some(drive.clone())));
         self.moves = self.holds.iter().any(Hold::moves);
     }
 
     /// Ends all steering: holds go on by their own motions, or stay.
     pub(crate) fn end_drives(&mut self) {
-        self.holds.iter_mut().chain(&mut self.let_go).for_each(|hold| hold.set_drive(None));
+        self.holds.iter_mut().chain(&mut self.released).for_each(|hold| hold.set_drive(None));
         self.moves = self.holds.iter().any(Hold::moves);
     }
 
@@ -250,13 +250,13 @@ impl System {
         inverse_mass
     }
 
-    /// What `measure` finds once everything has been let go that is ever let go.
-    pub(crate) fn once_released<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
+    /// Result of `measure` with the final constraints alone: of the holds, those that never end.
+    pub(crate) fn with_final_constraints<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
         if self.holds.iter().all(|hold| hold.end() == f64::INFINITY) {
             return measure(self);
         }
-        let released = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
-        self.with_inverse_mass(released, measure)
+        let inverse_mass = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
+        self.with_inverse_mass(inverse_mass, measure)
     }
 
     /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
@@ -307,7 +307,7 @@ impl System {
     /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
     pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
         let d = self.dimension;
-        self.holds.iter_mut().chain(&mut self.let_go).for_each(|hold| hold.go_on_from(time, d, x));
+        self.holds.iter_mut().chain(&mut self.released).for_each(|hold| hold.go_on_from(time, d, x));
     }
 
     /// Says whether what walls take is counted: [`take_wall_loss`](Self::take_wall_loss) then tells.

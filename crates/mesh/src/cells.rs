@@ -153,7 +153,7 @@ impl BlockOf {
 
 /// Cells of every dimension.
 #[derive(Debug, Default)]
-pub(super) struct Cells {
+pub(super) struct FileCells {
     pub points: CellsOf<1>,
     pub lines: CellsOf<2>,
     pub triangles: CellsOf<3>,
@@ -167,7 +167,7 @@ pub(super) struct Cells {
     second_order: Option<(Place, &'static str)>,
 }
 
-impl Cells {
+impl FileCells {
     /// Enters a cell of first order with one to four vertices.
     pub(super) fn push(&mut self, vertices: &[u32], place: Place, groups: &[u64]) {
         if vertices.len() > 1 {
@@ -308,7 +308,7 @@ impl Cells {
                 indices.dedup();
             }
         }
-        let Cells { lines, triangles, tetrahedra, blocks, lines_are_springs, .. } = self;
+        let FileCells { lines, triangles, tetrahedra, blocks, lines_are_springs, .. } = self;
         let mut file = FileMesh { xyz, vertices, ..FileMesh::default() };
         file.mesh = Mesh {
             triangle_middles: triangles.middles.iter().flatten().map(|&[a, b, c, ..]| [a, b, c]).collect(),

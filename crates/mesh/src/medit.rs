@@ -6,7 +6,7 @@
 //! reference 0 stands for none.
 
 use super::FormatError;
-use super::cells::{Cells, Names, reference};
+use super::cells::{FileCells, Names, reference};
 use super::file::{FileMesh, MeshInput, Place};
 use super::tokens::{FileFault, Tokens};
 
@@ -72,7 +72,7 @@ struct Medit {
     dimension: usize,
     xyz: Vec<f64>,
     places: Vec<Place>,
-    cells: Cells,
+    cells: FileCells,
     names: Names,
 }
 

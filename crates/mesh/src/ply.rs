@@ -4,7 +4,7 @@
 //! nor the offset of a fault.
 
 use super::FormatError;
-use super::cells::{Cells, Names};
+use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput, Place};
 use super::number_type::{Endian, NumberType, index};
 use super::tokens::{FileFault, Tokens, excerpt};
@@ -18,7 +18,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
         tokens.set_binary();
     }
     let (mut xyz, mut places) = (Vec::new(), Vec::new());
-    let mut cells = Cells::default();
+    let mut cells = FileCells::default();
     cells.lines_are_springs = true;
     for element in &header.elements {
         element.read(&mut tokens, header.encoding, &mut xyz, &mut places, &mut cells)?;
@@ -192,7 +192,7 @@ impl Element {
         encoding: Encoding,
         xyz: &mut Vec<f64>,
         places: &mut Vec<Place>,
-        cells: &mut Cells,
+        cells: &mut FileCells,
     ) -> Result<(), FileFault> {
         let roles = self.roles();
         if self.count > 0 {
@@ -263,7 +263,7 @@ fn fan(
     polygon: &[f64],
     places: &[Place],
     place: Place,
-    cells: &mut Cells,
+    cells: &mut FileCells,
 ) -> Result<(), FileFault> {
     let corners = polygon.iter().map(|&number| vertex(tokens, number, places));
     let corners = corners.collect::<Result<Vec<u32>, FileFault>>()?;

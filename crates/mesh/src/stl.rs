@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use super::FormatError;
-use super::cells::{Cells, Names};
+use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput, without_mark};
 use super::number_type::{Endian, NumberType};
 use super::tokens::{FileFault, Tokens, excerpt};
@@ -45,7 +45,7 @@ struct Surface {
     places: Vec<super::file::Place>,
     /// Index of the vertex with these coordinates.
     known: HashMap<[u64; 3], u32>,
-    cells: Cells,
+    cells: FileCells,
     names: Names,
 }
 

@@ -4,7 +4,7 @@
 //! where it is a whole number, groups `tetrahedron_3` or `triangle_3`; 0 stands for none.
 
 use super::FormatError;
-use super::cells::{Cells, Names, reference};
+use super::cells::{FileCells, Names, reference};
 use super::file::{FileMesh, MeshInput, Place};
 use super::geometry::measure;
 use super::tokens::{FileFault, Tokens};
@@ -12,7 +12,7 @@ use super::tokens::{FileFault, Tokens};
 /// Reads both files. TetGen's own tetrahedra are left-handed in the order of this library: where all are, two vertices
 /// of each are exchanged; a mesh of both hands is left as it is, to be refused.
 pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
-    let (mut cells, mut names) = (Cells::default(), Names::new());
+    let (mut cells, mut names) = (FileCells::default(), Names::new());
     let nodes = Tokens::with_comments(input.nodes);
     let nodes =
         nodes_of(nodes, &mut cells, &mut names).map_err(|fault| FileFault { in_nodes: true, ..fault })?;
@@ -34,7 +34,7 @@ struct TetgenNodes {
 }
 
 /// `count dimension attributes markers`, then `number x y [z] [attributes] [marker]`.
-fn nodes_of(mut tokens: Tokens, cells: &mut Cells, names: &mut Names) -> Result<TetgenNodes, FileFault> {
+fn nodes_of(mut tokens: Tokens, cells: &mut FileCells, names: &mut Names) -> Result<TetgenNodes, FileFault> {
     let count: u64 = tokens.number("the number of nodes")?;
     let dimension: u64 = tokens.number("the dimension of the nodes, 2 or 3")?;
     if !(2..=3).contains(&dimension) {
@@ -72,7 +72,7 @@ fn nodes_of(mut tokens: Tokens, cells: &mut Cells, names: &mut Names) -> Result<
 fn elements(
     mut tokens: Tokens,
     nodes: &TetgenNodes,
-    cells: &mut Cells,
+    cells: &mut FileCells,
     names: &mut Names,
 ) -> Result<(), FileFault> {
     let count: u64 = tokens.number("the number of elements")?;

@@ -5,7 +5,7 @@
 //! and not with the `vtkio` crate, whose messages name neither the line nor the cell of a fault, and which brings a
 //! dozen crates along.
 
-use super::cells::{Cells, Names};
+use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput, Place};
 use super::number_type::{Endian, NumberType};
 use super::tokens::{FileFault, Tokens};
@@ -298,7 +298,7 @@ impl<'a> VtkGrid<'a> {
     }
 
     fn finish(mut self, input: &MeshInput) -> Result<FileMesh, FileFault> {
-        let mut cells = Cells::default();
+        let mut cells = FileCells::default();
         let VtkNumbers { values, places } = self.points.take().unwrap_or_default();
         let count = places.len();
         let lists = std::mem::take(&mut self.cells);

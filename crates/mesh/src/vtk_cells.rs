@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::FormatError;
-use super::cells::Cells;
+use super::cells::FileCells;
 use super::file::Place;
 use super::number_type::index;
 use pliant::element::CELL_KINDS;
@@ -49,7 +49,7 @@ impl ListKind {
 /// # Errors
 /// Cells of other kinds, a wrong number of vertices, an index out of range.
 pub(super) fn enter(
-    cells: &mut Cells,
+    cells: &mut FileCells,
     cell_type: f64,
     numbers: &[f64],
     range: Range<usize>,
@@ -99,7 +99,12 @@ pub(super) fn enter(
     Ok(())
 }
 
-fn quadratic(cells: &mut Cells, vertices: &[u32], corners: usize, place: Place) -> Result<(), FormatError> {
+fn quadratic(
+    cells: &mut FileCells,
+    vertices: &[u32],
+    corners: usize,
+    place: Place,
+) -> Result<(), FormatError> {
     exactly(corners + corners * (corners - 1) / 2, vertices.len())?;
     let (corners, middles) = vertices.split_at(corners);
     cells.push_quadratic(corners, middles, place, &[]);

@@ -21,17 +21,17 @@ mod _pliant {
     #[pymodule_export]
     use super::reports::{_catalogue, _columns, _stability, _stress, _study};
     #[pymodule_export]
-    use super::run::Frame;
+    use super::run::PyFrame;
     #[pymodule_export]
-    use super::scene::Scene;
+    use super::scene::PyScene;
     #[pymodule_export]
-    use super::simulation::{Simulation, Superposition};
+    use super::simulation::{PySimulation, PySuperposition};
     #[pymodule_export]
-    use super::state::State;
+    use super::state::PyState;
     #[pymodule_export]
     use super::threads::{_after_fork, _rollout};
     #[pymodule_export]
-    use super::trajectory::{_recover, Recording};
+    use super::trajectory::{_recover, PyRecording};
     use super::*;
 
     #[pymodule_init]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use numpy::IntoPyArray;
 use pliant::solver::LinearSolver;
-use pliant_lab::stability::{Against, Drift, MeasuredLimit, Survey, SurveyError, SurveyOptions};
+use pliant_lab::stability::{Against, Drift, MeasuredLimit, StabilitySurvey, SurveyError, SurveyOptions};
 use pliant_lab::stress::{self, Case, CaseFilter, CaseResult, Picture};
 use pliant_lab::study::report::{FigureKind, StudyReport};
 use pliant_lab::study::{
@@ -20,7 +20,7 @@ use schemars::{JsonSchema, schema_for};
 use serde_json::{Value, json};
 
 use crate::document::{self, from_json};
-use crate::scene::Scene;
+use crate::scene::PyScene;
 use crate::{arrays, errors};
 use watch::{Watch, watched};
 
@@ -40,7 +40,7 @@ pub(crate) struct StudyOptions {
 #[pyfunction]
 pub(crate) fn _study<'py>(
     py: Python<'py>,
-    scene: &Scene,
+    scene: &PyScene,
     changes: &Bound<'py, PyDict>,
     vary: Option<&Bound<'py, PyDict>>,
     options: StudyOptions,
@@ -141,7 +141,7 @@ pub(crate) struct StressOptions {
 #[pyfunction]
 pub(crate) fn _stress<'py>(
     py: Python<'py>,
-    scene: Option<&Scene>,
+    scene: Option<&PyScene>,
     options: StressOptions,
     function: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyList>)> {
@@ -198,7 +198,7 @@ fn picture<'py>(py: Python<'py>, picture: &Picture) -> PyResult<Bound<'py, PyDic
 #[pyfunction]
 pub(crate) fn _stability<'py>(
     py: Python<'py>,
-    scene: &Scene,
+    scene: &PyScene,
     integrators: Vec<String>,
     against: Option<&str>,
     quick: bool,
@@ -214,7 +214,7 @@ pub(crate) fn _stability<'py>(
     let against = against.map(known).transpose()?;
     let choice = SurveyOptions { integrators, against, quick };
     let found = watched(py, function, |watch: &Watch| {
-        Survey::of(&scene.source, &choice, &watch.stop, &mut |limit, drift| {
+        StabilitySurvey::of(&scene.source, &choice, &watch.stop, &mut |limit, drift| {
             watch.show(&json!({ "limit": limit, "drift": drift }));
         })
     })?;

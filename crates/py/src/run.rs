@@ -14,12 +14,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::Doubles;
-use crate::simulation::{Inner, Simulation};
+use crate::simulation::{Inner, PySimulation};
 use crate::{arrays, errors, threads};
 
 /// One moment of a run, as `Simulation.run` shows it to its ``callback``.
-#[pyclass(frozen, module = "pliant")]
-pub(crate) struct Frame {
+#[pyclass(name = "Frame", frozen, module = "pliant")]
+pub(crate) struct PyFrame {
     index: u64,
     step: u64,
     time: f64,
@@ -30,7 +30,7 @@ pub(crate) struct Frame {
 }
 
 #[pymethods]
-impl Frame {
+impl PyFrame {
     /// int: Number of the frame, from 0.
     #[getter]
     fn index(&self) -> u64 {
@@ -105,7 +105,7 @@ impl Observer for &Callback {
     }
 
     fn frame(&mut self, frame: &observer::Frame<'_>) -> Result<(), ObserverError> {
-        let shown = Frame {
+        let shown = PyFrame {
             index: frame.index,
             step: frame.step,
             time: frame.time,
@@ -126,7 +126,7 @@ impl Observer for &Callback {
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Run to a time, showing frames at the rate of the scene's ``[output]``.
     ///
     /// Parameters

@@ -38,17 +38,17 @@ use crate::{document, errors, threads};
 /// ...         "mass": {"density": 1000.0},
 /// ...     }],
 /// ... )
-#[pyclass(frozen, module = "pliant", from_py_object)]
+#[pyclass(name = "Scene", frozen, module = "pliant", from_py_object)]
 #[derive(Clone)]
-pub(crate) struct Scene {
+pub(crate) struct PyScene {
     pub(crate) source: Arc<Source>,
     pub(crate) scene: Arc<core::Scene>,
 }
 
-impl Scene {
+impl PyScene {
     pub(crate) fn of(py: Python<'_>, source: Source) -> PyResult<Self> {
         let scene = source.scene().map_err(|error| errors::scene(py, &error))?;
-        Ok(Scene { source: Arc::new(source), scene: Arc::new(scene) })
+        Ok(PyScene { source: Arc::new(source), scene: Arc::new(scene) })
     }
 
     /// Builds the simulation; problems that show only then are located in the text.
@@ -75,19 +75,19 @@ impl Scene {
             overrides.push((path, value.to_string()));
         }
         let source = self.source.varied(&overrides);
-        Scene::of(py, source.map_err(|error| errors::scene(py, &error))?)
+        PyScene::of(py, source.map_err(|error| errors::scene(py, &error))?)
     }
 }
 
 #[pymethods]
-impl Scene {
+impl PyScene {
     #[new]
     #[pyo3(signature = (**tables))]
     fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let table = tables.map_or_else(|| Ok(toml::Table::new()), document::table)?;
         let text = toml::to_string(&table)
             .map_err(|error| PyTypeError::new_err(format!("the scene cannot be written as TOML: {error}")))?;
-        Scene::of(py, Source::new("<scene>", text))
+        PyScene::of(py, Source::new("<scene>", text))
     }
 
     /// Read a scene written in TOML.
@@ -113,7 +113,7 @@ impl Scene {
             _ => Source::from_path(path_or_text.extract::<PathBuf>()?),
         };
         let located = |error: SceneError| errors::scene(py, &error);
-        Scene::of(py, source.map_err(located)?)
+        PyScene::of(py, source.map_err(located)?)
     }
 
     /// The same scene with some values changed.
@@ -212,6 +212,6 @@ impl Scene {
     /// What pickle calls.
     #[staticmethod]
     fn _restore(py: Python<'_>, name: String, text: String, directory: PathBuf) -> PyResult<Self> {
-        Scene::of(py, Source::new(name, text).in_directory(directory))
+        PyScene::of(py, Source::new(name, text).in_directory(directory))
     }
 }

@@ -20,11 +20,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::Doubles;
-use crate::scene::Scene;
+use crate::scene::PyScene;
 use crate::{arrays, errors, threads};
 pub(crate) use measure::{energies, measure_named};
 pub(crate) use parameters::{Additions, Raised};
-pub(crate) use vibration::Superposition;
+pub(crate) use vibration::PySuperposition;
 
 /// Steps are taken in batches of about this long; Ctrl-C is looked for between them.
 const BATCH: Duration = Duration::from_millis(20);
@@ -52,8 +52,8 @@ const BATCH: Duration = Duration::from_millis(20);
 /// >>> simulation.step(100)
 /// >>> simulation.positions.shape
 /// (80, 2)
-#[pyclass(frozen, module = "pliant", weakref)]
-pub(crate) struct Simulation {
+#[pyclass(name = "Simulation", frozen, module = "pliant", weakref)]
+pub(crate) struct PySimulation {
     inner: Mutex<Inner>,
     dimension: usize,
     vertices: usize,
@@ -62,7 +62,7 @@ pub(crate) struct Simulation {
 /// All that changes.
 pub(crate) struct Inner {
     pub(crate) simulation: Core,
-    pub(crate) scene: Scene,
+    pub(crate) scene: PyScene,
     pub(crate) topology: Arc<Topology>,
     pub(crate) probes: Vec<Probe>,
     pub(crate) report: Report,
@@ -125,8 +125,8 @@ impl Inner {
     }
 }
 
-impl Simulation {
-    pub(crate) fn assembled(py: Python<'_>, scene: Scene) -> PyResult<Self> {
+impl PySimulation {
+    pub(crate) fn assembled(py: Python<'_>, scene: PyScene) -> PyResult<Self> {
         let assembly = scene.assemble(py)?;
         let simulation = assembly.simulation;
         let inner = Inner {
@@ -140,7 +140,7 @@ impl Simulation {
             views: Views::default(),
         };
         let (dimension, vertices) = (inner.topology.dimension, inner.topology.vertex_count);
-        Ok(Simulation { inner: Mutex::new(inner), dimension, vertices })
+        Ok(PySimulation { inner: Mutex::new(inner), dimension, vertices })
     }
 
     /// The simulation, for one thread.
@@ -161,11 +161,11 @@ impl Simulation {
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     #[new]
     #[pyo3(signature = (scene, *, materials = None))]
-    fn new(py: Python<'_>, scene: &Scene, materials: Option<Bound<'_, PyDict>>) -> PyResult<Self> {
-        let simulation = Simulation::assembled(py, scene.clone())?;
+    fn new(py: Python<'_>, scene: &PyScene, materials: Option<Bound<'_, PyDict>>) -> PyResult<Self> {
+        let simulation = PySimulation::assembled(py, scene.clone())?;
         if let Some(materials) = materials {
             let mut inner = simulation.lock()?;
             inner.additions.set_materials(&materials)?;

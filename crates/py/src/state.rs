@@ -11,14 +11,14 @@ use crate::arrays::{self, Doubles};
 ///
 /// What `Simulation.state` gives and takes. It pickles. Simulations by explicit schemes go on from it with the same bits, those by
 /// implicit schemes to the tolerance of their solver. Parameters (materials, forces, pins) are no part of it.
-#[pyclass(frozen, module = "pliant")]
-pub(crate) struct State {
+#[pyclass(name = "State", frozen, module = "pliant")]
+pub(crate) struct PyState {
     pub(crate) snapshot: Snapshot,
     pub(crate) dimension: usize,
 }
 
 #[pymethods]
-impl State {
+impl PyState {
     /// int: Steps taken.
     #[getter]
     fn step(&self) -> u64 {
@@ -62,11 +62,11 @@ impl State {
     /// What pickle calls.
     #[staticmethod]
     fn _restore(dimension: usize, text: &[u8]) -> PyResult<Self> {
-        Ok(State { snapshot: serde_json::from_slice(text).map_err(broken)?, dimension })
+        Ok(PyState { snapshot: serde_json::from_slice(text).map_err(broken)?, dimension })
     }
 }
 
-impl State {
+impl PyState {
     fn rows<'py>(&self, py: Python<'py>, rows: &[f64]) -> PyResult<Doubles<'py>> {
         arrays::array(py, rows.to_vec(), &[rows.len() / self.dimension, self.dimension])
     }

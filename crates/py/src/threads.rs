@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::errors;
-use crate::simulation::Simulation;
+use crate::simulation::PySimulation;
 
 /// How long Ctrl-C waits at most to be seen.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
@@ -53,13 +53,13 @@ pub(crate) fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 #[pyfunction]
 pub(crate) fn _rollout(
     py: Python<'_>,
-    simulations: Vec<Py<Simulation>>,
+    simulations: Vec<Py<PySimulation>>,
     steps: u64,
     threads: usize,
 ) -> PyResult<Vec<Option<PyErr>>> {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| PyRuntimeError::new_err(format!("cannot start threads: {error}")))?;
-    let shared: Vec<&Simulation> = simulations.iter().map(Py::get).collect();
+    let shared: Vec<&PySimulation> = simulations.iter().map(Py::get).collect();
     let mut locked = shared.iter().map(|one| one.lock()).collect::<PyResult<Vec<_>>>()?;
     let steppers: Vec<&mut pliant::simulation::Simulation> =
         locked.iter_mut().map(|one| &mut one.simulation).collect();

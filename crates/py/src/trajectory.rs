@@ -15,13 +15,13 @@ use crate::simulation::measure_named;
 use crate::{arrays, document, errors};
 
 /// The frames of a complete file, read one by one. What `Trajectory` is made of.
-#[pyclass(frozen, module = "pliant._pliant")]
-pub(crate) struct Recording {
+#[pyclass(name = "Recording", frozen, module = "pliant._pliant")]
+pub(crate) struct PyRecording {
     path: PathBuf,
     reader: Mutex<Trajectory>,
 }
 
-impl Recording {
+impl PyRecording {
     /// Reads without the lock of the interpreter.
     fn read<T: Send>(
         &self,
@@ -56,11 +56,11 @@ impl Recording {
 }
 
 #[pymethods]
-impl Recording {
+impl PyRecording {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let reader = py.detach(|| Trajectory::open(&path)).map_err(|error| errors::record(&error))?;
-        Ok(Recording { path, reader: Mutex::new(reader) })
+        Ok(PyRecording { path, reader: Mutex::new(reader) })
     }
 
     #[getter]

@@ -53,7 +53,7 @@ impl Source {
         let mut document: DocumentMut = self.text.parse().map_err(|error: toml_edit::TomlError| {
             Box::new(Problem::new(ProblemKind::Override, at.clone(), error.message().to_owned()))
         })?;
-        set(Container::Table(document.as_table_mut()), &at, 0, parsed)?;
+        set(TableOrList::Table(document.as_table_mut()), &at, 0, parsed)?;
         self.text = document.to_string();
         self.overrides.push((at, written.to_owned()));
         Ok(self)
@@ -94,18 +94,18 @@ fn parsed(at: &KeyPath, value: &str) -> Result<Value, Fault> {
 }
 
 /// A place in the document that can hold others. `toml_edit` has four types where TOML has two.
-enum Container<'a> {
+enum TableOrList<'a> {
     Table(&'a mut dyn TableLike),
     List(&'a mut Array),
     Tables(&'a mut ArrayOfTables),
 }
 
 /// Puts `value` at segment `depth` of `path`, below `node`.
-fn set(node: Container<'_>, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
+fn set(node: TableOrList<'_>, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
     let segment = &path.segments()[depth];
     let last = depth + 1 == path.segments().len();
     match (node, segment) {
-        (Container::Table(table), KeySegment::Key(key)) => {
+        (TableOrList::Table(table), KeySegment::Key(key)) => {
             if last {
                 replace_entry(table, key, value);
                 return Ok(());
@@ -125,7 +125,7 @@ fn set(node: Container<'_>, path: &KeyPath, depth: usize, value: Value) -> Resul
                 None => Err(nowhere(path, depth, &format!("no `{key}`"), &names)),
             }
         }
-        (Container::List(list), KeySegment::Index(index)) => {
+        (TableOrList::List(list), KeySegment::Index(index)) => {
             let length = list.len();
             match list.get_mut(*index) {
                 None => Err(out_of_range(path, depth, *index, length)),
@@ -136,7 +136,7 @@ fn set(node: Container<'_>, path: &KeyPath, depth: usize, value: Value) -> Resul
                 Some(old) => below_value(old, path, depth, value),
             }
         }
-        (Container::Tables(tables), KeySegment::Index(index)) => {
+        (TableOrList::Tables(tables), KeySegment::Index(index)) => {
             let length = tables.len();
             match tables.get_mut(*index) {
                 None => Err(out_of_range(path, depth, *index, length)),
@@ -152,22 +152,22 @@ fn set(node: Container<'_>, path: &KeyPath, depth: usize, value: Value) -> Resul
                         Err(Box::new(Problem::new(ProblemKind::Override, path.clone(), message)))
                     }
                 },
-                Some(table) => set(Container::Table(table), path, depth + 1, value),
+                Some(table) => set(TableOrList::Table(table), path, depth + 1, value),
             }
         }
-        (Container::Table(table), KeySegment::Index(_)) => {
+        (TableOrList::Table(table), KeySegment::Index(_)) => {
             let names: Vec<String> = table.iter().map(|(key, _)| key.to_owned()).collect();
             Err(nowhere(path, depth, "a table, which has no numbers", &names))
         }
-        (Container::List(list), KeySegment::Key(_)) => Err(not_a_key(path, depth, list.len())),
-        (Container::Tables(tables), KeySegment::Key(_)) => Err(not_a_key(path, depth, tables.len())),
+        (TableOrList::List(list), KeySegment::Key(_)) => Err(not_a_key(path, depth, list.len())),
+        (TableOrList::Tables(tables), KeySegment::Key(_)) => Err(not_a_key(path, depth, tables.len())),
     }
 }
 
 fn below_item(item: &mut Item, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
     match item {
-        Item::Table(table) => set(Container::Table(table), path, depth + 1, value),
-        Item::ArrayOfTables(tables) => set(Container::Tables(tables), path, depth + 1, value),
+        Item::Table(table) => set(TableOrList::Table(table), path, depth + 1, value),
+        Item::ArrayOfTables(tables) => set(TableOrList::Tables(tables), path, depth + 1, value),
         Item::Value(old) => below_value(old, path, depth, value),
         Item::None => Err(nowhere(path, depth, "nothing", &[])),
     }
@@ -175,8 +175,8 @@ fn below_item(item: &mut Item, path: &KeyPath, depth: usize, value: Value) -> Re
 
 fn below_value(old: &mut Value, path: &KeyPath, depth: usize, value: Value) -> Result<(), Fault> {
     match old {
-        Value::InlineTable(table) => set(Container::Table(table), path, depth + 1, value),
-        Value::Array(list) => set(Container::List(list), path, depth + 1, value),
+        Value::InlineTable(table) => set(TableOrList::Table(table), path, depth + 1, value),
+        Value::Array(list) => set(TableOrList::List(list), path, depth + 1, value),
         scalar => Err(nowhere(path, depth + 1, &format!("a value ({})", scalar.type_name()), &[])),
     }
 }

@@ -44,13 +44,13 @@ pub(crate) struct SoundArguments {
     pub(crate) sound: Option<PathBuf>,
     /// Where it is struck: a vertex (12), or the vertex nearest to a point at rest (0.1,0,0.2)
     #[arg(long, value_name = "VERTEX_OR_POINT", requires = "sound", allow_hyphen_values = true)]
-    pub(crate) strike: Option<Place>,
+    pub(crate) strike: Option<VertexChoice>,
     /// The direction of the blow (0,0,-1)
-    #[arg(long, value_name = "X,Y,Z", requires = "sound", allow_hyphen_values = true, value_parser = Numbers::from_str)]
-    pub(crate) direction: Option<Numbers>,
+    #[arg(long, value_name = "X,Y,Z", requires = "sound", allow_hyphen_values = true, value_parser = NumberList::from_str)]
+    pub(crate) direction: Option<NumberList>,
     /// What is listened to [default: where it is struck]
     #[arg(long, value_name = "VERTEX_OR_POINT", requires = "sound", allow_hyphen_values = true)]
-    pub(crate) listen: Option<Place>,
+    pub(crate) listen: Option<VertexChoice>,
     /// Damping alpha M + beta K [1/s, s] of the sound, instead of the scene's
     #[arg(long, value_name = "ALPHA,BETA", requires = "sound", value_parser = rayleigh)]
     pub(crate) rayleigh: Option<(f64, f64)>,
@@ -64,37 +64,37 @@ pub(crate) struct SoundArguments {
 
 /// Numbers between commas.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Numbers(pub(crate) Vec<f64>);
+pub(crate) struct NumberList(pub(crate) Vec<f64>);
 
-impl FromStr for Numbers {
+impl FromStr for NumberList {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Numbers, String> {
+    fn from_str(text: &str) -> Result<NumberList, String> {
         let number = |word: &str| match word.trim().parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ => Err(format!("`{word}` is no number; it must be like 0,0,-1")),
         };
-        text.split(',').map(number).collect::<Result<_, _>>().map(Numbers)
+        text.split(',').map(number).collect::<Result<_, _>>().map(NumberList)
     }
 }
 
 /// A vertex, by its number or by where it is.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Place {
+pub(crate) enum VertexChoice {
     /// Number in the scene, from 0.
     Vertex(usize),
     /// [m].
     Point(Vec<f64>),
 }
 
-impl FromStr for Place {
+impl FromStr for VertexChoice {
     type Err = String;
 
-    fn from_str(text: &str) -> Result<Place, String> {
+    fn from_str(text: &str) -> Result<VertexChoice, String> {
         if text.contains(',') {
-            return text.parse::<Numbers>().map(|numbers| Place::Point(numbers.0));
+            return text.parse::<NumberList>().map(|numbers| VertexChoice::Point(numbers.0));
         }
-        text.parse().map(Place::Vertex).map_err(|_| {
+        text.parse().map(VertexChoice::Vertex).map_err(|_| {
             format!(
                 "`{text}` is no place: a vertex is a whole number from 0, like 12, a point is like 0.1,0,0.2"
             )
@@ -112,7 +112,7 @@ fn bits(text: &str) -> Result<u16, String> {
 }
 
 fn rayleigh(text: &str) -> Result<(f64, f64), String> {
-    match text.parse::<Numbers>()?.0[..] {
+    match text.parse::<NumberList>()?.0[..] {
         [alpha, beta] if alpha >= 0.0 && beta >= 0.0 => Ok((alpha, beta)),
         _ => Err("it must be two numbers that are not negative, like 0.5,1e-7".into()),
     }

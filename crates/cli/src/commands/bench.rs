@@ -9,14 +9,14 @@ use pliant_lab::benchmark::{self, BenchmarkCase, BenchmarkRow, Budget, Measureme
 use serde_json::{Value, json};
 
 use crate::arguments::BenchArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::interrupt;
 use crate::terminal::Terminal;
 
 use machine::Machine;
 
 /// One line of the table.
-struct Measured {
+struct MeasuredCase {
     row: &'static str,
     case: BenchmarkCase,
     measurement: Measurement,
@@ -27,7 +27,7 @@ struct Measured {
 /// Below this, work may stay in caches and the bandwidth of memory says nothing.
 const LARGER_THAN_CACHES: usize = 64 << 20;
 
-pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let rows = chosen(&arguments.row)?;
     let interrupted = interrupt::flag()?;
     let budget = if arguments.quick { Budget::QUICK } else { Budget::FULL };
@@ -35,7 +35,7 @@ pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<
     if cfg!(debug_assertions) {
         terminal.warn("this is a debug build, which is slower: for numbers that count, build with --release");
     }
-    let mut machine = Machine::look();
+    let mut machine = Machine::measured();
     if !arguments.quick {
         machine.bandwidth(1)?;
     }
@@ -52,7 +52,7 @@ pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<
             }
             terminal.note(&format!("measuring {}: {}", row.name, table::on_threads(&case)));
             let Some(measurement) = measure(&case, &budget, interrupted)? else { break 'rows };
-            measured.push(Measured {
+            measured.push(MeasuredCase {
                 share_of_stream: share_of_stream(&mut machine, &case, &measurement)?,
                 row: row.name,
                 case,
@@ -64,9 +64,9 @@ pub(crate) fn execute(arguments: &BenchArguments, terminal: Terminal) -> Result<
     terminal.document(&document(&machine, &measured))?;
     if interrupted.load(Ordering::Relaxed) {
         terminal.complain("interrupted: these are the rows so far");
-        return Ok(Status::Interrupted);
+        return Ok(ExitStatus::Interrupted);
     }
-    Ok(Status::Done)
+    Ok(ExitStatus::Done)
 }
 
 /// The rows of these names, in the order of the table; all without names.
@@ -107,8 +107,8 @@ fn share_of_stream(
     Ok(Some(measurement.bytes as f64 / measurement.seconds[0] / bandwidth))
 }
 
-fn document(machine: &Machine, measured: &[Measured]) -> Value {
-    let row = |m: &Measured| {
+fn document(machine: &Machine, measured: &[MeasuredCase]) -> Value {
+    let row = |m: &MeasuredCase| {
         let reference = m.case.reference.map(|r| json!({ "value": r.value, "source": r.source }));
         let parts = m.case.parts.iter().zip(&m.measurement.seconds);
         let seconds: Vec<Value> = parts

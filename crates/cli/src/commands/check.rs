@@ -6,12 +6,12 @@ use pliant_scene::assembly::{BodyReport, Report, UnstableStep};
 use serde_json::json;
 
 use crate::arguments::CheckArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::terminal::Terminal;
 use crate::text::{bytes, count, counted, number, table, wrap};
 
-pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let input = Input::read(&arguments.scene, &arguments.set, None)?;
     // Also a scene that will not run is worth looking at: the numbers show why.
     let report = input.assemble(UnstableStep::Accept)?.report;
@@ -19,7 +19,7 @@ pub(crate) fn execute(arguments: &CheckArguments, terminal: Terminal) -> Result<
     let problem = unstable.map(|p| Failure::from(input.locate(vec![p])));
     terminal.report(&describe(&report, terminal.width()))?;
     report.warnings.iter().for_each(|warning| terminal.warn(warning));
-    let status = if problem.is_some() { Status::Invalid } else { Status::Done };
+    let status = if problem.is_some() { ExitStatus::Invalid } else { ExitStatus::Done };
     if let Some(failure) = &problem {
         terminal.complain(&format!("\n{}", failure.render(terminal.color)));
     }

@@ -9,11 +9,11 @@ use pliant_record::export::{Export, ExportError, write_pvd};
 use serde_json::json;
 
 use crate::arguments::{ExportArguments, ExportFormat, FrameRange};
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::terminal::Terminal;
 use crate::text::counted;
 
-pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let plan = write(arguments)?;
     let shown = plan.collection.as_ref().or(plan.folder.as_ref()).unwrap_or(&plan.files[0].1);
     let frames = plan.files.len();
@@ -24,8 +24,8 @@ pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result
     ))?;
     let files: Vec<_> = plan.files.iter().map(|(_, path)| path).collect();
     let exported = json!({ "frames": frames, "collection": plan.collection, "files": files });
-    terminal.document(&json!({ "status": Status::Done, "exported": exported }))?;
-    Ok(Status::Done)
+    terminal.document(&json!({ "status": ExitStatus::Done, "exported": exported }))?;
+    Ok(ExitStatus::Done)
 }
 
 /// `pliant export file --to to`: frames `start`, `start + step`, ... below `end`, all without them, to a folder or to a file ending
@@ -46,11 +46,11 @@ pub fn export(
 }
 
 /// Writes all files.
-fn write(arguments: &ExportArguments) -> Result<Plan, Failure> {
+fn write(arguments: &ExportArguments) -> Result<ExportPlan, Failure> {
     Failure::unless_file(&arguments.file)?;
     let mut export = Export::open(&arguments.file).map_err(|error| Failure::recording(&error))?;
     let frames = chosen(arguments.frames, export.times().len(), &arguments.file)?;
-    let plan = Plan::new(arguments, &frames, export.times().len())?;
+    let plan = ExportPlan::new(arguments, &frames, export.times().len())?;
     plan.refuse_existing(arguments.force)?;
     if let Some(folder) = &plan.folder {
         fs::create_dir_all(folder).map_err(|error| cannot_write(folder, &error))?;
@@ -87,7 +87,7 @@ fn chosen(range: Option<FrameRange>, count: usize, file: &Path) -> Result<Vec<us
 }
 
 /// What is written where.
-struct Plan {
+struct ExportPlan {
     format: ExportFormat,
     /// Frames and their files, at least one.
     files: Vec<(usize, PathBuf)>,
@@ -96,8 +96,8 @@ struct Plan {
     folder: Option<PathBuf>,
 }
 
-impl Plan {
-    fn new(arguments: &ExportArguments, frames: &[usize], count: usize) -> Result<Plan, Failure> {
+impl ExportPlan {
+    fn new(arguments: &ExportArguments, frames: &[usize], count: usize) -> Result<ExportPlan, Failure> {
         let to = &arguments.to;
         let extension = to.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
         // A folder may be called anything, if it is there.
@@ -128,7 +128,7 @@ impl Plan {
         match extension.as_deref() {
             Some("pvd") => {
                 let folder = to.parent().unwrap_or(Path::new(""));
-                Ok(Plan {
+                Ok(ExportPlan {
                     format,
                     files: series(folder, &stem(to)),
                     collection: Some(to.clone()),
@@ -138,7 +138,7 @@ impl Plan {
             Some("vtu" | "obj") => match frames {
                 [frame] => {
                     let files = vec![(*frame, to.clone())];
-                    Ok(Plan { format, files, collection: None, folder: None })
+                    Ok(ExportPlan { format, files, collection: None, folder: None })
                 }
                 _ => {
                     let frames = counted(frames.len() as u64, "frame", "frames");
@@ -157,7 +157,7 @@ impl Plan {
                 let mut collection = to.join(&stem);
                 collection.as_mut_os_string().push(".pvd");
                 let collection = (format == ExportFormat::Vtu).then_some(collection);
-                Ok(Plan { format, files: series(to, &stem), collection, folder: Some(to.clone()) })
+                Ok(ExportPlan { format, files: series(to, &stem), collection, folder: Some(to.clone()) })
             }
         }
     }

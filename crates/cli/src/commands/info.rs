@@ -6,18 +6,18 @@ use pliant_record::{BodySummary, Status as Ending};
 use serde_json::json;
 
 use crate::arguments::InfoArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::terminal::Terminal;
 use crate::text::{bytes, count, counted, entry, number, table};
 
-pub(crate) fn execute(arguments: &InfoArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &InfoArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     Failure::unless_file(&arguments.file)?;
     let info = read::info(&arguments.file).map_err(|error| Failure::recording(&error))?;
     if !terminal.json {
         terminal.print(&describe(&info, terminal.width()))?;
     }
-    terminal.document(&json!({ "status": Status::Done, "info": info }))?;
-    Ok(Status::Done)
+    terminal.document(&json!({ "status": ExitStatus::Done, "info": info }))?;
+    Ok(ExitStatus::Done)
 }
 
 fn describe(info: &FileInfo, width: usize) -> String {

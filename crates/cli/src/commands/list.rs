@@ -6,7 +6,7 @@ use pliant::material::{AboutPreset, Domain, MaterialDescription, MaterialSpec, P
 use serde_json::{Map, Value, json};
 
 use crate::arguments::{Family, ListArguments};
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::terminal::Terminal;
 use crate::text::{entry, number, wrap};
 
@@ -19,9 +19,9 @@ const ALL: [Family; 6] = [
     Family::Channels,
 ];
 
-pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let families = arguments.family.map_or_else(|| ALL.to_vec(), |family| vec![family]);
-    let mut document = Map::from_iter([("status".to_owned(), json!(Status::Done))]);
+    let mut document = Map::from_iter([("status".to_owned(), json!(ExitStatus::Done))]);
     let mut text = String::new();
     for (i, family) in families.into_iter().enumerate() {
         let (name, items) = items(family);
@@ -37,7 +37,7 @@ pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<S
         terminal.print(&text)?;
     }
     terminal.document(&Value::Object(document))?;
-    Ok(Status::Done)
+    Ok(ExitStatus::Done)
 }
 
 /// What there is of each family, by its name, as `pliant list --json` prints it.

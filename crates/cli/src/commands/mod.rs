@@ -25,11 +25,11 @@ use std::ffi::OsString;
 use serde_json::json;
 
 use crate::arguments::{ColorChoice, Command, CommandLine, CommonArguments};
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::terminal::Terminal;
 
 /// Does what the command line asks for.
-pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
+pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
     let arguments: Vec<OsString> = arguments.collect();
     let (command, common) = match CommandLine::read(&arguments) {
         Ok(parsed) => parsed,
@@ -55,7 +55,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> Status {
 }
 
 /// Says why a command could not go on: to people on standard error, to programs on standard output.
-fn give_up(failure: &Failure, terminal: Terminal) -> Status {
+fn give_up(failure: &Failure, terminal: Terminal) -> ExitStatus {
     terminal.complain(&failure.render(terminal.color));
     let document = json!({ "status": failure.status, "problems": failure.problems() });
     // If standard output is the failure, there is nobody left to tell.
@@ -64,7 +64,7 @@ fn give_up(failure: &Failure, terminal: Terminal) -> Status {
 }
 
 /// Help, version, or a mistake on the command line.
-fn not_understood(error: &clap::Error, arguments: &[OsString]) -> Status {
+fn not_understood(error: &clap::Error, arguments: &[OsString]) -> ExitStatus {
     // The options were not read; these few are looked for by hand.
     let has = |option: &str| arguments.iter().skip(1).any(|argument| argument == option);
     let never =
@@ -76,7 +76,9 @@ fn not_understood(error: &clap::Error, arguments: &[OsString]) -> Status {
     let text = if terminal.color { rendered.ansi().to_string() } else { rendered.to_string() };
     if !error.use_stderr() {
         let plain = rendered.to_string();
-        return terminal.print(&plain).map_or_else(|failure| give_up(&failure, terminal), |()| Status::Done);
+        return terminal
+            .print(&plain)
+            .map_or_else(|failure| give_up(&failure, terminal), |()| ExitStatus::Done);
     }
     terminal.complain(&text);
     let message = rendered.to_string();
@@ -84,6 +86,6 @@ fn not_understood(error: &clap::Error, arguments: &[OsString]) -> Status {
     let first: Vec<&str> = message.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
     let message = first.join(" ").trim_start_matches("error: ").to_owned();
     let problems = json!([{ "kind": "usage", "message": message }]);
-    let _ = terminal.document(&json!({ "status": Status::Invalid, "problems": problems }));
-    Status::Invalid
+    let _ = terminal.document(&json!({ "status": ExitStatus::Invalid, "problems": problems }));
+    ExitStatus::Invalid
 }

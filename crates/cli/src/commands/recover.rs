@@ -6,11 +6,11 @@ use pliant_record::read;
 use serde_json::json;
 
 use crate::arguments::RecoverArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::terminal::Terminal;
 use crate::text::{counted, number};
 
-pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let part = &arguments.file;
     Failure::unless_file(part)?;
     let out = match &arguments.output {
@@ -26,8 +26,8 @@ pub(crate) fn execute(arguments: &RecoverArguments, terminal: Terminal) -> Resul
         recovered.path.display(),
         part.display(),
     ))?;
-    terminal.document(&json!({ "status": Status::Done, "recovered": recovered }))?;
-    Ok(Status::Done)
+    terminal.document(&json!({ "status": ExitStatus::Done, "recovered": recovered }))?;
+    Ok(ExitStatus::Done)
 }
 
 /// The name without `.part`.

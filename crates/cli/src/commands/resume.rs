@@ -16,14 +16,14 @@ use super::run::keeper::{self, Keeper, Settings};
 use super::run::session::Session;
 use super::run::{probes, use_threads};
 use crate::arguments::ResumeArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
-use crate::recording::Recording;
+use crate::recording::RunRecorder;
 use crate::terminal::Terminal;
 use crate::text::number;
 
-pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     use_threads(arguments.threads)?;
     let path = &arguments.file;
     let from = CheckpointFile::read(path).map_err(|error| Failure::checkpoint(&error))?;
@@ -105,7 +105,7 @@ fn open(
     from: &CheckpointFile,
     input: &Input,
     assembly: &Assembly,
-) -> Result<Recording, Failure> {
+) -> Result<RunRecorder, Failure> {
     if recording.is_some_and(|recording| keeper::is_one(recording, &arguments.file)) {
         return Err(Failure::usage(format!(
             "{} is the checkpoint; choose another output",
@@ -115,12 +115,12 @@ fn open(
     let (Some(recording), Some(begun)) = (recording, begun) else {
         return match &arguments.output {
             Some(_) => Err(Failure::usage("`-o` has nothing to go on with: the run was not recorded")),
-            None => Ok(Recording::none()),
+            None => Ok(RunRecorder::none()),
         };
     };
     let frames = from.run.as_ref().map_or(0, RunState::frames);
     let beginning = Beginning { path: begun, scene_text: &from.scene.text, frames };
-    Recording::resume(recording, arguments.force, input, assembly, beginning)
+    RunRecorder::resume(recording, arguments.force, input, assembly, beginning)
 }
 
 /// The table of probes behind the rows written before the checkpoint.
@@ -145,14 +145,14 @@ fn is_recorded(recording: Option<&Path>, state: &RunState) -> bool {
 }
 
 /// Says that nothing is left to be done.
-fn complete(path: &Path, elapsed: f64, terminal: Terminal) -> Result<Status, Failure> {
+fn complete(path: &Path, elapsed: f64, terminal: Terminal) -> Result<ExitStatus, Failure> {
     terminal.report(&format!(
         "the run of {} is complete: it reached t = {} s; `--until` takes it further",
         path.display(),
         number(elapsed),
     ))?;
-    terminal.document(&json!({ "status": Status::Done, "complete": true, "time": elapsed }))?;
-    Ok(Status::Done)
+    terminal.document(&json!({ "status": ExitStatus::Done, "complete": true, "time": elapsed }))?;
+    Ok(ExitStatus::Done)
 }
 
 /// Says that the scene file has changed: the run goes on with the scene that the checkpoint holds.

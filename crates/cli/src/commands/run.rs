@@ -16,10 +16,10 @@ use rayon::ThreadPoolBuilder;
 
 use super::check;
 use crate::arguments::RunArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
-use crate::recording::{self, Recording};
+use crate::recording::{self, RunRecorder};
 use crate::statistics::Statistics;
 use crate::terminal::Terminal;
 
@@ -27,7 +27,7 @@ use closing::Closing;
 use keeper::{Keeper, Settings};
 use session::Session;
 
-pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     use_threads(arguments.threads)?;
     let input = Input::read(&arguments.scene, &arguments.set, arguments.until)?;
     let assembly = input.assemble(UnstableStep::Refuse)?;
@@ -38,7 +38,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<St
     let interrupted = interrupt::flag()?;
     let keeper = keeper(arguments, &input)?;
     let table = probes::table(arguments, &assembly)?;
-    let recording = Recording::open(arguments, &input, &assembly)?;
+    let recording = RunRecorder::open(arguments, &input, &assembly)?;
     if let Some(keeper) = &keeper {
         keeper.begin()?;
     }

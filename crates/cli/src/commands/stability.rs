@@ -2,18 +2,18 @@
 
 mod report;
 
-use pliant_lab::stability::{Against, Survey, SurveyError, SurveyOptions};
+use pliant_lab::stability::{Against, StabilitySurvey, SurveyError, SurveyOptions};
 use serde_json::{Value, json};
 
 use crate::arguments::{AgainstArgument, StabilityArguments};
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::output;
 use crate::terminal::Terminal;
 use crate::text::number;
 
-pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let input = Input::read(&arguments.scene, &arguments.set, None)?;
     if let Some(folder) = &arguments.output {
         output::folder(folder)?;
@@ -26,7 +26,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
     });
     let choice =
         SurveyOptions { integrators: arguments.integrators.clone(), against, quick: arguments.quick };
-    let found = Survey::of(&input.source, &choice, interrupt::flag()?, &mut |limit, _| {
+    let found = StabilitySurvey::of(&input.source, &choice, interrupt::flag()?, &mut |limit, _| {
         if terminal.verbose {
             let Some(above) = limit.above else { return };
             terminal.note(&format!(
@@ -41,7 +41,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
         SurveyError::Scene(error) => Failure::from(error),
         error => Failure::usage(error.to_string()),
     })?;
-    let status = if found.complete { Status::Done } else { Status::Interrupted };
+    let status = if found.complete { ExitStatus::Done } else { ExitStatus::Interrupted };
     let document = document(&found, status, input.source.name());
     terminal.report(&report::describe(&found, terminal.width()))?;
     if let Some(folder) = &arguments.output {
@@ -55,7 +55,7 @@ pub(crate) fn execute(arguments: &StabilityArguments, terminal: Terminal) -> Res
     Ok(status)
 }
 
-fn document(found: &Survey, status: Status, scene: &str) -> Value {
+fn document(found: &StabilitySurvey, status: ExitStatus, scene: &str) -> Value {
     let mut document = json!({ "status": status, "scene": scene });
     if let (Some(document), Value::Object(found)) = (document.as_object_mut(), json!(found)) {
         document.extend(found);

@@ -12,7 +12,7 @@ use pliant_lab::stress::{self, Case, CaseFilter, CaseResult, CaseVerdict, Progre
 use serde_json::{Value, json};
 
 use crate::arguments::StressArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::output;
@@ -26,7 +26,7 @@ const SCENE_BUDGET: f64 = 60.0;
 /// A case and what came of it.
 type Outcome = (Case, CaseResult);
 
-pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let choice = CaseFilter {
         only: arguments.only.clone(),
         materials: arguments.materials.clone(),
@@ -90,9 +90,9 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     let interrupted = interrupted.load(Ordering::Relaxed);
     let failed = results.iter().any(|(_, f)| f.verdict == CaseVerdict::Fail);
     let status = match (interrupted, failed) {
-        (true, _) => Status::Interrupted,
-        (_, true) => Status::Failed,
-        _ => Status::Done,
+        (true, _) => ExitStatus::Interrupted,
+        (_, true) => ExitStatus::Failed,
+        _ => ExitStatus::Done,
     };
     terminal.document(&document(status, &results))?;
     if !interrupted && results.len() < count {
@@ -108,11 +108,11 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
 
 fn write(folder: &Path, results: &[Outcome]) -> Result<(), Failure> {
     output::file(&folder.join("stress.csv"), &rows::csv(results))?;
-    output::file(&folder.join("stress.json"), &format!("{:#}\n", document(Status::Done, results)))?;
+    output::file(&folder.join("stress.json"), &format!("{:#}\n", document(ExitStatus::Done, results)))?;
     output::file(&folder.join("stress.html"), &page::html(results))
 }
 
-fn document(status: Status, results: &[Outcome]) -> Value {
+fn document(status: ExitStatus, results: &[Outcome]) -> Value {
     let cases: Vec<Value> = results.iter().map(|(case, findings)| stress_case(case, findings)).collect();
     json!({ "status": status, "counts": counts(results), "cases": cases })
 }

@@ -14,7 +14,7 @@ use pliant_scene::vary::VariedKey;
 use serde_json::{Value, json};
 
 use crate::arguments::{ReferenceFrom, StudyArguments};
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::terminal::Terminal;
@@ -23,7 +23,7 @@ use crate::text::table;
 use files::Files;
 use progress::StudyProgress;
 
-pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let interrupted = interrupt::flag()?;
     if cfg!(debug_assertions) {
         terminal.warn("this is a debug build, which is slower: for times that count, build with --release");
@@ -80,7 +80,7 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     }
     terminal.report(&written)?;
     let complete = studies.len() == inputs.len() && studies.iter().all(|study| study.complete);
-    let status = if complete { Status::Done } else { Status::Interrupted };
+    let status = if complete { ExitStatus::Done } else { ExitStatus::Interrupted };
     let mut whole = study_document(&studies);
     whole["status"] = json!(status);
     whole["folder"] = json!(files.folder().display().to_string());

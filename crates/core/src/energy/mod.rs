@@ -180,7 +180,7 @@ impl ShapeProducts {
     }
 
     /// Calls `visit(a, share)` for every vertex of every element with its lumped share of the element, as
-    /// [`MassMatrix::lumped`](crate::element::MassMatrix::lumped) has it.
+    /// [`MassRule::lumped`](crate::element::MassRule::lumped) has it.
     pub fn each_lumped(&self, mut visit: impl FnMut(u32, f64)) {
         for (vertices, products) in self.elements() {
             let diagonal = || products.iter().step_by(vertices.len() + 1);

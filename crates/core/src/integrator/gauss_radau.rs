@@ -228,7 +228,7 @@ impl GaussRadau {
     }
 
     /// Positions, and velocities where `wants_velocity`, at the part `s` of the step.
-    fn go(&mut self, state: &State, h: f64, s: f64, wants_velocity: bool) {
+    fn advance(&mut self, state: &State, h: f64, s: f64, wants_velocity: bool) {
         let (hs, d) = (h * s, self.dimension);
         for i in 0..self.at.len() {
             let (b, a, v) = (&self.now.b[i], self.first[i], state.v()[i]);
@@ -298,7 +298,7 @@ impl GaussRadau {
             }
             let (mut change, mut largest) = (0.0, 0.0);
             for n in 1..=TERMS {
-                self.go(state, h, NODES[n], wants_velocity);
+                self.advance(state, h, NODES[n], wants_velocity);
                 self.evaluate(system, state.time + NODES[n] * h)?;
                 (change, largest) = self.correct(n);
             }
@@ -401,7 +401,7 @@ impl Integrator for GaussRadau {
         self.dimension = system.dimension();
         self.predict(system, state, h);
         if self.choose_origin(system, state) {
-            self.go(state, h, 0.0, false);
+            self.advance(state, h, 0.0, false);
             if system.evaluate(&self.next.x).is_none() {
                 return Err(StepFault::at(system, state.x(), state.v()));
             }

@@ -89,7 +89,7 @@ impl Simulation {
     }
 
     /// Holds the coordinates of these vertices, in the order of the scene, along these of the axes x, y, z where they are now, under a
-    /// name by which they can be [let go](Self::let_go).
+    /// name by which they can be [released](Self::release).
     pub fn pin(&mut self, name: &str, vertices: &[u32], axes: [bool; 3]) {
         let vertices = vertices.iter().map(|v| self.numbering.internal(*v)).collect();
         self.system.hold(Hold::new(name, vertices).along(axes));
@@ -97,8 +97,8 @@ impl Simulation {
         self.changed();
     }
 
-    /// Lets go of the pins of this name; whether there were any. What they moved flies on.
-    pub fn let_go(&mut self, name: &str) -> bool {
+    /// Releases the pins of this name; whether there were any. What they moved flies on.
+    pub fn release(&mut self, name: &str) -> bool {
         let found = self.system.end_hold(name);
         self.changed();
         found

@@ -25,7 +25,7 @@ impl PinState {
 impl System {
     /// All holds, those that have let go last.
     pub(super) fn all_holds(&self) -> impl Iterator<Item = &Hold> {
-        self.holds.iter().chain(&self.let_go)
+        self.holds.iter().chain(&self.released)
     }
 
     /// States of all pins, in the order in which they were added.
@@ -35,7 +35,7 @@ impl System {
             (hold.rank(), PinState { name, is_released, starts, drive: hold.drive().cloned() })
         };
         let held = self.holds.iter().map(|hold| state(hold, false));
-        let mut states: Vec<_> = held.chain(self.let_go.iter().map(|hold| state(hold, true))).collect();
+        let mut states: Vec<_> = held.chain(self.released.iter().map(|hold| state(hold, true))).collect();
         states.sort_by_key(|(rank, _)| *rank);
         states.into_iter().map(|(_, state)| state).collect()
     }
@@ -50,12 +50,12 @@ impl System {
             return false;
         }
         let mut holds = std::mem::take(&mut self.holds);
-        holds.append(&mut self.let_go);
+        holds.append(&mut self.released);
         holds.sort_by_key(Hold::rank);
         for (mut hold, state) in holds.into_iter().zip(states) {
             hold.set_starts(&state.starts);
             hold.set_drive(state.drive.clone());
-            if state.is_released { self.let_go.push(hold) } else { self.holds.push(hold) }
+            if state.is_released { self.released.push(hold) } else { self.holds.push(hold) }
         }
         self.holds_changed();
         true

@@ -11,7 +11,7 @@ pub use amplification::{AmplificationCurve, amplification_curve};
 pub use limit::{Drift, MeasuredLimit, energy_drift, measure_limit};
 pub(crate) use map::stiffness_changes;
 pub use map::{Against, Map, map};
-pub use survey::{Survey, SurveyError, SurveyOptions};
+pub use survey::{StabilitySurvey, SurveyError, SurveyOptions};
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

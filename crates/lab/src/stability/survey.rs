@@ -26,7 +26,7 @@ pub struct SurveyOptions {
 
 /// What was found.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
-pub struct Survey {
+pub struct StabilitySurvey {
     /// The largest step of each scheme.
     pub limits: Vec<MeasuredLimit>,
     /// How the energy drifts in steps that it can take.
@@ -60,7 +60,7 @@ pub enum SurveyError {
     },
 }
 
-impl Survey {
+impl StabilitySurvey {
     /// Looks at a scene; `watch` is shown each scheme once it is done, `interrupt` ends it, in the
     /// middle of a solve or a search for the fastest motion too: what was not done is left out.
     ///
@@ -71,13 +71,13 @@ impl Survey {
         choice: &SurveyOptions,
         interrupt: &Arc<AtomicBool>,
         watch: &mut dyn FnMut(&MeasuredLimit, &Drift),
-    ) -> Result<Survey, SurveyError> {
+    ) -> Result<StabilitySurvey, SurveyError> {
         let stopped = || interrupt.load(Ordering::Relaxed);
         let scene = source.scene()?;
         let integrators = chosen(&choice.integrators, scene.time.integrator)?;
         let own = nominal_step(&scene);
         let largest = scene.time.duration.max(100.0 * own);
-        let mut found = Survey { walls: scene.world.walls.len(), ..Survey::default() };
+        let mut found = StabilitySurvey { walls: scene.world.walls.len(), ..StabilitySurvey::default() };
         for integrator in &integrators {
             if stopped() {
                 return Ok(found);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{CellKind, Cleaned, CleaningStep, consecutive};
+use super::{Cleaned, CleaningStep, SimplexCells, consecutive};
 use crate::Mesh;
 use crate::MeshError;
 use crate::check::{flat_cells, is_flat};
@@ -28,7 +28,7 @@ pub(super) const STEP: CleaningStep = CleaningStep {
 fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
     let (dimension, count) = (file.mesh.element_dimension(), file.mesh.element_count());
     let mut cleaned = Vec::new();
-    for kind in CellKind::ALL {
+    for kind in SimplexCells::ALL {
         let is_element = kind.dimension() == dimension;
         let counts = of_kind(file, kind);
         let whys = [
@@ -36,7 +36,7 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
             "that repeat another",
         ];
         for (count, why) in counts.into_iter().zip(whys) {
-            if count > 0 || (is_element && kind != CellKind::Lines) {
+            if count > 0 || (is_element && kind != SimplexCells::Lines) {
                 cleaned
                     .push(Cleaned { why, ..Cleaned::new("drop_degenerate", "dropped", count, kind.name()) });
             }
@@ -61,17 +61,17 @@ fn apply(file: &mut FileMesh) -> Result<Vec<Cleaned>, MeshError> {
 }
 
 /// Drops cells of a kind: how many because they are degenerate, and because they repeat another.
-fn of_kind(file: &mut FileMesh, kind: CellKind) -> [usize; 2] {
+fn of_kind(file: &mut FileMesh, kind: SimplexCells) -> [usize; 2] {
     let nodes = file.nodes(kind);
     let flat = flat(&file.mesh, kind);
     let mut keep: Vec<bool> =
         nodes.iter().zip(&flat).map(|(nodes, flat)| !flat && all_differ(nodes)).collect();
     let degenerate = keep.iter().filter(|keep| !**keep).count();
     let firsts = match kind {
-        CellKind::Edges => firsts(&file.mesh.edges, &keep),
-        CellKind::Lines => firsts(&file.mesh.lines, &keep),
-        CellKind::Triangles => firsts(&file.mesh.triangles, &keep),
-        CellKind::Tetrahedra => firsts(&file.mesh.tetrahedra, &keep),
+        SimplexCells::Edges => firsts(&file.mesh.edges, &keep),
+        SimplexCells::Lines => firsts(&file.mesh.lines, &keep),
+        SimplexCells::Triangles => firsts(&file.mesh.triangles, &keep),
+        SimplexCells::Tetrahedra => firsts(&file.mesh.tetrahedra, &keep),
     };
     let stays = keep.clone();
     for (cell, &first) in firsts.iter().enumerate() {
@@ -118,12 +118,12 @@ fn all_differ(nodes: &[u32]) -> bool {
 }
 
 /// Whether each cell of a kind is flat.
-fn flat(mesh: &Mesh, kind: CellKind) -> Vec<bool> {
+fn flat(mesh: &Mesh, kind: SimplexCells) -> Vec<bool> {
     let least = mesh.diagonal();
     match kind {
-        CellKind::Edges => mesh.edges.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
-        CellKind::Lines => mesh.lines.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
-        CellKind::Triangles => mesh.triangles.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
-        CellKind::Tetrahedra => mesh.tetrahedra.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        SimplexCells::Edges => mesh.edges.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        SimplexCells::Lines => mesh.lines.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        SimplexCells::Triangles => mesh.triangles.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
+        SimplexCells::Tetrahedra => mesh.tetrahedra.iter().map(|cell| is_flat(mesh, least, *cell)).collect(),
     }
 }

@@ -76,30 +76,31 @@ pub(super) fn cures(spec: &FileSpec, error: &MeshError) -> Vec<&'static str> {
 
 /// Cells of one kind, as the steps see them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum CellKind {
+enum SimplexCells {
     Edges,
     Lines,
     Triangles,
     Tetrahedra,
 }
 
-impl CellKind {
-    const ALL: [CellKind; 4] = [CellKind::Edges, CellKind::Lines, CellKind::Triangles, CellKind::Tetrahedra];
+impl SimplexCells {
+    const ALL: [SimplexCells; 4] =
+        [SimplexCells::Edges, SimplexCells::Lines, SimplexCells::Triangles, SimplexCells::Tetrahedra];
 
     fn name(self) -> &'static str {
         match self {
-            CellKind::Edges => "edges",
-            CellKind::Lines => "lines",
-            CellKind::Triangles => "triangles",
-            CellKind::Tetrahedra => "tetrahedra",
+            SimplexCells::Edges => "edges",
+            SimplexCells::Lines => "lines",
+            SimplexCells::Triangles => "triangles",
+            SimplexCells::Tetrahedra => "tetrahedra",
         }
     }
 
     fn dimension(self) -> usize {
         match self {
-            CellKind::Edges | CellKind::Lines => 1,
-            CellKind::Triangles => 2,
-            CellKind::Tetrahedra => 3,
+            SimplexCells::Edges | SimplexCells::Lines => 1,
+            SimplexCells::Triangles => 2,
+            SimplexCells::Tetrahedra => 3,
         }
     }
 }
@@ -127,7 +128,7 @@ fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
 
 impl FileMesh {
     /// All nodes of each cell of a kind: its corners, then those in the middle of its edges.
-    fn nodes(&self, kind: CellKind) -> Vec<Vec<u32>> {
+    fn nodes(&self, kind: SimplexCells) -> Vec<Vec<u32>> {
         fn joined<const N: usize, const M: usize>(
             corners: &[[u32; N]],
             middles: &[[u32; M]],
@@ -139,36 +140,36 @@ impl FileMesh {
             corners.iter().enumerate().map(nodes).collect()
         }
         match kind {
-            CellKind::Edges => joined::<2, 0>(&self.mesh.edges, &[]),
-            CellKind::Lines => joined::<2, 0>(&self.mesh.lines, &[]),
-            CellKind::Triangles => joined(&self.mesh.triangles, &self.mesh.triangle_middles),
-            CellKind::Tetrahedra => joined(&self.mesh.tetrahedra, &self.mesh.tetrahedron_middles),
+            SimplexCells::Edges => joined::<2, 0>(&self.mesh.edges, &[]),
+            SimplexCells::Lines => joined::<2, 0>(&self.mesh.lines, &[]),
+            SimplexCells::Triangles => joined(&self.mesh.triangles, &self.mesh.triangle_middles),
+            SimplexCells::Tetrahedra => joined(&self.mesh.tetrahedra, &self.mesh.tetrahedron_middles),
         }
     }
 
     /// Removes the cells that `keep` does not keep. `numbers` are the new ones of all, also of a cell that
     /// is removed because another stands for it, whose groups that one is then in.
-    fn retain_cells(&mut self, kind: CellKind, keep: &[bool], numbers: &Numbers) {
+    fn retain_cells(&mut self, kind: SimplexCells, keep: &[bool], numbers: &Numbers) {
         if keep.is_empty() {
             // Groups of edges and those of lines look alike, and a file has one of them.
             return;
         }
         let mesh = &mut self.mesh;
         let places: &mut Vec<Place> = match kind {
-            CellKind::Edges => {
+            SimplexCells::Edges => {
                 retain(&mut mesh.edges, keep);
                 &mut self.edges
             }
-            CellKind::Lines => {
+            SimplexCells::Lines => {
                 retain(&mut mesh.lines, keep);
                 &mut self.lines
             }
-            CellKind::Triangles => {
+            SimplexCells::Triangles => {
                 retain(&mut mesh.triangles, keep);
                 retain(&mut mesh.triangle_middles, keep);
                 &mut self.triangles
             }
-            CellKind::Tetrahedra => {
+            SimplexCells::Tetrahedra => {
                 retain(&mut mesh.tetrahedra, keep);
                 retain(&mut mesh.tetrahedron_middles, keep);
                 &mut self.tetrahedra

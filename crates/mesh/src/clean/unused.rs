@@ -1,6 +1,6 @@
 //! `drop_unused`: no vertices without an element or an edge.
 
-use super::{CellKind, Cleaned, CleaningStep, consecutive};
+use super::{Cleaned, CleaningStep, SimplexCells, consecutive};
 use crate::MeshError;
 use crate::check::used_vertices;
 use crate::file::FileMesh;
@@ -19,7 +19,7 @@ fn apply(file: &mut FileMesh) -> Vec<Cleaned> {
     let count = used.iter().filter(|used| !**used).count();
     let vertices = Cleaned::new("drop_unused", "dropped", count, "vertices");
     let mut cleaned = vec![Cleaned { first_vertex, why: "that no element and no edge uses", ..vertices }];
-    for kind in CellKind::ALL {
+    for kind in SimplexCells::ALL {
         let keep: Vec<bool> =
             file.nodes(kind).iter().map(|cell| cell.iter().all(|&v| used[v as usize])).collect();
         let count = keep.iter().filter(|keep| !**keep).count();

@@ -5,7 +5,7 @@ use super::nodes::GmshNodes;
 use super::source::GmshSource;
 use super::{Entities, Version};
 use crate::MeshError;
-use crate::cells::Cells;
+use crate::cells::FileCells;
 use crate::file::Place;
 use crate::quadratic::MidNodes;
 use crate::tokens::FileFault;
@@ -18,8 +18,8 @@ pub(super) fn read(
     nodes: &GmshNodes,
     entities: &Entities,
     mid_nodes: MidNodes,
-) -> Result<Cells, FileFault> {
-    let mut elements = ElementReader { version, nodes, mid_nodes, cells: Cells::default() };
+) -> Result<FileCells, FileFault> {
+    let mut elements = ElementReader { version, nodes, mid_nodes, cells: FileCells::default() };
     match version {
         Version::Two if source.is_binary() => elements.packets(source)?,
         Version::Two => elements.flat(source)?,
@@ -41,7 +41,7 @@ struct ElementReader<'a> {
     version: Version,
     nodes: &'a GmshNodes,
     mid_nodes: MidNodes,
-    cells: Cells,
+    cells: FileCells,
 }
 
 impl ElementReader<'_> {

@@ -12,7 +12,7 @@ mod source;
 use std::collections::BTreeMap;
 
 use super::MeshError;
-use super::cells::{Cells, Names};
+use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput};
 use super::tokens::{FileFault, excerpt};
 use nodes::GmshNodes;
@@ -37,7 +37,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     let mut names = Names::new();
     let mut entities = Entities::new();
     let mut nodes: Option<GmshNodes> = None;
-    let mut cells: Option<Cells> = None;
+    let mut cells: Option<FileCells> = None;
     while let Some(section) = source.tokens.next() {
         match section {
             "$PhysicalNames" => groups::names(&mut source.tokens, &mut names)?,

@@ -9,7 +9,7 @@ mod array;
 
 use roxmltree::{Document, Node};
 
-use super::cells::{Cells, Names};
+use super::cells::{FileCells, Names};
 use super::file::{FileMesh, MeshInput, Place};
 use super::tokens::{FileFault, excerpt};
 use super::{FormatError, MeshError, vtk_cells};
@@ -35,7 +35,7 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     }
     let encoding = Encoding::new(&file, root, appended)?;
     let grid = file.child(root, "UnstructuredGrid")?;
-    let (mut xyz, mut places, mut cells) = (Vec::new(), Vec::new(), Cells::default());
+    let (mut xyz, mut places, mut cells) = (Vec::new(), Vec::new(), FileCells::default());
     for piece in grid.children().filter(|node| node.has_tag_name("Piece")) {
         file.piece(piece, &encoding, &mut xyz, &mut places, &mut cells)?;
     }
@@ -114,7 +114,7 @@ impl<'a, 'input> File<'a, 'input> {
         encoding: &Encoding,
         xyz: &mut Vec<f64>,
         places: &mut Vec<Place>,
-        cells: &mut Cells,
+        cells: &mut FileCells,
     ) -> Result<(), FileFault> {
         let first = places.len();
         let points = self.child(self.child(piece, "Points")?, "DataArray")?;

@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::{Inner, Simulation};
+use super::{Inner, PySimulation};
 use crate::arrays::Doubles;
 use crate::{arrays, document, threads};
 
@@ -54,7 +54,7 @@ impl Inner {
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Energies now.
     ///
     /// Returns
@@ -251,7 +251,7 @@ impl Simulation {
     }
 }
 
-impl Simulation {
+impl PySimulation {
     fn csr<'py>(
         &self,
         py: Python<'py>,

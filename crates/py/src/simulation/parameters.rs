@@ -12,7 +12,7 @@ use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
-use super::{Inner, Simulation, steering};
+use super::{Inner, PySimulation, steering};
 use crate::arrays;
 use crate::material::{PythonMaterial, Spent};
 
@@ -21,19 +21,19 @@ use crate::material::{PythonMaterial, Spent};
 pub(crate) struct Additions {
     pins: Vec<AddedPin>,
     /// Names of pins of the scene that were let go.
-    let_go: Vec<String>,
+    released: Vec<String>,
     force: Option<Py<PyAny>>,
     /// By the names of their bodies.
     materials: Vec<(String, Py<PyAny>)>,
     raised: Raised,
     /// In functions of materials.
     spent: Spent,
-    pace: Pace,
+    pace: MaterialTiming,
 }
 
 /// How long steps with materials in Python have taken.
 #[derive(Clone, Copy, Default)]
-struct Pace {
+struct MaterialTiming {
     /// In all.
     steps: Duration,
     /// In functions of materials.
@@ -80,7 +80,7 @@ impl Additions {
     pub(crate) fn duplicate(&self, py: Python<'_>) -> Self {
         Additions {
             pins: self.pins.clone(),
-            let_go: self.let_go.clone(),
+            released: self.released.clone(),
             force: self.force.as_ref().map(|force| force.clone_ref(py)),
             materials: self.copied_materials(py),
             pace: self.pace,
@@ -93,7 +93,7 @@ impl Additions {
         if self.materials.is_empty() || self.pace.said {
             return None;
         }
-        let Pace { steps, materials, said } = &mut self.pace;
+        let MaterialTiming { steps, materials, said } = &mut self.pace;
         (*steps, *materials) = (*steps + wall, *materials + self.spent.take());
         let part = (materials.as_secs_f64() / steps.as_secs_f64()).min(1.0);
         *said = *steps >= MEASURABLE && part >= SLOW;
@@ -127,13 +127,13 @@ impl Additions {
         let pins: Vec<_> =
             self.pins.iter().map(|pin| (pin.name.clone(), pin.vertices.clone(), pin.axes)).collect();
         let force = self.force.as_ref().map(|force| force.clone_ref(py));
-        (pins, self.let_go.clone(), force, self.copied_materials(py)).into_pyobject(py)
+        (pins, self.released.clone(), force, self.copied_materials(py)).into_pyobject(py)
     }
 
     /// Notes them in a checkpoint: pins as text, functions and materials pickled.
     pub(crate) fn note(&self, py: Python<'_>, notes: &mut Notes) -> PyResult<()> {
         let pins: Vec<_> = self.pins.iter().map(|pin| (&pin.name, &pin.vertices, pin.axes)).collect();
-        let text = serde_json::to_vec(&(pins, &self.let_go));
+        let text = serde_json::to_vec(&(pins, &self.released));
         notes.insert(PINS.into(), text.map_err(|error| PyValueError::new_err(error.to_string()))?);
         if self.force.is_some() || !self.materials.is_empty() {
             let force = self.force.as_ref().map(|force| force.clone_ref(py));
@@ -149,8 +149,8 @@ impl Additions {
         let mut additions = Additions::default();
         if let Some(text) = notes.get(PINS) {
             let noted = serde_json::from_slice::<(Pins, Vec<String>)>(text);
-            let (pins, let_go) = noted.map_err(|error| PyValueError::new_err(error.to_string()))?;
-            (additions.pins, additions.let_go) = (pins.into_iter().map(AddedPin::of).collect(), let_go);
+            let (pins, released) = noted.map_err(|error| PyValueError::new_err(error.to_string()))?;
+            (additions.pins, additions.released) = (pins.into_iter().map(AddedPin::of).collect(), released);
         }
         if let Some(pickled) = notes.get(FUNCTIONS) {
             let tuple = py.import("pickle")?.call_method1("loads", (PyBytes::new(py, pickled),))?;
@@ -162,9 +162,9 @@ impl Additions {
     /// Back from that tuple.
     pub(crate) fn unpickled(tuple: &Bound<'_, PyTuple>) -> PyResult<Self> {
         type Parts = (Pins, Vec<String>, Option<Py<PyAny>>, Vec<(String, Py<PyAny>)>);
-        let (pins, let_go, force, materials): Parts = tuple.extract()?;
+        let (pins, released, force, materials): Parts = tuple.extract()?;
         let pins = pins.into_iter().map(AddedPin::of);
-        Ok(Additions { pins: pins.collect(), let_go, force, materials, ..Additions::default() })
+        Ok(Additions { pins: pins.collect(), released, force, materials, ..Additions::default() })
     }
 }
 
@@ -180,8 +180,8 @@ impl Inner {
                 _ => PyValueError::new_err(error.to_string()),
             })?;
         }
-        for name in &self.additions.let_go {
-            self.simulation.let_go(name);
+        for name in &self.additions.released {
+            self.simulation.release(name);
         }
         for pin in &self.additions.pins {
             self.simulation.pin(&pin.name, &pin.vertices, pin.axes);
@@ -243,8 +243,8 @@ impl Inner {
             return Err(PyValueError::new_err(message));
         }
         // Before velocities of what is held are taken away.
-        for name in &self.additions.let_go {
-            simulation.let_go(name);
+        for name in &self.additions.released {
+            simulation.release(name);
         }
         let drives = self.simulation.drives();
         self.simulation.adopt(simulation);
@@ -263,7 +263,7 @@ fn called(function: &Bound<'_, PyAny>, time: f64, x: &[f64], shape: &[usize]) ->
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Change parameters of the scene and go on from the present state.
     ///
     /// Parameters
@@ -487,7 +487,7 @@ impl Simulation {
     ///     There is no such pin, or it has let go already.
     fn release(&self, name: &str) -> PyResult<()> {
         let mut inner = self.lock()?;
-        if !inner.simulation.let_go(name) {
+        if !inner.simulation.release(name) {
             let names = inner.simulation.pin_names();
             let message = format!("there is no pin {name:?}; there are {names:?}");
             return Err(PyKeyError::new_err(message));
@@ -495,7 +495,7 @@ impl Simulation {
         let before = inner.additions.pins.len();
         inner.additions.pins.retain(|pin| pin.name != name);
         if inner.additions.pins.len() == before {
-            inner.additions.let_go.push(name.to_owned());
+            inner.additions.released.push(name.to_owned());
         }
         Ok(())
     }

@@ -10,17 +10,17 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyTuple};
 
-use super::{Inner, Simulation, View};
+use super::{Inner, PySimulation, View};
 use crate::arrays::Doubles;
-use crate::scene::Scene;
-use crate::state::State;
+use crate::scene::PyScene;
+use crate::state::PyState;
 use crate::{arrays, errors, topology};
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// Scene: What is simulated, changes by `set` included.
     #[getter]
-    fn scene(&self) -> PyResult<Scene> {
+    fn scene(&self) -> PyResult<PyScene> {
         Ok(self.lock()?.scene.clone())
     }
 
@@ -135,12 +135,12 @@ impl Simulation {
 
     /// State: This moment, to go back to. What is assigned must be a state of this scene.
     #[getter]
-    fn state(&self) -> PyResult<State> {
-        Ok(State { snapshot: self.lock()?.simulation.snapshot(), dimension: self.dimension })
+    fn state(&self) -> PyResult<PyState> {
+        Ok(PyState { snapshot: self.lock()?.simulation.snapshot(), dimension: self.dimension })
     }
 
     #[setter]
-    fn set_state(&self, py: Python<'_>, state: &State) -> PyResult<()> {
+    fn set_state(&self, py: Python<'_>, state: &PyState) -> PyResult<()> {
         let mut inner = self.lock()?;
         let restored = inner.simulation.restore(&state.snapshot);
         restored.map_err(|error| PyValueError::new_err(error.to_string()))?;
@@ -168,7 +168,7 @@ impl Simulation {
             let checkpoint = inner.simulation.checkpoint();
             (inner.scene.clone(), checkpoint, inner.additions.duplicate(py))
         };
-        Simulation::rebuilt(py, scene, &checkpoint, additions)
+        PySimulation::rebuilt(py, scene, &checkpoint, additions)
     }
 
     fn __copy__(&self, py: Python<'_>) -> PyResult<Self> {
@@ -228,7 +228,7 @@ impl Simulation {
     fn restore(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = py.detach(|| CheckpointFile::read(&path)).map_err(|error| errors::checkpoint(&error))?;
         let additions = super::Additions::noted(py, &file.notes)?;
-        Simulation::rebuilt(py, Scene::of(py, file.scene.source())?, &file.simulation, additions)
+        PySimulation::rebuilt(py, PyScene::of(py, file.scene.source())?, &file.simulation, additions)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -252,14 +252,14 @@ impl Simulation {
         let file = CheckpointFile::from_bytes(Path::new("the pickle"), bytes);
         let file = file.map_err(|error| errors::checkpoint(&error))?;
         let additions = super::Additions::unpickled(additions)?;
-        Simulation::rebuilt(py, Scene::of(py, file.scene.source())?, &file.simulation, additions)
+        PySimulation::rebuilt(py, PyScene::of(py, file.scene.source())?, &file.simulation, additions)
     }
 }
 
 /// A checkpoint of `simulation`, which `write` writes.
 fn written<T>(
     simulation: &mut Core,
-    scene: &Scene,
+    scene: &PyScene,
     notes: &Notes,
     write: impl FnOnce(&CheckpointContent<'_>) -> Result<T, CheckpointError>,
 ) -> Result<T, CheckpointError> {
@@ -268,15 +268,15 @@ fn written<T>(
     write(&CheckpointContent { scene: &scene, simulation: &simulation, run: None, notes })
 }
 
-impl Simulation {
+impl PySimulation {
     /// A simulation of `scene` that goes on from a checkpoint, with what was added to another.
     fn rebuilt(
         py: Python<'_>,
-        scene: Scene,
+        scene: PyScene,
         checkpoint: &Checkpoint,
         additions: super::Additions,
     ) -> PyResult<Self> {
-        let simulation = Simulation::assembled(py, scene)?;
+        let simulation = PySimulation::assembled(py, scene)?;
         {
             let mut inner = simulation.lock()?;
             inner.additions = additions;

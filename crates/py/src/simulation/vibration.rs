@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use serde_json::json;
 
-use super::Simulation;
+use super::PySimulation;
 use crate::arrays::Doubles;
 use crate::document::from_json;
 use crate::{arrays, threads};
@@ -17,14 +17,14 @@ type Found<'py, A> = (Bound<'py, PyAny>, A);
 /// The exact motion of a linear scene, as a sum of its modes: what `Simulation.superposition` returns.
 ///
 /// ``M u'' + C u' + K u = f`` from the state where it was made, each mode in closed form: what errors of time steps are measured against.
-#[pyclass(frozen, module = "pliant")]
-pub(crate) struct Superposition {
+#[pyclass(name = "Superposition", frozen, module = "pliant")]
+pub(crate) struct PySuperposition {
     core: Core,
     vertices: usize,
 }
 
 #[pymethods]
-impl Superposition {
+impl PySuperposition {
     /// Positions and velocities at a time.
     ///
     /// Parameters
@@ -88,7 +88,7 @@ impl Superposition {
 }
 
 #[pymethods]
-impl Simulation {
+impl PySimulation {
     /// The exact motion of the system linearised at the present state, from that state on, as a sum of its modes.
     ///
     /// Parameters
@@ -108,11 +108,11 @@ impl Simulation {
     /// RuntimeError
     ///     There is no stable equilibrium; damping couples the modes.
     #[pyo3(signature = (count = None))]
-    fn superposition(&self, py: Python<'_>, count: Option<usize>) -> PyResult<Superposition> {
+    fn superposition(&self, py: Python<'_>, count: Option<usize>) -> PyResult<PySuperposition> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
         let found = py.detach(|| threads::run(|| simulation.superposition(count)));
-        Ok(Superposition { core: found.map_err(modes_error)?, vertices: self.vertices })
+        Ok(PySuperposition { core: found.map_err(modes_error)?, vertices: self.vertices })
     }
 
     /// Natural modes about the present state, as a dictionary of columns, shapes last.

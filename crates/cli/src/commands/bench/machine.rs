@@ -27,7 +27,7 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    pub(super) fn look() -> Machine {
+    pub(super) fn measured() -> Machine {
         Machine {
             processor: processor(),
             cores: std::thread::available_parallelism().map_or(1, usize::from),

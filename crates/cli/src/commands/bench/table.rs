@@ -2,11 +2,11 @@
 
 use pliant_lab::benchmark::{BenchmarkCase, REFERENCE_MACHINE};
 
-use super::Measured;
+use super::MeasuredCase;
 use super::machine::Machine;
 use crate::text::{count, counted, table, wrap};
 
-pub(super) fn render(machine: &Machine, measured: &[Measured], width: usize) -> String {
+pub(super) fn render(machine: &Machine, measured: &[MeasuredCase], width: usize) -> String {
     let mut out = format!(
         "{}, {}, kernels on {}, pliant {}\n",
         machine.processor,
@@ -43,7 +43,7 @@ pub(super) fn render(machine: &Machine, measured: &[Measured], width: usize) -> 
     out
 }
 
-fn line(m: &Measured) -> Vec<String> {
+fn line(m: &MeasuredCase) -> Vec<String> {
     let reference = m.case.reference;
     vec![
         format!("  {}", work(&m.case)),

@@ -15,13 +15,13 @@ use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::json;
 
 use crate::arguments::ModesArguments;
-use crate::failure::{Failure, Status};
+use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
 use crate::interrupt;
 use crate::terminal::Terminal;
 use crate::text::{counted, number, table};
 
-pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<Status, Failure> {
+pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     for path in arguments.output.iter().chain(&arguments.sound.sound) {
         refuse(path, arguments)?;
     }
@@ -47,7 +47,7 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
         found => found.map_err(|error| Failure::failed("modes", error.to_string()))?,
     };
     terminal.report(&describe(&found))?;
-    let mut document = json!({ "status": Status::Done, "scene": input.source.name(), "modes": found });
+    let mut document = json!({ "status": ExitStatus::Done, "scene": input.source.name(), "modes": found });
     if let Some(path) = &arguments.output {
         let recorded = animation::record(path, arguments, &input, &assembly, &found)?;
         terminal.report(&animation::describe(&recorded))?;
@@ -60,14 +60,14 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
         document["sound"] = heard.document();
     }
     terminal.document(&document)?;
-    Ok(Status::Done)
+    Ok(ExitStatus::Done)
 }
 
 /// Asked to end before there is anything to tell.
-fn interrupted(terminal: Terminal) -> Result<Status, Failure> {
+fn interrupted(terminal: Terminal) -> Result<ExitStatus, Failure> {
     terminal.complain("interrupted: no modes were found yet");
-    terminal.document(&json!({ "status": Status::Interrupted }))?;
-    Ok(Status::Interrupted)
+    terminal.document(&json!({ "status": ExitStatus::Interrupted }))?;
+    Ok(ExitStatus::Interrupted)
 }
 
 /// Before anything is computed: an output that is there, or is the scene.

@@ -6,7 +6,7 @@ use pliant::modes::{Silent, Sound, SoundError, Strike};
 use pliant_scene::assembly::Assembly;
 use serde_json::{Value, json};
 
-use crate::arguments::{ModesArguments, Place};
+use crate::arguments::{ModesArguments, VertexChoice};
 use crate::failure::Failure;
 use crate::text::{counted, number};
 
@@ -63,15 +63,15 @@ pub(super) fn write(
 }
 
 /// The number of a vertex of the scene.
-fn vertex_at(place: &Place, option: &str, assembly: &Assembly) -> Result<usize, Failure> {
+fn vertex_at(place: &VertexChoice, option: &str, assembly: &Assembly) -> Result<usize, Failure> {
     let d = assembly.topology.dimension;
     match place {
-        Place::Vertex(vertex) => Ok(*vertex),
-        Place::Point(point) if point.len() != d => Err(Failure::usage(format!(
+        VertexChoice::Vertex(vertex) => Ok(*vertex),
+        VertexChoice::Point(point) if point.len() != d => Err(Failure::usage(format!(
             "the point of `{option}` has {}; the scene is in {d}D",
             counted(point.len() as u64, "coordinate", "coordinates")
         ))),
-        Place::Point(point) => {
+        VertexChoice::Point(point) => {
             let distance =
                 |x: &[f64]| x.iter().zip(point).map(|(x, p)| (x - p) * (x - p)).sum::<f64>().sqrt();
             let rows = assembly.topology.rest_positions.chunks_exact(d).map(distance).enumerate();

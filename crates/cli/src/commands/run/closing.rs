@@ -13,7 +13,7 @@ use pliant_scene::{Channel, Scene};
 use serde_json::{Value, json};
 
 use super::statics;
-use crate::failure::Status;
+use crate::failure::ExitStatus;
 use crate::statistics::Statistics;
 use crate::text::{self, counted, entry, number};
 
@@ -48,18 +48,18 @@ impl<'a> Closing<'a> {
     }
 
     /// How the run ended.
-    pub(crate) fn status(&self) -> Status {
+    pub(crate) fn status(&self) -> ExitStatus {
         match self.summary.outcome {
-            Outcome::Done => Status::Done,
-            Outcome::Interrupted => Status::Interrupted,
-            _ => Status::Failed,
+            Outcome::Done => ExitStatus::Done,
+            Outcome::Interrupted => ExitStatus::Interrupted,
+            _ => ExitStatus::Failed,
         }
     }
 
     /// What the user should know even if nobody reads the numbers. A run that failed says what is wrong
     /// already.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        if self.status() == Status::Failed {
+        if self.status() == ExitStatus::Failed {
             return vec![];
         }
         let found = [
@@ -224,7 +224,7 @@ impl<'a> Closing<'a> {
     /// The numbers, for people.
     pub(crate) fn numbers(&self, width: usize) -> String {
         let Summary { frames, work, end, .. } = self.summary;
-        let word = if self.status() == Status::Done { "done" } else { "ended early" };
+        let word = if self.status() == ExitStatus::Done { "done" } else { "ended early" };
         let mut out = format!(
             "{word}: {}, {} in {} ({} steps/s)\n",
             counted(*frames, "frame", "frames"),

@@ -14,10 +14,10 @@ use pliant_scene::assembly::Assembly;
 
 use super::closing::{self, Closing};
 use super::keeper::Keeper;
-use crate::failure::{Failure, Status, label};
+use crate::failure::{ExitStatus, Failure, label};
 use crate::input::Input;
-use crate::progress::Progress;
-use crate::recording::Recording;
+use crate::progress::RunProgress;
+use crate::recording::RunRecorder;
 use crate::statistics::Statistics;
 use crate::terminal::Terminal;
 
@@ -25,7 +25,7 @@ use crate::terminal::Terminal;
 pub(crate) struct Session {
     pub(crate) input: Input,
     pub(crate) assembly: Assembly,
-    pub(crate) recording: Recording,
+    pub(crate) recording: RunRecorder,
     pub(crate) table: Option<Table<File>>,
     pub(crate) keeper: Option<Keeper>,
     /// The checkpoint to go on from.
@@ -39,7 +39,7 @@ impl Session {
     ///
     /// # Errors
     /// The checkpoint is one of another scene; the recording or standard output cannot be written.
-    pub(crate) fn run(mut self, terminal: Terminal) -> Result<Status, Failure> {
+    pub(crate) fn run(mut self, terminal: Terminal) -> Result<ExitStatus, Failure> {
         let mut statistics = Statistics::new(&self.input.scene);
         let mut progress = self.progress(terminal);
         let started = Instant::now();
@@ -83,14 +83,14 @@ impl Session {
     }
 
     /// The progress bar; `None` where standard error is no terminal.
-    fn progress(&mut self, terminal: Terminal) -> Option<Progress> {
+    fn progress(&mut self, terminal: Terminal) -> Option<RunProgress> {
         let wanted = std::io::stderr().is_terminal() && !terminal.quiet && !terminal.json;
         wanted.then(|| {
             let simulation = &mut self.assembly.simulation;
             let start = simulation.diagnostics();
             let scale = run::energy_scale(simulation, &start);
             let duration = self.input.scene.plan().duration;
-            let mut progress = Progress::new(self.assembly.report.frames, duration, scale);
+            let mut progress = RunProgress::new(self.assembly.report.frames, duration, scale);
             if let Some(state) = self.from.as_ref().and_then(|from| from.run.as_ref()) {
                 progress.begin_from(state.start().conserved());
             }
@@ -101,7 +101,7 @@ impl Session {
     fn take_steps(
         &mut self,
         statistics: &mut Statistics,
-        progress: Option<&mut Progress>,
+        progress: Option<&mut RunProgress>,
     ) -> Result<Summary, Failure> {
         let plan = self.input.scene.plan();
         let simulation = &mut self.assembly.simulation;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pliant_lab::stability::{Against, AttemptStatus, Map, Survey};
+use pliant_lab::stability::{Against, AttemptStatus, Map, StabilitySurvey};
 use pliant_lab::study::page::{Look, Page, TableCell};
 use pliant_lab::study::plot::{AxisSpec, CellState, Chart, HeatMap, Line, Point};
 use serde_json::Value;
@@ -21,7 +21,7 @@ const ABOUT: &str = "Predicted is the limit of the scene linearised at its start
                      amplitude what oscillates about it, both over the energy that there is.";
 
 /// A row for each scheme.
-fn limits(found: &Survey) -> Vec<[String; 8]> {
+fn limits(found: &StabilitySurvey) -> Vec<[String; 8]> {
     let mut rows = vec![];
     for (limit, drift) in found.limits.iter().zip(&found.drifts) {
         let predicted = limit.predicted.map_or_else(|| "any".into(), number);
@@ -48,7 +48,7 @@ fn limits(found: &Survey) -> Vec<[String; 8]> {
     rows
 }
 
-pub(super) fn describe(found: &Survey, width: usize) -> String {
+pub(super) fn describe(found: &StabilitySurvey, width: usize) -> String {
     let mut rows = vec![HEADER.map(str::to_owned).to_vec()];
     rows.extend(limits(found).into_iter().map(Vec::from));
     let mut out = table(&rows, 0);
@@ -70,7 +70,7 @@ pub(super) fn describe(found: &Survey, width: usize) -> String {
     out + &format!("{}\n", agreement(found))
 }
 
-fn agreement(found: &Survey) -> String {
+fn agreement(found: &StabilitySurvey) -> String {
     let apart = found.amplification.iter().flat_map(|curve| {
         curve.measured.iter().zip(&curve.formula).map(|(measured, formula)| (measured / formula - 1.0).abs())
     });
@@ -111,7 +111,12 @@ fn text_map(map: &Map) -> String {
 }
 
 /// Writes tables, charts and a page.
-pub(super) fn write(folder: &Path, scene: &str, found: &Survey, document: &Value) -> Result<(), Failure> {
+pub(super) fn write(
+    folder: &Path,
+    scene: &str,
+    found: &StabilitySurvey,
+    document: &Value,
+) -> Result<(), Failure> {
     let n = |x: f64| format!("{x:?}");
     let mut csv = csv_line(&[
         "integrator",
@@ -207,7 +212,7 @@ fn heat_map(map: &Map) -> Result<String, Failure> {
 }
 
 /// Measured spectral radii.
-fn amplification(found: &Survey) -> Result<String, Failure> {
+fn amplification(found: &StabilitySurvey) -> Result<String, Failure> {
     let mut chart = Chart::new(
         "Amplification of an oscillator in one step",
         AxisSpec::log("h omega"),

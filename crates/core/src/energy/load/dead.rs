@@ -51,12 +51,12 @@ impl DeadLoad {
         let held = if changes { now.clone() } else { vec![] };
         let mut load =
             DeadLoad { name, dimension, vertices, rest, samples, field, changes, time: 0.0, now, held };
-        load.look(0.0);
+        load.sample(0.0);
         load
     }
 
     /// The forces at the time `time` [s].
-    fn look(&mut self, time: f64) {
+    fn sample(&mut self, time: f64) {
         let (d, DeadLoad { samples, field, now, .. }) = (self.dimension, self);
         now.fill(0.0);
         for Sample { point, shares } in &*samples {
@@ -129,7 +129,7 @@ impl Driven for DeadLoad {
     fn set_time(&mut self, time: f64) {
         if time != self.time {
             self.time = time;
-            self.look(time);
+            self.sample(time);
         }
     }
 

@@ -97,12 +97,12 @@ impl<const D: usize, const N: usize> Pressure<D, N> {
             time: 0.0,
         };
         term.rest_volume = term.volume(rest);
-        term.look(0.0);
+        term.sample(0.0);
         term
     }
 
     /// The pressure at the time `time` [s].
-    fn look(&mut self, time: f64) {
+    fn sample(&mut self, time: f64) {
         let Pressure { quadrature, areas, points, pressure, now, uniform, .. } = self;
         if !pressure.varies {
             *uniform = (pressure.field)([0.0; 3], time);
@@ -307,7 +307,7 @@ impl<const D: usize, const N: usize> Driven for Pressure<D, N> {
     fn set_time(&mut self, time: f64) {
         if time != self.time {
             self.time = time;
-            self.look(time);
+            self.sample(time);
         }
     }
 

@@ -164,7 +164,7 @@ impl<const D: usize> Newton<D> {
         self.work.newton_iterations += 1;
         solve.check_distance(self.size)?;
         if solve.objective.single_iteration {
-            self.go(solve.system, solve.objective, solve.at, 1.0);
+            self.move_along(solve.system, solve.objective, solve.at, 1.0);
             std::mem::swap(solve.at, &mut self.trial);
             return Ok(Converged);
         }

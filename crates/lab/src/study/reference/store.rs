@@ -31,7 +31,10 @@ fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     // The directory is no part of the text, but says which files are meant, if there are any.
     let reads = |body: &Body| matches!(body.mesh, MeshSpec::File(_));
     let directory = plain.body.iter().any(reads).then_some(&plain.directory);
-    format!("{}\n{:?}\n{:?}", plain.to_toml().unwrap_or_default(), grid, directory)
+    let TimeGrid { duration, times } = grid;
+    let scene = plain.to_toml().unwrap_or_default();
+    // References are kept under the hash of this text: it is part of their format.
+    format!("{scene}\nGrid {{ duration: {duration:?}, times: {times:?} }}\n{directory:?}")
 }
 
 /// A folder of references; none without a folder.
