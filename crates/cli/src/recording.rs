@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use pliant::observer::Observer;
-use pliant_record::{Beginning, Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
+use pliant_record::{Beginning, Level, MAX_LOSS, McapRecorder, Options, Outcome, RecordError, Recorded};
 use pliant_scene::assembly::Assembly;
 
 use crate::arguments::RunArguments;
@@ -120,7 +120,7 @@ fn options(input: &Input, assembly: &Assembly, overwrite: bool) -> Options {
         probes: assembly.probes.clone(),
         reactions: assembly.simulation.reaction_names(),
         scene_text: input.source.text().to_owned(),
-        patience: PATIENCE,
+        max_loss: MAX_LOSS,
         ..Options::default()
     }
 }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use pliant::diagnostics::Diagnostics;
 use pliant::observer::{self, Observer, ObserverError};
 use pliant::run::{self, Outcome, Plan};
-use pliant_record::{Level, McapRecorder, Options, PATIENCE, RecordError};
+use pliant_record::{Level, MAX_LOSS, McapRecorder, Options, RecordError};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -100,8 +100,8 @@ impl std::fmt::Display for Raised {
 impl std::error::Error for Raised {}
 
 impl Observer for &Callback {
-    fn wants_diagnostics(&self) -> bool {
-        true
+    fn quantities(&self) -> observer::Quantities {
+        observer::Quantities::DIAGNOSTICS
     }
 
     fn frame(&mut self, frame: &observer::Frame<'_>) -> Result<(), ObserverError> {
@@ -250,7 +250,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
         probes: inner.probes.clone(),
         reactions: inner.simulation.reaction_names(),
         scene_text: inner.scene.source.text().to_owned(),
-        patience: PATIENCE,
+        max_loss: MAX_LOSS,
         ..Options::default()
     };
     McapRecorder::create(&path, &options, &inner.topology).map_err(|error| errors::record(&error))

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use super::channel::FRAME_ID;
 use super::clock::timestamp;
+use super::declaration::FRAME_ID;
 use super::protobuf::MessageWriter;
 
 /// Writes the messages of a channel.
@@ -33,10 +33,9 @@ impl Cloud {
         Cloud { common, stride }
     }
 
-    /// Begins a message of `rows` rows in place of what is in the buffer; the rows are to be appended. Only what changes is
-    /// encoded anew: messages of protobuf are joined by writing one behind the other.
+    /// Begins a message of `rows` rows in an empty buffer; the rows are to be appended. Only what changes is encoded
+    /// anew: messages of protobuf are joined by writing one behind the other.
     pub(super) fn begin(&self, log_time: u64, rows: usize, buffer: &mut Vec<u8>) {
-        buffer.clear();
         timestamp(&mut MessageWriter::append_to(buffer), 1, log_time);
         buffer.extend_from_slice(&self.common);
         // As a field without content would be.

@@ -46,7 +46,7 @@ pub(super) struct Container<W: Write + Seek> {
     closed_frames: u64,
     /// Whether something could not be written, and nothing more will be.
     has_failed: bool,
-    /// Why, until somebody asks.
+    /// Why, until it is asked for.
     failure: Option<McapError>,
     /// The file that the writer writes to, to be synced.
     file: Option<File>,
@@ -120,20 +120,21 @@ impl<W: Write + Seek> Container<W> {
     }
 
     /// Writes the messages of a frame, as [`keep`](Self::keep) does.
-    pub(super) fn keep_frame(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
-        self.keep_group(group, true, safe);
+    pub(super) fn keep_frame(&mut self, group: &[Message<'_>], durable: Option<&dyn Fn()>) {
+        self.keep_group(group, true, durable);
     }
 
-    /// Writes messages that belong together, and calls `safe`, where that is given, once a kill cannot lose them any more. Where they
-    /// cannot be written, they and all that come after go to the journal only, and [`failure`](Self::failure) says why.
-    pub(super) fn keep(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
-        self.keep_group(group, false, safe);
+    /// Writes messages that belong together, and calls `durable`, where that is given, once a kill cannot lose them any
+    /// more. Where they cannot be written, they and all that come after go to the journal only, and
+    /// [`failure`](Self::failure) says why.
+    pub(super) fn keep(&mut self, group: &[Message<'_>], durable: Option<&dyn Fn()>) {
+        self.keep_group(group, false, durable);
     }
 
-    fn keep_group(&mut self, group: &[Message<'_>], is_frame: bool, safe: Option<&dyn Fn()>) {
+    fn keep_group(&mut self, group: &[Message<'_>], is_frame: bool, durable: Option<&dyn Fn()>) {
         let ends_chunk = !self.has_failed && self.is_ended_by(group);
         if !ends_chunk {
-            self.note(group, is_frame, safe);
+            self.note(group, is_frame, durable);
         }
         if self.has_failed {
             return;
@@ -143,10 +144,10 @@ impl<W: Write + Seek> Container<W> {
             Err(error) => {
                 self.fail(error);
                 if ends_chunk {
-                    self.note(group, is_frame, safe);
+                    self.note(group, is_frame, durable);
                 }
             }
-            Ok(()) if ends_chunk => safe.into_iter().for_each(|safe| safe()),
+            Ok(()) if ends_chunk => durable.into_iter().for_each(|durable| durable()),
             Ok(()) => {}
         }
     }
@@ -184,13 +185,13 @@ impl<W: Write + Seek> Container<W> {
         self.failure.get_or_insert(error);
     }
 
-    /// Appends to the journal, and writes it where somebody wants to know when it is safe.
-    fn note(&mut self, group: &[Message<'_>], is_frame: bool, safe: Option<&dyn Fn()>) {
+    /// Appends to the journal, and writes it where `durable` is to be called.
+    fn note(&mut self, group: &[Message<'_>], is_frame: bool, durable: Option<&dyn Fn()>) {
         let Some(journal) = &mut self.journal else { return };
         journal.append(group, is_frame);
-        if let Some(safe) = safe {
+        if let Some(durable) = durable {
             match journal.write() {
-                Ok(()) => safe(),
+                Ok(()) => durable(),
                 Err(error) => self.fail(McapError::Io(error)),
             }
         }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::Record;
 
 use super::attachments::SCENE;
-use super::channel::{MESH, place_from_end};
+use super::channels::{is_in_every_frame, place_in_frame};
 use super::container::Message;
 use super::read::{recover, walk};
 use super::{McapRecorder, Options, RecordError, paths};
@@ -105,8 +105,7 @@ impl Survey {
             Ok(())
         })?;
         survey.frames = count;
-        survey.holds_every_frame =
-            groups.channels.iter().any(|id| *id != MESH.0 && place_from_end(*id).is_some());
+        survey.holds_every_frame = groups.channels.iter().any(|number| is_in_every_frame(*number));
         survey.scene_text = groups.scene_text;
         Ok(survey)
     }
@@ -156,7 +155,7 @@ impl Groups {
             Record::Channel(channel) => {
                 self.channels.insert(channel.id);
             }
-            Record::Message { header, data } if place_from_end(header.channel_id).is_some() => {
+            Record::Message { header, data } if place_in_frame(header.channel_id).is_some() => {
                 let number = u64::from(header.sequence);
                 if self.frame.first().is_some_and(|first| first.header.sequence != header.sequence) {
                     self.hand_on(visit)?;

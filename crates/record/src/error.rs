@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use pliant::observer::ObserverError;
+use pliant::observer::{ObserverError, Quantities};
 
 /// A trajectory could not be written, read or recovered.
 #[derive(Debug, thiserror::Error)]
@@ -73,21 +73,19 @@ pub enum RecordError {
         /// Numbers in the frame.
         found: usize,
     },
-    /// The energy channel was asked for and a frame came without diagnostics.
-    #[error("frame {frame} has no diagnostics, which the channel /energy records")]
-    MissingDiagnostics {
+    /// A frame does not have what a channel records.
+    #[error("frame {frame} has no {quantities}, which the channel {topic} records")]
+    MissingQuantities {
         /// The frame.
         frame: u64,
+        /// Quantities that the frame does not have.
+        quantities: Quantities,
+        /// Topic of the channel.
+        topic: String,
     },
-    /// The channel of reactions was asked for and a frame came without them.
-    #[error("frame {frame} has no reactions, which the channel /reactions records")]
-    MissingReactions {
-        /// The frame.
-        frame: u64,
-    },
-    /// A channel about elements was asked for and a frame came without their states, or with those of other elements.
+    /// A frame has the states of other elements than those of the topology.
     #[error("frame {frame} has the states of {found} elements, of {expected} that channels record")]
-    MissingElements {
+    ElementCount {
         /// The frame.
         frame: u64,
         /// Elements of the topology.

@@ -19,37 +19,33 @@
 //!
 //! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give
 //! the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at any moment loses
-//! no frame whose recording had returned, but for what took less than [`PATIENCE`] to compute where the recorder is given that: those of
-//! the chunk still open are also in `<output>.part.tail`, and [`recover`](read::recover) puts the two together.
+//! no frame whose recording had returned, but for what took less than [`MAX_LOSS`] to compute where the recorder is
+//! given that: those of the chunk still open are also in `<output>.part.tail`, and [`recover`](read::recover) puts
+//! the two together.
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
 
 mod attachments;
-mod behind;
-mod channel;
+mod background_writer;
+mod channels;
 pub mod checkpoint;
 mod clock;
 mod cloud;
 mod container;
 mod continuation;
-mod desk;
-mod elements;
-mod energy;
+mod declaration;
 mod error;
 pub mod export;
+mod frame_copy;
+mod frame_encoder;
 mod journal;
-mod kept;
 mod outcome;
 mod paths;
-mod probe;
 mod protobuf;
-mod reactions;
 pub mod read;
 mod recorder;
 mod sink;
-mod state;
-mod surface;
 #[cfg(test)]
 mod tests;
 mod transform;
@@ -58,17 +54,17 @@ mod warning;
 use std::time::Duration;
 
 pub use attachments::{BlockSummary, BodySummary};
+pub use channels::elements::BodyRows;
 pub use continuation::Beginning;
-pub use elements::BodyRows;
 pub use error::RecordError;
 pub use outcome::{Outcome, Status};
 pub use paths::files;
 pub use recorder::{McapRecorder, Options, Recorded};
 pub use warning::Level;
 
-/// A [patience](Options::patience) for runs: nobody misses what is computed again in this time, and where frames take microseconds
-/// the writes are no longer felt.
-pub const PATIENCE: Duration = Duration::from_millis(100);
+/// Largest [loss](Options::max_loss) for runs: computed again in a moment, and where frames take microseconds the
+/// writes are no longer felt.
+pub const MAX_LOSS: Duration = Duration::from_millis(100);
 
 /// What the header says wrote the file.
 const LIBRARY: &str = concat!("pliant ", env!("CARGO_PKG_VERSION"));

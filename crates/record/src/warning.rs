@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use mcap::Channel;
 
-use super::channel::{self, FRAME_ID, typed};
 use super::clock::timestamp;
+use super::declaration::{FRAME_ID, typed};
 use super::protobuf::{self, MessageWriter};
 
 /// How serious a message is.
@@ -19,9 +19,12 @@ pub enum Level {
     Error,
 }
 
+/// Number of the channel.
+pub(super) const NUMBER: u16 = 5;
+
 /// Declares the channel.
 pub(super) fn channel() -> Channel<'static> {
-    typed(channel::LOG, protobuf::LOG, BTreeMap::new())
+    typed(NUMBER, "/log", protobuf::LOG, BTreeMap::new())
 }
 
 /// One message.

@@ -11,7 +11,7 @@ use super::source::Source;
 use super::walk::walk;
 use crate::RecordError;
 use crate::attachments::{BodySummary, METADATA};
-use crate::channel::last_of_frame;
+use crate::channels::last_of_frame;
 use crate::clock::seconds;
 use crate::outcome::{OUTCOME, Outcome};
 use crate::paths;

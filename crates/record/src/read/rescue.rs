@@ -1,6 +1,6 @@
 //! Making a complete file of what a killed run has left.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::ops::ControlFlow;
@@ -12,7 +12,7 @@ use mcap::{Channel, Schema};
 
 use super::walk::{ensure_mcap, walk};
 use crate::RecordError;
-use crate::channel::{ENERGY, last_of_frame, place_from_end};
+use crate::channels::{energy, last_of_frame, place_in_frame};
 use crate::clock::seconds;
 use crate::container::{Container, Message};
 use crate::error::write_error;
@@ -177,11 +177,11 @@ impl<'a> Rescue<'a> {
             return Ok(());
         }
         self.last_sequence.insert(id, message.header.sequence);
-        if place_from_end(id).is_none() {
+        if place_in_frame(id).is_none() {
             return self.container.write(&[message]);
         }
-        if id == ENERGY.0 {
-            self.step = step_of(&message.data);
+        if id == energy::NUMBER {
+            self.step = energy::step_of(&message.data);
         }
         let time = message.header.log_time;
         self.frame.push(message);
@@ -206,8 +206,4 @@ impl<'a> Rescue<'a> {
         finished.stream.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
         Ok((self.frames, last_time))
     }
-}
-
-fn step_of(row: &[u8]) -> Option<u64> {
-    serde_json::from_slice::<BTreeMap<String, serde_json::Value>>(row).ok()?.get("step")?.as_u64()
 }

@@ -12,11 +12,11 @@ use super::source::Source;
 use crate::FORMAT_VERSION;
 use crate::RecordError;
 use crate::attachments::{METADATA, REST};
-use crate::channel::{ENERGY, MESH, REACTIONS, STATE, last_of_frame};
+use crate::channels::elements::{self, BodyRows, CENTROID};
+use crate::channels::state::STRIDE;
+use crate::channels::{energy, is_in_every_frame, last_of_frame, probe, reactions, state};
 use crate::clock::seconds;
-use crate::elements::{BodyRows, PLACE, topic};
 use crate::error::read_error;
-use crate::state::STRIDE;
 use pliant::diagnostics::Measure;
 
 /// The frames of a complete file, read one by one as they are asked for.
@@ -87,10 +87,11 @@ impl Trajectory {
         }
 
         // Any channel that every frame is on tells when frames were.
-        let channel = last_of_frame(source.summary.channels.keys().copied()).filter(|id| *id != MESH.0);
+        let channel =
+            last_of_frame(source.summary.channels.keys().copied()).filter(|id| is_in_every_frame(*id));
         let frames = channel.map_or(Ok(Vec::new()), |channel| source.messages(channel))?;
         let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
-        let states = source.channel(STATE.1).map(|id| Series::new(id, STRIDE, vertex_count, frames));
+        let states = source.channel(state::TOPIC).map(|id| Series::new(id, STRIDE, vertex_count, frames));
         Ok(Trajectory { source, dimension, vertex_count, times, states, elements: BTreeMap::new() })
     }
 
@@ -131,7 +132,7 @@ impl Trajectory {
     /// # Errors
     /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn energy(&mut self) -> Result<Vec<Column>, RecordError> {
-        self.columns(ENERGY.1)
+        self.columns(energy::TOPIC)
     }
 
     /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has let go.
@@ -139,7 +140,7 @@ impl Trajectory {
     /// # Errors
     /// As [`energy`](Self::energy).
     pub fn reactions(&mut self) -> Result<Vec<Column>, RecordError> {
-        self.columns(REACTIONS.1)
+        self.columns(reactions::TOPIC)
     }
 
     /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.
@@ -147,7 +148,7 @@ impl Trajectory {
     /// # Errors
     /// As [`energy`](Self::energy).
     pub fn probe(&mut self, name: &str) -> Result<Vec<Column>, RecordError> {
-        self.columns(&format!("/probe/{name}"))
+        self.columns(&probe::topic(name))
     }
 
     /// A channel of JSON objects.
@@ -190,7 +191,7 @@ impl Trajectory {
     /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this version does it.
     pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
         let path = self.source.path.clone();
-        let topic = topic(measure);
+        let topic = elements::topic(measure);
         let Some(id) = self.source.channel(&topic) else {
             return Err(RecordError::NoChannel { path, topic });
         };
@@ -206,7 +207,7 @@ impl Trajectory {
         let columns: Vec<String> = fields.split(',').map(str::to_owned).collect();
         let bodies: Option<Vec<BodyRows>> =
             metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
-        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > PLACE.len());
+        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > CENTROID.len());
         let bodies = bodies.filter(|_| rows.checked_mul(stride).is_some()).ok_or_else(unexpected)?;
         if !self.elements.contains_key(&id) {
             let messages = self.source.messages(id)?;
@@ -216,16 +217,19 @@ impl Trajectory {
         let (mut places, mut values) = (Vec::new(), Vec::new());
         for row in series.rows(&mut self.source, frame)?.chunks_exact(stride) {
             let mut numbers = row.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
-            places.extend(numbers.by_ref().take(PLACE.len()));
+            places.extend(numbers.by_ref().take(CENTROID.len()));
             values.extend(numbers);
         }
         let unit = metadata.get("unit").cloned().unwrap_or_default();
-        Ok(ElementRows { fields: columns[PLACE.len()..].to_vec(), unit, bodies, places, values })
+        Ok(ElementRows { fields: columns[CENTROID.len()..].to_vec(), unit, bodies, places, values })
     }
 
     fn state(&mut self, frame: usize, first_field: usize) -> Result<Vec<f64>, RecordError> {
         let Some(states) = &mut self.states else {
-            return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: STATE.1.to_owned() });
+            return Err(RecordError::NoChannel {
+                path: self.source.path.clone(),
+                topic: state::TOPIC.to_owned(),
+            });
         };
         let (points, _) = states.rows(&mut self.source, frame)?.as_chunks::<STRIDE>();
         let mut values = Vec::with_capacity(points.len() * self.dimension);
@@ -247,7 +251,7 @@ fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summa
 
 /// Whether the channel of states, if there is one, says that it has a row for each of so many vertices.
 fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
-    let states = summary.channels.values().find(|channel| channel.topic == STATE.1);
+    let states = summary.channels.values().find(|channel| channel.topic == state::TOPIC);
     let rows = states.and_then(|channel| channel.metadata.get("point_count"));
     rows.is_none_or(|rows| rows.parse() == Ok(vertex_count))
 }

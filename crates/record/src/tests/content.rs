@@ -9,7 +9,7 @@ use crate::McapRecorder;
 use crate::Outcome;
 use crate::Status;
 use crate::read::{FileState, Trajectory, info};
-use pliant::observer::{Frame, Observer, Work};
+use pliant::observer::{Frame, Observer, Quantities, Work};
 use pliant_scene::Channel;
 
 #[test]
@@ -51,7 +51,8 @@ fn only_what_was_asked_for_is_in_the_file() {
     for (number, (channels, topics)) in cases.into_iter().enumerate() {
         let path = directory.path().join(format!("{number}.mcap"));
         let recorder = record(&path, channels, 9, 2);
-        assert_eq!(recorder.wants_diagnostics(), channels.contains(&Channel::Energy));
+        let measures = recorder.quantities().contains(Quantities::DIAGNOSTICS);
+        assert_eq!(measures, channels.contains(&Channel::Energy));
         recorder.finish().unwrap();
         let found: Vec<String> = info(&path).unwrap().topics.into_iter().map(|topic| topic.topic).collect();
         assert_eq!(found, topics);

@@ -138,7 +138,7 @@ fn recordings_without_the_frames_before_are_refused() {
 fn a_checkpoint_makes_frames_durable() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
-    let options = Options { patience: std::time::Duration::from_secs(3600), ..options(&ALL) };
+    let options = Options { max_loss: std::time::Duration::from_secs(3600), ..options(&ALL) };
     let mut recorder = McapRecorder::create(&path, &options, &topology(9)).unwrap();
     for index in 0..10 {
         recorder.record(&Moment::new(index, 9).frame()).unwrap();

@@ -59,9 +59,9 @@ fn frames_within_the_patience_are_written_together() {
     // On the way they are with the run, and with the thread.
     for vertex_count in [9, 3000] {
         let directory = tempfile::tempdir().unwrap();
-        let patient = |name: &str, patience| {
+        let patient = |name: &str, max_loss| {
             let path = directory.path().join(name);
-            let options = Options { patience, ..options(&ALL) };
+            let options = Options { max_loss, ..options(&ALL) };
             let mut recorder = McapRecorder::create(&path, &options, &topology(vertex_count)).unwrap();
             for index in 0..10 {
                 recorder.record(&Moment::new(index, vertex_count).frame()).unwrap();

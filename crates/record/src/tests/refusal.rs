@@ -80,7 +80,8 @@ fn frames_and_cells_must_fit_the_topology() {
     let moment = Moment::new(2, 9);
     let error =
         recorder.record(&pliant::observer::Frame { diagnostics: None, ..moment.frame() }).unwrap_err();
-    assert!(matches!(error, RecordError::MissingDiagnostics { frame: 2 }));
+    assert_eq!(error.to_string(), "frame 2 has no diagnostics, which the channel /energy records");
+    assert!(matches!(error, RecordError::MissingQuantities { frame: 2, .. }));
     recorder.record(&moment.frame()).unwrap();
     assert_eq!(recorder.finish().unwrap().frames, 3);
 }
