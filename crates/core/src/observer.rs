@@ -64,8 +64,8 @@ impl<'a> Frame<'a> {
 
 /// Watches a run, frame by frame.
 pub trait Observer {
-    /// Quantities of a [`Frame`] that this observer reads; they are computed only if one does. Positions and velocities
-    /// are always there.
+    /// Quantities of a [`Frame`] that this observer reads; they are computed only if one does. Positions and
+    /// velocities are always there.
     fn quantities(&self) -> Quantities {
         Quantities::NONE
     }

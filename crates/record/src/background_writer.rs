@@ -1,8 +1,9 @@
-//! Encoding, compression and writing beside the run: frames are collected in batches, and a thread of its own does
-//! the rest while the steps go on. Batches arrive in order, so the bytes of the file are those of one thread.
+//! Encoding, compression and writing beside the run: frames are collected in batches, and a thread of its
+//! own does the rest while the steps go on. Batches arrive in order, so the bytes of the file are those of
+//! one thread.
 //!
-//! A recording that never fills a batch never starts the thread. Frames that are large are not copied: the run waits
-//! for them.
+//! A recording that never fills a batch never starts the thread. Frames that are large are not copied: the
+//! run waits for them.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -18,7 +19,8 @@ use super::frame_copy::{Batch, bytes_of};
 use super::frame_encoder::FrameEncoder;
 use pliant::observer::{Frame, Quantities};
 
-/// Bytes of frames after which a batch is handed over. Waking the thread takes some 20 us, as long as a hundred small frames take.
+/// Bytes of frames after which a batch is handed over. Waking the thread takes some 20 us, as long as a
+/// hundred small frames take.
 const BATCH_BYTES: usize = 1 << 17;
 /// Batches that wait at most; then the run waits for the thread.
 const WAITING: usize = 2;
@@ -28,9 +30,9 @@ const LARGE_BYTES: usize = CHUNK_BYTES as usize;
 /// Thread that encodes and writes, and its queues.
 struct WriterThread {
     batches: SyncSender<Batch>,
-    /// To be filled again.
+    /// Batches to be filled again.
     emptied: Receiver<Batch>,
-    /// Of each batch that is urgent, whether its last frame is durable.
+    /// Acknowledgements: for each batch that is urgent, whether its last frame is durable.
     durable: Receiver<bool>,
     /// Whether something could not be written.
     has_failed: Arc<AtomicBool>,
@@ -52,11 +54,11 @@ pub(super) struct BackgroundWriter {
     quantities: Quantities,
     /// Frames that have not been handed over.
     batch: Batch,
-    /// How long a frame may wait for the next one before it is made durable against a kill.
+    /// Time that a frame may wait for the next one before it is made durable against a kill.
     max_loss: Duration,
     /// Frames that came until then are durable.
     durable_until: Instant,
-    /// The same once the thread acknowledges it.
+    /// The value of `durable_until` once the thread has acknowledged it.
     pending_ack: Option<Instant>,
 }
 
@@ -72,8 +74,8 @@ impl BackgroundWriter {
         }
     }
 
-    /// Takes over a frame that has all quantities of the encoder. When this returns, a kill cannot lose it, or what it
-    /// can lose took no longer than the largest loss to compute.
+    /// Takes over a frame that has all quantities of the encoder. When this returns, a kill cannot lose it,
+    /// or what it can lose took no longer than the largest loss to compute.
     ///
     /// # Errors
     /// An earlier frame could not be written; it is in the journal, as all others before this one.
@@ -122,7 +124,8 @@ impl BackgroundWriter {
         }
     }
 
-    /// Number of frames that recovery finds, after [`frame`](Self::frame) or [`encoder`](Self::encoder) has failed.
+    /// Number of frames that recovery finds, after [`frame`](Self::frame) or [`encoder`](Self::encoder) has
+    /// failed.
     pub(super) fn salvage(&mut self) -> u64 {
         self.join();
         match &mut self.worker {
@@ -169,8 +172,8 @@ impl BackgroundWriter {
         Ok(())
     }
 
-    /// Takes the acknowledgement that frames are durable; waits for it where at `now` more than the largest loss is
-    /// not.
+    /// Takes the acknowledgement that frames are durable, if it has come; waits for it where at `now` more
+    /// than the largest loss is pending.
     fn take_ack(&mut self, now: Instant) -> McapResult<()> {
         let (Worker::Thread(thread), Some(pending_ack)) = (&self.worker, self.pending_ack) else {
             return Ok(());

@@ -1,4 +1,4 @@
-//! What can go wrong while a trajectory is written, read or recovered.
+//! Errors of writing, reading and recovering trajectories.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ pub enum RecordError {
         path: PathBuf,
         /// The first frame that is lost; `None` where none is.
         frame: Option<u64>,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The recorder was used after a write had failed.
@@ -108,7 +108,7 @@ pub enum RecordError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file is not MCAP.
@@ -122,7 +122,7 @@ pub enum RecordError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The damage.
         source: mcap::McapError,
     },
     /// The file ends early: the run that wrote it is still going, or was killed.
@@ -136,7 +136,7 @@ pub enum RecordError {
     Unexpected {
         /// The file.
         path: PathBuf,
-        /// What is missing or different.
+        /// The part that is missing or different.
         what: &'static str,
     },
     /// The channel was not recorded.

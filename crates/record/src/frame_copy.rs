@@ -48,7 +48,7 @@ pub(super) struct FrameCopy {
 }
 
 impl FrameCopy {
-    /// Of no frame yet.
+    /// Copy of no frame yet.
     fn new() -> Self {
         FrameCopy {
             index: 0,

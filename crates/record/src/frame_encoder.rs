@@ -5,14 +5,14 @@ use std::fs::File;
 use mcap::{McapError, McapResult};
 
 use super::channels::{self, ChannelEncoder};
+use super::chunk_journal::ChunkJournal;
 use super::clock::nanoseconds;
 use super::container::{Container, Finished, Message};
 use super::declaration::PROTOBUF;
 use super::frame_copy::Batch;
-use super::journal::Journal;
-use super::outcome::{OUTCOME, Outcome};
+use super::outcome::{OUTCOME, RecordedOutcome};
 use super::sink::Sink;
-use super::{Level, Options, attachments, transform, warning};
+use super::{LogLevel, Options, attachments, log, transform};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
 
@@ -37,7 +37,7 @@ impl FrameEncoder {
     /// Writes everything that is known before the first frame.
     pub(super) fn new(
         sink: Box<dyn Sink>,
-        journal: Journal,
+        journal: ChunkJournal,
         options: &Options,
         topology: &Topology,
     ) -> McapResult<Self> {
@@ -76,8 +76,8 @@ impl FrameEncoder {
         self.channels.iter().map(|channel| channel.encoder.quantities()).collect()
     }
 
-    /// Records a frame that has all [`quantities`](Self::quantities), and calls `durable`, where that is given, once a
-    /// kill cannot lose it any more. [`failure`](Self::failure) says whether that went well.
+    /// Records a frame that has all [`quantities`](Self::quantities), and calls `durable`, where that is
+    /// given, once a kill cannot lose it any more. [`failure`](Self::failure) says whether that went well.
     pub(super) fn frame(&mut self, frame: &Frame<'_>, durable: Option<&dyn Fn()>) {
         let log_time = nanoseconds(frame.time);
         // Sequence numbers are those of the frames, so that gaps in /mesh show.
@@ -94,8 +94,8 @@ impl FrameEncoder {
         self.frames += 1;
     }
 
-    /// Records the frames of `batch` and empties it; where that is urgent, `durable` is called once a kill cannot lose
-    /// the last one any more.
+    /// Records the frames of `batch` and empties it; where that is urgent, `durable` is called once a kill
+    /// cannot lose the last one any more.
     pub(super) fn take(&mut self, batch: &mut Batch, durable: &dyn Fn()) {
         for (frame, is_urgent) in batch.frames() {
             self.frame(&frame, is_urgent.then_some(durable));
@@ -131,18 +131,19 @@ impl FrameEncoder {
     }
 
     /// Records a message about the run at a simulated time [s].
-    pub(super) fn log(&mut self, level: Level, text: &str, time: f64) -> McapResult<()> {
-        if !self.container.has_channel(warning::NUMBER) {
-            self.container.add_channels(&[warning::channel()])?;
+    pub(super) fn log(&mut self, level: LogLevel, text: &str, time: f64) -> McapResult<()> {
+        if !self.container.has_channel(log::NUMBER) {
+            self.container.add_channels(&[log::channel()])?;
         }
         let log_time = nanoseconds(time);
-        let message = warning::message(level, text, log_time);
-        self.container.keep(&[Message::new(warning::NUMBER, self.logged, log_time, &message)], Some(&|| ()));
+        let message = log::message(level, text, log_time);
+        self.container.keep(&[Message::new(log::NUMBER, self.logged, log_time, &message)], Some(&|| ()));
         self.logged += 1;
         Ok(())
     }
 
-    /// Why something could not be written, once. It is in the journal, unless that is the reason.
+    /// Error because of which something could not be written, once. It is in the journal, unless that is the
+    /// reason.
     pub(super) fn failure(&mut self) -> Option<McapError> {
         self.container.failure()
     }
@@ -161,7 +162,10 @@ impl FrameEncoder {
     ///
     /// # Errors
     /// As [`Container::finish`].
-    pub(super) fn finish(mut self, outcome: &Outcome) -> Result<Finished<Box<dyn Sink>>, (McapError, u64)> {
+    pub(super) fn finish(
+        mut self,
+        outcome: &RecordedOutcome,
+    ) -> Result<Finished<Box<dyn Sink>>, (McapError, u64)> {
         match self.container.metadata(OUTCOME, outcome.to_metadata().metadata) {
             Ok(()) => self.container.finish(),
             Err(error) => Err((error, self.container.salvage())),

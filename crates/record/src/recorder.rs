@@ -8,29 +8,29 @@ use std::time::Duration;
 
 use super::background_writer::BackgroundWriter;
 use super::channels::elements;
+use super::chunk_journal::ChunkJournal;
 use super::clock::seconds;
 use super::container::{Finished, Message};
 use super::error::write_error;
 use super::frame_encoder::FrameEncoder;
-use super::journal::Journal;
-use super::outcome::{Outcome, Status};
+use super::outcome::{RecordedOutcome, RecordedStatus};
 use super::sink::{Sink, Tail};
-use super::{Level, RecordError, paths};
+use super::{LogLevel, RecordError, paths};
 use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
 use pliant::topology::Topology;
 use pliant_scene::Channel;
 
-/// What to record.
+/// Content of a recording, and how it is written.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Replace the output, and what an unfinished run to it has left.
     pub overwrite: bool,
-    /// Time that a recorded frame may wait for the next one before it is handed to the operating system; zero, the
-    /// default: not at all. A kill loses at most what took this long to compute, and frames that follow each other
-    /// faster cost less.
+    /// Time that a recorded frame may wait for the next one before it is handed to the operating system;
+    /// zero, the default: not at all. A kill loses at most what took this long to compute, and frames that
+    /// follow each other faster cost less.
     pub max_loss: Duration,
-    /// What each frame holds. Nothing else is encoded or written.
+    /// Channels. Nothing else is encoded or written.
     pub channels: Vec<Channel>,
     /// One line that says what this is.
     pub title: Option<String>,
@@ -51,14 +51,14 @@ pub struct Recorded {
     pub path: PathBuf,
     /// Number of frames.
     pub frames: u64,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
 }
 
 /// Writes a run to an MCAP file. See [the module](super) for the format.
 ///
-/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also when the run has failed: until then the
-/// file is called `<path>.part`, and it keeps that name if the recorder is only dropped.
+/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also when the run has failed: until
+/// then the file is called `<path>.part`, and it keeps that name if the recorder is only dropped.
 pub struct McapRecorder {
     path: PathBuf,
     part: PathBuf,
@@ -70,9 +70,9 @@ pub struct McapRecorder {
     /// `x` and `v` must have this length.
     length: usize,
     frames: u64,
-    /// Of the last frame.
+    /// Step of the last frame.
     step: u64,
-    /// Of the last frame.
+    /// Time of the last frame [s].
     time: f64,
     /// The first frame that is lost because writing failed.
     failed_at: Option<u64>,
@@ -82,8 +82,8 @@ impl McapRecorder {
     /// Opens `<path>.part` and writes everything that is known before the first frame.
     ///
     /// # Errors
-    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if that would destroy something,
-    /// [`RecordError::VertexIndex`] if the topology contradicts itself, [`RecordError::Write`].
+    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if that would destroy
+    /// something, [`RecordError::VertexIndex`] if the topology contradicts itself, [`RecordError::Write`].
     pub fn create(path: &Path, options: &Options, topology: &Topology) -> Result<Self, RecordError> {
         if !options.overwrite && path.exists() {
             return Err(RecordError::Exists { path: path.to_owned() });
@@ -102,7 +102,7 @@ impl McapRecorder {
         Ok(recorder)
     }
 
-    /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
+    /// A recorder to a sink that is `<path>.part`, and one that is `<path>.part.tail`.
     pub(super) fn with_sinks(
         path: &Path,
         options: &Options,
@@ -111,7 +111,7 @@ impl McapRecorder {
         tail: Box<dyn Tail>,
     ) -> Result<Self, RecordError> {
         let part = paths::part_of(path);
-        let journal = Journal::new(paths::tail_of(&part), tail);
+        let journal = ChunkJournal::new(paths::tail_of(&part), tail);
         let encoder = FrameEncoder::new(sink, journal, options, topology)
             .map_err(|error| write_error(&part, None, error))?;
         Ok(McapRecorder {
@@ -144,8 +144,8 @@ impl McapRecorder {
     ///
     /// # Errors
     /// [`RecordError::FrameShape`], [`RecordError::MissingQuantities`], [`RecordError::ElementCount`];
-    /// [`RecordError::Write`] where an earlier frame could not be written, which is recoverable together with all
-    /// others before this one; after that, [`RecordError::Incomplete`].
+    /// [`RecordError::Write`] where an earlier frame could not be written, which is recoverable together
+    /// with all others before this one; after that, [`RecordError::Incomplete`].
     pub fn record(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
         self.ensure_sound()?;
         self.ensure_whole(frame)?;
@@ -186,7 +186,7 @@ impl McapRecorder {
     ///
     /// # Errors
     /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
-    pub fn log(&mut self, level: Level, text: &str, time: f64) -> Result<(), RecordError> {
+    pub fn log(&mut self, level: LogLevel, text: &str, time: f64) -> Result<(), RecordError> {
         self.ensure_sound()?;
         let logged = self.writer.encoder().and_then(|encoder| encoder.log(level, text, time));
         self.note_failure(logged)
@@ -198,16 +198,22 @@ impl McapRecorder {
     /// As [`finish_with`](Self::finish_with).
     pub fn finish(self) -> Result<Recorded, RecordError> {
         let (step, time) = (Some(self.step), self.time);
-        self.finish_with(&Outcome { status: Status::Completed, step, time, message: String::new() })
+        self.finish_with(&RecordedOutcome {
+            status: RecordedStatus::Completed,
+            step,
+            time,
+            message: String::new(),
+        })
     }
 
-    /// Ends the file: notes how the run went, writes the indexes, waits for the disk, and gives the file its name.
+    /// Ends the file: notes how the run went, writes the indexes, waits for the disk, and gives the file its
+    /// name.
     ///
     /// # Errors
     /// [`RecordError::Write`]; [`RecordError::Incomplete`] if a frame could not be written;
-    /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with all
-    /// frames that were written.
-    pub fn finish_with(mut self, outcome: &Outcome) -> Result<Recorded, RecordError> {
+    /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with
+    /// all frames that were written.
+    pub fn finish_with(mut self, outcome: &RecordedOutcome) -> Result<Recorded, RecordError> {
         self.ensure_sound()?;
         let written = self.writer.encoder().map(|_| ());
         self.note_failure(written)?;
@@ -230,7 +236,7 @@ impl McapRecorder {
         let bytes = named.map_err(|error| write_error(&self.path, None, mcap::McapError::Io(error)))?.len();
         paths::sync_directory_of(&self.path);
         if let Some(journal) = journal {
-            // A tail without its file harms nobody; the next recording to this name replaces it.
+            // A tail without its file does no harm; the next recording to this name replaces it.
             let _ = journal.remove();
         }
         Ok(Recorded { path: self.path, frames: self.frames, bytes })

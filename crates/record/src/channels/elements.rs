@@ -1,9 +1,9 @@
 //! `/elements/<measure>`: deformation, strain or stress of every element, as `foxglove.PointCloud`.
 //!
-//! One row for each element of each body that has any, body after body, each in the order of its cells: where its
-//! centroid is now, then the numbers of the measure, doubles all. The channel's metadata say what a row is
-//! (`row = "element"`), which bodies the rows are of (`bodies`, in JSON: name, first row, number of rows), and the
-//! `unit`.
+//! One row for each element of each body that has any, body after body, each in the order of its cells:
+//! where its centroid is now, then the numbers of the measure, doubles all. The channel's metadata say what
+//! a row is (`row = "element"`), which bodies the rows are of (`bodies`, in JSON: name, first row, number of
+//! rows), and the `unit`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -34,9 +34,9 @@ pub(crate) const CENTROID: [&str; 3] = ["x", "y", "z"];
 pub struct BodyRows {
     /// Name of the body.
     pub name: String,
-    /// Its first row.
+    /// First row.
     pub first: usize,
-    /// Number of its rows.
+    /// Number of rows.
     pub count: usize,
 }
 

@@ -1,7 +1,7 @@
 //! `/energy`: diagnostics and work counters as one JSON object per frame, for plots.
 //!
-//! Numbers are written with as many digits as it takes to read back the same double. What a scene does not have
-//! (`min_j` without elements) is left out.
+//! Numbers are written with as many digits as it takes to read back the same double. What a scene does not
+//! have (`min_j` without elements) is left out.
 
 use mcap::Channel;
 use serde::Serialize;

@@ -1,8 +1,9 @@
-//! `/mesh`: what a viewer draws, as `foxglove.SceneUpdate`: one entity per body, its surface as triangles and its
-//! springs as lines. Particles have neither; viewers draw them from `/state`.
+//! `/mesh`: surfaces and lines for viewers, as `foxglove.SceneUpdate`: one entity per body, its surface as
+//! triangles and its springs as lines. Particles have neither; viewers draw them from `/state`.
 //!
-//! For looking at only: coordinates are rounded to single precision, which makes the file three times smaller, and
-//! frames are left out so that a simulated second has at most 30 of them, fewer for large meshes.
+//! For looking at only: coordinates are rounded to single precision, which makes the file three times
+//! smaller, and frames are left out so that a simulated second has at most 30 of them, fewer for large
+//! meshes.
 
 use std::collections::BTreeMap;
 
@@ -85,7 +86,7 @@ impl ChannelEncoder for MeshChannel {
         typed(NUMBER, "/mesh", SCENE_UPDATE, BTreeMap::new())
     }
 
-    /// The first frame of each slot of 1/30 s (longer for large meshes) is.
+    /// Whether it is the first of its slot of 1/30 s (longer for large meshes).
     fn is_due(&mut self, log_time: u64) -> bool {
         // Times are rounded to nanoseconds; a microsecond keeps 1/30 s from falling just short of its slot.
         let time = u128::from(log_time) + 1_000;

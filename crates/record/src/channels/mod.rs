@@ -1,5 +1,5 @@
-//! Channels of frames. Each kind is one file, which says everything of it: numbers, topic, quantities, declaration and
-//! encoding; and one name in the list below.
+//! Channels of frames. Each kind is one file, which says everything of it: numbers, topic, quantities,
+//! declaration and encoding; and one name in the list below.
 
 use std::ops::RangeInclusive;
 
@@ -9,7 +9,8 @@ use crate::Options;
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
 
-/// Encoder of one channel, with one message for each frame or, where [`is_due`](Self::is_due) says so, for fewer.
+/// Encoder of one channel, with one message for each frame or, where [`is_due`](Self::is_due) says so, for
+/// fewer.
 pub(crate) trait ChannelEncoder: Send {
     /// Quantities of a frame that a message is made of.
     fn quantities(&self) -> Quantities;
@@ -17,8 +18,8 @@ pub(crate) trait ChannelEncoder: Send {
     /// Number, topic, schema and metadata.
     fn declaration(&self) -> Channel<'static>;
 
-    /// Whether a frame at this time [ns] has a message. Asked once for each frame, in their order; in a recording that
-    /// goes on, for each message that it has already.
+    /// Whether a frame at this time [ns] has a message. Asked once for each frame, in their order; in a
+    /// recording that goes on, for each message that it has already.
     fn is_due(&mut self, log_time: u64) -> bool {
         let _ = log_time;
         true
@@ -33,7 +34,8 @@ pub(crate) type Encoders = Vec<Box<dyn ChannelEncoder>>;
 
 /// Channels of one kind.
 pub(crate) struct ChannelKind {
-    /// Numbers of channels and their schemas in a file; readers and recovery rely on them, so they never change.
+    /// Numbers of channels and their schemas in a file; readers and recovery rely on them, so they never
+    /// change.
     numbers: RangeInclusive<u16>,
     /// Whether every frame has a message on each of them.
     is_complete: bool,
@@ -66,8 +68,8 @@ fn kind_of(number: u16) -> Option<(usize, &'static ChannelKind)> {
     KINDS.iter().enumerate().find(|(_, kind)| kind.numbers.contains(&number))
 }
 
-/// Place of a channel's message in its frame: those with larger ones come later. `None` for a channel that is not
-/// about frames.
+/// Place of a channel's message in its frame: those with larger ones come later. `None` for a channel that
+/// is not about frames.
 ///
 /// Recovery takes a frame for complete when it has seen the last of its messages.
 pub(crate) fn place_in_frame(number: u16) -> Option<(usize, u16)> {
@@ -87,11 +89,11 @@ pub(crate) fn last_of_frame(numbers: impl Iterator<Item = u16>) -> Option<u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{transform, warning};
+    use crate::{log, transform};
 
     #[test]
     fn no_number_is_given_twice() {
-        let once = [transform::NUMBER, warning::NUMBER];
+        let once = [transform::NUMBER, log::NUMBER];
         let all: Vec<_> = KINDS.iter().map(|kind| kind.numbers.clone()).chain(once.map(|n| n..=n)).collect();
         for (i, a) in all.iter().enumerate() {
             assert!(!a.is_empty() && *a.start() > 0, "{a:?}");

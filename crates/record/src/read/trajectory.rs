@@ -7,8 +7,8 @@ use mcap::Summary;
 use mcap::records::Record;
 use serde_json::Value;
 
-use super::series::Series;
-use super::source::Source;
+use super::message_series::MessageSeries;
+use super::recording_file::RecordingFile;
 use crate::FORMAT_VERSION;
 use crate::RecordError;
 use crate::attachments::{METADATA, REST};
@@ -22,13 +22,13 @@ use pliant::diagnostics::Measure;
 /// The frames of a complete file, read one by one as they are asked for.
 #[derive(Debug)]
 pub struct Trajectory {
-    source: Source,
+    source: RecordingFile,
     dimension: usize,
     vertex_count: usize,
     times: Vec<f64>,
-    states: Option<Series>,
-    /// By the number of the channel, those that somebody has asked for.
-    elements: BTreeMap<u16, Series>,
+    states: Option<MessageSeries>,
+    /// Elements that have been asked for, by the number of the channel.
+    elements: BTreeMap<u16, MessageSeries>,
 }
 
 /// A measure of every element in one frame.
@@ -46,8 +46,8 @@ pub struct ElementRows {
     pub values: Vec<f64>,
 }
 
-/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
-/// `work.steps`.
+/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use:
+/// `total`, `linear_momentum[0]`, `work.steps`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Name.
@@ -60,10 +60,11 @@ impl Trajectory {
     /// Opens a complete file and reads its index.
     ///
     /// # Errors
-    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of another program
-    /// or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`], [`RecordError::Damaged`].
+    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of another
+    /// program or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`],
+    /// [`RecordError::Damaged`].
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let source = Source::open(path)?;
+        let source = RecordingFile::open(path)?;
         let mut source = source.ok_or_else(|| RecordError::NotFinished { path: path.to_owned() })?;
         let unexpected = |what| RecordError::Unexpected { path: path.to_owned(), what };
         let index = source.summary.metadata_indexes.iter().find(|index| index.name == METADATA).cloned();
@@ -91,7 +92,8 @@ impl Trajectory {
             last_of_frame(source.summary.channels.keys().copied()).filter(|id| is_in_every_frame(*id));
         let frames = channel.map_or(Ok(Vec::new()), |channel| source.messages(channel))?;
         let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
-        let states = source.channel(state::TOPIC).map(|id| Series::new(id, STRIDE, vertex_count, frames));
+        let states =
+            source.channel(state::TOPIC).map(|id| MessageSeries::new(id, STRIDE, vertex_count, frames));
         Ok(Trajectory { source, dimension, vertex_count, times, states, elements: BTreeMap::new() })
     }
 
@@ -105,8 +107,8 @@ impl Trajectory {
         self.vertex_count
     }
 
-    /// Simulated time of each frame [s], within half a nanosecond; the column `time` of [`energy`](Self::energy) is
-    /// exact.
+    /// Simulated time of each frame [s], within half a nanosecond; the column `time` of
+    /// [`energy`](Self::energy) is exact.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -114,7 +116,8 @@ impl Trajectory {
     /// Positions of a frame, flat `(vertex_count, dimension)` [m].
     ///
     /// # Errors
-    /// [`RecordError::NoChannel`], [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
+    /// [`RecordError::NoChannel`], [`RecordError::NoFrame`], [`RecordError::Read`],
+    /// [`RecordError::Damaged`].
     pub fn positions(&mut self, frame: usize) -> Result<Vec<f64>, RecordError> {
         self.state(frame, 0)
     }
@@ -135,7 +138,8 @@ impl Trajectory {
         self.columns(energy::TOPIC)
     }
 
-    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has let go.
+    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has
+    /// let go.
     ///
     /// # Errors
     /// As [`energy`](Self::energy).
@@ -185,10 +189,11 @@ impl Trajectory {
         }
     }
 
-    /// What a frame says of every finite element.
+    /// A measure of every finite element in a frame.
     ///
     /// # Errors
-    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this version does it.
+    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this
+    /// version does it.
     pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
         let path = self.source.path.clone();
         let topic = elements::topic(measure);
@@ -211,7 +216,7 @@ impl Trajectory {
         let bodies = bodies.filter(|_| rows.checked_mul(stride).is_some()).ok_or_else(unexpected)?;
         if !self.elements.contains_key(&id) {
             let messages = self.source.messages(id)?;
-            self.elements.insert(id, Series::new(id, stride, rows, messages));
+            self.elements.insert(id, MessageSeries::new(id, stride, rows, messages));
         }
         let Some(series) = self.elements.get_mut(&id) else { return Err(unexpected()) };
         let (mut places, mut values) = (Vec::new(), Vec::new());

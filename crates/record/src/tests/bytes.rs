@@ -8,7 +8,7 @@ use std::time::Duration;
 use mcap::records::Record;
 
 use super::{ALL, Moment, options, record, topology};
-use crate::Level;
+use crate::LogLevel;
 use crate::McapRecorder;
 use crate::Options;
 use crate::read::walk;
@@ -25,7 +25,7 @@ fn the_same_frames_give_the_same_bytes_at_any_speed() {
         let path = directory.path().join(name);
         let mut recorder = record(&path, &ALL, 9, 3);
         std::thread::sleep(Duration::from_millis(pause));
-        recorder.log(Level::Warning, "the step is close to the limit", 0.04).unwrap();
+        recorder.log(LogLevel::Warning, "the step is close to the limit", 0.04).unwrap();
         recorder.record(&Moment::new(3, 9).frame()).unwrap();
         recorder.finish().unwrap();
         fs::read(path).unwrap()
@@ -59,7 +59,7 @@ fn a_thread_beside_the_run_leaves_the_same_bytes() {
         for index in 0..1000 {
             recorder.record(&Moment::new(index, 200).frame()).unwrap();
             if index == 333 {
-                recorder.log(Level::Warning, "the step is close to the limit", 5.5).unwrap();
+                recorder.log(LogLevel::Warning, "the step is close to the limit", 5.5).unwrap();
             }
         }
         recorder.finish().unwrap();
@@ -132,7 +132,7 @@ fn channels_and_messages_have_the_bytes_of_earlier_versions() {
     for index in 0..6 {
         record_moment(&mut recorder, index);
     }
-    recorder.log(Level::Warning, "the step is close to the limit", 0.04).unwrap();
+    recorder.log(LogLevel::Warning, "the step is close to the limit", 0.04).unwrap();
     recorder.finish().unwrap();
     let (mut hash, mut counts, mut topics) = (0xcbf2_9ce4_8422_2325, BTreeMap::new(), BTreeMap::new());
     walk(&path, &mut |record| {

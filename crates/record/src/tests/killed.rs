@@ -5,12 +5,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::{ALL, Moment, options, record, remains, topology};
-use crate::Level;
+use crate::LogLevel;
 use crate::McapRecorder;
 use crate::Options;
-use crate::Outcome;
 use crate::RecordError;
-use crate::Status;
+use crate::RecordedOutcome;
+use crate::RecordedStatus;
 use crate::read::{FileState, Trajectory, discard, info, recover};
 
 /// Recovers what is left, and checks that it is the frames `0..frames` and everything around them.
@@ -21,7 +21,7 @@ fn check(part: &Path, frames: u64, vertex_count: u32) {
     assert_eq!(recovered.bytes, fs::metadata(&out).unwrap().len());
     let found = info(&out).unwrap();
     assert_eq!((found.state, found.frames), (FileState::Complete, frames));
-    assert_eq!(found.outcome.unwrap().status, Status::Recovered);
+    assert_eq!(found.outcome.unwrap().status, RecordedStatus::Recovered);
     assert_eq!(found.vertices, Some(vertex_count as usize));
     assert_eq!(found.attachments[0].name, "scene.toml");
     let mut trajectory = Trajectory::open(&out).unwrap();
@@ -93,7 +93,7 @@ fn a_recovered_file_is_the_file_of_a_run_stopped_there() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
     let mut recorder = record(&path, &ALL, 1000, 120);
-    recorder.log(Level::Warning, "close to the limit", 2.0).unwrap();
+    recorder.log(LogLevel::Warning, "close to the limit", 2.0).unwrap();
     recorder.record(&Moment::new(120, 1000).frame()).unwrap();
     let part = remains(&path, "killed");
     let out = part.with_extension("");
@@ -101,7 +101,7 @@ fn a_recovered_file_is_the_file_of_a_run_stopped_there() {
     let outcome = info(&out).unwrap().outcome.unwrap();
     assert_eq!(
         outcome,
-        Outcome { status: Status::Recovered, step: Some(1200), time: 2.0, ..outcome.clone() }
+        RecordedOutcome { status: RecordedStatus::Recovered, step: Some(1200), time: 2.0, ..outcome.clone() }
     );
     recorder.finish_with(&outcome).unwrap();
     assert!(fs::read(out).unwrap() == fs::read(path).unwrap());
@@ -156,10 +156,10 @@ fn a_complete_file_cut_short_gives_its_closed_chunks() {
         (frames, info(&out).unwrap().outcome.unwrap().status)
     };
     let end_of_chunk = (chunks[0].chunk_start_offset + chunks[0].chunk_length) as usize;
-    assert_eq!(recover_first(end_of_chunk), (87, Status::Recovered));
-    assert_eq!(recover_first(end_of_chunk - 1), (0, Status::Recovered));
+    assert_eq!(recover_first(end_of_chunk), (87, RecordedStatus::Recovered));
+    assert_eq!(recover_first(end_of_chunk - 1), (0, RecordedStatus::Recovered));
     // Only the end is missing: how the run ended is known.
-    assert_eq!(recover_first(bytes.len() - 1), (100, Status::Completed));
+    assert_eq!(recover_first(bytes.len() - 1), (100, RecordedStatus::Completed));
     // Wherever it is: what is unpacked from there on may look like anything.
     for at in (1_000_000..2_000_000).step_by(71_717) {
         let damaged: Vec<u8> = bytes.iter().enumerate().map(|(i, b)| if i == at { !b } else { *b }).collect();

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use pliant::diagnostics::Measure;
 
-/// Defines [`Channel`] from one entry per channel: documentation, name and, unless it is about a measure of elements,
-/// what the report of a scene says with it and without it.
+/// Defines [`Channel`] from one entry per channel: documentation, name and, unless it is about a measure of
+/// elements, what the report of a scene says with it and without it.
 macro_rules! channels {
     ($($(#[$documentation:meta])* $variant:ident: $name:literal $(, $with:literal, $without:literal)?;)+) => {
         /// One kind of output.
@@ -55,22 +55,26 @@ channels! {
     Reactions: "reactions",
         "output /reactions: force and moment of every pin and wall",
         "output /reactions: forces of pins and walls are looked at once, at the end";
-    /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
-    /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
+    /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers,
+    /// row by row. In 2D the third axis is out of the plane, here and in the channels below; elements of
+    /// second order are looked at in their centroid.
     DeformationGradient: "deformation-gradient";
     /// `J = det F` of every finite element, on `/elements/jacobian`.
     Jacobian: "jacobian";
-    /// Principal stretches of every finite element, on `/elements/principal-stretches`, descending in magnitude; the last is negative
-    /// where the element is inverted.
+    /// Principal stretches of every finite element, on `/elements/principal-stretches`, descending in
+    /// magnitude; the last is negative where the element is inverted.
     PrincipalStretches: "principal-stretches";
-    /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
+    /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz,
+    /// xy, yz, xz.
     GreenStrain: "green-strain";
     /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on
     /// `/elements/corotated-strain`: xx, yy, zz, xy, yz, xz.
     CorotatedStrain: "corotated-strain";
-    /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
+    /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`:
+    /// nine numbers, row by row.
     FirstPiola: "first-piola";
-    /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy, yz, xz.
+    /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy,
+    /// yz, xz.
     CauchyStress: "cauchy-stress";
     /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
     VonMises: "von-mises";

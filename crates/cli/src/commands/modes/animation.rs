@@ -5,7 +5,7 @@ use std::path::Path;
 
 use pliant::modes::{Mode, Modes};
 use pliant::observer::Frame;
-use pliant_record::{Level, MAX_LOSS, McapRecorder, Options, RecordError, Recorded};
+use pliant_record::{LogLevel, MAX_LOSS, McapRecorder, Options, RecordError, Recorded};
 use pliant_scene::Channel;
 use pliant_scene::assembly::Assembly;
 use serde_json::json;
@@ -65,7 +65,7 @@ fn play(
     let mut index = 0;
     for (i, mode) in found.modes.iter().enumerate() {
         let scale = share * assembly.simulation.length_scale() / largest(mode, dimension);
-        recorder.log(Level::Info, &name(i, mode), index as f64 / RATE as f64)?;
+        recorder.log(LogLevel::Info, &name(i, mode), index as f64 / RATE as f64)?;
         // Each begins and ends in the middle of its swing; the last frame of all closes the circle.
         let last = u64::from(i + 1 == found.modes.len());
         for frame in 0..per_mode + last {
