@@ -155,8 +155,11 @@ impl Trajectory {
         self.columns(&probe::topic(name))
     }
 
-    /// A channel of JSON objects.
-    fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
+    /// All of a channel of JSON objects, one column per field, by name.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy); [`RecordError::Unexpected`] if its messages are none.
+    pub fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
         let path = self.source.path.clone();
         let Some(channel) = self.source.channel(topic) else {
             return Err(RecordError::NoChannel { path, topic: topic.to_owned() });

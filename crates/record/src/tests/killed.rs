@@ -55,11 +55,11 @@ fn no_recorded_frame_is_lost() {
 }
 
 #[test]
-fn frames_within_the_patience_are_written_together() {
+fn frames_within_the_largest_loss_are_written_together() {
     // On the way they are with the run, and with the thread.
     for vertex_count in [9, 3000] {
         let directory = tempfile::tempdir().unwrap();
-        let patient = |name: &str, max_loss| {
+        let delayed = |name: &str, max_loss| {
             let path = directory.path().join(name);
             let options = Options { max_loss, ..options(&ALL) };
             let mut recorder = McapRecorder::create(&path, &options, &topology(vertex_count)).unwrap();
@@ -69,19 +69,19 @@ fn frames_within_the_patience_are_written_together() {
             (path, recorder)
         };
         // An hour: nothing is written on the way. A kill would lose the frames, an orderly end does not.
-        let (path, recorder) = patient("dropped.mcap", Duration::from_secs(3600));
+        let (path, recorder) = delayed("dropped.mcap", Duration::from_secs(3600));
         assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 0);
         drop(recorder);
         assert_eq!(info(&remains(&path, "dropped")).unwrap().frames, 10);
-        let (finished, recorder) = patient("finished.mcap", Duration::from_secs(3600));
+        let (finished, recorder) = delayed("finished.mcap", Duration::from_secs(3600));
         recorder.finish().unwrap();
-        let (strict, recorder) = patient("strict.mcap", Duration::ZERO);
+        let (strict, recorder) = delayed("strict.mcap", Duration::ZERO);
         assert_eq!(info(&remains(&strict, "killed")).unwrap().frames, 10);
         recorder.finish().unwrap();
         assert!(fs::read(finished).unwrap() == fs::read(strict).unwrap(), "the same bytes in the end");
         assert!(!directory.path().join("finished.mcap.part.tail").exists());
         // A pause between frames ends the waiting.
-        let (path, mut recorder) = patient("paused.mcap", Duration::from_millis(1));
+        let (path, mut recorder) = delayed("paused.mcap", Duration::from_millis(1));
         std::thread::sleep(Duration::from_millis(2));
         recorder.record(&Moment::new(10, vertex_count).frame()).unwrap();
         assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 11);
