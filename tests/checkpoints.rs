@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use pliant::integrator::IntegratorSpec;
-use pliant::observer::{Frame, Notes, Observer, ObserverError};
+use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 use pliant::run::{Checkpoints, Plan, RunCheckpoint, Summary, count_losses_for, run, run_with_checkpoints};
 use pliant::simulation::{Checkpoint, Simulation};
 use pliant_scene::assembly::{Assembly, UnstableStep};
@@ -210,16 +210,8 @@ fn a_checkpoint_with_other_pins_is_refused() {
 struct Witness(Vec<String>);
 
 impl Observer for Witness {
-    fn wants_diagnostics(&self) -> bool {
-        true
-    }
-
-    fn wants_reactions(&self) -> bool {
-        true
-    }
-
-    fn wants_points(&self) -> bool {
-        true
+    fn quantities(&self) -> Quantities {
+        Quantities::DIAGNOSTICS | Quantities::REACTIONS | Quantities::POINTS
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

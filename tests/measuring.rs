@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use pliant::energy::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};
-use pliant::observer::{Frame, Observer, ObserverError};
+use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::run::{Plan, run};
 use pliant::simulation::Simulation;
 use pliant::state::State;
@@ -60,8 +60,8 @@ struct Watching {
 }
 
 impl Observer for Watching {
-    fn wants_diagnostics(&self) -> bool {
-        self.energies
+    fn quantities(&self) -> Quantities {
+        Quantities::DIAGNOSTICS.only_if(self.energies)
     }
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         assert_eq!(frame.diagnostics.is_some(), self.energies);

@@ -10,7 +10,7 @@ pub(crate) mod solid;
 use std::sync::atomic::AtomicBool;
 
 use pliant::integrator::{IntegratorSpec, Method};
-use pliant::observer::{Frame, Observer, ObserverError};
+use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::run::{Plan, Summary, run};
 use pliant::simulation::Simulation;
 use pliant::solver::SolverOptions;
@@ -47,8 +47,8 @@ pub(crate) fn advance(simulation: &mut Simulation, steps: usize) {
 pub(crate) fn run_watched(simulation: &mut Simulation, duration: f64, rate: f64) -> Summary {
     struct Watch;
     impl Observer for Watch {
-        fn wants_diagnostics(&self) -> bool {
-            true
+        fn quantities(&self) -> Quantities {
+            Quantities::DIAGNOSTICS
         }
         fn frame(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
             Ok(())

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use pliant::observer::Observer;
-use pliant_record::{Beginning, Level, McapRecorder, Options, Outcome, PATIENCE, RecordError, Recorded};
+use pliant_record::{
+    Beginning, LogLevel, MAX_LOSS, McapRecorder, Options, RecordError, Recorded, RecordedOutcome,
+};
 use pliant_scene::assembly::Assembly;
 
 use crate::arguments::RunArguments;
@@ -75,8 +77,8 @@ impl RunRecorder {
     /// The file cannot be written.
     pub(crate) fn finish(
         self,
-        messages: &[(Level, String)],
-        outcome: &Outcome,
+        messages: &[(LogLevel, String)],
+        outcome: &RecordedOutcome,
     ) -> Result<Option<Recorded>, Failure> {
         let Some(recorder) = self.0 else { return Ok(None) };
         let finished = finish(recorder, messages, outcome);
@@ -120,15 +122,15 @@ fn options(input: &Input, assembly: &Assembly, overwrite: bool) -> Options {
         probes: assembly.probes.clone(),
         reactions: assembly.simulation.reaction_names(),
         scene_text: input.source.text().to_owned(),
-        patience: PATIENCE,
+        max_loss: MAX_LOSS,
         ..Options::default()
     }
 }
 
 fn finish(
     mut recorder: McapRecorder,
-    messages: &[(Level, String)],
-    outcome: &Outcome,
+    messages: &[(LogLevel, String)],
+    outcome: &RecordedOutcome,
 ) -> Result<Recorded, RecordError> {
     for (level, message) in messages {
         recorder.log(*level, message, outcome.time)?;

@@ -1,6 +1,6 @@
 //! What is remembered of a run beside its end.
 
-use pliant::observer::{Frame, Notes, Observer, ObserverError};
+use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 use pliant_scene::{Channel, Scene};
 
 /// Names of its notes at a checkpoint.
@@ -9,7 +9,7 @@ const MOST_INVERTED: &str = "statistics.most_inverted";
 
 /// Extremes over the frames of a run.
 pub(crate) struct Statistics {
-    wants_diagnostics: bool,
+    quantities: Quantities,
     /// Smallest `det F` of any element at any frame that was measured.
     pub(crate) min_j: Option<f64>,
     /// Most elements with `det F <= 0` at any frame that was measured.
@@ -19,8 +19,9 @@ pub(crate) struct Statistics {
 impl Statistics {
     /// Frames are measured if the scene records energies: so that a run without a file is the same run.
     pub(crate) fn new(scene: &Scene) -> Statistics {
-        let wants_diagnostics = scene.output.channels.contains(&Channel::Energy);
-        Statistics { wants_diagnostics, min_j: None, most_inverted: None }
+        let measures = scene.output.channels.contains(&Channel::Energy);
+        let quantities = Quantities::DIAGNOSTICS.only_if(measures);
+        Statistics { quantities, min_j: None, most_inverted: None }
     }
 
     /// Goes on from what was noted at a checkpoint.
@@ -32,8 +33,8 @@ impl Statistics {
 }
 
 impl Observer for Statistics {
-    fn wants_diagnostics(&self) -> bool {
-        self.wants_diagnostics
+    fn quantities(&self) -> Quantities {
+        self.quantities
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

@@ -1,12 +1,17 @@
-//! What a run shows to whoever watches it: recorder, progress bar, statistics, Python.
+//! Frames of a run, and observers of them: recorder, progress bar, statistics, Python.
+
+mod quantities;
 
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{Diagnostics, ElementState, Reaction};
 pub use crate::simulation::Work;
+pub use quantities::Quantities;
 
 /// One moment of a run. Borrowed: an observer copies what it keeps.
-#[derive(Clone, Copy, Debug)]
+///
+/// Quantities that no observer reads are `None`: they are not computed.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Frame<'a> {
     /// Number of the frame, from 0.
     pub index: u64,
@@ -20,39 +25,49 @@ pub struct Frame<'a> {
     pub x: &'a [f64],
     /// Velocities, flat `(n, dimension)` [m/s].
     pub v: &'a [f64],
-    /// Energies and momenta of this moment; `None` where no observer asked for them.
+    /// Energies and momenta.
     pub diagnostics: Option<&'a Diagnostics>,
-    /// Deformation and stress of every finite element, body after body, each in the order of its mesh; `None` where no observer
-    /// asked for them.
+    /// Deformation and stress of every finite element, body after body, each in the order of its mesh.
     pub elements: Option<&'a [ElementState]>,
-    /// Deformation and stress at the points of elements that probes have named; `None` where no observer asked for them.
+    /// Deformation and stress at the points of elements that probes have named.
     pub points: Option<&'a [ElementState]>,
-    /// The forces with which pins hold their vertices, of those that have not let go; `None` where no observer asked for them.
+    /// Forces with which pins that have not let go hold their vertices, and walls push.
     pub reactions: Option<&'a [Reaction]>,
     /// Work counters.
     pub work: Work,
 }
 
+impl<'a> Frame<'a> {
+    /// Quantities that it has. Positions and velocities always count: without vertices they are empty.
+    pub fn quantities(&self) -> Quantities {
+        Quantities::STATE
+            | Quantities::DIAGNOSTICS.only_if(self.diagnostics.is_some())
+            | Quantities::ELEMENTS.only_if(self.elements.is_some())
+            | Quantities::POINTS.only_if(self.points.is_some())
+            | Quantities::REACTIONS.only_if(self.reactions.is_some())
+    }
+
+    /// The same moment with these quantities at most.
+    pub fn only(&self, quantities: Quantities) -> Frame<'a> {
+        let has = |quantity| quantities.contains(quantity);
+        Frame {
+            x: if has(Quantities::STATE) { self.x } else { &[] },
+            v: if has(Quantities::STATE) { self.v } else { &[] },
+            diagnostics: self.diagnostics.filter(|_| has(Quantities::DIAGNOSTICS)),
+            elements: self.elements.filter(|_| has(Quantities::ELEMENTS)),
+            points: self.points.filter(|_| has(Quantities::POINTS)),
+            reactions: self.reactions.filter(|_| has(Quantities::REACTIONS)),
+            ..*self
+        }
+    }
+}
+
 /// Watches a run, frame by frame.
 pub trait Observer {
-    /// Whether this observer reads [`Frame::diagnostics`]; they are computed only if one does.
-    fn wants_diagnostics(&self) -> bool {
-        false
-    }
-
-    /// Whether this observer reads [`Frame::elements`]; they are computed only if one does.
-    fn wants_elements(&self) -> bool {
-        false
-    }
-
-    /// Whether this observer reads [`Frame::points`]; they are computed only if one does.
-    fn wants_points(&self) -> bool {
-        false
-    }
-
-    /// Whether this observer reads [`Frame::reactions`]; they are computed only if one does.
-    fn wants_reactions(&self) -> bool {
-        false
+    /// Quantities of a [`Frame`] that this observer reads; they are computed only if one does. Positions and
+    /// velocities are always there.
+    fn quantities(&self) -> Quantities {
+        Quantities::NONE
     }
 
     /// Called at every output frame, the initial state included.

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::deadline::until;
 use crate::diagnostics::{Diagnostics, Energy};
-use crate::observer::{Frame, Notes, Observer};
+use crate::observer::{Frame, Notes, Observer, Quantities};
 use crate::simulation::{Simulation, StepError};
 
 pub use checkpoint::{Checkpoints, RunCheckpoint, RunState};
@@ -63,21 +63,20 @@ pub fn run_with_checkpoints(
 /// Counts what `simulation` loses only if one of these observers reads measurements: the guard against
 /// growing energy does without.
 pub fn count_losses_for(simulation: &mut Simulation, observers: &[&mut dyn Observer]) {
-    simulation.count_losses(observers.iter().any(|observer| observer.wants_diagnostics()));
+    simulation.count_losses(quantities_of(observers).contains(Quantities::DIAGNOSTICS));
+}
+
+/// Quantities that any of these observers reads.
+fn quantities_of(observers: &[&mut dyn Observer]) -> Quantities {
+    observers.iter().map(|observer| observer.quantities()).collect()
 }
 
 struct Run<'a, 'b> {
     simulation: &'a mut Simulation,
     observers: &'a mut [&'b mut dyn Observer],
     checkpoints: Option<&'a mut dyn Checkpoints>,
-    /// Whether any observer reads the measurements of a frame.
-    measures_frames: bool,
-    /// Whether any observer reads the states at points.
-    measures_points: bool,
-    /// Whether any observer reads the forces of pins.
-    measures_reactions: bool,
-    /// Whether any observer reads the states of elements.
-    measures_elements: bool,
+    /// Quantities that any observer reads.
+    quantities: Quantities,
     state: RunState,
     /// Step of the simulation that was shown last.
     shown: Option<u64>,
@@ -90,17 +89,7 @@ impl<'a, 'b> Run<'a, 'b> {
         checkpoints: Option<&'a mut dyn Checkpoints>,
         state: RunState,
     ) -> Self {
-        Run {
-            simulation,
-            measures_frames: observers.iter().any(|o| o.wants_diagnostics()),
-            measures_points: observers.iter().any(|o| o.wants_points()),
-            measures_reactions: observers.iter().any(|o| o.wants_reactions()),
-            measures_elements: observers.iter().any(|o| o.wants_elements()),
-            observers,
-            checkpoints,
-            state,
-            shown: None,
-        }
+        Run { simulation, quantities: quantities_of(observers), observers, checkpoints, state, shown: None }
     }
 
     /// What can be said at the end.
@@ -275,7 +264,7 @@ impl<'a, 'b> Run<'a, 'b> {
     /// Judges the present state as a frame: its measurements where an observer reads them, its energy alone
     /// where none does.
     fn judge_frame(&mut self) -> Result<Option<Diagnostics>, StepError> {
-        if !self.measures_frames {
+        if !self.quantities.contains(Quantities::DIAGNOSTICS) {
             let energy = self.simulation.energy();
             return self.guard(&energy).map(|()| None);
         }
@@ -287,10 +276,11 @@ impl<'a, 'b> Run<'a, 'b> {
     /// none: an element may have left the domain of its material in the last drift.
     fn show(&mut self) -> Result<(), Outcome> {
         let diagnostics = self.judge_frame().map_err(Outcome::Failed)?;
-        let reactions = self.measures_reactions.then(|| self.simulation.reactions());
+        let reads = |quantity| self.quantities.contains(quantity);
+        let reactions = reads(Quantities::REACTIONS).then(|| self.simulation.reactions());
         let state = self.simulation.state();
-        let points = self.measures_points.then(|| self.simulation.point_states());
-        let elements = self.measures_elements.then(|| self.simulation.element_states());
+        let points = reads(Quantities::POINTS).then(|| self.simulation.point_states());
+        let elements = reads(Quantities::ELEMENTS).then(|| self.simulation.element_states());
         let (x, v) = (self.simulation.positions(), self.simulation.velocities());
         let frame = Frame {
             index: self.state.frames,

@@ -8,7 +8,7 @@ use std::time::Instant;
 use pliant::diagnostics::Diagnostics;
 use pliant::observer::{self, Observer, ObserverError};
 use pliant::run::{self, Outcome, Plan};
-use pliant_record::{Level, McapRecorder, Options, PATIENCE, RecordError};
+use pliant_record::{LogLevel, MAX_LOSS, McapRecorder, Options, RecordError};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -100,8 +100,8 @@ impl std::fmt::Display for Raised {
 impl std::error::Error for Raised {}
 
 impl Observer for &Callback {
-    fn wants_diagnostics(&self) -> bool {
-        true
+    fn quantities(&self) -> observer::Quantities {
+        observer::Quantities::DIAGNOSTICS
     }
 
     fn frame(&mut self, frame: &observer::Frame<'_>) -> Result<(), ObserverError> {
@@ -234,7 +234,7 @@ impl PySimulation {
         let statics = serde_json::to_value(simulation.static_state(topology)).unwrap_or_default();
         report.set_item("statics", crate::document::from_json(py, &statics)?)?;
         report.set_item("path", finished?)?;
-        let warnings = closing.0.into_iter().filter(|(level, _)| *level == Level::Warning);
+        let warnings = closing.0.into_iter().filter(|(level, _)| *level == LogLevel::Warning);
         let warnings: Vec<String> = warnings.map(|(_, text)| text).chain(slow).collect();
         report.set_item("warnings", warnings)?;
         module.call_method("Summary", (), Some(&report))
@@ -249,7 +249,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
         probes: inner.probes.clone(),
         reactions: inner.simulation.reaction_names(),
         scene_text: inner.scene.source.text().to_owned(),
-        patience: PATIENCE,
+        max_loss: MAX_LOSS,
         ..Options::default()
     };
     McapRecorder::create(&path, &options, &inner.topology).map_err(|error| errors::record(&error))
@@ -259,7 +259,7 @@ fn recorder(inner: &Inner, path: PathBuf, overwrite: bool) -> PyResult<McapRecor
 fn finish(
     py: Python<'_>,
     mut recorder: McapRecorder,
-    (messages, outcome): &(Vec<(Level, String)>, pliant_record::Outcome),
+    (messages, outcome): &(Vec<(LogLevel, String)>, pliant_record::RecordedOutcome),
 ) -> PyResult<PathBuf> {
     let finish = || {
         messages.iter().try_for_each(|(level, text)| recorder.log(*level, text, outcome.time))?;

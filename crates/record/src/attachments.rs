@@ -1,4 +1,4 @@
-//! What is written once, at the beginning: the scene, the topology, and what the numbers mean.
+//! Attachments and metadata, written once at the beginning: scene, topology, units and counts.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -24,9 +24,9 @@ pub(super) const REST: &str = "rest.f64";
 pub struct BodySummary {
     /// Name.
     pub name: String,
-    /// What it is.
+    /// Kind of its cells.
     pub kind: BodyKind,
-    /// Its first vertex.
+    /// First vertex.
     pub first_vertex: u32,
     /// Number of vertices.
     pub vertices: u32,

@@ -1,25 +1,26 @@
 //! Rows of doubles as `foxglove.PointCloud`, the first three of each row being where it is.
 //!
-//! The field `data` has the highest tag of the message and therefore comes last, so that a reader needs no protobuf:
-//! `numpy.frombuffer(memoryview(message.data)[-8 * columns * rows:], "<f8").reshape(rows, columns)`.
+//! The field `data` has the highest tag of the message and therefore comes last, so that a reader needs no
+//! protobuf: `numpy.frombuffer(memoryview(message.data)[-8 * columns * rows:], "<f8").reshape(rows,
+//! columns)`.
 
 use std::collections::BTreeMap;
 
-use super::channel::FRAME_ID;
 use super::clock::timestamp;
+use super::declaration::FRAME_ID;
 use super::protobuf::MessageWriter;
 
 /// Writes the messages of a channel.
 #[derive(Debug)]
 pub(super) struct Cloud {
-    /// What all messages have between their time and their points.
+    /// Bytes that all messages have between their time and their points.
     common: Vec<u8>,
     /// Bytes of a row.
     stride: usize,
 }
 
 impl Cloud {
-    /// Of rows with these columns, each a little-endian double.
+    /// A writer of rows with these columns, each a little-endian double.
     pub(super) fn new(columns: &[&str]) -> Self {
         let stride = 8 * columns.len();
         let mut common = Vec::new();
@@ -33,10 +34,9 @@ impl Cloud {
         Cloud { common, stride }
     }
 
-    /// Begins a message of `rows` rows in place of what is in the buffer; the rows are to be appended. Only what changes is
+    /// Begins a message of `rows` rows in an empty buffer; the rows are to be appended. Only what changes is
     /// encoded anew: messages of protobuf are joined by writing one behind the other.
     pub(super) fn begin(&self, log_time: u64, rows: usize, buffer: &mut Vec<u8>) {
-        buffer.clear();
         timestamp(&mut MessageWriter::append_to(buffer), 1, log_time);
         buffer.extend_from_slice(&self.common);
         // As a field without content would be.
@@ -46,7 +46,7 @@ impl Cloud {
     }
 }
 
-/// What a channel says of its rows.
+/// Metadata of a channel about its rows.
 pub(super) fn describe(columns: &[&str], rows: usize) -> BTreeMap<String, String> {
     BTreeMap::from([
         ("dtype".to_owned(), "<f8".to_owned()),
@@ -62,8 +62,8 @@ const DATA: u8 = 6;
 /// Doubles, in the enumeration `foxglove.PackedElementField.NumericType`.
 const FLOAT_64: u64 = 8;
 
-/// A `foxglove.Pose` without displacement and rotation. One left out reads as a rotation by the quaternion 0,
-/// which viewers reject.
+/// A `foxglove.Pose` without displacement and rotation. One left out reads as a rotation by the quaternion
+/// 0, which viewers reject.
 pub(super) fn identity(pose: &mut MessageWriter<'_>) {
     pose.message(1, |_| ()).message(2, |rotation| {
         rotation.double(4, 1.0);

@@ -1,7 +1,8 @@
-//! The MCAP file under construction: metadata, attachments and channels first, then groups of messages in chunks.
+//! The MCAP file under construction: metadata, attachments and channels first, then groups of messages in
+//! chunks.
 //!
-//! A group is what belongs together, all messages of one frame or one warning. Chunks end between groups, after
-//! [`CHUNK_BYTES`] of messages: a rule that depends on nothing but the messages.
+//! A group is what belongs together, all messages of one frame or one warning. Chunks end between groups,
+//! after [`CHUNK_BYTES`] of messages: a rule that depends on nothing but the messages.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -11,9 +12,10 @@ use std::io::{Seek, Write};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Channel, Compression, McapError, McapResult, WriteOptions, Writer};
 
-use super::journal::Journal;
+use super::chunk_journal::ChunkJournal;
 
-/// Message bytes after which a chunk is closed. Large, so that compression finds the mesh of the previous frame.
+/// Message bytes after which a chunk is closed. Large, so that compression finds the mesh of the previous
+/// frame.
 pub(super) const CHUNK_BYTES: u64 = 4 << 20;
 
 /// One encoded message.
@@ -36,7 +38,7 @@ impl<'a> Message<'a> {
 /// The file under construction.
 pub(super) struct Container<W: Write + Seek> {
     writer: Writer<W>,
-    journal: Option<Journal>,
+    journal: Option<ChunkJournal>,
     channels: Vec<Channel<'static>>,
     /// Message bytes in the open chunk.
     open_bytes: u64,
@@ -46,7 +48,7 @@ pub(super) struct Container<W: Write + Seek> {
     closed_frames: u64,
     /// Whether something could not be written, and nothing more will be.
     has_failed: bool,
-    /// Why, until somebody asks.
+    /// Error of that failure, until it is asked for.
     failure: Option<McapError>,
     /// The file that the writer writes to, to be synced.
     file: Option<File>,
@@ -56,7 +58,7 @@ pub(super) struct Container<W: Write + Seek> {
 
 impl<W: Write + Seek> Container<W> {
     /// Begins a file; without a journal, an open chunk is lost when the process is killed.
-    pub(super) fn create(stream: W, journal: Option<Journal>) -> McapResult<Self> {
+    pub(super) fn create(stream: W, journal: Option<ChunkJournal>) -> McapResult<Self> {
         let options = WriteOptions::new()
             .library(super::LIBRARY)
             .compression(Some(Compression::Zstd))
@@ -120,20 +122,21 @@ impl<W: Write + Seek> Container<W> {
     }
 
     /// Writes the messages of a frame, as [`keep`](Self::keep) does.
-    pub(super) fn keep_frame(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
-        self.keep_group(group, true, safe);
+    pub(super) fn keep_frame(&mut self, group: &[Message<'_>], durable: Option<&dyn Fn()>) {
+        self.keep_group(group, true, durable);
     }
 
-    /// Writes messages that belong together, and calls `safe`, where that is given, once a kill cannot lose them any more. Where they
-    /// cannot be written, they and all that come after go to the journal only, and [`failure`](Self::failure) says why.
-    pub(super) fn keep(&mut self, group: &[Message<'_>], safe: Option<&dyn Fn()>) {
-        self.keep_group(group, false, safe);
+    /// Writes messages that belong together, and calls `durable`, where that is given, once a kill cannot
+    /// lose them any more. Where they cannot be written, they and all that come after go to the journal
+    /// only, and [`failure`](Self::failure) says why.
+    pub(super) fn keep(&mut self, group: &[Message<'_>], durable: Option<&dyn Fn()>) {
+        self.keep_group(group, false, durable);
     }
 
-    fn keep_group(&mut self, group: &[Message<'_>], is_frame: bool, safe: Option<&dyn Fn()>) {
+    fn keep_group(&mut self, group: &[Message<'_>], is_frame: bool, durable: Option<&dyn Fn()>) {
         let ends_chunk = !self.has_failed && self.is_ended_by(group);
         if !ends_chunk {
-            self.note(group, is_frame, safe);
+            self.note(group, is_frame, durable);
         }
         if self.has_failed {
             return;
@@ -143,10 +146,10 @@ impl<W: Write + Seek> Container<W> {
             Err(error) => {
                 self.fail(error);
                 if ends_chunk {
-                    self.note(group, is_frame, safe);
+                    self.note(group, is_frame, durable);
                 }
             }
-            Ok(()) if ends_chunk => safe.into_iter().for_each(|safe| safe()),
+            Ok(()) if ends_chunk => durable.into_iter().for_each(|durable| durable()),
             Ok(()) => {}
         }
     }
@@ -160,7 +163,7 @@ impl<W: Write + Seek> Container<W> {
     /// do not depend on it. From now on a chunk that is closed is on the disk before the journal forgets it.
     pub(super) fn secure(&mut self) -> McapResult<()> {
         self.is_secured = true;
-        self.journal.as_mut().map_or(Ok(()), Journal::secure)?;
+        self.journal.as_mut().map_or(Ok(()), ChunkJournal::secure)?;
         self.sync()
     }
 
@@ -169,7 +172,7 @@ impl<W: Write + Seek> Container<W> {
         Ok(file.map_or(Ok(()), File::sync_all)?)
     }
 
-    /// Why messages given to [`keep`](Self::keep) could not be written, once.
+    /// Error because of which messages given to [`keep`](Self::keep) could not be written, once.
     pub(super) fn failure(&mut self) -> Option<McapError> {
         self.failure.take()
     }
@@ -184,13 +187,13 @@ impl<W: Write + Seek> Container<W> {
         self.failure.get_or_insert(error);
     }
 
-    /// Appends to the journal, and writes it where somebody wants to know when it is safe.
-    fn note(&mut self, group: &[Message<'_>], is_frame: bool, safe: Option<&dyn Fn()>) {
+    /// Appends to the journal, and writes it where `durable` is to be called.
+    fn note(&mut self, group: &[Message<'_>], is_frame: bool, durable: Option<&dyn Fn()>) {
         let Some(journal) = &mut self.journal else { return };
         journal.append(group, is_frame);
-        if let Some(safe) = safe {
+        if let Some(durable) = durable {
             match journal.write() {
-                Ok(()) => safe(),
+                Ok(()) => durable(),
                 Err(error) => self.fail(McapError::Io(error)),
             }
         }
@@ -236,10 +239,10 @@ impl<W: Write + Seek> Container<W> {
 
 /// A file with its end, which the operating system may not have on the disk yet.
 pub(super) struct Finished<W> {
-    /// To be synced.
+    /// The file, to be synced.
     pub(super) stream: W,
-    /// To be removed.
-    pub(super) journal: Option<Journal>,
+    /// Its journal, to be removed.
+    pub(super) journal: Option<ChunkJournal>,
     closed_frames: u64,
 }
 
@@ -251,7 +254,7 @@ impl<W> Finished<W> {
 }
 
 /// Frames in closed chunks and, after writing what has been appended to it, those in the journal.
-fn salvage(closed_frames: u64, journal: Option<&mut Journal>) -> u64 {
+fn salvage(closed_frames: u64, journal: Option<&mut ChunkJournal>) -> u64 {
     closed_frames
         + journal.map_or(0, |journal| {
             // What does not fit is not counted.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::Record;
 
 use super::attachments::SCENE;
-use super::channel::{MESH, place_from_end};
+use super::channels::{is_in_every_frame, place_in_frame};
 use super::container::Message;
 use super::read::{recover, walk};
 use super::{McapRecorder, Options, RecordError, paths};
@@ -25,11 +25,12 @@ pub struct Beginning<'a> {
 }
 
 impl McapRecorder {
-    /// Opens `<path>.part` as [`create`](Self::create) does, with the frames of `beginning` in it: those that
-    /// follow make the same file as if the run had never stopped. What was recorded after them is left out.
+    /// Opens `<path>.part` as [`create`](Self::create) does, with the frames of `beginning` in it: those
+    /// that follow make the same file as if the run had never stopped. What was recorded after them is left
+    /// out.
     ///
-    /// `path` may be that of `beginning`: until the new file is complete, its frames stay readable in the old
-    /// one, which is made complete first where it is unfinished.
+    /// `path` may be that of `beginning`: until the new file is complete, its frames stay readable in the
+    /// old one, which is made complete first where it is unfinished.
     ///
     /// # Errors
     /// As `create`; [`RecordError::NoBeginning`] where the file is not there, is one of another scene, or
@@ -72,7 +73,7 @@ impl Beginning<'_> {
         let part = paths::part_of(self.path);
         let mut reason = "is not there";
         for candidate in [&part, self.path].into_iter().filter(|path| path.exists()) {
-            let found = Survey::of(candidate, self.frames)?;
+            let found = FrameSurvey::of(candidate, self.frames)?;
             if !self.scene_text.is_empty() && found.scene_text.as_deref() != Some(self.scene_text.as_bytes())
             {
                 reason = "was recorded with another scene";
@@ -86,18 +87,18 @@ impl Beginning<'_> {
     }
 }
 
-/// What is known of a recording after a look at all of it.
+/// Facts about a recording after a look at all of it.
 #[derive(Default)]
-struct Survey {
+struct FrameSurvey {
     scene_text: Option<Vec<u8>>,
     frames: u64,
     /// Whether it has a channel with a message for each frame.
     holds_every_frame: bool,
 }
 
-impl Survey {
+impl FrameSurvey {
     fn of(path: &Path, frames: u64) -> Result<Self, RecordError> {
-        let mut survey = Survey::default();
+        let mut survey = FrameSurvey::default();
         let mut count = 0;
         let mut groups = Groups::new(frames);
         groups.read(path, &mut |group| {
@@ -105,8 +106,7 @@ impl Survey {
             Ok(())
         })?;
         survey.frames = count;
-        survey.holds_every_frame =
-            groups.channels.iter().any(|id| *id != MESH.0 && place_from_end(*id).is_some());
+        survey.holds_every_frame = groups.channels.iter().any(|number| is_in_every_frame(*number));
         survey.scene_text = groups.scene_text;
         Ok(survey)
     }
@@ -156,7 +156,7 @@ impl Groups {
             Record::Channel(channel) => {
                 self.channels.insert(channel.id);
             }
-            Record::Message { header, data } if place_from_end(header.channel_id).is_some() => {
+            Record::Message { header, data } if place_in_frame(header.channel_id).is_some() => {
                 let number = u64::from(header.sequence);
                 if self.frame.first().is_some_and(|first| first.header.sequence != header.sequence) {
                     self.hand_on(visit)?;

@@ -1,9 +1,9 @@
-//! What can go wrong while a trajectory is written, read or recovered.
+//! Errors of writing, reading and recovering trajectories.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-use pliant::observer::ObserverError;
+use pliant::observer::{ObserverError, Quantities};
 
 /// A trajectory could not be written, read or recovered.
 #[derive(Debug, thiserror::Error)]
@@ -50,7 +50,7 @@ pub enum RecordError {
         path: PathBuf,
         /// The first frame that is lost; `None` where none is.
         frame: Option<u64>,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The recorder was used after a write had failed.
@@ -73,21 +73,19 @@ pub enum RecordError {
         /// Numbers in the frame.
         found: usize,
     },
-    /// The energy channel was asked for and a frame came without diagnostics.
-    #[error("frame {frame} has no diagnostics, which the channel /energy records")]
-    MissingDiagnostics {
+    /// A frame does not have what a channel records.
+    #[error("frame {frame} has no {quantities}, which the channel {topic} records")]
+    MissingQuantities {
         /// The frame.
         frame: u64,
+        /// Quantities that the frame does not have.
+        quantities: Quantities,
+        /// Topic of the channel.
+        topic: String,
     },
-    /// The channel of reactions was asked for and a frame came without them.
-    #[error("frame {frame} has no reactions, which the channel /reactions records")]
-    MissingReactions {
-        /// The frame.
-        frame: u64,
-    },
-    /// A channel about elements was asked for and a frame came without their states, or with those of other elements.
+    /// A frame has the states of other elements than those of the topology.
     #[error("frame {frame} has the states of {found} elements, of {expected} that channels record")]
-    MissingElements {
+    ElementCount {
         /// The frame.
         frame: u64,
         /// Elements of the topology.
@@ -110,7 +108,7 @@ pub enum RecordError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// The file is not MCAP.
@@ -124,7 +122,7 @@ pub enum RecordError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The damage.
         source: mcap::McapError,
     },
     /// The file ends early: the run that wrote it is still going, or was killed.
@@ -138,7 +136,7 @@ pub enum RecordError {
     Unexpected {
         /// The file.
         path: PathBuf,
-        /// What is missing or different.
+        /// The part that is missing or different.
         what: &'static str,
     },
     /// The channel was not recorded.

@@ -1,4 +1,5 @@
-//! Recording runs as MCAP files, which Foxglove, Lichtblick and Rerun open as they are, and reading them back.
+//! Recording runs as MCAP files, which Foxglove, Lichtblick and Rerun open as they are, and reading them
+//! back.
 //!
 //! | topic | encoding | content |
 //! |---|---|---|
@@ -11,66 +12,63 @@
 //! | `/tf` | `foxglove.FrameTransform` | once, with `/state` or `/mesh` |
 //! | `/log` | `foxglove.Log` | warnings, if there are any |
 //!
-//! Attachments: `scene.toml`; `rest.f64` of shape `(vertices, dimension)`; `mass.f64`; and for each body what it has
-//! of `topology/<body>.edge.u32`, `.tri.u32`, `.tet.u32` and `.surface.u32` (where that is not all triangles): rows of
-//! 2, 3, 4 and 3 vertex numbers, which count the vertices of all bodies. Cells of second order are in `.tri6.u32` and
-//! `.tet10.u32` instead, rows of 6 and 10 in the order of VTK. Everything is little-endian.
-//! Metadata: `pliant` (format version, units, dimension, counts, bodies) and, at the end, `outcome`.
+//! Attachments: `scene.toml`; `rest.f64` of shape `(vertices, dimension)`; `mass.f64`; and for each body
+//! what it has of `topology/<body>.edge.u32`, `.tri.u32`, `.tet.u32` and `.surface.u32` (where that is not
+//! all triangles): rows of 2, 3, 4 and 3 vertex numbers, which count the vertices of all bodies. Cells of
+//! second order are in `.tri6.u32` and `.tet10.u32` instead, rows of 6 and 10 in the order of VTK.
+//! Everything is little-endian. Metadata: `pliant` (format version, units, dimension, counts, bodies) and,
+//! at the end, `outcome`.
 //!
-//! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same frames give
-//! the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at any moment loses
-//! no frame whose recording had returned, but for what took less than [`PATIENCE`] to compute where the recorder is given that: those of
-//! the chunk still open are also in `<output>.part.tail`, and [`recover`](read::recover) puts the two together.
+//! The file holds simulated time in nanoseconds from 0, rounded to nearest, and no wall clock: the same
+//! frames give the same bytes. It is written as `<output>.part` and renamed when it is complete. A kill at
+//! any moment loses no frame whose recording had returned, but for what took less than [`MAX_LOSS`] to
+//! compute where the recorder is given that: those of the chunk still open are also in `<output>.part.tail`,
+//! and [`recover`](read::recover) puts the two together.
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
 
 mod attachments;
-mod behind;
-mod channel;
+mod background_writer;
+mod channels;
 pub mod checkpoint;
+mod chunk_journal;
 mod clock;
 mod cloud;
 mod container;
 mod continuation;
-mod desk;
-mod elements;
-mod energy;
+mod declaration;
 mod error;
 pub mod export;
-mod journal;
-mod kept;
+mod frame_copy;
+mod frame_encoder;
+mod log;
 mod outcome;
 mod paths;
-mod probe;
 mod protobuf;
-mod reactions;
 pub mod read;
 mod recorder;
 mod sink;
-mod state;
-mod surface;
 #[cfg(test)]
 mod tests;
 mod transform;
-mod warning;
 
 use std::time::Duration;
 
 pub use attachments::{BlockSummary, BodySummary};
+pub use channels::elements::BodyRows;
 pub use continuation::Beginning;
-pub use elements::BodyRows;
 pub use error::RecordError;
-pub use outcome::{Outcome, Status};
+pub use log::LogLevel;
+pub use outcome::{RecordedOutcome, RecordedStatus};
 pub use paths::files;
 pub use recorder::{McapRecorder, Options, Recorded};
-pub use warning::Level;
 
-/// A [patience](Options::patience) for runs: nobody misses what is computed again in this time, and where frames take microseconds
-/// the writes are no longer felt.
-pub const PATIENCE: Duration = Duration::from_millis(100);
+/// Largest [loss](Options::max_loss) for runs: computed again in a moment, and where frames take
+/// microseconds the writes are no longer felt.
+pub const MAX_LOSS: Duration = Duration::from_millis(100);
 
-/// What the header says wrote the file.
+/// Name of the writing program, in the header of a file.
 const LIBRARY: &str = concat!("pliant ", env!("CARGO_PKG_VERSION"));
 
 /// Version of the conventions above; readers refuse a larger one.

@@ -27,8 +27,8 @@ pub fn files(path: &Path) -> [PathBuf; 3] {
 /// Creates a file that is empty and that this process alone writes.
 ///
 /// # Errors
-/// [`RecordError::LeftOver`] if it exists and must not be overwritten, [`RecordError::InUse`] if another process
-/// writes it, [`RecordError::Write`] if it cannot be created.
+/// [`RecordError::LeftOver`] if it exists and must not be overwritten, [`RecordError::InUse`] if another
+/// process writes it, [`RecordError::Write`] if it cannot be created.
 pub(super) fn create_exclusive(path: &Path, overwrite: bool) -> Result<File, RecordError> {
     let write_error = |source| RecordError::Write { path: path.to_owned(), frame: None, source };
     let mut options = OpenOptions::new();

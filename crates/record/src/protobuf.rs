@@ -1,8 +1,8 @@
 //! Messages of protobuf, written field by field.
 //!
-//! The wire format of protocol buffers, version 3: a field is a tag, `number << 3 | type`, and its content; a
-//! field that has its default value is left out. <https://protobuf.dev/programming-guides/encoding/>. Schemas
-//! are stored ([`MessageType`]), so that no code is generated from them.
+//! The wire format of protocol buffers, version 3: a field is a tag, `number << 3 | type`, and its content;
+//! a field that has its default value is left out. <https://protobuf.dev/programming-guides/encoding/>.
+//! Schemas are stored ([`MessageType`]), so that no code is generated from them.
 
 /// Type of messages: its name, and the descriptors that readers need.
 #[derive(Clone, Copy, Debug)]

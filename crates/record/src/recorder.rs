@@ -6,30 +6,31 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::behind::Behind;
+use super::background_writer::BackgroundWriter;
+use super::channels::elements;
+use super::chunk_journal::ChunkJournal;
 use super::clock::seconds;
 use super::container::{Finished, Message};
-use super::desk::Desk;
 use super::error::write_error;
-use super::journal::Journal;
-use super::kept::Needs;
-use super::outcome::{Outcome, Status};
+use super::frame_encoder::FrameEncoder;
+use super::outcome::{RecordedOutcome, RecordedStatus};
 use super::sink::{Sink, Tail};
-use super::{Level, RecordError, paths};
-use pliant::observer::{Frame, Notes, Observer, ObserverError};
+use super::{LogLevel, RecordError, paths};
+use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 use pliant::probe::Probe;
 use pliant::topology::Topology;
 use pliant_scene::Channel;
 
-/// What to record.
+/// Content of a recording, and how it is written.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Replace the output, and what an unfinished run to it has left.
     pub overwrite: bool,
-    /// How long a recorded frame may wait for the next one before it is handed to the operating system; zero, the default: not at
-    /// all. A kill loses at most what took this long to compute, and frames that follow each other faster cost less.
-    pub patience: Duration,
-    /// What each frame holds. Nothing else is encoded or written.
+    /// Time that a recorded frame may wait for the next one before it is handed to the operating system;
+    /// zero, the default: not at all. A kill loses at most what took this long to compute, and frames that
+    /// follow each other faster cost less.
+    pub max_loss: Duration,
+    /// Channels. Nothing else is encoded or written.
     pub channels: Vec<Channel>,
     /// One line that says what this is.
     pub title: Option<String>,
@@ -50,27 +51,28 @@ pub struct Recorded {
     pub path: PathBuf,
     /// Number of frames.
     pub frames: u64,
-    /// Its size.
+    /// Size of the file.
     pub bytes: u64,
 }
 
 /// Writes a run to an MCAP file. See [the module](super) for the format.
 ///
-/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also when the run has failed: until then the
-/// file is called `<path>.part`, and it keeps that name if the recorder is only dropped.
+/// Call [`finish`](Self::finish) or [`finish_with`](Self::finish_with), also when the run has failed: until
+/// then the file is called `<path>.part`, and it keeps that name if the recorder is only dropped.
 pub struct McapRecorder {
     path: PathBuf,
     part: PathBuf,
     overwrite: bool,
-    behind: Behind,
-    needs: Needs,
+    writer: BackgroundWriter,
+    /// Topics, and what each is made of.
+    needs: Vec<(String, Quantities)>,
     element_count: usize,
     /// `x` and `v` must have this length.
     length: usize,
     frames: u64,
-    /// Of the last frame.
+    /// Step of the last frame.
     step: u64,
-    /// Of the last frame.
+    /// Time of the last frame [s].
     time: f64,
     /// The first frame that is lost because writing failed.
     failed_at: Option<u64>,
@@ -80,8 +82,8 @@ impl McapRecorder {
     /// Opens `<path>.part` and writes everything that is known before the first frame.
     ///
     /// # Errors
-    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if that would destroy something,
-    /// [`RecordError::VertexIndex`] if the topology contradicts itself, [`RecordError::Write`].
+    /// [`RecordError::Exists`], [`RecordError::LeftOver`] and [`RecordError::InUse`] if that would destroy
+    /// something, [`RecordError::VertexIndex`] if the topology contradicts itself, [`RecordError::Write`].
     pub fn create(path: &Path, options: &Options, topology: &Topology) -> Result<Self, RecordError> {
         if !options.overwrite && path.exists() {
             return Err(RecordError::Exists { path: path.to_owned() });
@@ -95,12 +97,12 @@ impl McapRecorder {
         let sink = BufWriter::with_capacity(1 << 16, file);
         let mut recorder = Self::with_sinks(path, options, topology, Box::new(sink), Box::new(journal))?;
         let synced = synced.map_err(mcap::McapError::Io);
-        let given = synced.and_then(|file| recorder.behind.desk().map(|desk| desk.sync_with(file)));
+        let given = synced.and_then(|file| recorder.writer.encoder().map(|encoder| encoder.sync_with(file)));
         recorder.note_failure(given)?;
         Ok(recorder)
     }
 
-    /// The same, for a sink that is `<path>.part`, and one that is `<path>.part.tail`.
+    /// A recorder to a sink that is `<path>.part`, and one that is `<path>.part.tail`.
     pub(super) fn with_sinks(
         path: &Path,
         options: &Options,
@@ -109,17 +111,17 @@ impl McapRecorder {
         tail: Box<dyn Tail>,
     ) -> Result<Self, RecordError> {
         let part = paths::part_of(path);
-        let journal = Journal::new(paths::tail_of(&part), tail);
-        let desk =
-            Desk::new(sink, journal, options, topology).map_err(|error| write_error(&part, None, error))?;
+        let journal = ChunkJournal::new(paths::tail_of(&part), tail);
+        let encoder = FrameEncoder::new(sink, journal, options, topology)
+            .map_err(|error| write_error(&part, None, error))?;
         Ok(McapRecorder {
             path: path.to_owned(),
             part,
             overwrite: options.overwrite,
             length: topology.vertex_count * topology.dimension,
-            needs: desk.needs(),
-            element_count: desk.element_count(),
-            behind: Behind::new(desk, options.patience),
+            needs: encoder.needs(),
+            element_count: elements::count(topology),
+            writer: BackgroundWriter::new(encoder, options.max_loss),
             frames: 0,
             step: 0,
             time: 0.0,
@@ -137,17 +139,17 @@ impl McapRecorder {
         self.frames
     }
 
-    /// Records a frame. A kill no longer loses it when this returns, or where it came within the [patience](Options::patience) of the
-    /// last write, when a later one does.
+    /// Records a frame. A kill no longer loses it when this returns, or where it came within the [largest
+    /// loss](Options::max_loss) of the last write, when a later one does.
     ///
     /// # Errors
-    /// [`RecordError::FrameShape`], [`RecordError::MissingDiagnostics`], [`RecordError::MissingElements`],
-    /// [`RecordError::MissingReactions`]; [`RecordError::Write`] where an earlier frame could not be written, which is recoverable
-    /// together with all others before this one; after that, [`RecordError::Incomplete`].
+    /// [`RecordError::FrameShape`], [`RecordError::MissingQuantities`], [`RecordError::ElementCount`];
+    /// [`RecordError::Write`] where an earlier frame could not be written, which is recoverable together
+    /// with all others before this one; after that, [`RecordError::Incomplete`].
     pub fn record(&mut self, frame: &Frame<'_>) -> Result<(), RecordError> {
         self.ensure_sound()?;
         self.ensure_whole(frame)?;
-        let recorded = self.behind.frame(frame);
+        let recorded = self.writer.frame(frame);
         self.note_failure(recorded)?;
         self.frames += 1;
         (self.step, self.time) = (frame.step, frame.time);
@@ -160,13 +162,13 @@ impl McapRecorder {
     /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
     pub fn secure(&mut self) -> Result<(), RecordError> {
         self.ensure_sound()?;
-        let secured = self.behind.desk().and_then(Desk::secure);
+        let secured = self.writer.encoder().and_then(FrameEncoder::secure);
         self.note_failure(secured)
     }
 
     /// Records the messages of a frame that another recorder has encoded.
     pub(super) fn replay(&mut self, group: &[Message<'_>]) -> Result<(), RecordError> {
-        let replayed = self.behind.desk().and_then(|desk| desk.replay(group));
+        let replayed = self.writer.encoder().and_then(|encoder| encoder.replay(group));
         self.note_failure(replayed)?;
         self.time = group.last().map_or(self.time, |message| seconds(message.header.log_time));
         Ok(())
@@ -175,7 +177,7 @@ impl McapRecorder {
     /// Goes on with frame number `frames`, those before being replayed.
     pub(super) fn begin_at(&mut self, frames: u64) -> Result<(), RecordError> {
         self.frames = frames;
-        let begun = self.behind.desk().map(|desk| desk.begin_at(frames));
+        let begun = self.writer.encoder().map(|encoder| encoder.begin_at(frames));
         self.note_failure(begun)?;
         self.secure()
     }
@@ -184,9 +186,9 @@ impl McapRecorder {
     ///
     /// # Errors
     /// [`RecordError::Write`]; after it, [`RecordError::Incomplete`].
-    pub fn log(&mut self, level: Level, text: &str, time: f64) -> Result<(), RecordError> {
+    pub fn log(&mut self, level: LogLevel, text: &str, time: f64) -> Result<(), RecordError> {
         self.ensure_sound()?;
-        let logged = self.behind.desk().and_then(|desk| desk.log(level, text, time));
+        let logged = self.writer.encoder().and_then(|encoder| encoder.log(level, text, time));
         self.note_failure(logged)
     }
 
@@ -196,24 +198,31 @@ impl McapRecorder {
     /// As [`finish_with`](Self::finish_with).
     pub fn finish(self) -> Result<Recorded, RecordError> {
         let (step, time) = (Some(self.step), self.time);
-        self.finish_with(&Outcome { status: Status::Completed, step, time, message: String::new() })
+        self.finish_with(&RecordedOutcome {
+            status: RecordedStatus::Completed,
+            step,
+            time,
+            message: String::new(),
+        })
     }
 
-    /// Ends the file: notes how the run went, writes the indexes, waits for the disk, and gives the file its name.
+    /// Ends the file: notes how the run went, writes the indexes, waits for the disk, and gives the file its
+    /// name.
     ///
     /// # Errors
     /// [`RecordError::Write`]; [`RecordError::Incomplete`] if a frame could not be written;
-    /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with all
-    /// frames that were written.
-    pub fn finish_with(mut self, outcome: &Outcome) -> Result<Recorded, RecordError> {
+    /// [`RecordError::Exists`] if something took the name meanwhile. In all cases `<path>.part` stays, with
+    /// all frames that were written.
+    pub fn finish_with(mut self, outcome: &RecordedOutcome) -> Result<Recorded, RecordError> {
         self.ensure_sound()?;
-        let written = self.behind.desk().map(|_| ());
+        let written = self.writer.encoder().map(|_| ());
         self.note_failure(written)?;
-        // Without a number where all frames are safe.
-        let failed =
-            |error, safe| write_error(&self.part, Some(safe).filter(|safe| *safe < self.frames), error);
-        let desk = self.behind.into_desk().map_err(|error| failed(error, 0))?;
-        let mut finished = desk.finish(outcome).map_err(|(error, safe)| failed(error, safe))?;
+        // Without a number where all frames are durable.
+        let failed = |error, durable| {
+            write_error(&self.part, Some(durable).filter(|durable| *durable < self.frames), error)
+        };
+        let encoder = self.writer.into_encoder().map_err(|error| failed(error, 0))?;
+        let mut finished = encoder.finish(outcome).map_err(|(error, durable)| failed(error, durable))?;
         if let Err(error) = finished.stream.sync() {
             return Err(failed(mcap::McapError::Io(error), finished.salvage()));
         }
@@ -227,7 +236,7 @@ impl McapRecorder {
         let bytes = named.map_err(|error| write_error(&self.path, None, mcap::McapError::Io(error)))?.len();
         paths::sync_directory_of(&self.path);
         if let Some(journal) = journal {
-            // A tail without its file harms nobody; the next recording to this name replaces it.
+            // A tail without its file does no harm; the next recording to this name replaces it.
             let _ = journal.remove();
         }
         Ok(Recorded { path: self.path, frames: self.frames, bytes })
@@ -245,43 +254,33 @@ impl McapRecorder {
                 return Err(RecordError::FrameShape { frame: number, expected, found });
             }
         }
-        let (expected, found) = (self.element_count, frame.elements.map_or(0, <[_]>::len));
-        if self.needs.elements && (frame.elements.is_none() || found != expected) {
-            return Err(RecordError::MissingElements { frame: number, expected, found });
-        }
-        if self.needs.reactions && frame.reactions.is_none() {
-            return Err(RecordError::MissingReactions { frame: number });
-        }
-        if self.needs.diagnostics && frame.diagnostics.is_none() {
-            return Err(RecordError::MissingDiagnostics { frame: number });
+        let has = frame.quantities();
+        for (topic, needed) in &self.needs {
+            let quantities = needed.without(has);
+            if !quantities.is_empty() {
+                let topic = topic.clone();
+                return Err(RecordError::MissingQuantities { frame: number, quantities, topic });
+            }
+            let (expected, found) = (self.element_count, frame.elements.map_or(0, <[_]>::len));
+            if needed.contains(Quantities::ELEMENTS) && found != expected {
+                return Err(RecordError::ElementCount { frame: number, expected, found });
+            }
         }
         Ok(())
     }
 
     fn note_failure(&mut self, written: mcap::McapResult<()>) -> Result<(), RecordError> {
         written.map_err(|error| {
-            let safe = self.behind.salvage().min(self.frames);
-            self.failed_at = Some(safe);
-            write_error(&self.part, Some(safe), error)
+            let durable = self.writer.salvage().min(self.frames);
+            self.failed_at = Some(durable);
+            write_error(&self.part, Some(durable), error)
         })
     }
 }
 
 impl Observer for McapRecorder {
-    fn wants_diagnostics(&self) -> bool {
-        self.needs.diagnostics
-    }
-
-    fn wants_reactions(&self) -> bool {
-        self.needs.reactions
-    }
-
-    fn wants_elements(&self) -> bool {
-        self.needs.elements
-    }
-
-    fn wants_points(&self) -> bool {
-        self.needs.points
+    fn quantities(&self) -> Quantities {
+        self.needs.iter().map(|(_, quantities)| *quantities).collect()
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

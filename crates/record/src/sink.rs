@@ -1,4 +1,4 @@
-//! Where the bytes go.
+//! Files that recordings are written to.
 
 use std::fmt::Debug;
 use std::fs::File;

@@ -4,13 +4,16 @@ use std::collections::BTreeMap;
 
 use mcap::Channel;
 
-use super::channel::{FRAME_ID, TRANSFORM, typed};
 use super::clock::timestamp;
+use super::declaration::{FRAME_ID, typed};
 use super::protobuf::{FRAME_TRANSFORM, MessageWriter};
+
+/// Number of the channel.
+pub(super) const NUMBER: u16 = 4;
 
 /// Declares the channel.
 pub(super) fn channel() -> Channel<'static> {
-    typed(TRANSFORM, FRAME_TRANSFORM, BTreeMap::new())
+    typed(NUMBER, "/tf", FRAME_TRANSFORM, BTreeMap::new())
 }
 
 /// The only message: `world` and `pliant` are the same frame.

@@ -2,7 +2,7 @@
 
 use pliant::element::{CELL_KINDS, CellKind};
 use pliant_record::read::{self, FileInfo, FileState};
-use pliant_record::{BodySummary, Status as Ending};
+use pliant_record::{BodySummary, RecordedStatus};
 use serde_json::json;
 
 use crate::arguments::InfoArguments;
@@ -34,10 +34,10 @@ fn describe(info: &FileInfo, width: usize) -> String {
     }
     if let Some(outcome) = &info.outcome {
         let ending = match outcome.status {
-            Ending::Completed => "completed",
-            Ending::Interrupted => "interrupted",
-            Ending::Failed => "failed",
-            Ending::Recovered => "killed, and recovered",
+            RecordedStatus::Completed => "completed",
+            RecordedStatus::Interrupted => "interrupted",
+            RecordedStatus::Failed => "failed",
+            RecordedStatus::Recovered => "killed, and recovered",
             _ => "ended",
         };
         let step = outcome

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use pliant::probe;
 use pliant::run::RunState;
 use pliant_record::checkpoint::CheckpointFile;
-use pliant_record::{Beginning, Status as Ending, read};
+use pliant_record::{Beginning, RecordedStatus, read};
 use pliant_scene::Source;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::json;
@@ -140,7 +140,7 @@ fn is_recorded(recording: Option<&Path>, state: &RunState) -> bool {
     recording.is_none_or(|recording| {
         let found = read::info(recording).ok();
         let outcome = found.and_then(|info| info.outcome);
-        outcome.is_some_and(|outcome| outcome.status == Ending::Completed && state.frames() > 0)
+        outcome.is_some_and(|outcome| outcome.status == RecordedStatus::Completed && state.frames() > 0)
     })
 }
 

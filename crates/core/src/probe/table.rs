@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::{Probe, Reading};
-use crate::observer::{Frame, Notes, Observer, ObserverError};
+use crate::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 /// In the order of the readings.
@@ -83,8 +83,8 @@ impl<W: Write> Table<W> {
 }
 
 impl<W: Write> Observer for Table<W> {
-    fn wants_points(&self) -> bool {
-        self.probes.iter().any(|probe| probe.point.is_some())
+    fn quantities(&self) -> Quantities {
+        Quantities::POINTS.only_if(self.probes.iter().any(|probe| probe.point.is_some()))
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

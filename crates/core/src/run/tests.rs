@@ -26,8 +26,8 @@ impl Witness {
 }
 
 impl Observer for Witness {
-    fn wants_diagnostics(&self) -> bool {
-        self.measures
+    fn quantities(&self) -> Quantities {
+        Quantities::DIAGNOSTICS.only_if(self.measures)
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

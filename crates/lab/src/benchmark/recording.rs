@@ -8,7 +8,7 @@ use super::stepping::{SavedState, assemble};
 use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
 use pliant::observer::Observer;
 use pliant::run::{self, Outcome, Plan};
-use pliant_record::{McapRecorder, Options, PATIENCE};
+use pliant_record::{MAX_LOSS, McapRecorder, Options};
 use pliant_scene::Scene;
 use pliant_scene::assembly::Assembly;
 
@@ -52,7 +52,7 @@ impl RecordedRun {
         let options = Options {
             channels: scene.output.channels.clone(),
             scene_text: text.into(),
-            patience: PATIENCE,
+            max_loss: MAX_LOSS,
             ..Options::default()
         };
         Ok(RecordedRun {

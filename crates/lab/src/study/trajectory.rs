@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::clock::Clock;
 use super::plan::{Contender, TimeGrid, TimeStepping};
 use pliant::deadline::until;
-use pliant::observer::{Frame, Observer, ObserverError};
+use pliant::observer::{Frame, Observer, ObserverError, Quantities};
 use pliant::run::{Outcome, Plan, Summary, run};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Adaptive, Problem, Scene};
@@ -184,8 +184,8 @@ impl Watcher<'_> {
 struct OutOfTime;
 
 impl Observer for Watcher<'_> {
-    fn wants_diagnostics(&self) -> bool {
-        true
+    fn quantities(&self) -> Quantities {
+        Quantities::DIAGNOSTICS
     }
 
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

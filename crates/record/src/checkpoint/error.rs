@@ -1,4 +1,4 @@
-//! What is wrong with a checkpoint file.
+//! Errors of checkpoint files.
 
 use std::io;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ pub enum CheckpointError {
     Format {
         /// The file.
         path: PathBuf,
-        /// Its format.
+        /// Format of the file.
         found: u32,
         /// Format of this program.
         expected: u32,

@@ -47,7 +47,7 @@ pub struct CheckpointFile {
     pub notes: Notes,
 }
 
-/// The same, to be written.
+/// Content of a checkpoint, to be written.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
 pub struct CheckpointContent<'a> {
     /// The scene.
@@ -92,7 +92,7 @@ impl CheckpointFile {
         Self::from_bytes(path, &bytes)
     }
 
-    /// The same of the bytes of a file, which errors call `path`.
+    /// Reads the bytes of a file, which errors call `path`.
     ///
     /// # Errors
     /// [`CheckpointError`].

@@ -7,13 +7,13 @@ use pliant::element::{CELL_KINDS, CellBlock};
 /// All bodies.
 #[derive(Debug)]
 pub(super) struct Bodies {
-    pub(super) bodies: Vec<Body>,
+    pub(super) bodies: Vec<ExportedBody>,
     pub(super) vertex_count: usize,
 }
 
 /// One body; indices count the vertices of the whole recording.
 #[derive(Debug)]
-pub(super) struct Body {
+pub(super) struct ExportedBody {
     pub(super) name: String,
     pub(super) vertices: std::ops::Range<u32>,
     pub(super) edges: Vec<[u32; 2]>,
@@ -29,8 +29,9 @@ pub(super) struct Body {
     pub(super) surface: Vec<[u32; 3]>,
 }
 
-impl Body {
-    /// The springs, where they are all there is: those of a cloth are the sides of its triangles and their diagonals.
+impl ExportedBody {
+    /// The springs, where they are all there is: those of a cloth are the sides of its triangles and their
+    /// diagonals.
     pub(super) fn lines(&self) -> &[[u32; 2]] {
         if self.has_cells() { &[] } else { &self.edges }
     }
@@ -56,7 +57,7 @@ impl Bodies {
             let Some(last) = last.filter(|&last| last as usize <= vertex_count) else {
                 return Err(unexpected(info, "a body has vertices that do not exist"));
             };
-            let mut cells = Cells { trajectory, info, name: &name, vertex_count };
+            let mut cells = BodyCells { trajectory, info, name: &name, vertex_count };
             let triangles = cells.of("tri")?;
             let tetrahedra = cells.of("tet")?;
             let quadratic_triangles = cells.of("tri6")?;
@@ -67,7 +68,7 @@ impl Bodies {
             // It is not written twice where it is all triangles.
             let surface = if surface.is_empty() { triangles.clone() } else { surface };
             let vertices = summary.first_vertex..last;
-            bodies.push(Body {
+            bodies.push(ExportedBody {
                 name,
                 vertices,
                 edges,
@@ -87,14 +88,14 @@ fn unexpected(info: &FileInfo, what: &'static str) -> RecordError {
     RecordError::Unexpected { path: info.path.clone(), what }
 }
 
-struct Cells<'a> {
+struct BodyCells<'a> {
     trajectory: &'a mut Trajectory,
     info: &'a FileInfo,
     name: &'a str,
     vertex_count: usize,
 }
 
-impl Cells<'_> {
+impl BodyCells<'_> {
     /// The cells of each kind that is no simplex.
     fn blocks(&mut self) -> Result<Vec<CellBlock>, RecordError> {
         let mut blocks = Vec::new();

@@ -1,8 +1,8 @@
-//! Frames of a recording as files of other programs: `.vtu` with a `.pvd` beside them for ParaView, PyVista and meshio,
-//! `.obj` for whatever draws surfaces.
+//! Frames of a recording as files of other programs: `.vtu` with a `.pvd` beside them for ParaView, PyVista
+//! and meshio, `.obj` for whatever draws surfaces.
 //!
-//! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; which frames go to which
-//! files is for its user to say.
+//! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; which frames go
+//! to which files is for its user to say.
 
 mod bodies;
 mod obj;
@@ -43,7 +43,7 @@ pub enum ExportError {
 }
 
 /// One frame, in three dimensions.
-struct Frame {
+struct ExportFrame {
     /// Simulated time [s].
     time: f64,
     /// Positions, flat `(vertex_count, 3)` [m].
@@ -85,10 +85,11 @@ impl Export {
         self.trajectory.times()
     }
 
-    /// Writes a frame as VTK unstructured grid, arrays in base 64: points in space (2D: `z = 0`), tetrahedra, triangles,
-    /// lines and vertices as the bodies have them, `displacement` [m] (where the recording holds rest positions) and
-    /// `velocity` [m/s] of the points, and for each cell the number of its `body` and what the recording has of the
-    /// elements (channels `/elements/..`), NaN for cells that are none.
+    /// Writes a frame as VTK unstructured grid, arrays in base 64: points in space (2D: `z = 0`),
+    /// tetrahedra, triangles, lines and vertices as the bodies have them, `displacement` [m] (where the
+    /// recording holds rest positions) and `velocity` [m/s] of the points, and for each cell the number of
+    /// its `body` and what the recording has of the elements (channels `/elements/..`), NaN for cells that
+    /// are none.
     ///
     /// # Errors
     /// The frame cannot be read, or the stream not be written.
@@ -98,9 +99,9 @@ impl Export {
         Ok(vtu::write(&self.bodies, self.rest.as_deref(), &frame, &elements, out)?)
     }
 
-    /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces that are counter-clockwise seen from
-    /// outside, lines of strands, points of particles. Vertices inside of solids are left out; the others keep their
-    /// order, the same in every frame.
+    /// Writes the surfaces of a frame as Wavefront OBJ: one object per body, faces that are
+    /// counter-clockwise seen from outside, lines of strands, points of particles. Vertices inside of solids
+    /// are left out; the others keep their order, the same in every frame.
     ///
     /// # Errors
     /// As [`write_vtu`](Self::write_vtu).
@@ -109,7 +110,7 @@ impl Export {
         Ok(obj::write(&self.bodies, &frame, out)?)
     }
 
-    /// What was recorded of the elements.
+    /// Measures of the elements that were recorded.
     fn elements(&mut self, frame: usize) -> Result<Vec<(&'static Measure, ElementRows)>, RecordError> {
         let mut found = Vec::new();
         for measure in &MEASURES {
@@ -122,13 +123,13 @@ impl Export {
         Ok(found)
     }
 
-    fn frame(&mut self, frame: usize) -> Result<Frame, RecordError> {
+    fn frame(&mut self, frame: usize) -> Result<ExportFrame, RecordError> {
         let dimension = self.trajectory.dimension();
         let x = in_space(&self.trajectory.positions(frame)?, dimension);
         let v = in_space(&self.trajectory.velocities(frame)?, dimension);
         // A frame that can be read has a time.
         let time = self.trajectory.times().get(frame).copied().unwrap_or(0.0);
-        Ok(Frame { time, x, v })
+        Ok(ExportFrame { time, x, v })
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
-use super::Frame;
-use super::bodies::{Bodies, Body};
+use super::ExportFrame;
+use super::bodies::{Bodies, ExportedBody};
 
 /// Vertices that a body shows, ascending.
-fn shown(body: &Body) -> Vec<u32> {
+fn shown(body: &ExportedBody) -> Vec<u32> {
     if body.is_particles() {
         return body.vertices.clone().collect();
     }
@@ -18,7 +18,7 @@ fn shown(body: &Body) -> Vec<u32> {
 }
 
 /// Writes one frame. `{:?}` of a number is the shortest text that reads back to the same.
-pub(super) fn write(bodies: &Bodies, frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(bodies: &Bodies, frame: &ExportFrame, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "# t = {:?} s", frame.time)?;
     let mut first = 1;
     for body in &bodies.bodies {

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::{Export, write_pvd};
 use crate::McapRecorder;
 use crate::Options;
-use crate::Outcome;
-use crate::Status;
+use crate::RecordedOutcome;
+use crate::RecordedStatus;
 use pliant::observer::Observer;
 use pliant::run::{Plan, run};
 use pliant_mesh::{Mesh, MidNodes, read};
@@ -54,7 +54,12 @@ fn recorded(text: &str, path: &Path) -> Vec<f64> {
     let plan = Plan { duration: 0.1, rate: 100.0 };
     let observers: &mut [&mut dyn Observer] = &mut [&mut recorder];
     run(&mut assembly.simulation, &plan, observers, &std::sync::atomic::AtomicBool::new(false));
-    let outcome = Outcome { status: Status::Completed, step: Some(100), time: 0.1, message: String::new() };
+    let outcome = RecordedOutcome {
+        status: RecordedStatus::Completed,
+        step: Some(100),
+        time: 0.1,
+        message: String::new(),
+    };
     recorder.finish_with(&outcome).unwrap();
     assembly.simulation.state().x().to_vec()
 }

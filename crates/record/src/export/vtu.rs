@@ -1,11 +1,12 @@
 //! VTK's XML format for unstructured grids:
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 //!
-//! Arrays are in base 64 where they stand, uncompressed: the one variant that meshio, PyVista and ParaView all read.
+//! Arrays are in base 64 where they stand, uncompressed: the one variant that meshio, PyVista and ParaView
+//! all read.
 
 use std::io::{self, Write};
 
-use super::Frame;
+use super::ExportFrame;
 use super::bodies::Bodies;
 use crate::read::ElementRows;
 use pliant::diagnostics::Measure;
@@ -17,7 +18,7 @@ use pliant_mesh::vtk_cells::{
 
 /// Cells of all bodies as the format has them.
 #[derive(Default)]
-struct Grid {
+struct VtuGrid {
     connectivity: Vec<u8>,
     offsets: Vec<u8>,
     types: Vec<u8>,
@@ -28,9 +29,9 @@ struct Grid {
     solids: Vec<(String, usize, usize)>,
 }
 
-impl Grid {
-    fn new(bodies: &Bodies) -> Grid {
-        let mut grid = Grid::default();
+impl VtuGrid {
+    fn new(bodies: &Bodies) -> VtuGrid {
+        let mut grid = VtuGrid::default();
         for (number, body) in bodies.bodies.iter().enumerate() {
             let number = number as i32;
             // Triangles of a solid in space are its surface, and not among its cells.
@@ -87,7 +88,7 @@ fn bytes(numbers: impl Iterator<Item = f64>) -> Vec<u8> {
 }
 
 /// One row for each cell: that of the element that it is, NaN where it is none.
-fn of_cells(grid: &Grid, rows: &ElementRows) -> Vec<u8> {
+fn of_cells(grid: &VtuGrid, rows: &ElementRows) -> Vec<u8> {
     let width = rows.fields.len();
     let mut values = vec![f64::NAN; grid.cells as usize * width];
     for (name, first, count) in &grid.solids {
@@ -104,11 +105,11 @@ fn of_cells(grid: &Grid, rows: &ElementRows) -> Vec<u8> {
 pub(super) fn write(
     bodies: &Bodies,
     rest: Option<&[f64]>,
-    frame: &Frame,
+    frame: &ExportFrame,
     elements: &[(&'static Measure, ElementRows)],
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let grid = Grid::new(bodies);
+    let grid = VtuGrid::new(bodies);
     writeln!(out, "<?xml version=\"1.0\"?>")?;
     writeln!(
         out,

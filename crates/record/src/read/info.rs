@@ -1,4 +1,4 @@
-//! What is in a file.
+//! Summary of a file.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::ControlFlow;
@@ -7,26 +7,26 @@ use std::path::{Path, PathBuf};
 use mcap::records::Record;
 use serde::Serialize;
 
-use super::source::Source;
+use super::recording_file::RecordingFile;
 use super::walk::walk;
 use crate::RecordError;
 use crate::attachments::{BodySummary, METADATA};
-use crate::channel::last_of_frame;
+use crate::channels::last_of_frame;
 use crate::clock::seconds;
-use crate::outcome::{OUTCOME, Outcome};
+use crate::outcome::{OUTCOME, RecordedOutcome};
 use crate::paths;
 
-/// What is in a file. Everything that only files of this program have is optional.
+/// Summary of a file. Everything that only files of this program have is optional.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FileInfo {
     /// The file.
     pub path: PathBuf,
-    /// Its size, the tail of an unfinished one included.
+    /// Size, the tail of an unfinished one included.
     pub bytes: u64,
     /// Whether it is complete.
     pub state: FileState,
-    /// How the run ended; `None` in unfinished files.
-    pub outcome: Option<Outcome>,
+    /// Outcome of the run; `None` in unfinished files.
+    pub outcome: Option<RecordedOutcome>,
     /// Title of the scene.
     pub title: Option<String>,
     /// Number of frames.
@@ -53,9 +53,9 @@ pub struct FileInfo {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FileState {
-    /// It has its end and its indexes.
+    /// The file has its end and its indexes.
     Complete,
-    /// It ends in the middle: being written, or its writer was killed.
+    /// The file ends in the middle: being written, or its writer was killed.
     Unfinished,
 }
 
@@ -81,34 +81,35 @@ pub struct AttachmentSummary {
     pub bytes: u64,
 }
 
-/// Says what is in a file. Complete files are not read, only their index; of unfinished ones every record is, those
-/// in the tail included.
+/// Summarizes a file. Complete files are not read, only their index; of unfinished ones every record is,
+/// those in the tail included.
 ///
 /// # Errors
-/// [`RecordError::Read`], [`RecordError::NotMcap`]; [`RecordError::Damaged`] if a complete file contradicts itself.
+/// [`RecordError::Read`], [`RecordError::NotMcap`]; [`RecordError::Damaged`] if a complete file contradicts
+/// itself.
 pub fn info(path: &Path) -> Result<FileInfo, RecordError> {
     // What a recorder leaves that was only dropped has an end, but the last frames are in the tail.
     let has_tail = std::fs::metadata(paths::tail_of(path)).is_ok_and(|tail| tail.len() > 0);
-    let gathered = match Source::open(path)? {
+    let gathered = match RecordingFile::open(path)? {
         Some(source) if !has_tail => from_summary(source)?,
         _ => from_records(path)?,
     };
     Ok(gathered.into_info(path))
 }
 
-/// What both ways of reading find.
-struct Gathered {
+/// Facts that both ways of reading find.
+struct GatheredInfo {
     bytes: u64,
     state: FileState,
     /// Number, schema and the rest.
     topics: BTreeMap<u16, TopicSummary>,
-    /// Of messages, in nanoseconds.
+    /// Times of messages [ns].
     times: Option<(u64, u64)>,
     attachments: Vec<AttachmentSummary>,
     metadata: HashMap<String, BTreeMap<String, String>>,
 }
 
-fn from_summary(mut source: Source) -> Result<Gathered, RecordError> {
+fn from_summary(mut source: RecordingFile) -> Result<GatheredInfo, RecordError> {
     let statistics = source.summary.stats.clone().unwrap_or_default();
     let counts = &statistics.channel_message_counts;
     let topic = |channel: &mcap::Channel<'_>| TopicSummary {
@@ -129,7 +130,7 @@ fn from_summary(mut source: Source) -> Result<Gathered, RecordError> {
         }
     }
     let times = (statistics.message_start_time, statistics.message_end_time);
-    Ok(Gathered {
+    Ok(GatheredInfo {
         bytes: source.size,
         state: FileState::Complete,
         topics,
@@ -139,10 +140,10 @@ fn from_summary(mut source: Source) -> Result<Gathered, RecordError> {
     })
 }
 
-fn from_records(path: &Path) -> Result<Gathered, RecordError> {
+fn from_records(path: &Path) -> Result<GatheredInfo, RecordError> {
     let tail = paths::tail_of(path);
     let size = |path: &Path| std::fs::metadata(path).map_or(0, |metadata| metadata.len());
-    let mut gathered = Gathered {
+    let mut gathered = GatheredInfo {
         bytes: size(path) + size(&tail),
         state: FileState::Unfinished,
         topics: BTreeMap::new(),
@@ -193,7 +194,7 @@ fn from_records(path: &Path) -> Result<Gathered, RecordError> {
     Ok(gathered)
 }
 
-impl Gathered {
+impl GatheredInfo {
     fn into_info(mut self, path: &Path) -> FileInfo {
         let metadata = self.metadata.remove(METADATA).unwrap_or_default();
         let number = |key: &str| metadata.get(key).and_then(|value| value.parse().ok());
@@ -207,7 +208,7 @@ impl Gathered {
             path: path.to_owned(),
             bytes: self.bytes,
             state: self.state,
-            outcome: self.metadata.get(OUTCOME).and_then(Outcome::from_metadata),
+            outcome: self.metadata.get(OUTCOME).and_then(RecordedOutcome::from_metadata),
             title: metadata.get("title").cloned(),
             frames: frames.map_or(0, |topic| topic.messages),
             start_time: seconds(start),

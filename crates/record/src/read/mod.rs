@@ -2,9 +2,9 @@
 
 mod info;
 mod lengths;
+mod message_series;
+mod recording_file;
 mod rescue;
-mod series;
-mod source;
 mod summary;
 mod trajectory;
 mod walk;

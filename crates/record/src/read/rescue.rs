@@ -1,6 +1,6 @@
 //! Making a complete file of what a killed run has left.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::ops::ControlFlow;
@@ -12,16 +12,16 @@ use mcap::{Channel, Schema};
 
 use super::walk::{ensure_mcap, walk};
 use crate::RecordError;
-use crate::channel::{ENERGY, last_of_frame, place_from_end};
+use crate::channels::{energy, last_of_frame, place_in_frame};
 use crate::clock::seconds;
 use crate::container::{Container, Message};
 use crate::error::write_error;
-use crate::outcome::{OUTCOME, Outcome, Status};
+use crate::outcome::{OUTCOME, RecordedOutcome, RecordedStatus};
 use crate::paths;
 use crate::sink::Sink;
 use pliant_files::regular_file;
 
-/// What was rescued.
+/// A recovered recording.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Recovered {
     /// The complete file.
@@ -34,14 +34,16 @@ pub struct Recovered {
     pub bytes: u64,
 }
 
-/// Writes a complete file with everything that is in an unfinished one and its tail: metadata, attachments, and all
-/// frames that are complete. The unfinished file stays; [`discard`] removes it.
+/// Writes a complete file with everything that is in an unfinished one and its tail: metadata, attachments,
+/// and all frames that are complete. The unfinished file stays; [`discard`] removes it.
 ///
-/// The result has the same bytes as if the run had been stopped after that frame, but for the metadata `outcome`.
+/// The result has the same bytes as if the run had been stopped after that frame, but for the metadata
+/// `outcome`.
 ///
 /// # Errors
-/// [`RecordError::InUse`] if the run that writes `part` is still going; [`RecordError::Exists`] unless `overwrite`;
-/// [`RecordError::NotMcap`] if `part` is something else; [`RecordError::Read`], [`RecordError::Write`].
+/// [`RecordError::InUse`] if the run that writes `part` is still going; [`RecordError::Exists`] unless
+/// `overwrite`; [`RecordError::NotMcap`] if `part` is something else; [`RecordError::Read`],
+/// [`RecordError::Write`].
 pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, RecordError> {
     if out.exists() && !overwrite {
         return Err(RecordError::Exists { path: out.to_owned() });
@@ -50,12 +52,13 @@ pub fn recover(part: &Path, out: &Path, overwrite: bool) -> Result<Recovered, Re
         regular_file::open(part).map_err(|source| RecordError::Read { path: part.to_owned(), source })?;
     ensure_mcap(&mut source, part)?;
     paths::ensure_unlocked(&source, part)?;
-    // Not `<out>.part`, which may be the file to rescue. A stale one is from a rescue that was itself killed.
+    // Not `<out>.part`, which may be the file to rescue. A stale one is from a rescue that was itself
+    // killed.
     let temporary = paths::with_suffix(out, ".recovering");
     let file = paths::create_exclusive(&temporary, true)?;
     let rescued = rescue(part, file, &temporary);
     let (frames, last_time) = rescued.inspect_err(|_| {
-        // Half a rescue is of no use to anybody. If it cannot be removed either, the next one overwrites it.
+        // Half a rescue is of no use. If it cannot be removed either, the next one overwrites it.
         let _ = std::fs::remove_file(&temporary);
     })?;
     let renamed = std::fs::rename(&temporary, out).and_then(|()| std::fs::metadata(out));
@@ -81,7 +84,8 @@ fn rescue(part: &Path, file: File, temporary: &Path) -> Result<(u64, f64), Recor
 /// Removes an unfinished file and its tail.
 ///
 /// # Errors
-/// [`RecordError::InUse`] if the run that writes it is still going, [`RecordError::Write`] if it cannot be removed.
+/// [`RecordError::InUse`] if the run that writes it is still going, [`RecordError::Write`] if it cannot be
+/// removed.
 pub fn discard(part: &Path) -> Result<(), RecordError> {
     let failed = |source| RecordError::Write { path: part.to_owned(), frame: None, source };
     let file = File::open(part).map_err(failed)?;
@@ -98,7 +102,8 @@ struct Rescue<'a> {
     container: Container<BufWriter<File>>,
     path: &'a Path,
     schemas: HashMap<u16, Arc<Schema<'static>>>,
-    /// Of each channel; what comes again, because it is in a chunk and in the tail, is skipped.
+    /// Last sequence number of each channel; what comes again, because it is in a chunk and in the tail, is
+    /// skipped.
     last_sequence: HashMap<u16, u32>,
     /// Channels announced one after the other, not yet added: one call for all, as the recorder does it.
     announced: Vec<Channel<'static>>,
@@ -177,11 +182,11 @@ impl<'a> Rescue<'a> {
             return Ok(());
         }
         self.last_sequence.insert(id, message.header.sequence);
-        if place_from_end(id).is_none() {
+        if place_in_frame(id).is_none() {
             return self.container.write(&[message]);
         }
-        if id == ENERGY.0 {
-            self.step = step_of(&message.data);
+        if id == energy::NUMBER {
+            self.step = energy::step_of(&message.data);
         }
         let time = message.header.log_time;
         self.frame.push(message);
@@ -199,15 +204,16 @@ impl<'a> Rescue<'a> {
         self.container.add_channels(&self.announced).map_err(failed)?;
         if !self.has_outcome {
             let message = "the run was killed; these are the frames that it had recorded".to_owned();
-            let outcome = Outcome { status: Status::Recovered, step: self.step, time: last_time, message };
+            let outcome = RecordedOutcome {
+                status: RecordedStatus::Recovered,
+                step: self.step,
+                time: last_time,
+                message,
+            };
             self.container.metadata(OUTCOME, outcome.to_metadata().metadata).map_err(failed)?;
         }
         let mut finished = self.container.finish().map_err(|(error, _)| failed(error))?;
         finished.stream.sync().map_err(|error| failed(mcap::McapError::Io(error)))?;
         Ok((self.frames, last_time))
     }
-}
-
-fn step_of(row: &[u8]) -> Option<u64> {
-    serde_json::from_slice::<BTreeMap<String, serde_json::Value>>(row).ok()?.get("step")?.as_u64()
 }

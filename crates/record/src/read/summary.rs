@@ -9,7 +9,7 @@ use mcap::records::{self, Record, op};
 use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary};
 
 use super::lengths::parsed;
-use super::source::RECORD_HEADER;
+use super::recording_file::RECORD_HEADER;
 
 /// Bytes of the last record, which says where the index begins, and of what marks the end of the file.
 const END: u64 = (RECORD_HEADER + 20 + MAGIC.len()) as u64;

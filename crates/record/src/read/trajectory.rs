@@ -7,28 +7,28 @@ use mcap::Summary;
 use mcap::records::Record;
 use serde_json::Value;
 
-use super::series::Series;
-use super::source::Source;
+use super::message_series::MessageSeries;
+use super::recording_file::RecordingFile;
 use crate::FORMAT_VERSION;
 use crate::RecordError;
 use crate::attachments::{METADATA, REST};
-use crate::channel::{ENERGY, MESH, REACTIONS, STATE, last_of_frame};
+use crate::channels::elements::{self, BodyRows, CENTROID};
+use crate::channels::state::STRIDE;
+use crate::channels::{energy, is_in_every_frame, last_of_frame, probe, reactions, state};
 use crate::clock::seconds;
-use crate::elements::{BodyRows, PLACE, topic};
 use crate::error::read_error;
-use crate::state::STRIDE;
 use pliant::diagnostics::Measure;
 
 /// The frames of a complete file, read one by one as they are asked for.
 #[derive(Debug)]
 pub struct Trajectory {
-    source: Source,
+    source: RecordingFile,
     dimension: usize,
     vertex_count: usize,
     times: Vec<f64>,
-    states: Option<Series>,
-    /// By the number of the channel, those that somebody has asked for.
-    elements: BTreeMap<u16, Series>,
+    states: Option<MessageSeries>,
+    /// Elements that have been asked for, by the number of the channel.
+    elements: BTreeMap<u16, MessageSeries>,
 }
 
 /// A measure of every element in one frame.
@@ -46,8 +46,8 @@ pub struct ElementRows {
     pub values: Vec<f64>,
 }
 
-/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use: `total`, `linear_momentum[0]`,
-/// `work.steps`.
+/// One field of `/energy`, `/reactions` or of a probe over time, with the name that `info` and plots use:
+/// `total`, `linear_momentum[0]`, `work.steps`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     /// Name.
@@ -60,10 +60,11 @@ impl Trajectory {
     /// Opens a complete file and reads its index.
     ///
     /// # Errors
-    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of another program
-    /// or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`], [`RecordError::Damaged`].
+    /// [`RecordError::NotFinished`] for an unfinished file, [`RecordError::Unexpected`] for one of another
+    /// program or of a newer version, [`RecordError::Read`], [`RecordError::NotMcap`],
+    /// [`RecordError::Damaged`].
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let source = Source::open(path)?;
+        let source = RecordingFile::open(path)?;
         let mut source = source.ok_or_else(|| RecordError::NotFinished { path: path.to_owned() })?;
         let unexpected = |what| RecordError::Unexpected { path: path.to_owned(), what };
         let index = source.summary.metadata_indexes.iter().find(|index| index.name == METADATA).cloned();
@@ -87,10 +88,12 @@ impl Trajectory {
         }
 
         // Any channel that every frame is on tells when frames were.
-        let channel = last_of_frame(source.summary.channels.keys().copied()).filter(|id| *id != MESH.0);
+        let channel =
+            last_of_frame(source.summary.channels.keys().copied()).filter(|id| is_in_every_frame(*id));
         let frames = channel.map_or(Ok(Vec::new()), |channel| source.messages(channel))?;
         let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
-        let states = source.channel(STATE.1).map(|id| Series::new(id, STRIDE, vertex_count, frames));
+        let states =
+            source.channel(state::TOPIC).map(|id| MessageSeries::new(id, STRIDE, vertex_count, frames));
         Ok(Trajectory { source, dimension, vertex_count, times, states, elements: BTreeMap::new() })
     }
 
@@ -104,8 +107,8 @@ impl Trajectory {
         self.vertex_count
     }
 
-    /// Simulated time of each frame [s], within half a nanosecond; the column `time` of [`energy`](Self::energy) is
-    /// exact.
+    /// Simulated time of each frame [s], within half a nanosecond; the column `time` of
+    /// [`energy`](Self::energy) is exact.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
@@ -113,7 +116,8 @@ impl Trajectory {
     /// Positions of a frame, flat `(vertex_count, dimension)` [m].
     ///
     /// # Errors
-    /// [`RecordError::NoChannel`], [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
+    /// [`RecordError::NoChannel`], [`RecordError::NoFrame`], [`RecordError::Read`],
+    /// [`RecordError::Damaged`].
     pub fn positions(&mut self, frame: usize) -> Result<Vec<f64>, RecordError> {
         self.state(frame, 0)
     }
@@ -131,15 +135,16 @@ impl Trajectory {
     /// # Errors
     /// [`RecordError::NoChannel`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn energy(&mut self) -> Result<Vec<Column>, RecordError> {
-        self.columns(ENERGY.1)
+        self.columns(energy::TOPIC)
     }
 
-    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has let go.
+    /// All of `/reactions`, one column per field, by name: `time`, `beam/left.force[0]`; NaN once a pin has
+    /// let go.
     ///
     /// # Errors
     /// As [`energy`](Self::energy).
     pub fn reactions(&mut self) -> Result<Vec<Column>, RecordError> {
-        self.columns(REACTIONS.1)
+        self.columns(reactions::TOPIC)
     }
 
     /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.
@@ -147,11 +152,14 @@ impl Trajectory {
     /// # Errors
     /// As [`energy`](Self::energy).
     pub fn probe(&mut self, name: &str) -> Result<Vec<Column>, RecordError> {
-        self.columns(&format!("/probe/{name}"))
+        self.columns(&probe::topic(name))
     }
 
-    /// A channel of JSON objects.
-    fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
+    /// All of a channel of JSON objects, one column per field, by name.
+    ///
+    /// # Errors
+    /// As [`energy`](Self::energy); [`RecordError::Unexpected`] if its messages are none.
+    pub fn columns(&mut self, topic: &str) -> Result<Vec<Column>, RecordError> {
         let path = self.source.path.clone();
         let Some(channel) = self.source.channel(topic) else {
             return Err(RecordError::NoChannel { path, topic: topic.to_owned() });
@@ -184,13 +192,14 @@ impl Trajectory {
         }
     }
 
-    /// What a frame says of every finite element.
+    /// A measure of every finite element in a frame.
     ///
     /// # Errors
-    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this version does it.
+    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if the channel is not laid out as this
+    /// version does it.
     pub fn elements(&mut self, measure: &Measure, frame: usize) -> Result<ElementRows, RecordError> {
         let path = self.source.path.clone();
-        let topic = topic(measure);
+        let topic = elements::topic(measure);
         let Some(id) = self.source.channel(&topic) else {
             return Err(RecordError::NoChannel { path, topic });
         };
@@ -206,26 +215,29 @@ impl Trajectory {
         let columns: Vec<String> = fields.split(',').map(str::to_owned).collect();
         let bodies: Option<Vec<BodyRows>> =
             metadata.get("bodies").and_then(|bodies| serde_json::from_str(bodies).ok());
-        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > PLACE.len());
+        let bodies = bodies.filter(|_| stride == 8 * columns.len() && columns.len() > CENTROID.len());
         let bodies = bodies.filter(|_| rows.checked_mul(stride).is_some()).ok_or_else(unexpected)?;
         if !self.elements.contains_key(&id) {
             let messages = self.source.messages(id)?;
-            self.elements.insert(id, Series::new(id, stride, rows, messages));
+            self.elements.insert(id, MessageSeries::new(id, stride, rows, messages));
         }
         let Some(series) = self.elements.get_mut(&id) else { return Err(unexpected()) };
         let (mut places, mut values) = (Vec::new(), Vec::new());
         for row in series.rows(&mut self.source, frame)?.chunks_exact(stride) {
             let mut numbers = row.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
-            places.extend(numbers.by_ref().take(PLACE.len()));
+            places.extend(numbers.by_ref().take(CENTROID.len()));
             values.extend(numbers);
         }
         let unit = metadata.get("unit").cloned().unwrap_or_default();
-        Ok(ElementRows { fields: columns[PLACE.len()..].to_vec(), unit, bodies, places, values })
+        Ok(ElementRows { fields: columns[CENTROID.len()..].to_vec(), unit, bodies, places, values })
     }
 
     fn state(&mut self, frame: usize, first_field: usize) -> Result<Vec<f64>, RecordError> {
         let Some(states) = &mut self.states else {
-            return Err(RecordError::NoChannel { path: self.source.path.clone(), topic: STATE.1.to_owned() });
+            return Err(RecordError::NoChannel {
+                path: self.source.path.clone(),
+                topic: state::TOPIC.to_owned(),
+            });
         };
         let (points, _) = states.rows(&mut self.source, frame)?.as_chunks::<STRIDE>();
         let mut values = Vec::with_capacity(points.len() * self.dimension);
@@ -247,7 +259,7 @@ fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summa
 
 /// Whether the channel of states, if there is one, says that it has a row for each of so many vertices.
 fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
-    let states = summary.channels.values().find(|channel| channel.topic == STATE.1);
+    let states = summary.channels.values().find(|channel| channel.topic == state::TOPIC);
     let rows = states.and_then(|channel| channel.metadata.get("point_count"));
     rows.is_none_or(|rows| rows.parse() == Ok(vertex_count))
 }

@@ -1,4 +1,5 @@
-//! All records of a file from the beginning, as far as it goes. For files that have no index because they have no end.
+//! All records of a file from the beginning, as far as it goes. For files that have no index because they
+//! have no end.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -12,8 +13,8 @@ use super::lengths::parsed;
 use crate::RecordError;
 use pliant_files::regular_file;
 
-/// Hands every record of the data section to `visit`, those in chunks included, until it breaks, the section ends or
-/// the file does. Chunks that are incomplete or fail their checksum are not opened.
+/// Hands every record of the data section to `visit`, those in chunks included, until it breaks, the section
+/// ends or the file does. Chunks that are incomplete or fail their checksum are not opened.
 ///
 /// Returns whether the end of the data section was reached.
 pub(crate) fn walk(
@@ -74,8 +75,8 @@ pub(super) fn ensure_mcap(file: &mut File, path: &Path) -> Result<(), RecordErro
     }
 }
 
-/// All records of a chunk, none of them looked at before its checksum: what a damaged chunk unpacks to has lengths that ask for more
-/// memory than there is.
+/// All records of a chunk, none of them looked at before its checksum: what a damaged chunk unpacks to has
+/// lengths that ask for more memory than there is.
 pub(super) fn chunk_records(
     header: mcap::records::ChunkHeader,
     data: &[u8],

@@ -4,12 +4,12 @@ use std::fs;
 
 use super::protobuf::{all, double, fixed32_list};
 use super::{ALL, Moment, options, record, topology};
-use crate::Level;
+use crate::LogLevel;
 use crate::McapRecorder;
-use crate::Outcome;
-use crate::Status;
+use crate::RecordedOutcome;
+use crate::RecordedStatus;
 use crate::read::{FileState, Trajectory, info};
-use pliant::observer::{Frame, Observer, Work};
+use pliant::observer::{Frame, Observer, Quantities, Work};
 use pliant_scene::Channel;
 
 #[test]
@@ -51,7 +51,8 @@ fn only_what_was_asked_for_is_in_the_file() {
     for (number, (channels, topics)) in cases.into_iter().enumerate() {
         let path = directory.path().join(format!("{number}.mcap"));
         let recorder = record(&path, channels, 9, 2);
-        assert_eq!(recorder.wants_diagnostics(), channels.contains(&Channel::Energy));
+        let measures = recorder.quantities().contains(Quantities::DIAGNOSTICS);
+        assert_eq!(measures, channels.contains(&Channel::Energy));
         recorder.finish().unwrap();
         let found: Vec<String> = info(&path).unwrap().topics.into_iter().map(|topic| topic.topic).collect();
         assert_eq!(found, topics);
@@ -68,9 +69,10 @@ fn info_says_what_is_in_the_file_and_how_the_run_ended() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
     let mut recorder = record(&path, &ALL, 9, 5);
-    recorder.log(Level::Error, "step 50: J = -0.1 in element 0", 0.08).unwrap();
+    recorder.log(LogLevel::Error, "step 50: J = -0.1 in element 0", 0.08).unwrap();
     let message = "step 50: element 0 inverted".to_owned();
-    let outcome = Outcome { status: Status::Failed, step: Some(49), time: 0.1 + 0.2, message };
+    let outcome =
+        RecordedOutcome { status: RecordedStatus::Failed, step: Some(49), time: 0.1 + 0.2, message };
     recorder.finish_with(&outcome).unwrap();
 
     let info = info(&path).unwrap();
@@ -202,7 +204,7 @@ fn a_run_without_frames_is_a_file_too() {
 fn samples_for_other_readers() {
     let directory = std::path::PathBuf::from(std::env::var("PLIANT_SAMPLES").unwrap());
     let mut recorder = record(&directory.join("all.mcap"), &ALL, 1000, 200);
-    recorder.log(Level::Warning, "a warning", 3.0).unwrap();
+    recorder.log(LogLevel::Warning, "a warning", 3.0).unwrap();
     recorder.finish().unwrap();
     record(&directory.join("small.mcap"), &ALL, 9, 3).finish().unwrap();
     record(&directory.join("state.mcap"), &ALL[..1], 9, 3).finish().unwrap();

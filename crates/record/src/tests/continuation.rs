@@ -7,9 +7,9 @@ use super::{ALL, Moment, options, record, remains, topology};
 use crate::Beginning;
 use crate::McapRecorder;
 use crate::Options;
-use crate::Outcome;
 use crate::RecordError;
-use crate::Status;
+use crate::RecordedOutcome;
+use crate::RecordedStatus;
 use pliant_scene::Channel;
 
 const TEXT: &str = "title = \"A test\"\n";
@@ -68,8 +68,13 @@ fn a_finished_recording_goes_on() {
     let (path, expected) = (directory.path().join("a.mcap"), directory.path().join("expected.mcap"));
     record(&expected, &ALL, 9, 12).finish().unwrap();
     let mut recorder = record(&path, &ALL, 9, 6);
-    recorder.log(crate::Level::Warning, "close to the limit", 0.1).unwrap();
-    let outcome = Outcome { status: Status::Interrupted, step: Some(50), time: 0.1, message: String::new() };
+    recorder.log(crate::LogLevel::Warning, "close to the limit", 0.1).unwrap();
+    let outcome = RecordedOutcome {
+        status: RecordedStatus::Interrupted,
+        step: Some(50),
+        time: 0.1,
+        message: String::new(),
+    };
     recorder.finish_with(&outcome).unwrap();
     go_on(&path, &path, &ALL, 9, 5, 12);
     assert!(fs::read(&path).unwrap() == fs::read(&expected).unwrap());
@@ -138,7 +143,7 @@ fn recordings_without_the_frames_before_are_refused() {
 fn a_checkpoint_makes_frames_durable() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
-    let options = Options { patience: std::time::Duration::from_secs(3600), ..options(&ALL) };
+    let options = Options { max_loss: std::time::Duration::from_secs(3600), ..options(&ALL) };
     let mut recorder = McapRecorder::create(&path, &options, &topology(9)).unwrap();
     for index in 0..10 {
         recorder.record(&Moment::new(index, 9).frame()).unwrap();

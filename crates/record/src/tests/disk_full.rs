@@ -68,12 +68,12 @@ impl Tail for SmallDisk {
 }
 
 /// Records until the disk is full, and finds all frames that came before the error.
-fn fill(room: u64, vertex_count: u32, patience: Duration) {
+fn fill(room: u64, vertex_count: u32, max_loss: Duration) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join(format!("{room}.mcap"));
     let disk = SmallDisk::new(File::create(part_of(&path)).unwrap(), room);
     let tail = File::create(tail_of(&part_of(&path))).unwrap();
-    let (sink, options) = (Box::new(BufWriter::new(disk)), Options { patience, ..options(&ALL) });
+    let (sink, options) = (Box::new(BufWriter::new(disk)), Options { max_loss, ..options(&ALL) });
     let topology = topology(vertex_count);
     let mut recorder = McapRecorder::with_sinks(&path, &options, &topology, sink, Box::new(tail)).unwrap();
     let mut frame = 0;
@@ -116,9 +116,9 @@ fn frames_before_the_disk_was_full_are_recovered() {
 fn a_thread_that_finds_the_disk_full_loses_nothing() {
     // 6,000 vertices take 144 kB at the beginning, and 270 kB per frame.
     for room in [1_000_000, 6_000_000] {
-        for (vertex_count, patience) in [(1000, Duration::MAX), (6000, Duration::MAX), (6000, Duration::ZERO)]
+        for (vertex_count, max_loss) in [(1000, Duration::MAX), (6000, Duration::MAX), (6000, Duration::ZERO)]
         {
-            fill(room, vertex_count, patience);
+            fill(room, vertex_count, max_loss);
         }
     }
 }
@@ -132,12 +132,12 @@ fn a_frame_as_large_as_a_chunk_is_not_lost_where_it_does_not_fit() {
 
 #[test]
 fn a_disk_that_the_last_frames_fill_is_told_at_the_end() {
-    for patience in [Duration::ZERO, Duration::MAX] {
+    for max_loss in [Duration::ZERO, Duration::MAX] {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.mcap");
         let sink = BufWriter::new(SmallDisk::new(File::create(part_of(&path)).unwrap(), 100_000));
         let tail = File::create(tail_of(&part_of(&path))).unwrap();
-        let (topology, options) = (topology(1000), Options { patience, ..options(&ALL) });
+        let (topology, options) = (topology(1000), Options { max_loss, ..options(&ALL) });
         let (sink, tail) = (Box::new(sink), Box::new(tail));
         let mut recorder = McapRecorder::with_sinks(&path, &options, &topology, sink, tail).unwrap();
         for index in 0..3 {
@@ -155,14 +155,14 @@ fn a_disk_that_the_last_frames_fill_is_told_at_the_end() {
 #[test]
 fn no_more_frames_are_promised_than_a_full_disk_holds() {
     for room in [100_000, 200_000, 500_000, 1_000_000, 4_000_000, 6_000_000, 9_000_000] {
-        for (vertex_count, patience) in [(1000, Duration::ZERO), (1000, Duration::MAX), (6000, Duration::MAX)]
+        for (vertex_count, max_loss) in [(1000, Duration::ZERO), (1000, Duration::MAX), (6000, Duration::MAX)]
         {
             let directory = tempfile::tempdir().unwrap();
             let path = directory.path().join("a.mcap");
             let disk = SmallDisk::new(File::create(part_of(&path)).unwrap(), room);
             let (file, left) = (File::create(tail_of(&part_of(&path))).unwrap(), disk.room.clone());
             let (sink, tail) = (BufWriter::new(disk), SmallDisk { file, room: left, used: 0 });
-            let (topology, options) = (topology(vertex_count), Options { patience, ..options(&ALL) });
+            let (topology, options) = (topology(vertex_count), Options { max_loss, ..options(&ALL) });
             let (sink, tail) = (Box::new(sink), Box::new(tail));
             let Ok(mut recorder) = McapRecorder::with_sinks(&path, &options, &topology, sink, tail) else {
                 continue;
@@ -183,7 +183,7 @@ fn no_more_frames_are_promised_than_a_full_disk_holds() {
             let promised = (lost..=lost + 1).contains(&kept);
             assert!(
                 promised,
-                "{kept} of {lost}: {room} bytes, {vertex_count} vertices, {patience:?}, {case}"
+                "{kept} of {lost}: {room} bytes, {vertex_count} vertices, {max_loss:?}, {case}"
             );
         }
     }

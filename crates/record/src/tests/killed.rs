@@ -5,12 +5,12 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::{ALL, Moment, options, record, remains, topology};
-use crate::Level;
+use crate::LogLevel;
 use crate::McapRecorder;
 use crate::Options;
-use crate::Outcome;
 use crate::RecordError;
-use crate::Status;
+use crate::RecordedOutcome;
+use crate::RecordedStatus;
 use crate::read::{FileState, Trajectory, discard, info, recover};
 
 /// Recovers what is left, and checks that it is the frames `0..frames` and everything around them.
@@ -21,7 +21,7 @@ fn check(part: &Path, frames: u64, vertex_count: u32) {
     assert_eq!(recovered.bytes, fs::metadata(&out).unwrap().len());
     let found = info(&out).unwrap();
     assert_eq!((found.state, found.frames), (FileState::Complete, frames));
-    assert_eq!(found.outcome.unwrap().status, Status::Recovered);
+    assert_eq!(found.outcome.unwrap().status, RecordedStatus::Recovered);
     assert_eq!(found.vertices, Some(vertex_count as usize));
     assert_eq!(found.attachments[0].name, "scene.toml");
     let mut trajectory = Trajectory::open(&out).unwrap();
@@ -55,13 +55,13 @@ fn no_recorded_frame_is_lost() {
 }
 
 #[test]
-fn frames_within_the_patience_are_written_together() {
+fn frames_within_the_largest_loss_are_written_together() {
     // On the way they are with the run, and with the thread.
     for vertex_count in [9, 3000] {
         let directory = tempfile::tempdir().unwrap();
-        let patient = |name: &str, patience| {
+        let delayed = |name: &str, max_loss| {
             let path = directory.path().join(name);
-            let options = Options { patience, ..options(&ALL) };
+            let options = Options { max_loss, ..options(&ALL) };
             let mut recorder = McapRecorder::create(&path, &options, &topology(vertex_count)).unwrap();
             for index in 0..10 {
                 recorder.record(&Moment::new(index, vertex_count).frame()).unwrap();
@@ -69,19 +69,19 @@ fn frames_within_the_patience_are_written_together() {
             (path, recorder)
         };
         // An hour: nothing is written on the way. A kill would lose the frames, an orderly end does not.
-        let (path, recorder) = patient("dropped.mcap", Duration::from_secs(3600));
+        let (path, recorder) = delayed("dropped.mcap", Duration::from_secs(3600));
         assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 0);
         drop(recorder);
         assert_eq!(info(&remains(&path, "dropped")).unwrap().frames, 10);
-        let (finished, recorder) = patient("finished.mcap", Duration::from_secs(3600));
+        let (finished, recorder) = delayed("finished.mcap", Duration::from_secs(3600));
         recorder.finish().unwrap();
-        let (strict, recorder) = patient("strict.mcap", Duration::ZERO);
+        let (strict, recorder) = delayed("strict.mcap", Duration::ZERO);
         assert_eq!(info(&remains(&strict, "killed")).unwrap().frames, 10);
         recorder.finish().unwrap();
         assert!(fs::read(finished).unwrap() == fs::read(strict).unwrap(), "the same bytes in the end");
         assert!(!directory.path().join("finished.mcap.part.tail").exists());
         // A pause between frames ends the waiting.
-        let (path, mut recorder) = patient("paused.mcap", Duration::from_millis(1));
+        let (path, mut recorder) = delayed("paused.mcap", Duration::from_millis(1));
         std::thread::sleep(Duration::from_millis(2));
         recorder.record(&Moment::new(10, vertex_count).frame()).unwrap();
         assert_eq!(info(&remains(&path, "killed")).unwrap().frames, 11);
@@ -93,7 +93,7 @@ fn a_recovered_file_is_the_file_of_a_run_stopped_there() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.mcap");
     let mut recorder = record(&path, &ALL, 1000, 120);
-    recorder.log(Level::Warning, "close to the limit", 2.0).unwrap();
+    recorder.log(LogLevel::Warning, "close to the limit", 2.0).unwrap();
     recorder.record(&Moment::new(120, 1000).frame()).unwrap();
     let part = remains(&path, "killed");
     let out = part.with_extension("");
@@ -101,7 +101,7 @@ fn a_recovered_file_is_the_file_of_a_run_stopped_there() {
     let outcome = info(&out).unwrap().outcome.unwrap();
     assert_eq!(
         outcome,
-        Outcome { status: Status::Recovered, step: Some(1200), time: 2.0, ..outcome.clone() }
+        RecordedOutcome { status: RecordedStatus::Recovered, step: Some(1200), time: 2.0, ..outcome.clone() }
     );
     recorder.finish_with(&outcome).unwrap();
     assert!(fs::read(out).unwrap() == fs::read(path).unwrap());
@@ -156,10 +156,10 @@ fn a_complete_file_cut_short_gives_its_closed_chunks() {
         (frames, info(&out).unwrap().outcome.unwrap().status)
     };
     let end_of_chunk = (chunks[0].chunk_start_offset + chunks[0].chunk_length) as usize;
-    assert_eq!(recover_first(end_of_chunk), (87, Status::Recovered));
-    assert_eq!(recover_first(end_of_chunk - 1), (0, Status::Recovered));
+    assert_eq!(recover_first(end_of_chunk), (87, RecordedStatus::Recovered));
+    assert_eq!(recover_first(end_of_chunk - 1), (0, RecordedStatus::Recovered));
     // Only the end is missing: how the run ended is known.
-    assert_eq!(recover_first(bytes.len() - 1), (100, Status::Completed));
+    assert_eq!(recover_first(bytes.len() - 1), (100, RecordedStatus::Completed));
     // Wherever it is: what is unpacked from there on may look like anything.
     for at in (1_000_000..2_000_000).step_by(71_717) {
         let damaged: Vec<u8> = bytes.iter().enumerate().map(|(i, b)| if i == at { !b } else { *b }).collect();

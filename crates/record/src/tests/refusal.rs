@@ -7,6 +7,9 @@ use crate::McapRecorder;
 use crate::Options;
 use crate::RecordError;
 use crate::read::{Trajectory, info, recover};
+use pliant::observer::Frame;
+use pliant::probe::Probe;
+use pliant_scene::Channel;
 
 #[test]
 fn an_existing_output_is_replaced_only_on_demand_and_only_at_the_end() {
@@ -78,11 +81,38 @@ fn frames_and_cells_must_fit_the_topology() {
     let error = recorder.record(&Moment::new(2, 8).frame()).unwrap_err();
     assert!(matches!(error, RecordError::FrameShape { frame: 2, expected: 27, found: 24 }));
     let moment = Moment::new(2, 9);
-    let error =
-        recorder.record(&pliant::observer::Frame { diagnostics: None, ..moment.frame() }).unwrap_err();
-    assert!(matches!(error, RecordError::MissingDiagnostics { frame: 2 }));
+    let error = recorder.record(&Frame { diagnostics: None, ..moment.frame() }).unwrap_err();
+    assert_eq!(error.to_string(), "frame 2 has no diagnostics, which the channel /energy records");
+    assert!(matches!(error, RecordError::MissingQuantities { frame: 2, .. }));
     recorder.record(&moment.frame()).unwrap();
     assert_eq!(recorder.finish().unwrap().frames, 3);
+}
+
+#[test]
+fn a_frame_without_what_a_channel_records_is_refused_by_the_name_of_the_channel() {
+    let directory = tempfile::tempdir().unwrap();
+    let probe = Probe {
+        name: "tip".into(),
+        body: "block".into(),
+        vertices: vec![0],
+        weights: vec![1.0],
+        rest: [0.0; 3],
+        point: Some(0),
+    };
+    let with_probe = Options { probes: vec![probe], ..options(&[]) };
+    for (options, says) in [
+        (with_probe, "frame 0 has no states of points, which the channel /probe/tip records"),
+        (options(&[Channel::Reactions]), "frame 0 has no reactions, which the channel /reactions records"),
+    ] {
+        let path = directory.path().join("a.mcap");
+        let options = Options { overwrite: true, ..options };
+        let mut recorder = McapRecorder::create(&path, &options, &topology(9)).unwrap();
+        let moment = Moment::new(0, 9);
+        assert_eq!(recorder.record(&moment.frame()).unwrap_err().to_string(), says);
+        let (points, reactions) = (Some(&[][..]), Some(&[][..]));
+        recorder.record(&Frame { points, reactions, ..moment.frame() }).unwrap();
+        assert_eq!(recorder.finish().unwrap().frames, 1);
+    }
 }
 
 #[test]

@@ -266,19 +266,11 @@ fn uses(
         control.map_or(String::new(), |control| follows(control, simulation)),
         "error estimates, steps that are taken back: the step size is fixed",
     );
-    let channel = |c: Channel| scene.output.channels.contains(&c);
-    say(channel(Channel::State), "output /state".into(), "output /state: not written");
-    say(channel(Channel::Mesh), "output /mesh".into(), "output /mesh: not written");
-    say(
-        channel(Channel::Energy),
-        "output /energy: energies, their balance with all losses, and momenta at every frame".into(),
-        "output /energy: energies are looked at every 128 steps and in frames, to catch a blow-up, and nobody asks what is lost",
-    );
-    say(
-        channel(Channel::Reactions),
-        "output /reactions: force and moment of every pin and wall".into(),
-        "output /reactions: forces of pins and walls are looked at once, at the end",
-    );
+    for channel in Channel::ALL {
+        if let Some([with, without]) = channel.sentences() {
+            say(scene.output.channels.contains(channel), with.into(), without);
+        }
+    }
     let measured = scene.output.channels.iter().filter_map(|channel| channel.measure());
     let mut measures: Vec<&str> = measured.map(|measure| measure.name).collect();
     measures.sort_by_key(|name| MEASURES.iter().position(|measure| measure.name == *name));

@@ -8,13 +8,13 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use pliant::diagnostics::Measure;
 use pliant::integrator::IntegratorSpec;
 
 mod adaptive;
 mod attachment;
 mod bending;
 mod body;
+mod channel;
 mod damping;
 mod load;
 mod membrane;
@@ -28,6 +28,7 @@ pub use adaptive::Adaptive;
 pub use attachment::*;
 pub use bending::*;
 pub use body::*;
+pub use channel::Channel;
 pub use damping::*;
 pub use load::*;
 pub use membrane::*;
@@ -182,68 +183,5 @@ pub struct Output {
 impl Default for Output {
     fn default() -> Self {
         Output { rate: 60.0, channels: vec![Channel::State, Channel::Mesh, Channel::Energy] }
-    }
-}
-
-/// One kind of output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Channel {
-    /// Positions and velocities of every vertex, on `/state`.
-    State,
-    /// Triangles and lines for a viewer, on `/mesh`.
-    Mesh,
-    /// Energies, what came in and what was lost, and momenta, on `/energy`.
-    Energy,
-    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on
-    /// `/reactions`.
-    Reactions,
-    /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers, row by row. In 2D the
-    /// third axis is out of the plane, here and in the channels below; elements of second order are looked at in their centroid.
-    DeformationGradient,
-    /// `J = det F` of every finite element, on `/elements/jacobian`.
-    Jacobian,
-    /// Principal stretches of every finite element, on `/elements/principal-stretches`, descending in magnitude; the last is negative
-    /// where the element is inverted.
-    PrincipalStretches,
-    /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz, xy, yz, xz.
-    GreenStrain,
-    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on
-    /// `/elements/corotated-strain`: xx, yy, zz, xy, yz, xz.
-    CorotatedStrain,
-    /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`: nine numbers, row by row.
-    FirstPiola,
-    /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy, yz, xz.
-    CauchyStress,
-    /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
-    VonMises,
-    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on
-    /// `/elements/energy-density`.
-    EnergyDensity,
-}
-
-impl Channel {
-    /// The name of the choice, as in the scene.
-    pub fn name(self) -> &'static str {
-        match self {
-            Channel::State => "state",
-            Channel::Mesh => "mesh",
-            Channel::Energy => "energy",
-            Channel::Reactions => "reactions",
-            Channel::DeformationGradient => "deformation-gradient",
-            Channel::Jacobian => "jacobian",
-            Channel::PrincipalStretches => "principal-stretches",
-            Channel::GreenStrain => "green-strain",
-            Channel::CorotatedStrain => "corotated-strain",
-            Channel::FirstPiola => "first-piola",
-            Channel::CauchyStress => "cauchy-stress",
-            Channel::VonMises => "von-mises",
-            Channel::EnergyDensity => "energy-density",
-        }
-    }
-
-    /// The measure of elements that it records; `None` for a channel that is not about elements.
-    pub fn measure(self) -> Option<&'static Measure> {
-        Measure::named(self.name())
     }
 }

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use pliant::modes::{Mode, Modes};
-use pliant::observer::{Frame, Work};
-use pliant_record::{Level, McapRecorder, Options, PATIENCE, RecordError, Recorded};
+use pliant::observer::Frame;
+use pliant_record::{LogLevel, MAX_LOSS, McapRecorder, Options, RecordError, Recorded};
 use pliant_scene::Channel;
 use pliant_scene::assembly::Assembly;
 use serde_json::json;
@@ -44,7 +44,7 @@ pub(super) fn record(
         title: Some(format!("Mode shapes{title}")),
         scene_text: input.source.text().to_owned(),
         metadata: [("modes".to_owned(), json!(segments).to_string())].into(),
-        patience: PATIENCE,
+        max_loss: MAX_LOSS,
         ..Options::default()
     };
     let recorder = McapRecorder::create(path, &options, &assembly.topology);
@@ -65,7 +65,7 @@ fn play(
     let mut index = 0;
     for (i, mode) in found.modes.iter().enumerate() {
         let scale = share * assembly.simulation.length_scale() / largest(mode, dimension);
-        recorder.log(Level::Info, &name(i, mode), index as f64 / RATE as f64)?;
+        recorder.log(LogLevel::Info, &name(i, mode), index as f64 / RATE as f64)?;
         // Each begins and ends in the middle of its swing; the last frame of all closes the circle.
         let last = u64::from(i + 1 == found.modes.len());
         for frame in 0..per_mode + last {
@@ -81,11 +81,7 @@ fn play(
                 dimension,
                 x: &x,
                 v: &v,
-                diagnostics: None,
-                elements: None,
-                points: None,
-                reactions: None,
-                work: Work::default(),
+                ..Frame::default()
             })?;
             index += 1;
         }

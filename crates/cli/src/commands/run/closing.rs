@@ -7,7 +7,7 @@ use pliant::integrator::amplification;
 use pliant::run::{Outcome, Summary};
 use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
 use pliant::solver::SolverWork;
-use pliant_record::{Level, Recorded};
+use pliant_record::{LogLevel, Recorded, RecordedOutcome, RecordedStatus};
 use pliant_scene::assembly::Report;
 use pliant_scene::{Channel, Scene};
 use serde_json::{Value, json};
@@ -193,27 +193,27 @@ impl<'a> Closing<'a> {
     }
 
     /// What the file shall say on `/log`.
-    pub(crate) fn messages(&self) -> Vec<(Level, String)> {
+    pub(crate) fn messages(&self) -> Vec<(LogLevel, String)> {
         let mut messages: Vec<_> =
-            self.warnings().into_iter().map(|warning| (Level::Warning, warning)).collect();
+            self.warnings().into_iter().map(|warning| (LogLevel::Warning, warning)).collect();
         if let Outcome::Failed(error) = &self.summary.outcome {
-            messages.push((Level::Error, error.to_string()));
+            messages.push((LogLevel::Error, error.to_string()));
         }
         messages
     }
 
     /// How the run ended, as the file shall remember it.
-    pub(crate) fn recorded_outcome(&self) -> pliant_record::Outcome {
+    pub(crate) fn recorded_outcome(&self) -> RecordedOutcome {
         let (status, message) = match &self.summary.outcome {
-            Outcome::Done => (pliant_record::Status::Completed, String::new()),
+            Outcome::Done => (RecordedStatus::Completed, String::new()),
             Outcome::Interrupted => (
-                pliant_record::Status::Interrupted,
+                RecordedStatus::Interrupted,
                 format!("interrupted after {} of {} frames", self.summary.frames, self.report.frames),
             ),
-            Outcome::Failed(error) => (pliant_record::Status::Failed, error.to_string()),
-            Outcome::ObserverFailed(error) => (pliant_record::Status::Failed, error.to_string()),
+            Outcome::Failed(error) => (RecordedStatus::Failed, error.to_string()),
+            Outcome::ObserverFailed(error) => (RecordedStatus::Failed, error.to_string()),
         };
-        pliant_record::Outcome {
+        RecordedOutcome {
             status,
             step: Some(self.summary.work.steps),
             time: self.summary.last_frame_time,

@@ -1,50 +1,24 @@
-//! Frames that are kept until somebody encodes them.
+//! Copies of frames, kept until they are encoded.
 
 use pliant::diagnostics::{Diagnostics, ElementState, Reaction};
 use pliant::observer::{Frame, Work};
-
-/// What of a frame is kept.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Needs {
-    /// Positions and velocities.
-    pub(super) places: bool,
-    pub(super) diagnostics: bool,
-    pub(super) elements: bool,
-    pub(super) points: bool,
-    pub(super) reactions: bool,
-}
-
-impl Needs {
-    /// `frame` with what is needed of it.
-    pub(super) fn of<'a>(self, frame: &Frame<'a>) -> Frame<'a> {
-        Frame {
-            x: if self.places { frame.x } else { &[] },
-            v: if self.places { frame.v } else { &[] },
-            diagnostics: frame.diagnostics.filter(|_| self.diagnostics),
-            elements: frame.elements.filter(|_| self.elements),
-            points: frame.points.filter(|_| self.points),
-            reactions: frame.reactions.filter(|_| self.reactions),
-            ..*frame
-        }
-    }
-}
 
 /// Bytes that a copy of `frame` takes.
 pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
     let Frame { x, v, elements, points, reactions, .. } = *frame;
     let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
-    size_of::<Kept>() + size_of_val(x) + size_of_val(v) + elements + reactions.map_or(0, size_of_val)
+    size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + reactions.map_or(0, size_of_val)
 }
 
 /// A slice that may be missing, copied to where the last one was.
 #[derive(Debug)]
-struct Copied<T> {
+struct OptionalCopy<T> {
     items: Vec<T>,
     is_there: bool,
 }
 
-impl<T: Clone> Copied<T> {
-    const EMPTY: Self = Copied { items: vec![], is_there: false };
+impl<T: Clone> OptionalCopy<T> {
+    const EMPTY: Self = OptionalCopy { items: vec![], is_there: false };
 
     fn set(&mut self, items: Option<&[T]>) {
         self.is_there = items.is_some();
@@ -59,7 +33,7 @@ impl<T: Clone> Copied<T> {
 
 /// A copy of a frame.
 #[derive(Debug)]
-pub(super) struct Kept {
+pub(super) struct FrameCopy {
     index: u64,
     step: u64,
     time: f64,
@@ -67,16 +41,16 @@ pub(super) struct Kept {
     x: Vec<f64>,
     v: Vec<f64>,
     diagnostics: Option<Diagnostics>,
-    elements: Copied<ElementState>,
-    points: Copied<ElementState>,
-    reactions: Copied<Reaction>,
+    elements: OptionalCopy<ElementState>,
+    points: OptionalCopy<ElementState>,
+    reactions: OptionalCopy<Reaction>,
     work: Work,
 }
 
-impl Kept {
-    /// Of no frame yet.
+impl FrameCopy {
+    /// Copy of no frame yet.
     fn new() -> Self {
-        Kept {
+        FrameCopy {
             index: 0,
             step: 0,
             time: 0.0,
@@ -84,9 +58,9 @@ impl Kept {
             x: vec![],
             v: vec![],
             diagnostics: None,
-            elements: Copied::EMPTY,
-            points: Copied::EMPTY,
-            reactions: Copied::EMPTY,
+            elements: OptionalCopy::EMPTY,
+            points: OptionalCopy::EMPTY,
+            reactions: OptionalCopy::EMPTY,
             work: Work::default(),
         }
     }
@@ -126,19 +100,19 @@ impl Kept {
 /// Frames in the order in which they came. Emptied, it keeps its memory for the next.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
-    kept: Vec<Kept>,
+    copies: Vec<FrameCopy>,
     count: usize,
     bytes: usize,
-    /// Whether the last of them is to be made safe from a kill, which somebody is to be told of.
+    /// Whether the last of them is to be made durable against a kill, and this acknowledged.
     pub(super) is_urgent: bool,
 }
 
 impl Batch {
     pub(super) fn push(&mut self, frame: &Frame<'_>) {
-        if self.count == self.kept.len() {
-            self.kept.push(Kept::new());
+        if self.count == self.copies.len() {
+            self.copies.push(FrameCopy::new());
         }
-        self.kept[self.count].set(frame);
+        self.copies[self.count].set(frame);
         self.count += 1;
         self.bytes += bytes_of(frame);
     }
@@ -148,10 +122,10 @@ impl Batch {
         self.bytes
     }
 
-    /// The frames, each with whether it is to be made safe from a kill.
+    /// The frames, each with whether it is to be made durable against a kill.
     pub(super) fn frames(&self) -> impl Iterator<Item = (Frame<'_>, bool)> {
-        let kept = self.kept[..self.count].iter();
-        kept.zip(1..).map(|(kept, i)| (kept.frame(), self.is_urgent && i == self.count))
+        let copies = self.copies[..self.count].iter();
+        copies.zip(1..).map(|(copy, i)| (copy.frame(), self.is_urgent && i == self.count))
     }
 
     pub(super) fn clear(&mut self) {

@@ -1,19 +1,27 @@
-//! `/mesh`: what a viewer draws, as `foxglove.SceneUpdate`: one entity per body, its surface as triangles and its
-//! springs as lines. Particles have neither; viewers draw them from `/state`.
+//! `/mesh`: surfaces and lines for viewers, as `foxglove.SceneUpdate`: one entity per body, its surface as
+//! triangles and its springs as lines. Particles have neither; viewers draw them from `/state`.
 //!
-//! For looking at only: coordinates are rounded to single precision, which makes the file three times smaller, and
-//! frames are left out so that a simulated second has at most 30 of them, fewer for large meshes.
+//! For looking at only: coordinates are rounded to single precision, which makes the file three times
+//! smaller, and frames are left out so that a simulated second has at most 30 of them, fewer for large
+//! meshes.
 
 use std::collections::BTreeMap;
 
 use mcap::Channel;
 
-use super::channel::{FRAME_ID, MESH, typed};
-use super::clock::timestamp;
-use super::cloud::identity;
-use super::protobuf::{MessageWriter, SCENE_UPDATE};
-use pliant::observer::Frame;
+use super::{ChannelEncoder, ChannelKind, Encoders, single};
+use crate::Options;
+use crate::clock::timestamp;
+use crate::cloud::identity;
+use crate::declaration::{FRAME_ID, typed};
+use crate::protobuf::{MessageWriter, SCENE_UPDATE};
+use pliant::observer::{Frame, Quantities};
 use pliant::topology::{BodyTopology, Topology};
+
+const NUMBER: u16 = 2;
+
+/// Not in every frame, and therefore the first.
+pub(super) const KIND: ChannelKind = ChannelKind { numbers: NUMBER..=NUMBER, is_complete: false, encoders };
 
 /// Most frames per simulated second.
 const RATE: u128 = 30;
@@ -30,49 +38,56 @@ const COLOURS: [[f64; 3]; 6] = [
     [0.84, 0.37, 0.0],
 ];
 
-/// What is drawn of all bodies.
-#[derive(Debug)]
-pub(super) struct Drawing {
-    parts: Vec<Part>,
+/// Encoder of `/mesh`.
+struct MeshChannel {
+    bodies: Vec<DrawnBody>,
     vertex_count: u128,
     next_slot: u128,
 }
 
-/// What is drawn of one body.
-#[derive(Debug)]
-struct Part {
+/// Surface and lines of one body.
+struct DrawnBody {
     name: String,
     /// Red, green, blue.
     colour: [f64; 3],
-    triangles: Cells,
-    lines: Cells,
+    triangles: DrawnCells,
+    lines: DrawnCells,
 }
 
 /// Cells over the vertices that they use, numbered from 0.
-#[derive(Debug)]
-struct Cells {
+struct DrawnCells {
     vertices: Vec<u32>,
     indices: Vec<u32>,
 }
 
-impl Drawing {
-    /// `None` if there is nothing to draw: then there is no channel either.
-    pub(super) fn new(topology: &Topology) -> Option<Self> {
+/// None where there is nothing to draw.
+fn encoders(options: &Options, topology: &Topology) -> Encoders {
+    let is_asked = options.channels.contains(&pliant_scene::Channel::Mesh);
+    single(is_asked.then(|| MeshChannel::new(topology)).filter(|mesh| !mesh.bodies.is_empty()))
+}
+
+impl MeshChannel {
+    fn new(topology: &Topology) -> Self {
         let drawn = topology.bodies.iter().filter(|body| !body.surface.is_empty() || !body.edges.is_empty());
-        let parts: Vec<Part> =
-            drawn.zip(COLOURS.iter().cycle()).map(|(body, c)| Part::new(body, c)).collect();
-        let vertex_count =
-            parts.iter().map(|p| p.triangles.vertices.len() + p.lines.vertices.len()).sum::<usize>();
-        (!parts.is_empty()).then_some(Drawing { parts, vertex_count: vertex_count as u128, next_slot: 0 })
+        let bodies: Vec<DrawnBody> =
+            drawn.zip(COLOURS.iter().cycle()).map(|(body, c)| DrawnBody::new(body, c)).collect();
+        let count = |body: &DrawnBody| body.triangles.vertices.len() + body.lines.vertices.len();
+        let vertex_count = bodies.iter().map(count).sum::<usize>() as u128;
+        MeshChannel { bodies, vertex_count, next_slot: 0 }
+    }
+}
+
+impl ChannelEncoder for MeshChannel {
+    fn quantities(&self) -> Quantities {
+        Quantities::STATE
     }
 
-    /// Declares the channel.
-    pub(super) fn channel() -> Channel<'static> {
-        typed(MESH, SCENE_UPDATE, BTreeMap::new())
+    fn declaration(&self) -> Channel<'static> {
+        typed(NUMBER, "/mesh", SCENE_UPDATE, BTreeMap::new())
     }
 
-    /// Whether a frame at this time is drawn: the first of each slot of 1/30 s (longer for large meshes) is.
-    pub(super) fn is_due(&mut self, log_time: u64) -> bool {
+    /// Whether it is the first of its slot of 1/30 s (longer for large meshes).
+    fn is_due(&mut self, log_time: u64) -> bool {
         // Times are rounded to nanoseconds; a microsecond keeps 1/30 s from falling just short of its slot.
         let time = u128::from(log_time) + 1_000;
         let slot =
@@ -84,23 +99,21 @@ impl Drawing {
         due
     }
 
-    /// Encodes a frame, replacing what is in the buffer.
-    pub(super) fn encode_frame(&self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
-        buffer.clear();
+    fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
         let mut update = MessageWriter::append_to(buffer);
-        for part in &self.parts {
-            update.message(2, |entity| part.encode(frame, log_time, entity));
+        for body in &self.bodies {
+            update.message(2, |entity| body.encode(frame, log_time, entity));
         }
     }
 }
 
-impl Part {
+impl DrawnBody {
     fn new(body: &BodyTopology, colour: &[f64; 3]) -> Self {
-        Part {
+        DrawnBody {
             name: body.name.clone(),
             colour: *colour,
-            triangles: Cells::new(body.surface.as_flattened()),
-            lines: Cells::new(body.edges.as_flattened()),
+            triangles: DrawnCells::new(body.surface.as_flattened()),
+            lines: DrawnCells::new(body.edges.as_flattened()),
         }
     }
 
@@ -138,7 +151,7 @@ impl Part {
 /// Pairs of points, in the enumeration `foxglove.LinePrimitive.Type`.
 const LINE_LIST: u64 = 2;
 
-impl Cells {
+impl DrawnCells {
     fn new(cells: &[u32]) -> Self {
         let mut vertices = cells.to_vec();
         vertices.sort_unstable();
@@ -146,7 +159,7 @@ impl Cells {
         // Every cell vertex was put into the list above, so the search always finds it.
         let number = |v: &u32| vertices.partition_point(|other| other < v) as u32;
         let indices = cells.iter().map(number).collect();
-        Cells { vertices, indices }
+        DrawnCells { vertices, indices }
     }
 
     /// Writes the vertices as entries of a list of `foxglove.Point3`.

@@ -2,13 +2,13 @@
 
 use mcap::records::{MessageIndexEntry, Record};
 
-use super::source::Source;
+use super::recording_file::RecordingFile;
 use crate::RecordError;
 use crate::error::read_error;
 
-/// Where the messages are, and those of the chunk read last: frames are mostly asked for in order.
+/// Places of messages, and the content of the chunk read last: frames are mostly asked for in order.
 #[derive(Debug)]
-pub(super) struct Series {
+pub(super) struct MessageSeries {
     channel: u16,
     /// Bytes of the rows of a frame.
     bytes: usize,
@@ -25,18 +25,18 @@ struct CachedChunk {
     messages: Vec<(u64, Vec<u8>)>,
 }
 
-impl Series {
+impl MessageSeries {
     pub(super) fn new(
         channel: u16,
         stride: usize,
         rows: usize,
         messages: Vec<(usize, MessageIndexEntry)>,
     ) -> Self {
-        Series { channel, bytes: stride.saturating_mul(rows), messages, cached: None }
+        MessageSeries { channel, bytes: stride.saturating_mul(rows), messages, cached: None }
     }
 
     /// The rows of a frame.
-    pub(super) fn rows(&mut self, source: &mut Source, frame: usize) -> Result<&[u8], RecordError> {
+    pub(super) fn rows(&mut self, source: &mut RecordingFile, frame: usize) -> Result<&[u8], RecordError> {
         let count = self.messages.len();
         let Some((chunk, entry)) = self.messages.get(frame) else {
             return Err(RecordError::NoFrame { path: source.path.clone(), frame, count });

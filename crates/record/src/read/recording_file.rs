@@ -19,14 +19,14 @@ pub(super) const RECORD_HEADER: usize = 9;
 
 /// A complete file.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct RecordingFile {
     pub(super) path: PathBuf,
     pub(super) summary: Summary,
     pub(super) size: u64,
     file: File,
 }
 
-impl Source {
+impl RecordingFile {
     /// Reads the index; `None` if the file is an MCAP file without an end.
     pub(super) fn open(path: &Path) -> Result<Option<Self>, RecordError> {
         let failed = |source| RecordError::Read { path: path.to_owned(), source };
@@ -38,7 +38,7 @@ impl Source {
             Err(McapError::Io(source)) => return Err(failed(source)),
             Err(_) => None,
         };
-        Ok(summary.map(|summary| Source { path: path.to_owned(), summary, size, file }))
+        Ok(summary.map(|summary| RecordingFile { path: path.to_owned(), summary, size, file }))
     }
 
     /// The number of the channel with this topic.

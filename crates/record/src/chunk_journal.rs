@@ -1,12 +1,12 @@
-//! What a kill would otherwise lose: the messages of the chunk that is still open.
+//! Journal of the open chunk: messages that a kill would otherwise lose.
 //!
-//! Chunks must end where the frames say, never where the clock says, or the same scene would not give the same bytes.
-//! A slow run may then take hours to fill one. So each frame is also appended, uncompressed, to `<output>.part.tail`,
-//! and the tail is emptied whenever a chunk closes. It never holds more than one chunk.
-//! Frames that fill a chunk on their own never reach it.
+//! Chunks must end where the frames say, never where the clock says, or the same scene would not give the
+//! same bytes. A slow run may then take hours to fill one. So each frame is also appended, uncompressed, to
+//! `<output>.part.tail`, and the tail is emptied whenever a chunk closes. It never holds more than one
+//! chunk. Frames that fill a chunk on their own never reach it.
 //!
-//! What is appended is written when somebody asks for it: where frames follow each other so fast that a write for each would be
-//! felt, many go in one.
+//! What is appended is written on demand: where frames follow each other so fast that a write for each would
+//! be felt, many go in one.
 //!
 //! The tail is an MCAP file without chunks and without end, so that any MCAP reader can make sense of it.
 
@@ -20,16 +20,16 @@ use super::sink::Tail;
 
 /// The tail.
 #[derive(Debug)]
-pub(super) struct Journal {
+pub(super) struct ChunkJournal {
     path: PathBuf,
     file: Box<dyn Tail>,
     /// Magic, header, schemas and channels.
     preamble: Vec<u8>,
     /// Whether the file holds anything.
     used: bool,
-    /// What has not been written.
+    /// Bytes that have not been written.
     pending: Vec<u8>,
-    /// Where in `pending` frames end.
+    /// Places in `pending` at which frames end.
     frame_ends: Vec<usize>,
     /// Frames that the file holds, from their first byte to their last.
     frames: u64,
@@ -37,11 +37,11 @@ pub(super) struct Journal {
     is_cut: bool,
 }
 
-impl Journal {
+impl ChunkJournal {
     /// A journal in `file`, which is at `path`, and empty.
     pub(super) fn new(path: PathBuf, file: Box<dyn Tail>) -> Self {
         let (preamble, pending, frame_ends) = (Vec::new(), Vec::new(), Vec::new());
-        Journal { path, file, preamble, used: false, pending, frame_ends, frames: 0, is_cut: false }
+        ChunkJournal { path, file, preamble, used: false, pending, frame_ends, frames: 0, is_cut: false }
     }
 
     /// Says which channels later messages may use. The journal must be empty.
@@ -83,7 +83,8 @@ impl Journal {
         self.frames
     }
 
-    /// Writes what has been appended, whole groups in one write, so that a kill leaves all of one or, rarely, a beginning.
+    /// Writes what has been appended, whole groups in one write, so that a kill leaves all of one or,
+    /// rarely, a beginning.
     pub(super) fn write(&mut self) -> io::Result<()> {
         let (written, result) = self.write_pending();
         self.frames += self.frame_ends.iter().filter(|end| **end <= written).count() as u64;
@@ -133,10 +134,10 @@ impl Journal {
     }
 }
 
-/// Whoever drops a recorder finds all of its frames.
-impl Drop for Journal {
+/// Drop writes what is pending.
+impl Drop for ChunkJournal {
     fn drop(&mut self) {
-        // There is nobody left to tell; the frames written before are readable all the same.
+        // An error cannot be returned; the frames written before are readable all the same.
         let _ = self.write();
     }
 }

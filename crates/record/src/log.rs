@@ -1,16 +1,17 @@
-//! `/log`: what the run has to say, as `foxglove.Log`. The channel exists only in files that have a message on it.
+//! `/log`: messages about the run, as `foxglove.Log`. The channel exists only in files that have a message
+//! on it.
 
 use std::collections::BTreeMap;
 
 use mcap::Channel;
 
-use super::channel::{self, FRAME_ID, typed};
 use super::clock::timestamp;
+use super::declaration::{FRAME_ID, typed};
 use super::protobuf::{self, MessageWriter};
 
-/// How serious a message is.
+/// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
+pub enum LogLevel {
     /// Worth knowing.
     Info,
     /// The result may not be what was wanted.
@@ -19,18 +20,21 @@ pub enum Level {
     Error,
 }
 
+/// Number of the channel.
+pub(super) const NUMBER: u16 = 5;
+
 /// Declares the channel.
 pub(super) fn channel() -> Channel<'static> {
-    typed(channel::LOG, protobuf::LOG, BTreeMap::new())
+    typed(NUMBER, "/log", protobuf::LOG, BTreeMap::new())
 }
 
 /// One message.
-pub(super) fn message(level: Level, text: &str, log_time: u64) -> Vec<u8> {
+pub(super) fn message(level: LogLevel, text: &str, log_time: u64) -> Vec<u8> {
     // Values of the enumeration `foxglove.Log.Level`.
     let level = match level {
-        Level::Info => 2,
-        Level::Warning => 3,
-        Level::Error => 4,
+        LogLevel::Info => 2,
+        LogLevel::Warning => 3,
+        LogLevel::Error => 4,
     };
     let mut buffer = Vec::new();
     let mut entry = MessageWriter::append_to(&mut buffer);

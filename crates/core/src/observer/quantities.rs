@@ -1,0 +1,83 @@
+//! Sets of quantities of a frame.
+
+use std::fmt;
+use std::ops::{BitOr, BitOrAssign};
+
+/// Set of quantities that a [`Frame`](super::Frame) has, or that an [`Observer`](super::Observer) reads.
+///
+/// ```
+/// use pliant::observer::Quantities;
+///
+/// let read = Quantities::DIAGNOSTICS | Quantities::REACTIONS;
+/// assert!(read.contains(Quantities::REACTIONS) && !read.contains(Quantities::POINTS));
+/// assert_eq!(read.without(Quantities::REACTIONS).to_string(), "diagnostics");
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Quantities(u8);
+
+/// Names, in the order of the bits.
+const NAMES: [&str; 5] = ["state", "diagnostics", "states of elements", "states of points", "reactions"];
+
+impl Quantities {
+    /// None of them.
+    pub const NONE: Quantities = Quantities(0);
+    /// Positions and velocities. Every frame of a run has them.
+    pub const STATE: Quantities = Quantities(1);
+    /// Energies and momenta, [`Frame::diagnostics`](super::Frame::diagnostics).
+    pub const DIAGNOSTICS: Quantities = Quantities(1 << 1);
+    /// Deformation and stress of elements, [`Frame::elements`](super::Frame::elements).
+    pub const ELEMENTS: Quantities = Quantities(1 << 2);
+    /// Deformation and stress at points, [`Frame::points`](super::Frame::points).
+    pub const POINTS: Quantities = Quantities(1 << 3);
+    /// Forces of pins and walls, [`Frame::reactions`](super::Frame::reactions).
+    pub const REACTIONS: Quantities = Quantities(1 << 4);
+
+    /// Whether all of `others` are in the set.
+    pub const fn contains(self, others: Quantities) -> bool {
+        self.0 & others.0 == others.0
+    }
+
+    /// The set without `others`.
+    pub const fn without(self, others: Quantities) -> Quantities {
+        Quantities(self.0 & !others.0)
+    }
+
+    /// These if `condition` holds, else none.
+    pub const fn only_if(self, condition: bool) -> Quantities {
+        if condition { self } else { Quantities::NONE }
+    }
+
+    /// Whether the set is empty.
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl BitOr for Quantities {
+    type Output = Quantities;
+
+    fn bitor(self, others: Quantities) -> Quantities {
+        Quantities(self.0 | others.0)
+    }
+}
+
+impl BitOrAssign for Quantities {
+    fn bitor_assign(&mut self, others: Quantities) {
+        self.0 |= others.0;
+    }
+}
+
+/// Union.
+impl FromIterator<Quantities> for Quantities {
+    fn from_iter<I: IntoIterator<Item = Quantities>>(sets: I) -> Quantities {
+        sets.into_iter().fold(Quantities::NONE, BitOr::bitor)
+    }
+}
+
+/// Names, with commas between them.
+impl fmt::Display for Quantities {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = NAMES.iter().enumerate().filter(|(bit, _)| self.0 & (1 << bit) != 0);
+        f.write_str(&names.map(|(_, name)| *name).collect::<Vec<_>>().join(", "))
+    }
+}

@@ -1,0 +1,118 @@
+//! Channels of frames. Each kind is one file, which says everything of it: numbers, topic, quantities,
+//! declaration and encoding; and one name in the list below.
+
+use std::ops::RangeInclusive;
+
+use mcap::Channel;
+
+use crate::Options;
+use pliant::observer::{Frame, Quantities};
+use pliant::topology::Topology;
+
+/// Encoder of one channel, with one message for each frame or, where [`is_due`](Self::is_due) says so, for
+/// fewer.
+pub(crate) trait ChannelEncoder: Send {
+    /// Quantities of a frame that a message is made of.
+    fn quantities(&self) -> Quantities;
+
+    /// Number, topic, schema and metadata.
+    fn declaration(&self) -> Channel<'static>;
+
+    /// Whether a frame at this time [ns] has a message. Asked once for each frame, in their order; in a
+    /// recording that goes on, for each message that it has already.
+    fn is_due(&mut self, log_time: u64) -> bool {
+        let _ = log_time;
+        true
+    }
+
+    /// Appends the message of a frame that has the [`quantities`](Self::quantities) to an empty buffer.
+    fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>);
+}
+
+/// Encoders of a recording.
+pub(crate) type Encoders = Vec<Box<dyn ChannelEncoder>>;
+
+/// Channels of one kind.
+pub(crate) struct ChannelKind {
+    /// Numbers of channels and their schemas in a file; readers and recovery rely on them, so they never
+    /// change.
+    numbers: RangeInclusive<u16>,
+    /// Whether every frame has a message on each of them.
+    is_complete: bool,
+    /// Encoders of those that a recording has.
+    encoders: fn(&Options, &Topology) -> Encoders,
+}
+
+macro_rules! channels {
+    ($($kind:ident),*) => {
+        $(pub(crate) mod $kind;)*
+
+        /// All kinds, in the order in which their messages stand in a frame.
+        const KINDS: &[ChannelKind] = &[$($kind::KIND),*];
+    };
+}
+
+channels![mesh, probe, elements, reactions, energy, state];
+
+/// Encoders of all channels of a recording, in the order in which their messages stand in a frame.
+pub(crate) fn encoders(options: &Options, topology: &Topology) -> Encoders {
+    KINDS.iter().flat_map(|kind| (kind.encoders)(options, topology)).collect()
+}
+
+/// The encoder of a channel that is the only one of its kind.
+fn single(encoder: Option<impl ChannelEncoder + 'static>) -> Encoders {
+    encoder.into_iter().map(|encoder| Box::new(encoder) as Box<dyn ChannelEncoder>).collect()
+}
+
+fn kind_of(number: u16) -> Option<(usize, &'static ChannelKind)> {
+    KINDS.iter().enumerate().find(|(_, kind)| kind.numbers.contains(&number))
+}
+
+/// Place of a channel's message in its frame: those with larger ones come later. `None` for a channel that
+/// is not about frames.
+///
+/// Recovery takes a frame for complete when it has seen the last of its messages.
+pub(crate) fn place_in_frame(number: u16) -> Option<(usize, u16)> {
+    kind_of(number).map(|(place, _)| (place, number))
+}
+
+/// Whether every frame has a message on this channel.
+pub(crate) fn is_in_every_frame(number: u16) -> bool {
+    kind_of(number).is_some_and(|(_, kind)| kind.is_complete)
+}
+
+/// The channel whose message ends a frame, of those with these numbers.
+pub(crate) fn last_of_frame(numbers: impl Iterator<Item = u16>) -> Option<u16> {
+    numbers.filter_map(place_in_frame).max().map(|(_, number)| number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{log, transform};
+
+    #[test]
+    fn no_number_is_given_twice() {
+        let once = [transform::NUMBER, log::NUMBER];
+        let all: Vec<_> = KINDS.iter().map(|kind| kind.numbers.clone()).chain(once.map(|n| n..=n)).collect();
+        for (i, a) in all.iter().enumerate() {
+            assert!(!a.is_empty() && *a.start() > 0, "{a:?}");
+            for b in &all[..i] {
+                assert!(a.end() < b.start() || b.end() < a.start(), "{a:?} and {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn messages_of_a_frame_have_their_order_in_every_version() {
+        // As recordings of earlier versions have them: mesh, probes, elements, reactions, energy, state.
+        let order = [2, 100, 101, 65_535, 10, 18, 6, 3, 1];
+        assert!(order.is_sorted_by_key(|number| place_in_frame(*number).unwrap()));
+        assert_eq!(
+            (last_of_frame([3, 2, 10, 4].into_iter()), last_of_frame([4, 5].into_iter())),
+            (Some(3), None)
+        );
+        let complete: Vec<u16> = order.into_iter().filter(|number| is_in_every_frame(*number)).collect();
+        assert_eq!(complete, order[1..]);
+    }
+}

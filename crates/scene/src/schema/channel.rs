@@ -1,0 +1,91 @@
+//! Channels of a recording.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use pliant::diagnostics::Measure;
+
+/// Defines [`Channel`] from one entry per channel: documentation, name and, unless it is about a measure of
+/// elements, what the report of a scene says with it and without it.
+macro_rules! channels {
+    ($($(#[$documentation:meta])* $variant:ident: $name:literal $(, $with:literal, $without:literal)?;)+) => {
+        /// One kind of output.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+        pub enum Channel {
+            $($(#[$documentation])* #[serde(rename = $name)] $variant,)+
+        }
+
+        impl Channel {
+            /// All channels.
+            pub const ALL: &[Channel] = &[$(Channel::$variant,)+];
+
+            /// The name of the choice, as in the scene.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Channel::$variant => $name,)+
+                }
+            }
+
+            /// Sentences about a run with and without the channel; `None` for a measure of elements.
+            pub(crate) fn sentences(self) -> Option<[&'static str; 2]> {
+                match self {
+                    $(Channel::$variant => None$(.or(Some([$with, $without])))?,)+
+                }
+            }
+        }
+    };
+}
+
+channels! {
+    /// Positions and velocities of every vertex, on `/state`.
+    State: "state",
+        "output /state",
+        "output /state: not written";
+    /// Triangles and lines for a viewer, on `/mesh`.
+    Mesh: "mesh",
+        "output /mesh",
+        "output /mesh: not written";
+    /// Energies, what came in and what was lost, and momenta, on `/energy`.
+    Energy: "energy",
+        "output /energy: energies, their balance with all losses, and momenta at every frame",
+        "output /energy: energies are looked at every 128 steps and in frames, to catch \
+          a blow-up, and nobody asks what is lost";
+    /// Force [N] and moment [N m] with which every pin holds its vertices and every wall pushes, on
+    /// `/reactions`.
+    Reactions: "reactions",
+        "output /reactions: force and moment of every pin and wall",
+        "output /reactions: forces of pins and walls are looked at once, at the end";
+    /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers,
+    /// row by row. In 2D the third axis is out of the plane, here and in the channels below; elements of
+    /// second order are looked at in their centroid.
+    DeformationGradient: "deformation-gradient";
+    /// `J = det F` of every finite element, on `/elements/jacobian`.
+    Jacobian: "jacobian";
+    /// Principal stretches of every finite element, on `/elements/principal-stretches`, descending in
+    /// magnitude; the last is negative where the element is inverted.
+    PrincipalStretches: "principal-stretches";
+    /// Green strain `E = 1/2 (F^T F - I)` of every finite element, on `/elements/green-strain`: xx, yy, zz,
+    /// xy, yz, xz.
+    GreenStrain: "green-strain";
+    /// Corotated strain `S - I` of every finite element, `F = R S` the signed polar decomposition, on
+    /// `/elements/corotated-strain`: xx, yy, zz, xy, yz, xz.
+    CorotatedStrain: "corotated-strain";
+    /// First Piola-Kirchhoff stress `P = dpsi/dF` [Pa] of every finite element, on `/elements/first-piola`:
+    /// nine numbers, row by row.
+    FirstPiola: "first-piola";
+    /// Cauchy stress `P F^T / J` [Pa] of every finite element, on `/elements/cauchy-stress`: xx, yy, zz, xy,
+    /// yz, xz.
+    CauchyStress: "cauchy-stress";
+    /// Von Mises stress [Pa] of every finite element, on `/elements/von-mises`.
+    VonMises: "von-mises";
+    /// Strain energy density `psi(F)` by the volume at rest [J/m^3] of every finite element, on
+    /// `/elements/energy-density`.
+    EnergyDensity: "energy-density";
+}
+
+impl Channel {
+    /// The measure of elements that it records; `None` for a channel that is not about elements.
+    pub fn measure(self) -> Option<&'static Measure> {
+        Measure::named(self.name())
+    }
+}
