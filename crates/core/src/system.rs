@@ -16,7 +16,7 @@ use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils
 use crate::pass::{InverseMass, KickDrift, PassResult, StepInputs};
 use crate::state::State;
 
-pub(crate) use flows::{Looked, Powers, feeds, is_changing_gravity, power_of_motion};
+pub(crate) use flows::{PowerSelection, Powers, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use pins::PinState;
 pub use terms::TermId;
 pub(crate) use wall_loss::{WallLoss, WallLosses};
@@ -532,7 +532,7 @@ impl System {
     /// Whether the force that the terms hold is finite at every coordinate that is free to move.
     fn is_finite_where_free(&self) -> bool {
         let mut a = vec![0.0; self.inverse_mass().len()];
-        StepInputs { dissipation: &[], ..self.surroundings() }.accelerations(&mut a);
+        StepInputs { dissipation: &[], ..self.step_inputs() }.accelerations(&mut a);
         a.iter().all(|a| a.is_finite())
     }
 
@@ -562,17 +562,17 @@ impl System {
         x: &mut [f64],
         v: &mut [f64],
     ) -> PassResult {
-        self.surroundings().run(pass, from, x, v)
+        self.step_inputs().run(pass, from, x, v)
     }
 
     /// Writes `-M^-1 (dE/dx + dR/dv)` [m/s^2] of the forces that the terms hold over `a`; zero at held coordinates.
     pub fn accelerations(&self, a: &mut [f64]) {
-        self.surroundings().accelerations(a);
+        self.step_inputs().accelerations(a);
     }
 
     /// Shows the row of `dE/dx` [N], of the force that the terms hold, of each of these `vertices`, which ascend.
     pub(crate) fn visit_gradient(&self, vertices: &[u32], visit: impl FnMut(usize, &[f64])) {
-        self.surroundings().visit_gradient(vertices, self.mass.len(), visit);
+        self.step_inputs().visit_gradient(vertices, self.mass.len(), visit);
     }
 
     /// Potential energy [J] of those terms that are `asked`.
@@ -586,7 +586,7 @@ impl System {
         asked.filter_map(|term| term.driven()).map(|term| term.power(x, v)).sum()
     }
 
-    fn surroundings(&self) -> StepInputs<'_> {
+    fn step_inputs(&self) -> StepInputs<'_> {
         StepInputs {
             dimension: self.dimension,
             terms: &self.terms,

@@ -4,11 +4,11 @@
 //! number of threads. Where a factor does not fit memory, the answer is `None`, not an abort.
 //!
 //! ```
-//! use pliant_sparse::{Cholesky, Structure};
+//! use pliant_sparse::{CholeskyStructure, SparseCholesky};
 //!
 //! // [4 1; 1 3] by the columns of its lower triangle, eliminated in the order of its rows.
-//! let structure = Structure::new(vec![0, 2, 3], vec![0, 1, 1], &[0, 1]).ok_or("no memory")?;
-//! let mut cholesky = Cholesky::new(structure).ok_or("no memory")?;
+//! let structure = CholeskyStructure::new(vec![0, 2, 3], vec![0, 1, 1], &[0, 1]).ok_or("no memory")?;
+//! let mut cholesky = SparseCholesky::new(structure).ok_or("no memory")?;
 //! cholesky.entries_mut().copy_from_slice(&[4.0, 1.0, 3.0]);
 //! cholesky.factorize()?;
 //! let mut x = [1.0, 2.0];

@@ -12,7 +12,7 @@ use pliant_scene::assembly::{Assembly, UnstableStep};
 use serde_json::json;
 
 use super::check;
-use super::run::keeper::{self, Keeper, Settings};
+use super::run::keeper::{self, CheckpointKeeper, Settings};
 use super::run::session::Session;
 use super::run::{probes, use_threads};
 use crate::arguments::ResumeArguments;
@@ -72,7 +72,8 @@ fn session(
         interval: arguments.checkpoint.unwrap_or(settings.interval),
         ..settings
     };
-    let keeper = Keeper::new(path, settings, &input)?.with_table(table.as_ref().map(|(file, _)| file));
+    let keeper =
+        CheckpointKeeper::new(path, settings, &input)?.with_table(table.as_ref().map(|(file, _)| file));
     let table = table.map(|(_, table)| table);
     let (keeper, from) = (Some(keeper), Some(from));
     Ok(Session { input, assembly, recording: opened, table, keeper, from, interrupted })

@@ -24,7 +24,7 @@ use crate::statistics::Statistics;
 use crate::terminal::Terminal;
 
 use closing::Closing;
-use keeper::{Keeper, Settings};
+use keeper::{CheckpointKeeper, Settings};
 use session::Session;
 
 pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
@@ -51,7 +51,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
 ///
 /// # Errors
 /// There is a checkpoint already, or what is there is no file.
-fn keeper(arguments: &RunArguments, input: &Input) -> Result<Option<Keeper>, Failure> {
+fn keeper(arguments: &RunArguments, input: &Input) -> Result<Option<CheckpointKeeper>, Failure> {
     let Some(interval) = arguments.checkpoint else { return Ok(None) };
     let output = recording::output(arguments);
     let path = recording::checkpoint_of(&output);
@@ -68,7 +68,7 @@ fn keeper(arguments: &RunArguments, input: &Input) -> Result<Option<Keeper>, Fai
         wall: 0.0,
         written: Source::from_path(&arguments.scene)?.text().to_owned(),
     };
-    Keeper::new(&path, settings, input).map(Some)
+    CheckpointKeeper::new(&path, settings, input).map(Some)
 }
 
 /// What the end of a run leaves in a recording: messages for `/log`, the first of which are warnings for the user, and how it ended.

@@ -22,14 +22,14 @@ pub struct Hold {
     axes: [bool; 3],
     /// When it lets go [s].
     until: f64,
-    motion: Option<Moved>,
+    motion: Option<PrescribedMotion>,
     /// In the place of its motion, where it is steered from outside.
     drive: Option<Drive>,
 }
 
 /// What a motion moves.
 #[derive(Debug)]
-struct Moved {
+struct PrescribedMotion {
     motion: Motion,
     /// Where each vertex starts, and its place at rest [m].
     start: Vec<[f64; 3]>,
@@ -75,7 +75,7 @@ impl Hold {
     pub fn moving(mut self, motion: Motion, start: &[f64], rest: &[f64], dimension: usize) -> Self {
         let points = |x: &[f64]| points_of(&self.vertices, x, dimension);
         let (start, rest) = (points(start), points(rest));
-        self.motion = Some(Moved { motion, start, rest });
+        self.motion = Some(PrescribedMotion { motion, start, rest });
         self
     }
 
@@ -144,7 +144,7 @@ impl Hold {
         }
         let places = points_of(&self.vertices, x, dimension);
         let still = Waypoint::at_rest(nalgebra::Isometry3::identity());
-        let Some(Moved { motion, start, rest }) = &self.motion else { return (places, still) };
+        let Some(PrescribedMotion { motion, start, rest }) = &self.motion else { return (places, still) };
         let moment = motion.at(time);
         if let Some(waypoint) = moment.rigid(mean(start)) {
             return (start.clone(), waypoint);
@@ -178,7 +178,7 @@ impl Hold {
         if let Some(drive) = &self.drive {
             return self.put(drive.places(&drive.at(time)), dimension, x, v);
         }
-        let Some(Moved { motion, start, rest }) = &self.motion else { return true };
+        let Some(PrescribedMotion { motion, start, rest }) = &self.motion else { return true };
         let moment = motion.at(time);
         let places = start.iter().zip(rest).map(|(start, rest)| moment.place(*start, *rest));
         self.put(places, dimension, x, v)
@@ -207,7 +207,7 @@ impl Hold {
     /// Goes on with its motion from where its vertices are in `x` at `time` [s], flat `(n, dimension)` [m].
     /// Nothing changes for those that are where the motion has them.
     pub(crate) fn go_on_from(&mut self, time: f64, dimension: usize, x: &[f64]) {
-        let Some(Moved { motion, start, rest }) = &mut self.motion else { return };
+        let Some(PrescribedMotion { motion, start, rest }) = &mut self.motion else { return };
         let moment = motion.at(time);
         for ((vertex, start), rest) in self.vertices.iter().zip(start).zip(rest) {
             let (prescribed, velocity) = moment.place(*start, *rest);
@@ -226,7 +226,7 @@ impl Hold {
     /// How far the farthest component of any vertex is at time 0 from where it starts [m]; zero without a
     /// motion. Not a number where the motion has no value.
     pub fn jump_at_start(&self, dimension: usize) -> f64 {
-        let Some(Moved { motion, start, rest }) = &self.motion else { return 0.0 };
+        let Some(PrescribedMotion { motion, start, rest }) = &self.motion else { return 0.0 };
         let moment = motion.at(0.0);
         let mut farthest = 0.0;
         for (start, rest) in start.iter().zip(rest) {

@@ -56,8 +56,8 @@ impl Wall {
     /// Whether any vertex is behind the plane. In most steps none is: this is what those cost.
     fn is_reached(&self, x: &[f64]) -> bool {
         match self.normal[..] {
-            [n0, n1] => dispatch(Reached { normal: &[n0, n1], offset: self.offset, x }),
-            [n0, n1, n2] => dispatch(Reached { normal: &[n0, n1, n2], offset: self.offset, x }),
+            [n0, n1] => dispatch(BehindWallKernel { normal: &[n0, n1], offset: self.offset, x }),
+            [n0, n1, n2] => dispatch(BehindWallKernel { normal: &[n0, n1, n2], offset: self.offset, x }),
             // Then each is looked at.
             _ => true,
         }
@@ -108,13 +108,13 @@ impl Wall {
 }
 
 /// Whether any of the rows `x` is behind a plane.
-struct Reached<'a, const D: usize> {
+struct BehindWallKernel<'a, const D: usize> {
     normal: &'a [f64; D],
     offset: f64,
     x: &'a [f64],
 }
 
-impl<const D: usize> Kernel for Reached<'_, D> {
+impl<const D: usize> Kernel for BehindWallKernel<'_, D> {
     type Output = bool;
 
     #[inline(always)]

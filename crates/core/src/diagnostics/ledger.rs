@@ -5,7 +5,9 @@ mod equilibrium;
 use super::Balance;
 use super::integral::Integral;
 use crate::energy::EnergyTerm;
-use crate::system::{ForceId, Looked, Powers, System, WallLoss, feeds, is_changing_gravity, power_of_motion};
+use crate::system::{
+    ForceId, PowerSelection, Powers, System, WallLoss, feeds, is_changing_gravity, power_of_motion,
+};
 use equilibrium::Equilibrium;
 
 /// Keeps a [`Balance`].
@@ -19,7 +21,7 @@ pub(crate) struct EnergyLedger {
     ether_drag: Option<Integral>,
     damping: Option<Integral>,
     walls: Option<Walls>,
-    looked: Looked,
+    looked: PowerSelection,
     /// The last state of a quasi-static run.
     equilibrium: Option<Equilibrium>,
 }
@@ -47,7 +49,8 @@ impl EnergyLedger {
         let any = |system: &System, asked: fn(&dyn EnergyTerm) -> bool| {
             system.terms().iter().any(|term| asked(term.as_ref()))
         };
-        let looked = Looked { loads: any(system, feeds), gravity: any(system, is_changing_gravity), losses };
+        let looked =
+            PowerSelection { loads: any(system, feeds), gravity: any(system, is_changing_gravity), losses };
         let walls = losses && !system.walls().is_empty();
         let drags = losses && system.ether_drag() != 0.0;
         let damped = losses && system.is_damped();

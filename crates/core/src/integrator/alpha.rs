@@ -2,7 +2,7 @@
 
 use super::Integrator;
 use super::equations::acceleration;
-use super::implicit::{ImplicitSolve, Next, StageSolver, prescribe};
+use super::implicit::{ImplicitSolve, NextState, StageSolver, prescribe};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
@@ -29,7 +29,7 @@ pub struct Alpha {
     coefficients: AlphaCoefficients,
     solver: StageSolver,
     /// The state at the end of the last step, and the acceleration that belongs to it: history is good where both fit.
-    after: Next,
+    after: NextState,
     acceleration: Vec<f64>,
     /// What `acceleration` was before the last step.
     before: Vec<f64>,
@@ -39,7 +39,7 @@ pub struct Alpha {
     known: Option<u64>,
     /// How far the vertices would go without the velocity of the stage.
     drift: Vec<f64>,
-    next: Next,
+    next: NextState,
 }
 
 impl Alpha {
@@ -48,13 +48,13 @@ impl Alpha {
         Alpha {
             coefficients,
             solver: StageSolver::new(options),
-            after: Next::new(unknowns),
+            after: NextState::new(unknowns),
             acceleration: vec![0.0; unknowns],
             before: vec![0.0; unknowns],
             size: 0.0,
             known: None,
             drift: vec![0.0; unknowns],
-            next: Next::new(unknowns),
+            next: NextState::new(unknowns),
         }
     }
 

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::dirk::Dirk;
-use super::implicit::{Next, StageEquations, StageSolver, guess_acceleration};
+use super::implicit::{NextState, StageEquations, StageSolver, guess_acceleration};
 use super::{BadParameter, Documentation, Integrator, Method, Scheme, implicit_euler, tr_bdf2};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork};
@@ -71,8 +71,8 @@ pub struct Bdf2 {
     solver: StageSolver,
     start: Dirk,
     /// The state before the last step, and the one it led to: history is good where that is the state, and the step the same.
-    before: Next,
-    after: Next,
+    before: NextState,
+    after: NextState,
     /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
     /// Whether walls put vertices back at its end: history that has velocities before and after makes them
@@ -81,9 +81,9 @@ pub struct Bdf2 {
     z: Vec<f64>,
     w: Vec<f64>,
     acceleration: Vec<f64>,
-    next: Next,
+    next: NextState,
     /// What `before` was before the last step.
-    older: Next,
+    older: NextState,
     started: bool,
 }
 
@@ -97,15 +97,15 @@ impl Bdf2 {
         Bdf2 {
             solver: StageSolver::new(options),
             start: Dirk::new(tableau, false, unknowns, options),
-            before: Next::new(unknowns),
-            after: Next::new(unknowns),
+            before: NextState::new(unknowns),
+            after: NextState::new(unknowns),
             step: None,
             jumped: false,
             z: vec![0.0; unknowns],
             w: vec![0.0; unknowns],
             acceleration: vec![0.0; unknowns],
-            next: Next::new(unknowns),
-            older: Next::new(unknowns),
+            next: NextState::new(unknowns),
+            older: NextState::new(unknowns),
             started: false,
         }
     }
@@ -199,7 +199,7 @@ impl Bdf2 {
         }
         let stage =
             StageEquations { x: state.x(), z: &self.z, w: &self.w, g: 2.0 / 3.0 * h, time: state.time + h };
-        let Next { x, v } = &mut self.next;
+        let NextState { x, v } = &mut self.next;
         x.copy_from_slice(state.x());
         guess_acceleration(system, state, &mut self.acceleration);
         self.solver.solve(system, &stage, x, v, &mut self.acceleration, false)?;

@@ -14,7 +14,7 @@ mod energy;
 
 use super::Integrator;
 use super::equations::acceleration;
-use super::implicit::Next;
+use super::implicit::NextState;
 use crate::solver::StepFault;
 use crate::solver::coupled::{CoupledNewton, StageSystem, coupled_newton};
 use crate::solver::{SolverOptions, SolverWork};
@@ -45,7 +45,7 @@ pub struct Collocation {
     at: Vec<f64>,
     acceleration: Vec<f64>,
     energy: StageEnergy,
-    next: Next,
+    next: NextState,
 }
 
 impl Collocation {
@@ -65,7 +65,7 @@ impl Collocation {
             v: stages,
             at: vec![0.0; unknowns],
             acceleration: vec![0.0; unknowns],
-            next: Next::new(unknowns),
+            next: NextState::new(unknowns),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::equations::acceleration_at;
 use super::estimate::{ErrorNorm, Judgement, Tolerances};
-use super::implicit::{Next, StageEquations, StageSolver, guess_acceleration};
+use super::implicit::{NextState, StageEquations, StageSolver, guess_acceleration};
 use super::tableau::{Stages, Tableau};
 use super::{Integrator, node};
 use crate::lanes::Numbers;
@@ -20,7 +20,7 @@ pub struct Dirk {
     stages: Stages,
     z: Vec<f64>,
     w: Numbers,
-    next: Next,
+    next: NextState,
     norm: ErrorNorm,
 }
 
@@ -34,7 +34,7 @@ impl Dirk {
             stages: Stages::new(&tableau, unknowns),
             z: vec![0.0; unknowns],
             w: Numbers::zeros(unknowns),
-            next: Next::new(unknowns),
+            next: NextState::new(unknowns),
             norm: ErrorNorm::default(),
         }
     }

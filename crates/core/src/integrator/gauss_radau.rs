@@ -4,7 +4,7 @@ use super::Integrator;
 use super::equations::{acceleration, acceleration_at};
 use super::estimate::{Judgement, Tolerances};
 use super::ias15::Ias15Parameters;
-use super::implicit::Next;
+use super::implicit::NextState;
 use crate::solver::StepFault;
 use crate::solver::{SolveError, SolveFailure};
 use crate::state::State;
@@ -66,7 +66,7 @@ pub struct GaussRadau {
     /// Accelerations at the beginning of the step and at a node.
     first: Vec<f64>,
     at: Vec<f64>,
-    next: Next,
+    next: NextState,
     /// `max |b_6| / max |a|` of the last step.
     last_term: f64,
     /// Where positions are seen from in this step [m]; zero unless only the bodies act on each other.
@@ -81,8 +81,8 @@ struct Memory {
     /// What `b` was predicted to be.
     predicted: Vec<Terms>,
     /// The state it led to, and what rounding took from it.
-    after: Next,
-    lost: Next,
+    after: NextState,
+    lost: NextState,
     /// Version of the structure.
     structure: u64,
 }
@@ -93,8 +93,8 @@ impl Memory {
             h: 0.0,
             b: vec![[0.0; TERMS]; unknowns],
             predicted: vec![[0.0; TERMS]; unknowns],
-            after: Next::new(unknowns),
-            lost: Next::new(unknowns),
+            after: NextState::new(unknowns),
+            lost: NextState::new(unknowns),
             structure: 0,
         }
     }
@@ -157,7 +157,7 @@ impl GaussRadau {
             lost: vec![[0.0; TERMS]; unknowns],
             first: vec![0.0; unknowns],
             at: vec![0.0; unknowns],
-            next: Next::new(unknowns),
+            next: NextState::new(unknowns),
             last_term: 0.0,
             origin: [0.0; 3],
         }
@@ -275,7 +275,7 @@ impl GaussRadau {
 
     /// Writes the accelerations at `(x, v)`, in `next`, to `at`.
     fn evaluate(&mut self, system: &mut System, time: f64) -> Result<(), StepFault> {
-        let Next { x, v } = &mut self.next;
+        let NextState { x, v } = &mut self.next;
         acceleration_at(system, time, (x, v), ForceId::NONE, &mut self.at)?;
         leave_held(system, &mut self.at);
         Ok(())
@@ -324,7 +324,7 @@ impl GaussRadau {
 
     /// The end of the step, added up so that little is lost to rounding, small terms first.
     fn finish(&mut self, state: &State, h: f64) {
-        let Next { x, v } = &mut self.next;
+        let NextState { x, v } = &mut self.next;
         x.copy_from_slice(state.x());
         v.copy_from_slice(state.v());
         for i in 0..x.len() {
@@ -417,7 +417,7 @@ impl Integrator for GaussRadau {
         self.now.h = 0.0;
         self.iterate(system, state, h)?;
         self.finish(state, h);
-        let Next { x, v } = &mut self.next;
+        let NextState { x, v } = &mut self.next;
         system.prescribe(state.time + h, x, v);
         self.now.after.x.copy_from_slice(x);
         self.now.after.v.copy_from_slice(v);

@@ -215,14 +215,14 @@ pub(super) fn guess_acceleration(system: &mut System, state: &State, a: &mut [f6
 
 /// The new state of a step, swapped with the old one at its end.
 #[derive(Default)]
-pub(super) struct Next {
+pub(super) struct NextState {
     pub(super) x: Numbers,
     pub(super) v: Numbers,
 }
 
-impl Next {
+impl NextState {
     pub(super) fn new(unknowns: usize) -> Self {
-        Next { x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns) }
+        NextState { x: Numbers::zeros(unknowns), v: Numbers::zeros(unknowns) }
     }
 
     /// Ends a step of `h` here.

@@ -2,7 +2,7 @@
 //!
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
 //! minimum that Newton's method reaches from the last one.
-use super::implicit::{ImplicitSolve, Next, StageSolver, prescribe};
+use super::implicit::{ImplicitSolve, NextState, StageSolver, prescribe};
 use super::{Documentation, Integrator, Method, Scheme};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
@@ -28,7 +28,7 @@ pub const METHOD: Method = Method {
 /// Runs it.
 pub struct QuasiStatic {
     solver: StageSolver,
-    next: Next,
+    next: NextState,
     origin: Vec<f64>,
     /// None: zero.
     drift: Vec<f64>,
@@ -40,7 +40,7 @@ impl QuasiStatic {
         let zero = || vec![0.0; unknowns];
         QuasiStatic {
             solver: StageSolver::new(options),
-            next: Next::new(unknowns),
+            next: NextState::new(unknowns),
             origin: zero(),
             drift: zero(),
         }

@@ -15,14 +15,14 @@ pub(crate) struct Powers {
 
 /// Which flows are looked at.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Looked {
+pub(crate) struct PowerSelection {
     pub(crate) loads: bool,
     pub(crate) gravity: bool,
     pub(crate) losses: bool,
 }
 
-impl Looked {
-    pub(crate) const ALL: Looked = Looked { loads: true, gravity: true, losses: true };
+impl PowerSelection {
+    pub(crate) const ALL: PowerSelection = PowerSelection { loads: true, gravity: true, losses: true };
 }
 
 /// Whether energy comes in through this term otherwise than from its own store, and it is gravity.
@@ -39,7 +39,7 @@ pub(crate) fn feeds(term: &dyn EnergyTerm) -> bool {
 
 impl Powers {
     /// Of the state `x`, `v`, at the time last said. The dissipative force last evaluated is lost.
-    pub(crate) fn of(system: &mut System, looked: Looked, x: &[f64], v: &[f64]) -> Self {
+    pub(crate) fn of(system: &mut System, looked: PowerSelection, x: &[f64], v: &[f64]) -> Self {
         let mut flows = Powers::default();
         if looked.loads {
             flows.loads = system.power(feeds, x, v);

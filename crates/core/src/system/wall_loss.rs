@@ -37,7 +37,7 @@
 //! Walls act at the end of a step: the motion of every scheme is of first order where they do, its energy,
 //! less what is lost, of second at most.
 
-use super::{Looked, Powers, System, power_of_motion};
+use super::{PowerSelection, Powers, System, power_of_motion};
 use crate::state::State;
 
 /// Reckons what walls take. Memory for one step.
@@ -82,7 +82,7 @@ impl WallLosses {
     /// Remembers the end `x`, `v` of a step, at the time last said to `system`, before walls act on it. The
     /// dissipative force last evaluated is lost, and where anything is moved the force as well.
     pub(crate) fn before(&mut self, system: &mut System, x: &[f64], v: &[f64]) {
-        self.flows = Powers::of(system, Looked::ALL, x, v);
+        self.flows = Powers::of(system, PowerSelection::ALL, x, v);
         self.motion = 0.0;
         if system.has_prescribed_motion() {
             system.evaluate(x);

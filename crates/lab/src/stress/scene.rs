@@ -82,8 +82,8 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
     // What cannot be assembled is said at once.
     scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;
     let mut cases = vec![];
-    for ordeal in Perturbation::all() {
-        let Some(scene) = altered(source, ordeal)? else { continue };
+    for perturbation in Perturbation::all() {
+        let Some(scene) = altered(source, perturbation)? else { continue };
         for integrator in &integrators {
             let about = integrator.method().documentation;
             let solvers: &[LinearSolver] = if !choice.solvers.is_empty() {
@@ -94,11 +94,11 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
                 &[LinearSolver::Auto]
             };
             for solver in solvers {
-                let longer = if ordeal == Perturbation::Step { 100.0 } else { 1.0 };
+                let longer = if perturbation == Perturbation::Step { 100.0 } else { 1.0 };
                 let trial = Trial {
                     step: longer * crate::stability::nominal_step(&scene),
                     scene: scene.clone(),
-                    ordeal,
+                    perturbation,
                     integrator: *integrator,
                     solver: *solver,
                 };
@@ -110,9 +110,9 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
 }
 
 /// The scene with other values; `None` where there is nothing to alter.
-fn altered(source: &Source, ordeal: Perturbation) -> Result<Option<Scene>, SceneError> {
+fn altered(source: &Source, perturbation: Perturbation) -> Result<Option<Scene>, SceneError> {
     let scene = source.scene()?;
-    let changes = match ordeal {
+    let changes = match perturbation {
         Perturbation::Stiffness => {
             let changes = crate::stability::stiffness_changes(&scene, 1e6);
             changes.into_iter().filter(|(path, _)| path.starts_with("body.0.")).collect()
@@ -143,7 +143,7 @@ type Model = fn(Isotropic) -> MaterialSpec;
 #[derive(Clone, Debug)]
 struct Trial {
     scene: Scene,
-    ordeal: Perturbation,
+    perturbation: Perturbation,
     integrator: IntegratorSpec,
     solver: LinearSolver,
     /// [s]
@@ -163,7 +163,7 @@ impl Trial {
         }
         Case {
             row: "scene",
-            name: self.ordeal.name().into(),
+            name: self.perturbation.name().into(),
             dimension: self.scene.dimension,
             material: materials.join(", "),
             poisson: None,
@@ -210,7 +210,7 @@ impl Trial {
             }
         };
         let simulation = &mut assembly.simulation;
-        if let Perturbation::Start(start) = self.ordeal {
+        if let Perturbation::Start(start) = self.perturbation {
             scenes::put(simulation, start);
         }
         simulation.count_losses(false);
@@ -233,7 +233,7 @@ impl Trial {
             if let Some(Err(error)) = taken {
                 // A material that has no such state says so.
                 let outside = step == 1 && matches!(&error, StepError::NotFinite { fault: Some(_), .. });
-                let flagged = outside && matches!(self.ordeal, Perturbation::Start(_));
+                let flagged = outside && matches!(self.perturbation, Perturbation::Start(_));
                 let verdict = if flagged { CaseVerdict::Flagged } else { CaseVerdict::Fail };
                 findings.note(verdict, format!("reported: {error}"));
                 break;

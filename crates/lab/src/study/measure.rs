@@ -7,7 +7,7 @@ use super::results::Record;
 use super::row::{Row, RowStatus, SCHEMA};
 use super::sweep::{Study, integrator_name, status};
 use super::timing::Timing;
-use super::trajectory::{InvariantSeries, Runner, Watched};
+use super::trajectory::{InvariantSeries, Runner, WatchedRun};
 use super::{Reference, StudyError};
 use crate::statistics::RunStatistics;
 use pliant::algebra::scene_size;
@@ -103,12 +103,12 @@ fn record(
     contender: Contender,
     pace: TimeStepping,
     scene: &Scene,
-    watched: &Watched,
+    watched: &WatchedRun,
     (status, failure): (RowStatus, Option<(f64, String)>),
     timing: Timing,
     memory: Option<f64>,
 ) -> Record {
-    let Watched { assembly, summary, trajectory, series, .. } = watched;
+    let WatchedRun { assembly, summary, trajectory, series, .. } = watched;
     let reference = about.reference;
     let errors = about.weights.errors(trajectory, &reference.trajectory);
     let (momentum, angular) = about.weights.momentum_errors(series, &reference.trajectory);

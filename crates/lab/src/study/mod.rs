@@ -7,7 +7,7 @@
 //! ```
 //! use std::sync::atomic::AtomicBool;
 //! use pliant_scene::Source;
-//! use crate::study::{Plan, Provenance, Study, WallClock};
+//! use pliant_lab::study::{Provenance, Study, StudyPlan, WallClock};
 //!
 //! let source = Source::new("swing", "dimension = 2
 //!     time = { integrator = 'velocity-verlet', step = 0.01, duration = 1.0 }
@@ -18,11 +18,11 @@
 //!     springs = { stiffness = 100.0 }
 //!     mass = { per_vertex = 1.0 }
 //!     pin = [{ vertices = [0] }]");
-//! let plan = Plan::of(&source.scene()?).map_err(pliant_scene::SceneError::new)?;
+//! let plan = StudyPlan::of(&source.scene()?).map_err(pliant_scene::SceneError::new)?;
 //! let study = Study {
 //!     source: &source,
 //!     name: "swing",
-//!     plan: &Plan { repeats: Some(1), ..plan },
+//!     plan: &StudyPlan { repeats: Some(1), ..plan },
 //!     folder: None,
 //!     provenance: &Provenance::here("", "", ""),
 //!     clock: &WallClock::default(),

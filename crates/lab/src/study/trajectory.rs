@@ -36,7 +36,7 @@ pub struct InvariantSeries {
 }
 
 /// A run that was watched.
-pub(crate) struct Watched {
+pub(crate) struct WatchedRun {
     pub(crate) assembly: Assembly,
     pub(crate) summary: Summary,
     pub(crate) trajectory: StateSamples,
@@ -102,7 +102,7 @@ impl Runner<'_> {
         scheme: Contender,
         pace: TimeStepping,
         deadline: f64,
-    ) -> Result<Watched, Vec<Problem>> {
+    ) -> Result<WatchedRun, Vec<Problem>> {
         let before = self.clock.now();
         let mut assembly = self.assemble(scene, scheme, pace)?;
         let setup = self.clock.now() - before;
@@ -129,7 +129,7 @@ impl Runner<'_> {
         let Watcher { trajectory, series, out_of_time, .. } = watcher;
         let stopped = matches!(summary.outcome, Outcome::Interrupted);
         let out_of_time = out_of_time || stopped && !self.interrupt.load(Ordering::Relaxed);
-        Ok(Watched { assembly, summary, trajectory, series, out_of_time, setup, stepping })
+        Ok(WatchedRun { assembly, summary, trajectory, series, out_of_time, setup, stepping })
     }
 
     /// Frames a second of a run that is timed: the fewest there can be, unless steps go by them.
@@ -209,7 +209,7 @@ impl Observer for Watcher<'_> {
     }
 }
 
-impl Watched {
+impl WatchedRun {
     /// Whether it came to the end.
     pub(crate) fn is_done(&self) -> bool {
         matches!(self.summary.outcome, Outcome::Done)

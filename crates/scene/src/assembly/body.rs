@@ -165,7 +165,7 @@ impl BodyAssembly {
     pub(super) fn is_numbered_locally(&self) -> bool {
         let (n, d) = (self.mass.len(), self.mesh.element_dimension());
         if let Some(block) = self.mesh.block() {
-            return block.kind.visit(Local { block, vertices: n });
+            return block.kind.visit(LocalityVisitor { block, vertices: n });
         }
         match d {
             3 if self.mesh.order() == 2 => is_local(&self.mesh.elements::<10>(), n, d),
@@ -246,12 +246,12 @@ impl BodyAssembly {
 }
 
 /// Whether the vertices of cells are near one another in memory.
-struct Local<'a> {
+struct LocalityVisitor<'a> {
     block: &'a CellBlock,
     vertices: usize,
 }
 
-impl CellVisitor for Local<'_> {
+impl CellVisitor for LocalityVisitor<'_> {
     type Output = bool;
 
     fn visit<const D: usize, const N: usize>(self, _: &'static Isoparametric<D, N>) -> bool {

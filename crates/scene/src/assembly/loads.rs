@@ -18,13 +18,13 @@ pub(super) struct LoadPlan {
     pub(super) name: String,
     key: &'static str,
     spec: Load,
-    on: On,
+    on: LoadTarget,
 }
 
 /// A point of the rest shape [m], and the shares of global vertices in what a field is there.
 type Shared = ([f64; 3], Vec<(u32, f64)>);
 
-enum On {
+enum LoadTarget {
     Vertices(Vec<u32>),
     Edges(Vec<[u32; 2]>),
     Triangles(Vec<[u32; 3]>),
@@ -55,16 +55,22 @@ pub(super) fn placed(
     placed
 }
 
-fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
+fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<LoadTarget, String> {
     let selection = load.selections().pop();
     if matches!(key, "traction" | "pressure") {
         let selection = selection.as_ref();
         return match (mesh.dimension, mesh.order()) {
-            (3, _) if mesh.block().is_some() => mesh.select_quadrilaterals(selection).map(On::Quadrilaterals),
-            (2, 1) => mesh.select_faces(selection).map(On::Edges),
-            (2, _) => mesh.select_faces::<2>(selection).map(|f| On::QuadraticEdges(mesh.quadratic_faces(&f))),
-            (_, 1) => mesh.select_faces(selection).map(On::Triangles),
-            _ => mesh.select_faces::<3>(selection).map(|f| On::QuadraticTriangles(mesh.quadratic_faces(&f))),
+            (3, _) if mesh.block().is_some() => {
+                mesh.select_quadrilaterals(selection).map(LoadTarget::Quadrilaterals)
+            }
+            (2, 1) => mesh.select_faces(selection).map(LoadTarget::Edges),
+            (2, _) => mesh
+                .select_faces::<2>(selection)
+                .map(|f| LoadTarget::QuadraticEdges(mesh.quadratic_faces(&f))),
+            (_, 1) => mesh.select_faces(selection).map(LoadTarget::Triangles),
+            _ => mesh
+                .select_faces::<3>(selection)
+                .map(|f| LoadTarget::QuadraticTriangles(mesh.quadratic_faces(&f))),
         }
         .map_err(|error| error.to_string());
     }
@@ -74,7 +80,7 @@ fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<On, String> {
     if key == "body_force" && mesh.element_dimension() < 2 {
         return Err("`body_force` is by the volume of cells, and this mesh has none".to_owned());
     }
-    Ok(On::Vertices(vertices))
+    Ok(LoadTarget::Vertices(vertices))
 }
 
 impl LoadPlan {
@@ -82,12 +88,12 @@ impl LoadPlan {
     pub(super) fn described(&self, held: &[u32]) -> String {
         let changes = if self.changes() { ", changes with time" } else { "" };
         match &self.on {
-            On::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
-            On::Edges(faces) => self.described_faces::<2, 2>(faces, held) + changes,
-            On::Triangles(faces) => self.described_faces::<3, 3>(faces, held) + changes,
-            On::Quadrilaterals(faces) => self.described_faces::<3, 4>(faces, held) + changes,
-            On::QuadraticEdges(faces) => self.described_faces::<2, 3>(faces, held) + changes,
-            On::QuadraticTriangles(faces) => self.described_faces::<3, 6>(faces, held) + changes,
+            LoadTarget::Vertices(vertices) => format!("{}: {} vertices{changes}", self.name, vertices.len()),
+            LoadTarget::Edges(faces) => self.described_faces::<2, 2>(faces, held) + changes,
+            LoadTarget::Triangles(faces) => self.described_faces::<3, 3>(faces, held) + changes,
+            LoadTarget::Quadrilaterals(faces) => self.described_faces::<3, 4>(faces, held) + changes,
+            LoadTarget::QuadraticEdges(faces) => self.described_faces::<2, 3>(faces, held) + changes,
+            LoadTarget::QuadraticTriangles(faces) => self.described_faces::<3, 6>(faces, held) + changes,
         }
     }
 
@@ -120,7 +126,7 @@ impl LoadPlan {
     ) -> Box<dyn EnergyTerm> {
         let global = |v: u32| numbering.internal(parts.first_vertex + v);
         match &self.on {
-            On::Vertices(vertices) => {
+            LoadTarget::Vertices(vertices) => {
                 let shares = |v: u32| match self.key {
                     "force" => vec![(v, 1.0 / vertices.len() as f64)],
                     "body_force" => parts.shares[v as usize].clone(),
@@ -136,11 +142,11 @@ impl LoadPlan {
                 let at = |(v, shares)| (point(rest, v, d), shares);
                 self.dead(samples.into_iter().map(at).collect(), rest, d)
             }
-            On::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
-            On::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),
-            On::Quadrilaterals(faces) => self.on_faces::<3, 4>(faces, global, held, rest),
-            On::QuadraticEdges(faces) => self.on_faces::<2, 3>(faces, global, held, rest),
-            On::QuadraticTriangles(faces) => self.on_faces::<3, 6>(faces, global, held, rest),
+            LoadTarget::Edges(faces) => self.on_faces::<2, 2>(faces, global, held, rest),
+            LoadTarget::Triangles(faces) => self.on_faces::<3, 3>(faces, global, held, rest),
+            LoadTarget::Quadrilaterals(faces) => self.on_faces::<3, 4>(faces, global, held, rest),
+            LoadTarget::QuadraticEdges(faces) => self.on_faces::<2, 3>(faces, global, held, rest),
+            LoadTarget::QuadraticTriangles(faces) => self.on_faces::<3, 6>(faces, global, held, rest),
         }
     }
 

@@ -48,7 +48,7 @@ fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
              without changing their volume, and are too stiff, the more the closer it is to 0.5; {remedy}"
         ));
     }
-    if let Some(Thin { thickness, length, cells }) = thin(&body.mesh) {
+    if let Some(SlenderBody { thickness, length, cells }) = thin(&body.mesh) {
         warnings.push(format!(
             "`{name}` bends too stiffly: {cells:.1} linear elements through its thickness of {thickness:.3e} m (from its surface along the \
              normal to the other side, over half of it or more), {:.1} times longer than thick; with n of them, as long as thick, \
@@ -81,7 +81,7 @@ fn remedy(material: &MaterialSpec) -> &'static str {
 }
 
 /// A slender body of few cells.
-struct Thin {
+struct SlenderBody {
     /// [m]
     thickness: f64,
     /// [m]
@@ -92,7 +92,7 @@ struct Thin {
 
 /// The thickness of a slender body with few cells through it: of the chords that are short beside the largest
 /// extent of the body, if they start from most of its surface, those in the middle of the order by cells.
-fn thin(mesh: &Mesh) -> Option<Thin> {
+fn thin(mesh: &Mesh) -> Option<SlenderBody> {
     let (lower, upper) = mesh.bounding_box();
     let length = lower.iter().zip(&upper).map(|(a, b)| b - a).fold(0.0, f64::max);
     let chords = mesh.chords(PLACES);
@@ -110,5 +110,5 @@ fn thin(mesh: &Mesh) -> Option<Thin> {
         left <= 0.0
     })?;
     let Chord { length: thickness, cells, .. } = *middle;
-    (cells < FEW * (1.0 - ROUNDING)).then_some(Thin { thickness, length, cells })
+    (cells < FEW * (1.0 - ROUNDING)).then_some(SlenderBody { thickness, length, cells })
 }

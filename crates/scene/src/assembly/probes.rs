@@ -57,7 +57,7 @@ fn one<const D: usize, const N: usize>(
                 };
                 Some((body, found?))
             });
-            let Some((body, Inside { cell, at, vertices, weights })) = inside else {
+            let Some((body, CellLocation { cell, at, vertices, weights })) = inside else {
                 return Err(Box::new(outside(spec, at, path, eligible())));
             };
             // Elements of the bodies before this one come first.
@@ -91,7 +91,7 @@ fn one<const D: usize, const N: usize>(
 }
 
 /// A place in a cell.
-struct Inside {
+struct CellLocation {
     cell: usize,
     at: Barycentric,
     /// The nodes of the cell, and their shape functions at the place.
@@ -100,9 +100,9 @@ struct Inside {
 }
 
 /// The cell in which a place at rest is deepest; `None` outside of all. `N` is the number of corners of a cell.
-fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<Inside> {
+fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<CellLocation> {
     if let Some(block) = mesh.block() {
-        return block.kind.visit(Deepest { mesh, block, at });
+        return block.kind.visit(DeepestCell { mesh, block, at });
     }
     match (D, mesh.order()) {
         (_, 1) => deepest::<D, N>(mesh, at),
@@ -112,7 +112,7 @@ fn containing<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option
 }
 
 /// The same for cells of `N` nodes.
-fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<Inside> {
+fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<CellLocation> {
     let mut best: Option<(f64, usize, [u32; N], Barycentric)> = None;
     for (number, cell) in mesh.elements::<N>().into_iter().enumerate() {
         let Some(lambda) = coordinates::<D, N>(mesh, &cell, at) else { continue };
@@ -123,20 +123,20 @@ fn deepest<const D: usize, const N: usize>(mesh: &Mesh, at: &[f64]) -> Option<In
     }
     best.map(|(_, cell, nodes, at)| {
         let weights = shape_functions::<D, N>(&at).to_vec();
-        Inside { cell, at, vertices: nodes.to_vec(), weights }
+        CellLocation { cell, at, vertices: nodes.to_vec(), weights }
     })
 }
 
 /// The same for cells of whatever kind is visited; `at` of the place are its coordinates in the reference
 /// cell.
-struct Deepest<'a> {
+struct DeepestCell<'a> {
     mesh: &'a Mesh,
     block: &'a CellBlock,
     at: &'a [f64],
 }
 
-impl CellVisitor for Deepest<'_> {
-    type Output = Option<Inside>;
+impl CellVisitor for DeepestCell<'_> {
+    type Output = Option<CellLocation>;
 
     fn visit<const D: usize, const N: usize>(self, kind: &'static Isoparametric<D, N>) -> Self::Output {
         let mut best: Option<(f64, usize, [f64; D])> = None;
@@ -152,13 +152,13 @@ impl CellVisitor for Deepest<'_> {
             let mut at = [0.0; 4];
             at[..D].copy_from_slice(&xi);
             let vertices = self.block.of::<N>()[cell].to_vec();
-            Inside { cell, at, vertices, weights: (kind.shape)(&xi).to_vec() }
+            CellLocation { cell, at, vertices, weights: (kind.shape)(&xi).to_vec() }
         })
     }
 }
 
 /// The triangle of a sheet in which a place is deepest, of those that are as near as half the thickness.
-fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<Inside> {
+fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<CellLocation> {
     let mut best: Option<(f64, usize, [u32; 3], [f64; 3])> = None;
     let reach = 0.5 * thickness + TOLERANCE * mesh.diagonal();
     for (number, cell) in mesh.triangles.iter().enumerate() {
@@ -180,7 +180,7 @@ fn in_sheet(mesh: &Mesh, thickness: f64, at: &[f64]) -> Option<Inside> {
     }
     best.map(|(_, cell, vertices, weights)| {
         let at = [weights[0], weights[1], weights[2], 0.0];
-        Inside { cell, at, vertices: vertices.to_vec(), weights: weights.to_vec() }
+        CellLocation { cell, at, vertices: vertices.to_vec(), weights: weights.to_vec() }
     })
 }
 

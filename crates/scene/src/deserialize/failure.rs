@@ -16,13 +16,13 @@ pub(super) struct ReadFailure(Box<FailureKind>);
 #[derive(Debug)]
 enum FailureKind {
     /// Said by serde, which does not know where it is.
-    Said(Said),
+    Said(FailureReason),
     /// Complete.
     Located(Problem),
 }
 
 #[derive(Debug)]
-enum Said {
+enum FailureReason {
     WrongType { found: String, expected: String },
     Missing(&'static str),
     Other(String),
@@ -35,7 +35,7 @@ impl ReadFailure {
 
     pub(super) fn unexpected<'de>(found: String, expected: &impl Visitor<'de>) -> ReadFailure {
         let expected = plain(&(expected as &dyn Expected).to_string());
-        ReadFailure(Box::new(FailureKind::Said(Said::WrongType { found, expected })))
+        ReadFailure(Box::new(FailureKind::Said(FailureReason::WrongType { found, expected })))
     }
 
     /// Adds the place, unless a value further inside has done so.
@@ -75,12 +75,12 @@ impl ReadFailure {
     }
 }
 
-impl Said {
+impl FailureReason {
     fn at(self, path: KeyPath) -> Problem {
         match self {
-            Said::WrongType { found, expected } => Problem::wrong_type(path, found, expected),
-            Said::Missing(field) => Problem::missing_field(&path, field),
-            Said::Other(message) => Problem::new(ProblemKind::Semantic, path, message),
+            FailureReason::WrongType { found, expected } => Problem::wrong_type(path, found, expected),
+            FailureReason::Missing(field) => Problem::missing_field(&path, field),
+            FailureReason::Other(message) => Problem::new(ProblemKind::Semantic, path, message),
         }
     }
 }
@@ -89,11 +89,11 @@ impl fmt::Display for ReadFailure {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &*self.0 {
             FailureKind::Located(problem) => formatter.write_str(&problem.message),
-            FailureKind::Said(Said::WrongType { found, expected }) => {
+            FailureKind::Said(FailureReason::WrongType { found, expected }) => {
                 write!(formatter, "expected {expected}, found {found}")
             }
-            FailureKind::Said(Said::Missing(field)) => write!(formatter, "missing field `{field}`"),
-            FailureKind::Said(Said::Other(message)) => formatter.write_str(message),
+            FailureKind::Said(FailureReason::Missing(field)) => write!(formatter, "missing field `{field}`"),
+            FailureKind::Said(FailureReason::Other(message)) => formatter.write_str(message),
         }
     }
 }
@@ -102,12 +102,12 @@ impl std::error::Error for ReadFailure {}
 
 impl de::Error for ReadFailure {
     fn custom<T: fmt::Display>(message: T) -> ReadFailure {
-        ReadFailure(Box::new(FailureKind::Said(Said::Other(message.to_string()))))
+        ReadFailure(Box::new(FailureKind::Said(FailureReason::Other(message.to_string()))))
     }
 
     fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> ReadFailure {
         let (found, expected) = (described(unexpected), plain(&expected.to_string()));
-        ReadFailure(Box::new(FailureKind::Said(Said::WrongType { found, expected })))
+        ReadFailure(Box::new(FailureKind::Said(FailureReason::WrongType { found, expected })))
     }
 
     fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> ReadFailure {
@@ -116,11 +116,11 @@ impl de::Error for ReadFailure {
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> ReadFailure {
         let (found, expected) = (format!("{length} entries"), plain(&expected.to_string()));
-        ReadFailure(Box::new(FailureKind::Said(Said::WrongType { found, expected })))
+        ReadFailure(Box::new(FailureKind::Said(FailureReason::WrongType { found, expected })))
     }
 
     fn missing_field(field: &'static str) -> ReadFailure {
-        ReadFailure(Box::new(FailureKind::Said(Said::Missing(field))))
+        ReadFailure(Box::new(FailureKind::Said(FailureReason::Missing(field))))
     }
 }
 

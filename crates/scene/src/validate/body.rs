@@ -31,7 +31,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     mesh::mesh(check, &path.key("mesh"), &body.mesh);
     transform::transform(check, path, body);
     let has = MeshCapabilities::of(&body.mesh, dimension).times(body.copies());
-    let made_of = MadeOf {
+    let made_of = BodyContents {
         elastic: body.elastic.is_some(),
         membrane: body.membrane.is_some(),
         springs: body.springs.is_some(),
@@ -176,13 +176,13 @@ impl MeshCapabilities {
 }
 
 /// Apart from the body, so that it can be tested without a material.
-pub(super) struct MadeOf {
+pub(super) struct BodyContents {
     pub(super) elastic: bool,
     pub(super) membrane: bool,
     pub(super) springs: bool,
 }
 
-impl MadeOf {
+impl BodyContents {
     pub(super) fn problems(
         &self,
         path: &KeyPath,
@@ -306,7 +306,7 @@ mod tests {
 
     fn messages(mesh: &MeshSpec, dimension: usize, elastic: bool, springs: bool) -> Vec<String> {
         let has = MeshCapabilities::of(mesh, Some(dimension));
-        let made_of = MadeOf { elastic, membrane: false, springs };
+        let made_of = BodyContents { elastic, membrane: false, springs };
         let problems = made_of.problems(&KeyPath::root(), mesh, has, Some(dimension), false);
         problems.into_iter().map(|problem| format!("{}: {}", problem.path, problem.message)).collect()
     }

@@ -18,7 +18,7 @@ const SAMPLE_RATE: u32 = 48_000;
 const PEAK: f64 = 0.891_250_938;
 
 /// What was written.
-pub(super) struct Heard {
+pub(super) struct WrittenSound {
     path: PathBuf,
     sound: Sound,
     vertex: usize,
@@ -33,7 +33,7 @@ pub(super) fn write(
     path: &Path,
     arguments: &ModesArguments,
     assembly: &mut Assembly,
-) -> Result<Heard, Failure> {
+) -> Result<WrittenSound, Failure> {
     let options = &arguments.sound;
     let asked = "the command line asks for both with a sound";
     let vertex = vertex_at(options.strike.as_ref().expect(asked), "--strike", assembly)?;
@@ -51,7 +51,7 @@ pub(super) fn write(
     let bytes = wav::encode(&samples, SAMPLE_RATE, options.bits)
         .map_err(|error| cannot_write(path, &error.to_string()))?;
     replace(path, &bytes).map_err(|error| cannot_write(path, &error.to_string()))?;
-    Ok(Heard {
+    Ok(WrittenSound {
         path: path.to_owned(),
         sound,
         vertex,
@@ -105,7 +105,7 @@ fn cannot_write(path: &Path, error: &str) -> Failure {
     Failure::failed("sound", format!("cannot write {}: {error}", path.display()))
 }
 
-impl Heard {
+impl WrittenSound {
     pub(super) fn describe(&self) -> String {
         let tones: Vec<String> = self.sound.partials.iter().map(|p| number(p.frequency)).collect();
         format!(

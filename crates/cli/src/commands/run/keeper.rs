@@ -38,7 +38,7 @@ impl Settings {
 }
 
 /// Keeps one checkpoint, the last.
-pub(crate) struct Keeper {
+pub(crate) struct CheckpointKeeper {
     path: PathBuf,
     scene: SavedScene,
     settings: Settings,
@@ -48,22 +48,22 @@ pub(crate) struct Keeper {
     last: Instant,
 }
 
-impl Keeper {
+impl CheckpointKeeper {
     /// A keeper of the checkpoint `path`.
     ///
     /// # Errors
     /// `path` is a directory or a device; a mesh file cannot be read.
-    pub(crate) fn new(path: &Path, settings: Settings, input: &Input) -> Result<Keeper, Failure> {
+    pub(crate) fn new(path: &Path, settings: Settings, input: &Input) -> Result<CheckpointKeeper, Failure> {
         Failure::unless_file(path)?;
         let scene = SavedScene::new(&input.source, &input.scene);
         let scene = scene.map_err(|error| Failure::checkpoint(&error))?;
         let now = Instant::now();
-        Ok(Keeper { path: path.to_owned(), scene, settings, table: None, started: now, last: now })
+        Ok(CheckpointKeeper { path: path.to_owned(), scene, settings, table: None, started: now, last: now })
     }
 
     /// Waits for the disk to have `table` before it keeps a checkpoint.
-    pub(crate) fn with_table(self, table: Option<&File>) -> Keeper {
-        Keeper { table: table.and_then(|table| table.try_clone().ok()), ..self }
+    pub(crate) fn with_table(self, table: Option<&File>) -> CheckpointKeeper {
+        CheckpointKeeper { table: table.and_then(|table| table.try_clone().ok()), ..self }
     }
 
     /// Removes the checkpoint of a run that is replaced: it does not fit the recording of this one.
@@ -103,7 +103,7 @@ impl Keeper {
     }
 }
 
-impl Checkpoints for Keeper {
+impl Checkpoints for CheckpointKeeper {
     fn is_due(&mut self, _: u64) -> bool {
         self.last.elapsed().as_secs_f64() >= self.settings.interval
     }

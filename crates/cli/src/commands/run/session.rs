@@ -13,7 +13,7 @@ use pliant_record::checkpoint::CheckpointFile;
 use pliant_scene::assembly::Assembly;
 
 use super::closing::{self, Closing};
-use super::keeper::Keeper;
+use super::keeper::CheckpointKeeper;
 use crate::failure::{ExitStatus, Failure, label};
 use crate::input::Input;
 use crate::progress::RunProgress;
@@ -27,7 +27,7 @@ pub(crate) struct Session {
     pub(crate) assembly: Assembly,
     pub(crate) recording: RunRecorder,
     pub(crate) table: Option<Table<File>>,
-    pub(crate) keeper: Option<Keeper>,
+    pub(crate) keeper: Option<CheckpointKeeper>,
     /// The checkpoint to go on from.
     pub(crate) from: Option<CheckpointFile>,
     /// Set by the signals that end a run.
@@ -44,7 +44,8 @@ impl Session {
         let mut progress = self.progress(terminal);
         let started = Instant::now();
         let summary = self.take_steps(&mut statistics, progress.as_mut())?;
-        let wall = started.elapsed() + self.keeper.as_ref().map(Keeper::earlier).unwrap_or_default();
+        let wall =
+            started.elapsed() + self.keeper.as_ref().map(CheckpointKeeper::earlier).unwrap_or_default();
         if let Some(progress) = progress {
             progress.clear();
         }

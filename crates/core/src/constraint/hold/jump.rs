@@ -1,6 +1,6 @@
 //! Jumps of prescribed motion.
 
-use super::{Hold, Moved};
+use super::{Hold, PrescribedMotion};
 use crate::constraint::motion::Moment;
 
 /// A motion is looked at more closely where a vertex goes farther than its velocities at both ends of a step
@@ -29,7 +29,7 @@ impl Hold {
     /// The largest jump of each vertex after the time `from`, at the latest at `to` [s]; `None` without any.
     /// A continuous motion is not looked at; a drive is one.
     pub(crate) fn jump(&self, from: f64, to: f64, dimension: usize) -> Option<Jump> {
-        let Moved { motion, start, rest } =
+        let PrescribedMotion { motion, start, rest } =
             self.motion.as_ref().filter(|moved| self.drive.is_none() && !moved.motion.is_continuous())?;
         let (before, after) = (motion.at(from), motion.at(to));
         let (mut when, mut size, mut coordinates) = (to, 0.0, vec![]);

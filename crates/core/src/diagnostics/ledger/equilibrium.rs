@@ -2,7 +2,7 @@
 
 use super::EnergyLedger;
 use crate::system::System;
-use crate::system::{Looked, Powers, feeds, power_of_motion};
+use crate::system::{PowerSelection, Powers, feeds, power_of_motion};
 
 /// The last equilibrium of a quasi-static run: without velocities, work is done between one equilibrium and
 /// the next, by the mean of the forces in both.
@@ -20,7 +20,7 @@ pub(super) struct Equilibrium {
 
 impl Equilibrium {
     /// Of the state `x` at `time` [s], at which `system` holds the force.
-    pub(super) fn of(system: &mut System, looked: Looked, time: f64, x: &[f64]) -> Self {
+    pub(super) fn of(system: &mut System, looked: PowerSelection, time: f64, x: &[f64]) -> Self {
         let mut loads = vec![];
         if looked.loads {
             loads.resize(x.len(), 0.0);
@@ -87,7 +87,7 @@ impl EnergyLedger {
         (last, now): (&Equilibrium, &Equilibrium),
         dx: &[f64],
     ) -> f64 {
-        let looked = Looked { loads: false, losses: false, ..self.looked };
+        let looked = PowerSelection { loads: false, losses: false, ..self.looked };
         if !looked.gravity {
             return 0.0;
         }

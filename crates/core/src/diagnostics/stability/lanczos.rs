@@ -17,7 +17,7 @@ const EIGENVALUE_TOLERANCE: f64 = 1e-7;
 const APPROXIMATE_TOLERANCE: f64 = 1e-4;
 
 /// The largest eigenvalue of `M^-1/2 A M^-1/2`.
-pub(super) struct Top {
+pub(super) struct LargestEigenvalue {
     /// NaN where products are not finite, as outside of the domain of a material, which has no Hessian there,
     /// and where the system was stopped.
     pub(super) value: f64,
@@ -36,7 +36,7 @@ pub(super) type Product<'a> = &'a mut dyn FnMut(&mut System, &[f64], &mut [f64])
 
 /// What is asked of an iteration.
 #[derive(Clone, Copy)]
-pub(super) struct Wanted {
+pub(super) struct LanczosGoal {
     /// Whether the eigenvector is.
     pub(super) vector: bool,
     /// What eigenvalues and their errors are compared with besides the largest: a norm of the matrix where
@@ -46,15 +46,25 @@ pub(super) struct Wanted {
     pub(super) tolerance: f64,
 }
 
-impl Wanted {
+impl LanczosGoal {
     /// The value, as exactly as it is needed for a limit.
-    pub(super) const VALUE: Wanted = Wanted { vector: false, norm: 0.0, tolerance: EIGENVALUE_TOLERANCE };
+    pub(super) const VALUE: LanczosGoal =
+        LanczosGoal { vector: false, norm: 0.0, tolerance: EIGENVALUE_TOLERANCE };
 }
 
-pub(super) fn largest_eigenvalue(system: &mut System, wanted: Wanted, product: Product<'_>) -> Top {
+pub(super) fn largest_eigenvalue(
+    system: &mut System,
+    wanted: LanczosGoal,
+    product: Product<'_>,
+) -> LargestEigenvalue {
     let scale = scale(system);
-    let mut top =
-        Top { value: 0.0, error: 0.0, products: 0, approximate: false, vector: vec![0.0; scale.len()] };
+    let mut top = LargestEigenvalue {
+        value: 0.0,
+        error: 0.0,
+        products: 0,
+        approximate: false,
+        vector: vec![0.0; scale.len()],
+    };
     let mut q: Vec<f64> =
         (0..scale.len()).map(|i| if scale[i] > 0.0 { start_component(i) } else { 0.0 }).collect();
     let length = norm(&q);
@@ -71,7 +81,7 @@ pub(super) fn largest_eigenvalue(system: &mut System, wanted: Wanted, product: P
             scaled[i] = scale[i] * q[i];
         }
         if system.is_stopped() {
-            return Top { value: f64::NAN, approximate: false, ..top };
+            return LargestEigenvalue { value: f64::NAN, approximate: false, ..top };
         }
         top.approximate = product(system, &scaled, &mut w);
         if top.approximate || wanted.vector {
@@ -89,7 +99,7 @@ pub(super) fn largest_eigenvalue(system: &mut System, wanted: Wanted, product: P
         }
         let b = norm(&w);
         if !(a + b).is_finite() {
-            return Top { value: f64::NAN, approximate: false, ..top };
+            return LargestEigenvalue { value: f64::NAN, approximate: false, ..top };
         }
         let check = step % 5 == 4 || step + 1 == MAX_LANCZOS_STEPS;
         let exhausted = b <= f64::EPSILON * alpha.iter().fold(wanted.norm, |m: f64, a| m.max(a.abs()));

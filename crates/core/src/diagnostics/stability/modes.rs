@@ -1,6 +1,6 @@
 //! The modes that a linearised system has, as far as the stability of a scheme depends on them.
 
-use super::lanczos::{Wanted, largest_eigenvalue, norm, rayleigh_quotient, scale};
+use super::lanczos::{LanczosGoal, largest_eigenvalue, norm, rayleigh_quotient, scale};
 use crate::system::System;
 
 /// Bound of the error of points of the boundary, as a part of the largest.
@@ -27,7 +27,7 @@ pub struct HighestFrequency {
 /// of that is the bound.
 pub fn largest_frequency(system: &mut System, x: &[f64]) -> HighestFrequency {
     let mut stiffness = |system: &mut System, p: &[f64], y: &mut [f64]| system.stiffness_product(x, p, y);
-    let mut top = largest_eigenvalue(system, Wanted::VALUE, &mut stiffness);
+    let mut top = largest_eigenvalue(system, LanczosGoal::VALUE, &mut stiffness);
     system.end_stiffness_products();
     if top.approximate {
         let scale = scale(system);
@@ -84,7 +84,7 @@ pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
         system.damping_product(x, v, p, y);
         false
     };
-    let damping = largest_eigenvalue(system, Wanted::VALUE, &mut product).value;
+    let damping = largest_eigenvalue(system, LanczosGoal::VALUE, &mut product).value;
     if damping.is_nan() || damping <= 0.0 {
         return free;
     }
@@ -169,7 +169,7 @@ impl Boundary<'_> {
             y.iter_mut().zip(&damped).for_each(|(y, c)| *y = weights[0] * *y + weights[1] * c);
             false
         };
-        let wanted = Wanted { vector: true, norm: 1.0, tolerance: BOUNDARY_TOLERANCE };
+        let wanted = LanczosGoal { vector: true, norm: 1.0, tolerance: BOUNDARY_TOLERANCE };
         let top = largest_eigenvalue(self.system, wanted, &mut product);
         if !(top.value.is_finite() && norm(&top.vector) > 0.0) {
             return None;

@@ -13,7 +13,7 @@
 //! Equations II*, section IV.12. Where it is as large as what moves in the step, the stages are no
 //! approximation of a motion.
 
-use super::super::implicit::Next;
+use super::super::implicit::NextState;
 use super::CollocationTableau;
 use crate::energy::EnergyTerm;
 use crate::solver::{SolveError, SolveFailure, StepFault, scene_size};
@@ -75,7 +75,7 @@ impl StageEnergy {
 
     /// Whether prescribed motion jumped on the way to `end`, by more than a length of `least` [m]: the energy
     /// that it gave is none of the stages'.
-    fn has_jumped(&self, system: &System, state: &State, end: &Next, least: f64) -> bool {
+    fn has_jumped(&self, system: &System, state: &State, end: &NextState, least: f64) -> bool {
         let moved = (0..self.way.len()).filter(|n| system.inverse_mass()[*n] == 0.0);
         moved.map(|n| (end.x[n] - state.x()[n], self.way[n])).any(|(moved, way)| {
             let beside = (moved - way).abs();
@@ -92,7 +92,7 @@ impl StageEnergy {
         system: &mut System,
         state: &State,
         h: f64,
-        end: &Next,
+        end: &NextState,
         size: Option<f64>,
     ) -> Result<(), StepFault> {
         let now = system.potential_of(has_potential, &end.x);

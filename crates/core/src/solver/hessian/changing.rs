@@ -19,7 +19,7 @@ pub(super) struct Changing<const D: usize> {
     /// Version of the stencils that the plans are for.
     version: Option<u64>,
     /// The whole matrix; none as long as no stencil has been found.
-    whole: Option<Whole<D>>,
+    whole: Option<ExtendedMatrix<D>>,
     /// One for each list of each term.
     plans: Vec<ListPlan<D>>,
     /// How often the pattern of the whole matrix has been made.
@@ -27,7 +27,7 @@ pub(super) struct Changing<const D: usize> {
 }
 
 /// A matrix with the blocks of the fixed one, and others.
-struct Whole<const D: usize> {
+struct ExtendedMatrix<const D: usize> {
     matrix: BlockMatrix<D>,
     /// Where each block of the fixed matrix is.
     place: Vec<u32>,
@@ -100,7 +100,7 @@ impl<const D: usize> Changing<D> {
 
     /// A matrix with room for the blocks of the fixed one, of all stencils, and of those before, unless these
     /// are many.
-    fn with_room(&self, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) -> Whole<D> {
+    fn with_room(&self, fixed: &BlockMatrix<D>, is_held: impl Fn(u32) -> bool) -> ExtendedMatrix<D> {
         let mut keys = vec![];
         for plan in &self.plans {
             for stencil in plan.stencils.vertices.chunks_exact(plan.stencils.size) {
@@ -132,7 +132,7 @@ impl<const D: usize> Changing<D> {
             let columns = fixed.column[blocks_of(fixed, row)].iter();
             place.extend(columns.map(|c| find(&matrix, row as u32, *c).expect("all blocks of it are there")));
         }
-        Whole { matrix, place }
+        ExtendedMatrix { matrix, place }
     }
 
     /// Fills the whole matrix: the fixed one, and the blocks of all stencils, each times its factor.
@@ -145,7 +145,7 @@ impl<const D: usize> Changing<D> {
         held: &[bool],
     ) {
         self.include(system, fixed, held);
-        let Some(Whole { matrix, place }) = &mut self.whole else { return };
+        let Some(ExtendedMatrix { matrix, place }) = &mut self.whole else { return };
         matrix.value.fill([[0.0; D]; D]);
         place.iter().zip(&fixed.value).for_each(|(place, block)| matrix.value[*place as usize] = *block);
         for plan in &mut self.plans {

@@ -137,8 +137,14 @@ impl<const D: usize> Newton<D> {
         };
         let iterations = 10 * right.len() as u64 + 1000;
         self.cg.set_stop(stop);
-        let report =
-            self.cg.solve::<D>(product, &mut Nothing, &right, &mut solution, CG_TOLERANCE, iterations);
+        let report = self.cg.solve::<D>(
+            product,
+            &mut NoPreconditioner,
+            &right,
+            &mut solution,
+            CG_TOLERANCE,
+            iterations,
+        );
         (self.direction, self.solution) = (solution, right);
         self.work.cg_iterations += report.iterations;
         match report.end {
@@ -151,9 +157,9 @@ impl<const D: usize> Newton<D> {
 }
 
 /// No preconditioner.
-struct Nothing;
+struct NoPreconditioner;
 
-impl<const D: usize> Preconditioner<D> for Nothing {
+impl<const D: usize> Preconditioner<D> for NoPreconditioner {
     fn update(&mut self, _: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
         Ok(())
     }

@@ -203,7 +203,11 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Solves for the direction: the slope along it, NaN where there is none, and whether it is truncated.
-    fn direction(&mut self, solve: &mut NewtonSolve<'_>, old_matrix: bool) -> Result<(f64, bool), SolveFailure> {
+    fn direction(
+        &mut self,
+        solve: &mut NewtonSolve<'_>,
+        old_matrix: bool,
+    ) -> Result<(f64, bool), SolveFailure> {
         let NewtonSolve { system, objective, at, psd, forcing, .. } = solve;
         let found = self.solve_linear(system, objective, at, *psd, (old_matrix, *forcing));
         let truncated = matches!(found, Direction::Truncated);

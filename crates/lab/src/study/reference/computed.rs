@@ -1,7 +1,7 @@
 //! References by computing: two schemes of different families, each extrapolated to step zero, that must agree.
 
 use super::super::plan::{Contender, TimeStepping};
-use super::super::trajectory::{StateSamples, Watched};
+use super::super::trajectory::{StateSamples, WatchedRun};
 use super::{Reference, ReferenceSearch};
 use crate::study::{Event, StudyError};
 use pliant::integrator::IntegratorSpec;
@@ -17,7 +17,7 @@ const ROUNDING: f64 = 2e-14;
 const RESOLVED: f64 = 1e-7;
 
 /// What one scheme found.
-struct Found {
+struct SchemeResult {
     name: &'static str,
     steps: u64,
     trajectory: StateSamples,
@@ -34,7 +34,7 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
         || search.scene.body.iter().any(|body| body.damping.is_some())
         || !search.scene.world.walls.is_empty();
     let explicit = if damped { IntegratorSpec::Rk4 } else { IntegratorSpec::Yoshida4 };
-    let (mut found, mut reached): (Vec<Found>, Vec<String>) = (vec![], vec![]);
+    let (mut found, mut reached): (Vec<SchemeResult>, Vec<String>) = (vec![], vec![]);
     for (spec, until) in [(explicit, 0.5), (IntegratorSpec::Gauss2, 1.0)] {
         let scheme = Contender::from(spec);
         let symmetric = spec != IntegratorSpec::Rk4 && !damped;
@@ -80,7 +80,7 @@ fn extrapolate(
     scheme: Contender,
     symmetric: bool,
     [refine, give_up]: [f64; 2],
-) -> Result<Result<Found, String>, StudyError> {
+) -> Result<Result<SchemeResult, String>, StudyError> {
     let grid = search.grid();
     let mut scene = search.scene.clone();
     if scheme.method.documentation.solves > 0 {
@@ -94,7 +94,7 @@ fn extrapolate(
     let mut parts = if limit.is_finite() { grid.parts(0.5 * limit).next_power_of_two() } else { 1 };
     // Each level's extrapolations, the highest last.
     let mut last: Vec<StateSamples> = vec![];
-    let (mut best, mut worse) = (None::<Found>, 0);
+    let (mut best, mut worse) = (None::<SchemeResult>, 0);
     let mut cost: f64 = 0.0;
     let mut reached = format!("{} was not tried", scheme.name());
     for _ in 0..MOST_LEVELS {
@@ -134,7 +134,7 @@ fn extrapolate(
                     _ => {
                         worse = 0;
                         let trajectory = fine.clone();
-                        best = Some(Found { name: scheme.name(), steps, trajectory, error });
+                        best = Some(SchemeResult { name: scheme.name(), steps, trajectory, error });
                     }
                 }
                 // Fast motions that steps do not resolve leave errors that neither fall nor rise for a while.
@@ -153,7 +153,7 @@ fn extrapolate(
 }
 
 /// The next row of the tableau from the last one and a run at half the step.
-fn tableau(last: &[StateSamples], run: Watched, order: u32, symmetric: bool) -> Vec<StateSamples> {
+fn tableau(last: &[StateSamples], run: WatchedRun, order: u32, symmetric: bool) -> Vec<StateSamples> {
     let mut row = vec![run.trajectory];
     for (j, coarse) in last.iter().enumerate() {
         let power = order + if symmetric { 2 } else { 1 } * j as u32;

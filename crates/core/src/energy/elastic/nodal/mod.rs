@@ -59,7 +59,7 @@ pub fn nodal_integration<const D: usize, const N: usize>(
     let [at_nodes, in_elements] = material.split(stabilisation)?;
     let whole = material.visit::<D, _>(OnBlocks);
     let nodes = Arc::new(Nodes { rings: NodeRings::new(elements, rest), whole });
-    let plain = Plain { body, stress, elements, rest };
+    let plain = ElementMaker { body, stress, elements, rest };
     let mut elements: Elastic<D, N> = in_elements.visit::<D, _>(plain);
     elements.nodes = Some(nodes.clone());
     let count = nodes.rings.count();
@@ -89,14 +89,14 @@ impl<const D: usize> MaterialVisitor<D> for OnBlocks {
 }
 
 /// Ordinary elements of any material.
-struct Plain<'a, const N: usize> {
+struct ElementMaker<'a, const N: usize> {
     body: &'a str,
     stress: Stress,
     elements: &'a [[u32; N]],
     rest: &'a [f64],
 }
 
-impl<const D: usize, const N: usize> MaterialVisitor<D> for Plain<'_, N> {
+impl<const D: usize, const N: usize> MaterialVisitor<D> for ElementMaker<'_, N> {
     type Output = Elastic<D, N>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output {
