@@ -489,3 +489,57 @@ def test_nothing_is_kept_alive() -> None:
     gc.collect()
     assert gone() is None
     assert sys.getrefcount(view) == 2
+
+
+CLAMPED = """
+dimension = 2
+time = { integrator = "rk4", step = 1e-4, duration = 1.0 }
+[[body]]
+name = "arm"
+mesh = { grid = { cells = [2, 1], spacing = 0.1 } }
+elastic = { corotated = { young = 1e4, poisson = 0.3 } }
+mass = { density = 1000.0 }
+pin = [{ name = "clamp", vertices = [0, 3] }]
+"""
+
+
+def test_a_pin_is_steered():
+    simulation = pliant.Simulation(pliant.Scene.from_toml(CLAMPED))
+    start = simulation.positions[[0, 3]]
+    assert simulation.pins == ["arm/clamp"]
+    simulation.move("arm/clamp", [0.0, 0.02], over=0.01)
+    simulation.step(50)
+    # Half of the way: the cubic polynomial is symmetric.
+    np.testing.assert_allclose(simulation.positions[[0, 3]] - start, [[0.0, 0.01]] * 2, atol=1e-13)
+    again = pickle.loads(pickle.dumps(simulation))
+    simulation.step(100)
+    again.step(100)
+    assert (again.positions == simulation.positions).all()
+    np.testing.assert_allclose(simulation.positions[[0, 3]] - start, [[0.0, 0.02]] * 2, atol=1e-13)
+    # A quarter of a turn about the middle of what is held, and on with 3 rad/s and 1 m/s.
+    pose = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.02], [0.0, 0.0, 1.0]])
+    simulation.move("arm/clamp", pose, ([1.0, 0.0], 3.0), over=0.02)
+    simulation.step(200)
+    middle = start.mean(axis=0)
+    arm = (start - middle) @ pose[:2, :2].T
+    np.testing.assert_allclose(simulation.positions[[0, 3]], middle + [0.0, 0.02] + arm, atol=1e-12)
+    velocity = np.array([1.0, 0.0]) + 3.0 * np.column_stack([-arm[:, 1], arm[:, 0]])
+    np.testing.assert_allclose(simulation.velocities[[0, 3]], velocity, atol=1e-10)
+    # A change of the scene does not end it.
+    simulation.set_material("arm", young=2e4)
+    simulation.step(100)
+    np.testing.assert_allclose(
+        simulation.positions[[0, 3]].mean(axis=0), middle + [0.01, 0.02], atol=1e-12
+    )
+
+
+def test_what_cannot_be_steered_is_said():
+    simulation = pliant.Simulation(pliant.Scene.from_toml(CLAMPED))
+    with pytest.raises(KeyError, match="there is no pin `grip` that holds"):
+        simulation.move("grip", [0.0, 0.1])
+    with pytest.raises(ValueError, match="displacement of a pin"):
+        simulation.move("arm/clamp", [0.0, 0.1, 0.2])
+    with pytest.raises(ValueError, match="a rotation and a displacement"):
+        simulation.move("arm/clamp", 2.0 * np.eye(3))
+    with pytest.raises(ValueError, match="positive time"):
+        simulation.move("arm/clamp", [0.0, 0.1], over=0.0)
