@@ -17,7 +17,7 @@ pub enum KeySegment {
 /// The way from the top of a scene to one of its values.
 ///
 /// ```
-/// use crate::KeyPath;
+/// use pliant_scene::KeyPath;
 /// let path = KeyPath::root().key("body").index(0).key("mesh");
 /// assert_eq!(path.to_string(), "body.0.mesh");
 /// assert_eq!("body.0.mesh".parse(), Ok(path));

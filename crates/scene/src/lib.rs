@@ -4,7 +4,7 @@
 //! column of that path when there is an error to show, and only then.
 //!
 //! ```
-//! use crate::Scene;
+//! use pliant_scene::Scene;
 //! let error = Scene::from_toml("dimension = 2\n[time]\nstep = 'small'").unwrap_err();
 //! assert_eq!((error.line(), error.column()), (Some(3), Some(8)));
 //! ```

@@ -1,7 +1,7 @@
 //! Scenes that differ in chosen values: sweeps over materials, meshes, solvers, anything that has a key.
 //!
 //! ```
-//! use crate::vary;
+//! use pliant_scene::vary;
 //! let text = "dimension = 2
 //! time = { integrator = 'rk4', step = 1e-3, duration = 1.0 } # short
 //! [[body]]
