@@ -129,8 +129,8 @@ fn an_interrupted_run_goes_on_as_if_it_had_not_been() {
     }
 }
 
-/// While it computes, while it writes a checkpoint, while it goes on from one: wherever that is. The run is so
-/// long that a fast machine has not finished before the last kill.
+/// While it computes, while it writes a checkpoint, while it goes on from one: wherever that is. The run is
+/// so long that a fast machine has not finished before the last kill.
 #[test]
 fn a_run_killed_again_and_again_ends_as_if_it_had_not_been() {
     let scene =

@@ -1,9 +1,9 @@
 //! Mistakes in values that a scene writes as texts with an inner form: quantities and formulas.
 //!
-//! serde has no way to say where in a text a mistake is. The types of [`pliant::value`] therefore ask for such
-//! values by a name that the scene's own reader knows ([`TextForm::named`]); it then checks the text itself
-//! and reports with the place. Other deserializers pass the name over and get the same message without the
-//! place.
+//! serde has no way to say where in a text a mistake is. The types of [`pliant::value`] therefore ask for
+//! such values by a name that the scene's own reader knows ([`TextForm::named`]); it then checks the text
+//! itself and reports with the place. Other deserializers pass the name over and get the same message without
+//! the place.
 
 use super::error::{Problem, ProblemKind, shortened};
 use super::key_path::KeyPath;

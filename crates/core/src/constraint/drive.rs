@@ -44,9 +44,9 @@ impl Waypoint {
 /// `x(t) = c + u(t) + R(t) (x_start - c)`, `c` the mean of the starts.
 ///
 /// `u` is the cubic polynomial that has both displacements and velocities (Hermite's), and so is the rotation
-/// vector `phi` of `R(t) = exp(phi(t)) R_begin`: position and velocity are continuous. The angular velocity is
-/// `J(phi) phi'`, `J` the left Jacobian of the rotations (Sola, Deray, Atchuthan 2018, *A micro Lie theory for
-/// state estimation in robotics*, equations 145 and 146). It turns the shorter way.
+/// vector `phi` of `R(t) = exp(phi(t)) R_begin`: position and velocity are continuous. The angular velocity
+/// is `J(phi) phi'`, `J` the left Jacobian of the rotations (Sola, Deray, Atchuthan 2018, *A micro Lie theory
+/// for state estimation in robotics*, equations 145 and 146). It turns the shorter way.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Drive {
     /// When it begins and when it arrives [s].

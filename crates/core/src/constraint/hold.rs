@@ -66,8 +66,8 @@ impl Hold {
         self
     }
 
-    /// Moves what is held; `start` and `rest` are the flat positions of all vertices at the start and at rest, in `dimension`
-    /// dimensions [m].
+    /// Moves what is held; `start` and `rest` are the flat positions of all vertices at the start and at
+    /// rest, in `dimension` dimensions [m].
     ///
     /// # Panics
     /// If a vertex of the hold is in neither.
@@ -136,8 +136,8 @@ impl Hold {
         self.drive = drive;
     }
 
-    /// Starts of its vertices [m] and its pose from there at `time` [s]. A motion that is none of a rigid body
-    /// starts where its vertices are in `x`, and so does what stays.
+    /// Starts of its vertices [m] and its pose from there at `time` [s]. A motion that is none of a rigid
+    /// body starts where its vertices are in `x`, and so does what stays.
     pub(crate) fn pose(&self, time: f64, dimension: usize, x: &[f64]) -> (Vec<[f64; 3]>, Waypoint) {
         if let Some(drive) = &self.drive {
             return (drive.starts().to_vec(), drive.at(time));
@@ -173,7 +173,8 @@ impl Hold {
         self.vertices.iter().flat_map(move |v| axes().map(move |c| *v as usize * dimension + c))
     }
 
-    /// Writes the positions [m] and velocities [m/s] at `time` [s] of what moves into flat arrays; whether they are finite.
+    /// Writes the positions [m] and velocities [m/s] at `time` [s] of what moves into flat arrays; whether
+    /// they are finite.
     pub(crate) fn prescribe(&self, time: f64, dimension: usize, x: &mut [f64], v: &mut [f64]) -> bool {
         if let Some(drive) = &self.drive {
             return self.put(drive.places(&drive.at(time)), dimension, x, v);

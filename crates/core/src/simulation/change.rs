@@ -9,8 +9,8 @@ use crate::energy::load::{ExternalForce, ExternalForces};
 const EXTERNAL: &str = "forces from outside";
 
 impl Simulation {
-    /// Puts the vertices, in the order of the scene, at `x`, flat `(n, dimension)` [m], but for coordinates on prescribed motion. What is
-    /// held is held where it is put.
+    /// Puts the vertices, in the order of the scene, at `x`, flat `(n, dimension)` [m], but for coordinates
+    /// on prescribed motion. What is held is held where it is put.
     ///
     /// # Panics
     /// If `x` has not the length of the state's.
@@ -24,7 +24,8 @@ impl Simulation {
         }
     }
 
-    /// Gives the vertices, in the order of the scene, the velocities `v`, flat `(n, dimension)` [m/s], but for held coordinates.
+    /// Gives the vertices, in the order of the scene, the velocities `v`, flat `(n, dimension)` [m/s], but
+    /// for held coordinates.
     ///
     /// # Panics
     /// If `v` has not the length of the state's.
@@ -40,9 +41,9 @@ impl Simulation {
     /// Goes on from the present state with the equations, the scheme and the step of `other`: an assembly of
     /// the same bodies with other parameters. Loads and motions that depend on time are at the present time;
     /// a pin whose motion is another one goes on from where it is, with the displacement and the rotation
-    /// that the new motion makes from now on; pins that are steered still are. The balance of energy begins anew, as after
-    /// [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added to the
-    /// simulation itself, forces from outside and pins, is gone: it is not in `other`.
+    /// that the new motion makes from now on; pins that are steered still are. The balance of energy begins
+    /// anew, as after [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added
+    /// to the simulation itself, forces from outside and pins, is gone: it is not in `other`.
     ///
     /// # Panics
     /// If `other` has other vertices: it then is not of the same bodies.
@@ -88,8 +89,8 @@ impl Simulation {
         self.changed();
     }
 
-    /// Holds the coordinates of these vertices, in the order of the scene, along these of the axes x, y, z where they are now, under a
-    /// name by which they can be [released](Self::release).
+    /// Holds the coordinates of these vertices, in the order of the scene, along these of the axes x, y, z
+    /// where they are now, under a name by which they can be [released](Self::release).
     pub fn pin(&mut self, name: &str, vertices: &[u32], axes: [bool; 3]) {
         let vertices = vertices.iter().map(|v| self.numbering.internal(*v)).collect();
         self.system.hold(Hold::new(name, vertices).along(axes));

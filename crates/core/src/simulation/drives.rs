@@ -39,12 +39,13 @@ impl Simulation {
         Some(hold.pose(self.state.time, d, self.state.x()).1)
     }
 
-    /// Steers a pin: from where it is, with the velocity that it has, to `target` within `over` [s], and on with
-    /// the velocities of `target`, until it is steered anew or lets go. Positions and velocities are continuous.
+    /// Steers a pin: from where it is, with the velocity that it has, to `target` within `over` [s], and on
+    /// with the velocities of `target`, until it is steered anew or lets go. Positions and velocities are
+    /// continuous.
     ///
-    /// The pose is that of a rigid body from where the vertices of the pin started: in the scene, or, of a pin
-    /// that was still or deforms, where they are when it is steered first. In two dimensions it lies in the
-    /// plane. Coordinates that the pin does not hold are not moved.
+    /// The pose is that of a rigid body from where the vertices of the pin started: in the scene, or, of a
+    /// pin that was still or deforms, where they are when it is steered first. In two dimensions it lies in
+    /// the plane. Coordinates that the pin does not hold are not moved.
     ///
     /// # Errors
     /// [`MoveError`]; nothing has changed then.

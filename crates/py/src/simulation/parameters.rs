@@ -269,18 +269,20 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// changes : dict
-    ///     New values by their paths, as `Scene.with_changes` has them: ``{"body.0.elastic.corotated.young": 1e5}``, ``{"world.gravity":
-    ///     [0.0, 0.0]}``, ``{"time.step": 1e-4}``.
+    ///     New values by their paths, as `Scene.with_changes` has them: ``{"body.0.elastic.corotated.young":
+    ///     1e5}``, ``{"world.gravity": [0.0, 0.0]}``, ``{"time.step": 1e-4}``.
     ///
     /// Raises
     /// ------
     /// SceneError
-    ///     The changed scene cannot be simulated, because its step is now above the stability limit, say. Nothing has changed then.
+    ///     The changed scene cannot be simulated, because its step is now above the stability limit, say.
+    ///     Nothing has changed then.
     /// ValueError
     ///     A change says how a simulation starts (meshes, initial positions and velocities).
     ///
     /// Notes
-    /// ----- The scene is assembled anew, which takes as long as making a simulation; forces and pins are set
+    /// -----
+    /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set
     /// without. The balance of energy (``balance.*`` in `energy`) begins anew. A pin whose motion is changed
     /// goes on from where it is, by what the new motion does from now on.
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
@@ -338,9 +340,9 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray or callable or None: Forces on all vertices [N] beside those of the scene: an array of shape (n, dim), which acts until
-    /// it is set anew, or a function ``f(time, positions)`` that returns one, called at every evaluation of the force. Their work is energy
-    /// that comes in.
+    /// ndarray or callable or None: Forces on all vertices [N] beside those of the scene: an array of shape
+    /// (n, dim), which acts until it is set anew, or a function ``f(time, positions)`` that returns one,
+    /// called at every evaluation of the force. Their work is energy that comes in.
     #[getter]
     fn external_forces(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         Ok(self.lock()?.additions.force.as_ref().map(|force| force.clone_ref(py)))
@@ -424,9 +426,9 @@ impl PySimulation {
     /// name : str
     ///     That `pin` returned, or ``body/pin`` of a pin of the scene.
     /// pose : array_like, optional
-    ///     Displacement [m], of shape (dim,), or a homogeneous matrix of shape (dim + 1, dim + 1), from where the
-    ///     vertices of the pin started, about their mean there. A pin that was still starts where it is steered
-    ///     first. Without a pose it goes where `velocity` leads.
+    ///     Displacement [m], of shape (dim,), or a homogeneous matrix of shape (dim + 1, dim + 1), from where
+    ///     the vertices of the pin started, about their mean there. A pin that was still starts where it is
+    ///     steered first. Without a pose it goes where `velocity` leads.
     /// velocity : array_like or tuple, optional
     ///     Velocity on arrival [m/s], of shape (dim,), or a pair of it and the angular velocity [rad/s], one
     ///     number in two dimensions, three in three. Zero if it is left out.
@@ -442,9 +444,9 @@ impl PySimulation {
     ///
     /// Notes
     /// -----
-    /// Position and velocity of the pin are continuous: its way is the cubic polynomial between both ends, its
-    /// rotation vector likewise. It goes on with `velocity` until it is steered anew. Checkpoints and copies
-    /// know of it; `restore` of an earlier state ends it.
+    /// Position and velocity of the pin are continuous: its way is the cubic polynomial between both ends,
+    /// its rotation vector likewise. It goes on with `velocity` until it is steered anew. Checkpoints and
+    /// copies know of it; `restore` of an earlier state ends it.
     ///
     /// Examples
     /// --------
@@ -506,8 +508,8 @@ impl PySimulation {
         Ok(self.lock()?.simulation.pin_names())
     }
 
-    /// list of float: Gravity of the scene [m/s^2], or texts where it is a formula of time; zero where the scene has none. What is assigned
-    /// changes ``world.gravity``, as by `set`.
+    /// list of float: Gravity of the scene [m/s^2], or texts where it is a formula of time; zero where the
+    /// scene has none. What is assigned changes ``world.gravity``, as by `set`.
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock()?;

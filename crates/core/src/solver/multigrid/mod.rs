@@ -1,10 +1,10 @@
 //! A preconditioner that takes about the same number of iterations for a mesh of any size: multigrid.
 //!
-//! Errors that vary slowly from vertex to vertex, which a smoother hardly touches, are solved for on coarser levels. Each is the
-//! Galerkin product `P^T A P` of the one before; `P` interpolates from a lattice of twice the spacing (`lattice.rs`), and is made
-//! once from positions and structure. One application is a symmetric V-cycle with Chebyshev smoothing (`smoother.rs`), in single
-//! precision, and a sparse Cholesky solution where few unknowns are left. Briggs, Henson, McCormick 2000, *A multigrid tutorial*,
-//! chapters 3 and 10.
+//! Errors that vary slowly from vertex to vertex, which a smoother hardly touches, are solved for on coarser
+//! levels. Each is the Galerkin product `P^T A P` of the one before; `P` interpolates from a lattice of twice
+//! the spacing (`lattice.rs`), and is made once from positions and structure. One application is a symmetric
+//! V-cycle with Chebyshev smoothing (`smoother.rs`), in single precision, and a sparse Cholesky solution
+//! where few unknowns are left. Briggs, Henson, McCormick 2000, *A multigrid tutorial*, chapters 3 and 10.
 
 mod coarsest;
 pub mod galerkin;
@@ -68,9 +68,10 @@ impl<const D: usize> Multigrid<D> {
         &self.levels[level].coarse
     }
 
-    /// The levels for matrices of the structure of `matrix`, whose vertices are at `x` (flat). `held` says of every coordinate
-    /// whether its row and column are zero but for the diagonal; a vertex that is held in all its coordinates has no other block.
-    /// `None` where the factor of the coarsest level would not fit memory.
+    /// The levels for matrices of the structure of `matrix`, whose vertices are at `x` (flat). `held` says of
+    /// every coordinate whether its row and column are zero but for the diagonal; a vertex that is held in
+    /// all its coordinates has no other block. `None` where the factor of the coarsest level would not fit
+    /// memory.
     pub fn new(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool]) -> Option<Self> {
         Self::until(matrix, x, held, &Stop::default())
     }
@@ -188,7 +189,8 @@ impl HeldCoordinates {
         HeldCoordinates { inverse: vec![1.0; coordinates.len()], coordinates, mask }
     }
 
-    /// Byte of each vertex, whose bit `k` says that component `k` is held; empty where no vertex is held in part.
+    /// Byte of each vertex, whose bit `k` says that component `k` is held; empty where no vertex is held in
+    /// part.
     pub fn mask(&self) -> &[u8] {
         &self.mask
     }
