@@ -340,8 +340,8 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray or callable or None: Forces on all vertices [N] beside those of the scene: an array of shape
-    /// (n, dim), which acts until it is set anew, or a function ``f(time, positions)`` that returns one,
+    /// ndarray or callable or None: Forces on all vertices [N] beside those of the scene, of shape (n, dim):
+    /// an array, which acts until it is set anew, or a function ``f(time, positions)`` that returns one,
     /// called at every evaluation of the force. Their work is energy that comes in.
     #[getter]
     fn external_forces(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
