@@ -2,7 +2,8 @@
 //!
 //! It solves `M x'' = f(x)` with `f = -dE/dx`, where the energy `E` is a sum of terms: hyperelastic elements,
 //! springs, gravity. A new model is an energy; everything else follows. All quantities are in SI units;
-//! arrays of positions and velocities are flat, `(n, dimension)`, in `f64`.
+//! arrays of positions and velocities are flat, `(n, dimension)`, in `f64`; [`algebra::columns`] shows them as
+//! matrices of nalgebra, which poses of pins are values of, and into which `F` and stresses convert.
 //!
 //! A square of two triangles, thrown, turning and pulled down:
 //!
@@ -25,7 +26,7 @@
 //!     simulation.step()?;
 //! }
 //! // The middle flies as a mass would: 0.5 m + 0.5 m/s t - g t^2 / 2.
-//! let height = simulation.positions().chunks(2).map(|x| x[1]).sum::<f64>() / 4.0;
+//! let height = pliant::algebra::columns(&simulation.positions(), 2).row(1).mean();
 //! assert!((height - (0.5 + 0.5 * 0.1 - 5.0 * 0.1 * 0.1)).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -10,6 +10,7 @@ mod polar;
 mod projection;
 mod svd;
 mod vector;
+mod views;
 
 pub use dual::Dual;
 pub(crate) use dual::SMALLEST_SUM;
@@ -21,6 +22,7 @@ pub(crate) use projection::project_positive;
 pub use svd::{Svd, signed_svd};
 pub(crate) use vector::all_finite;
 pub use vector::scene_size;
+pub use views::{columns, columns_mut};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -5,21 +5,55 @@ use crate::algebra::tests::sample::{Random, bits, categories, load_lanes, not_fi
 use crate::lanes::{InstructionSet, Kernel, Lanes, Pair, WIDTH, dispatch_at};
 use crate::material::{Material, MaterialSpec, MaterialVisitor, autodiff_stress};
 
-/// The stress at one matrix per lane: as a pack, as the first and the second half of a pair, and by automatic differentiation.
-struct Stress<'a, M, const D: usize>(&'a M, &'a [Mat<f64, D>]);
+/// Stresses at one matrix per lane. A kernel for each way of computing them, and none in which a way stands
+/// twice: the compiler's time grows faster than the size of a function.
+struct InPack<'a, M, const D: usize>(&'a M, &'a [Mat<f64, D>]);
 
-impl<M: Material<D>, const D: usize> Kernel for Stress<'_, M, D> {
-    type Output = [[Mat<f64, D>; WIDTH]; 4];
+impl<M: Material<D>, const D: usize> Kernel for InPack<'_, M, D> {
+    type Output = [Mat<f64, D>; WIDTH];
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let f = load_lanes::<L, D>(self.1);
-        // Neighbours that need nothing of what the first half needs.
-        let pair = self.0.pk1(&Mat(Pair::zip_rows(&f.0, &Mat::<L, D>::identity().0)));
-        let swapped = self.0.pk1(&Mat(Pair::zip_rows(&Mat::<L, D>::identity().0, &f.0)));
-        let (first, second) = (Pair::unzip_rows(&pair.0).0, Pair::unzip_rows(&swapped.0).1);
-        let (alone, derived) = (self.0.pk1(&f), autodiff_stress(self.0, &f));
-        [store_lanes(&alone), store_lanes(&Mat(first)), store_lanes(&Mat(second)), store_lanes(&derived)]
+        store_lanes(&self.0.pk1(&load_lanes::<L, D>(self.1)))
     }
+}
+
+/// The same by automatic differentiation.
+struct Derived<'a, M, const D: usize>(&'a M, &'a [Mat<f64, D>]);
+
+impl<M: Material<D>, const D: usize> Kernel for Derived<'_, M, D> {
+    type Output = [Mat<f64, D>; WIDTH];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        store_lanes(&autodiff_stress(self.0, &load_lanes::<L, D>(self.1)))
+    }
+}
+
+/// The same in a pair of packs.
+struct InPair<'a, M, const D: usize>(&'a M, [&'a [Mat<f64, D>]; 2]);
+
+impl<M: Material<D>, const D: usize> Kernel for InPair<'_, M, D> {
+    type Output = [[Mat<f64, D>; WIDTH]; 2];
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let [first, second] = [load_lanes::<L, D>(self.1[0]), load_lanes::<L, D>(self.1[1])];
+        let pair = self.0.pk1(&Mat(Pair::zip_rows(&first.0, &second.0)));
+        let (first, second) = Pair::unzip_rows(&pair.0);
+        [store_lanes(&Mat(first)), store_lanes(&Mat(second))]
+    }
+}
+
+/// As a pack, as the first and the second half of a pair, and by automatic differentiation.
+fn stresses<M: Material<D>, const D: usize>(
+    level: InstructionSet,
+    material: &M,
+    pack: &[Mat<f64, D>],
+) -> [[Mat<f64, D>; WIDTH]; 4] {
+    // Neighbours that need nothing of what the half in question needs.
+    let rest = [Mat::identity(); WIDTH];
+    let [first, _] = dispatch_at(level, InPair(material, [pack, &rest]));
+    let [_, second] = dispatch_at(level, InPair(material, [&rest, pack]));
+    let alone = dispatch_at(level, InPack(material, pack));
+    [alone, first, second, dispatch_at(level, Derived(material, pack))]
 }
 
 /// Checks one material, on a large stack: unoptimised, the kernels of all instruction sets need more than a test has.
@@ -43,7 +77,7 @@ fn same_bits_here<M: Material<D>, const D: usize>(name: &str, material: &M) {
     all.resize(all.len().next_multiple_of(WIDTH), Mat::identity());
     for pack in all.chunks_exact(WIDTH) {
         for level in InstructionSet::ALL {
-            let out = dispatch_at(level, Stress(material, pack));
+            let out = stresses(level, material, pack);
             for (l, f) in pack.iter().enumerate() {
                 let alone = material.pk1(f);
                 for (k, got) in out.iter().take(3).enumerate() {

@@ -1,0 +1,103 @@
+//! Elastic terms by the name of their material.
+//!
+//! The engine's terms are generic over the material, so that each has kernels of its own. Whoever takes the
+//! material from a scene needs the kernels of all; they are compiled here, behind functions that are not
+//! generic, once for all crates above.
+//!
+//! ```
+//! use pliant::material::{Isotropic, MaterialSpec, Stress};
+//! use pliant_elastic::{ElementSet, linear};
+//!
+//! let rest = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
+//! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest, stress: Stress::Analytic };
+//! let rubber = MaterialSpec::NeoHookean(Isotropic { young: 1e5, poisson: 0.4, preset: None });
+//! let mut term = linear(&rubber, &elements);
+//! assert_eq!(term.energy(&rest), 0.0);
+//! ```
+
+mod cells;
+mod makers;
+
+pub use cells::cells;
+
+use makers::{LinearMaker, MembraneMaker, QuadraticMaker};
+use pliant::energy::EnergyTerm;
+use pliant::energy::elastic::{Sheet, nodal_integration};
+use pliant::material::{MaterialSpec, Stress};
+
+/// Parts of an elastic term beside its material.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementSet<'a> {
+    /// Name of the body, for messages.
+    pub body: &'a str,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Vertices of the elements, flat `(elements, nodes)`; corners first.
+    pub cells: &'a [u32],
+    /// Rest positions of the whole system, flat `(n, dimension)` [m].
+    pub rest: &'a [f64],
+    /// How the stress is computed.
+    pub stress: Stress,
+}
+
+impl<'a> ElementSet<'a> {
+    /// Elements of `N` nodes.
+    ///
+    /// # Panics
+    /// If the number of vertices is no multiple of `N`.
+    fn of<const N: usize>(&self) -> &'a [[u32; N]] {
+        let (elements, left) = self.cells.as_chunks::<N>();
+        assert!(left.is_empty(), "elements of {N} nodes from {} vertices", self.cells.len());
+        elements
+    }
+}
+
+/// Linear triangles in the plane, linear tetrahedra in space, as
+/// [`Elastic::linear`](pliant::energy::elastic::Elastic::linear) has them.
+///
+/// # Panics
+/// As there, and if the cells are not whole ones.
+pub fn linear(material: &MaterialSpec, elements: &ElementSet<'_>) -> Box<dyn EnergyTerm> {
+    match elements.dimension {
+        2 => material.visit::<2, _>(LinearMaker::<3>(elements)),
+        _ => material.visit::<3, _>(LinearMaker::<4>(elements)),
+    }
+}
+
+/// Triangles of six nodes in the plane, tetrahedra of ten in space, as
+/// [`Elastic::quadratic`](pliant::energy::elastic::Elastic::quadratic) has them.
+///
+/// # Panics
+/// As there, and if the cells are not whole ones.
+pub fn quadratic(material: &MaterialSpec, elements: &ElementSet<'_>) -> Box<dyn EnergyTerm> {
+    match elements.dimension {
+        2 => material.visit::<2, _>(QuadraticMaker::<6>(elements)),
+        _ => material.visit::<3, _>(QuadraticMaker::<10>(elements)),
+    }
+}
+
+/// A membrane in space, as [`Membrane::new`](pliant::energy::elastic::Membrane::new) has it; its stress is
+/// computed as `sheet` says.
+///
+/// # Panics
+/// As there, and if the cells are not whole ones.
+pub fn membrane(material: &MaterialSpec, elements: &ElementSet<'_>, sheet: Sheet) -> Box<dyn EnergyTerm> {
+    material.visit::<2, _>(MembraneMaker(elements, sheet))
+}
+
+/// Linear elements with [nodal integration](nodal_integration) of all but the part `stabilisation` of the
+/// shear modulus; `None` for a model that knows no Poisson's ratio.
+///
+/// # Panics
+/// As [`linear`].
+pub fn nodal(
+    material: &MaterialSpec,
+    elements: &ElementSet<'_>,
+    stabilisation: f64,
+) -> Option<[Box<dyn EnergyTerm>; 2]> {
+    let ElementSet { body, rest, stress, .. } = *elements;
+    match elements.dimension {
+        2 => nodal_integration::<2, 3>(body, material, stabilisation, stress, elements.of(), rest),
+        _ => nodal_integration::<3, 4>(body, material, stabilisation, stress, elements.of(), rest),
+    }
+}
