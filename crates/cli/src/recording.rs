@@ -25,7 +25,7 @@ impl RunRecorder {
         input: &Input,
         assembly: &Assembly,
     ) -> Result<RunRecorder, Failure> {
-        if arguments.no_record {
+        if arguments.options.no_record {
             return Ok(RunRecorder(None));
         }
         let scene = &arguments.scene;
@@ -34,7 +34,7 @@ impl RunRecorder {
         if path.canonicalize().is_ok_and(|path| scene.canonicalize().is_ok_and(|scene| scene == path)) {
             return Err(Failure::usage(format!("{} is the scene; choose another output", path.display())));
         }
-        let options = options(input, assembly, arguments.force);
+        let options = options(input, assembly, arguments.options.force);
         let recorder = McapRecorder::create(&path, &options, &assembly.topology);
         recorder.map(|recorder| RunRecorder(Some(recorder))).map_err(|error| refusal(&error, &path))
     }
@@ -140,7 +140,7 @@ fn finish(
 
 /// The file that a run is recorded to: by default `<stem of the scene>.mcap` in the working directory.
 pub(crate) fn output(arguments: &RunArguments) -> PathBuf {
-    arguments.output.clone().unwrap_or_else(|| default_output(&arguments.scene))
+    arguments.options.output.clone().unwrap_or_else(|| default_output(&arguments.scene))
 }
 
 fn default_output(scene: &Path) -> PathBuf {

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use super::positive_seconds;
+use super::values::positive_seconds;
 
 /// `pliant modes`.
 #[derive(Args, Clone, Debug)]

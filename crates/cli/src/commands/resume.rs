@@ -24,7 +24,7 @@ use crate::terminal::Terminal;
 use crate::text::number;
 
 pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
-    use_threads(arguments.threads)?;
+    use_threads(arguments.options.threads)?;
     let path = &arguments.file;
     let from = CheckpointFile::read(path).map_err(|error| Failure::checkpoint(&error))?;
     let (Some(state), Some(settings)) = (&from.run, Settings::of(&from)) else {
@@ -34,7 +34,7 @@ pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result
             path.display()
         )));
     };
-    let input = Input::of(from.scene.source(), arguments.until)?;
+    let input = Input::of(from.scene.source(), arguments.options.until)?;
     let assembly = input.assemble(UnstableStep::Refuse)?;
     let recording = recording_of(arguments, &settings);
     let elapsed = state.elapsed(&from.simulation);
@@ -69,7 +69,7 @@ fn session(
     let table = table(path, &from, &settings, &assembly)?;
     let settings = Settings {
         recording: recording.map(|recording| keeper::noted(recording, path)),
-        interval: arguments.checkpoint.unwrap_or(settings.interval),
+        interval: arguments.options.checkpoint.unwrap_or(settings.interval),
         ..settings
     };
     let keeper =
@@ -91,11 +91,11 @@ fn too_far(path: &Path, elapsed: f64, input: &Input) -> Failure {
 
 /// The file that the run is recorded to from now on; `None` without one.
 fn recording_of(arguments: &ResumeArguments, settings: &Settings) -> Option<PathBuf> {
-    if arguments.no_record {
+    if arguments.options.no_record {
         return None;
     }
     let begun = settings.recording.as_ref().map(|noted| keeper::resolved(noted, &arguments.file));
-    begun.map(|begun| arguments.output.clone().unwrap_or(begun))
+    begun.map(|begun| arguments.options.output.clone().unwrap_or(begun))
 }
 
 /// Opens the recording behind the frames that were recorded before the checkpoint.
@@ -114,14 +114,14 @@ fn open(
         )));
     }
     let (Some(recording), Some(begun)) = (recording, begun) else {
-        return match &arguments.output {
+        return match &arguments.options.output {
             Some(_) => Err(Failure::usage("`-o` has nothing to go on with: the run was not recorded")),
             None => Ok(RunRecorder::none()),
         };
     };
     let frames = from.run.as_ref().map_or(0, RunState::frames);
     let beginning = Beginning { path: begun, scene_text: &from.scene.text, frames };
-    RunRecorder::resume(recording, arguments.force, input, assembly, beginning)
+    RunRecorder::resume(recording, arguments.options.force, input, assembly, beginning)
 }
 
 /// The table of probes behind the rows written before the checkpoint.

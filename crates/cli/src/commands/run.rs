@@ -28,8 +28,8 @@ use keeper::{CheckpointKeeper, Settings};
 use session::Session;
 
 pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
-    use_threads(arguments.threads)?;
-    let input = Input::read(&arguments.scene, &arguments.set, arguments.until)?;
+    use_threads(arguments.options.threads)?;
+    let input = Input::read(&arguments.scene, &arguments.set, arguments.options.until)?;
     let assembly = input.assemble(UnstableStep::Refuse)?;
     if terminal.verbose {
         terminal.note(&check::describe(&assembly.report, terminal.width()));
@@ -52,17 +52,17 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
 /// # Errors
 /// There is a checkpoint already, or what is there is no file.
 fn keeper(arguments: &RunArguments, input: &Input) -> Result<Option<CheckpointKeeper>, Failure> {
-    let Some(interval) = arguments.checkpoint else { return Ok(None) };
+    let Some(interval) = arguments.options.checkpoint else { return Ok(None) };
     let output = recording::output(arguments);
     let path = recording::checkpoint_of(&output);
-    if path.exists() && !arguments.force {
+    if path.exists() && !arguments.options.force {
         return Err(Failure::usage(format!(
             "{0} exists; go on from it with `pliant resume {0}`, or replace it with `--force`",
             path.display()
         )));
     }
     let settings = Settings {
-        recording: (!arguments.no_record).then(|| keeper::noted(&output, &path)),
+        recording: (!arguments.options.no_record).then(|| keeper::noted(&output, &path)),
         probes: arguments.probes.as_ref().map(|probes| keeper::noted(probes, &path)),
         interval,
         wall: 0.0,

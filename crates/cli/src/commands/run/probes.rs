@@ -32,7 +32,7 @@ pub(super) fn table(
     let failed = |error| Failure::failed("probes", format!("{what}: {error}"));
     // Not emptied before it is known to be none of the files that the run needs.
     let file = OpenOptions::new().write(true).create(true).truncate(false).open(path).map_err(failed)?;
-    let checked = own(path, &file, arguments).and_then(|()| match existed && !arguments.force {
+    let checked = own(path, &file, arguments).and_then(|()| match existed && !arguments.options.force {
         true => Err(exists(path)),
         false => file.set_len(0).map_err(failed),
     });
@@ -80,11 +80,11 @@ fn exists(path: &Path) -> Failure {
 /// complete.
 fn own(path: &Path, file: &File, arguments: &RunArguments) -> Result<(), Failure> {
     let mut taken = vec![(arguments.scene.clone(), "the scene")];
-    if !arguments.no_record {
+    if !arguments.options.no_record {
         let output = recording::output(arguments);
         taken.extend(pliant_record::files(&output).map(|file| (file, "the recording")));
     }
-    if arguments.checkpoint.is_some() {
+    if arguments.options.checkpoint.is_some() {
         taken.push((recording::checkpoint_of(&recording::output(arguments)), "the checkpoint"));
     }
     let is_table = |other: &Path| -> std::io::Result<bool> {

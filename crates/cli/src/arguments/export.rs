@@ -1,0 +1,76 @@
+//! `pliant export`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, ValueEnum};
+
+/// `pliant export`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ExportArguments {
+    /// Recording (.mcap)
+    pub(crate) file: PathBuf,
+    /// A folder, or a file: .pvd for a series of .vtu beside it, .vtu or .obj for a single frame
+    #[arg(long, value_name = "DIR_OR_FILE")]
+    pub(crate) to: PathBuf,
+    /// What to write into a folder [default: vtu]
+    #[arg(long)]
+    pub(crate) format: Option<ExportFormat>,
+    /// Which frames, from 0: one (12), a range without its end (10..20), or every so many (0..100:10, ..:5) [default: all]
+    #[arg(long, value_name = "A..B:STEP", allow_hyphen_values = true)]
+    pub(crate) frames: Option<FrameRange>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// File formats of exports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportFormat {
+    /// VTK unstructured grids, and a .pvd with their times
+    Vtu,
+    /// Wavefront OBJ: surfaces
+    Obj,
+}
+
+/// Frames `start`, `start + step`, ... below `end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct FrameRange {
+    pub(crate) start: usize,
+    /// All that follow without it.
+    pub(crate) end: Option<usize>,
+    pub(crate) step: usize,
+}
+
+impl FromStr for FrameRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<FrameRange, String> {
+        let number = |word: &str| {
+            let what = "it must be like 12, 10..20, 10.. or 0..100:10, with whole numbers from 0";
+            word.parse::<usize>().map_err(|_| format!("`{word}` is no frame; {what}"))
+        };
+        let (range, step) = match text.split_once(':') {
+            Some((range, step)) => (range, number(step)?),
+            None => (text, 1),
+        };
+        if step == 0 {
+            return Err("the step must be 1 or more".to_owned());
+        }
+        let (start, end) = match range.split_once("..") {
+            Some((start, end)) => {
+                let start = if start.is_empty() { 0 } else { number(start)? };
+                (start, if end.is_empty() { None } else { Some(number(end)?) })
+            }
+            None if step > 1 => return Err("a step goes with a range, like 0..100:10".to_owned()),
+            None => {
+                let frame = number(range)?;
+                (frame, frame.checked_add(1))
+            }
+        };
+        if end.is_some_and(|end| end <= start) {
+            return Err("the range is empty: its end is not part of it".to_owned());
+        }
+        Ok(FrameRange { start, end, step })
+    }
+}

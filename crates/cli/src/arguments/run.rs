@@ -1,0 +1,47 @@
+//! `pliant run`, and its options that `pliant resume` shares.
+
+use std::num::NonZeroU16;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::values::{positive_seconds, time_span};
+
+/// `pliant run`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunArguments {
+    /// Scene file (TOML)
+    pub(crate) scene: PathBuf,
+    /// Change a value of the scene, for example time.step=1e-3; repeatable
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Also write the readings of the scene's probes as a table of comma-separated values
+    #[arg(long, value_name = "FILE")]
+    pub(crate) probes: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) options: RunOptions,
+}
+
+/// Options of a run, begun or resumed.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct RunOptions {
+    /// Where to record; by default the name of the scene with .mcap, in the working directory
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the output if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Simulate this long instead of the scene's duration [s]
+    #[arg(long, value_name = "SECONDS", value_parser = positive_seconds, allow_negative_numbers = true)]
+    pub(crate) until: Option<f64>,
+    /// Number of threads [default: all cores]; the result does not depend on it
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroU16>,
+    /// Simulate without recording
+    #[arg(long, conflicts_with = "output")]
+    pub(crate) no_record: bool,
+    /// Keep a checkpoint, at most so often (60s, "5 min"), at the end and on Ctrl-C: `pliant resume` goes on
+    /// from it with the same bits. It is beside the recording, with .checkpoint in place of .mcap
+    #[arg(long, value_name = "TIME", value_parser = time_span)]
+    pub(crate) checkpoint: Option<f64>,
+}
