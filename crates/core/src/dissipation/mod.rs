@@ -4,21 +4,19 @@
 //! section 1.5), and the energy that a term takes away per time is `v . dR/dv >= 0`.
 
 mod at_rest;
-mod cell_strain_rate;
 mod mass_proportional;
 mod measured;
-mod quadratic_strain_rate;
 mod strain_rate;
 #[cfg(test)]
 mod tests;
 
 pub use at_rest::AtRest;
-pub use cell_strain_rate::CellStrainRate;
 pub use mass_proportional::MassProportional;
 pub use measured::MeasuredRate;
-pub use quadratic_strain_rate::QuadraticStrainRate;
 pub(crate) use strain_rate::simplex_packs;
-pub use strain_rate::{StrainRate, Viscosity};
+pub use strain_rate::{
+    QuadraticSimplices, StrainRate, Viscosity, ViscousCells, ViscousElements, ViscousSimplices,
+};
 
 use std::ops::Range;
 

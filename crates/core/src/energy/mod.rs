@@ -133,6 +133,9 @@ pub struct DeformationExtremes {
 }
 
 impl DeformationExtremes {
+    /// The extremes of no element.
+    pub const NONE: Self = DeformationExtremes { min_j: f64::INFINITY, inverted: 0 };
+
     /// The extremes over both sets of elements.
     pub fn merge(self, other: Self) -> Self {
         DeformationExtremes {

@@ -3,10 +3,7 @@
 use super::body::{BodyAssembly, renumbered};
 use crate::Body;
 use crate::DampingSpec;
-use pliant::dissipation::{
-    AtRest, CellStrainRate, DissipativeTerm, MassProportional, MeasuredRate, QuadraticStrainRate, StrainRate,
-    Viscosity,
-};
+use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, MeasuredRate, StrainRate, Viscosity};
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::energy::elastic::{flattened, points_of};
 use pliant::energy::measure::{Length, StencilConstants};
@@ -100,20 +97,20 @@ impl BodyAssembly {
                 let viscosity = Viscosity { shear: h * shear, second: h * second };
                 let triangles: Vec<[u32; 3]> = self.elements(numbering);
                 let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
-                Box::new(StrainRate::<3, 2, 3>::new(name, viscosity, &triangles, rest, shape))
+                Box::new(StrainRate::<3, 3, _>::linear(name, viscosity, &triangles, rest, shape))
             }
             (None, 1, _) => {
                 let elements: Vec<[u32; N]> = self.elements(numbering);
                 let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-                Box::new(StrainRate::<D, D, N>::new(name, viscosity, &elements, rest, shape))
+                Box::new(StrainRate::<D, N, _>::linear(name, viscosity, &elements, rest, shape))
             }
             (None, _, 2) => {
                 let elements = self.elements(numbering);
-                Box::new(QuadraticStrainRate::<2, 6>::new(name, viscosity, &elements, rest))
+                Box::new(StrainRate::<2, 6, _>::quadratic(name, viscosity, &elements, rest))
             }
             _ => {
                 let elements = self.elements(numbering);
-                Box::new(QuadraticStrainRate::<3, 10>::new(name, viscosity, &elements, rest))
+                Box::new(StrainRate::<3, 10, _>::quadratic(name, viscosity, &elements, rest))
             }
         })
     }
@@ -134,6 +131,6 @@ impl CellVisitor for CellsViscosity<'_> {
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
         let CellsViscosity { parts, block, viscosity, rest, numbering } = self;
         let cells = parts.renumbered_cells::<N>(block, numbering);
-        Box::new(CellStrainRate::new(&parts.name, viscosity, cell, &cells, rest))
+        Box::new(StrainRate::cells(&parts.name, viscosity, cell, &cells, rest))
     }
 }

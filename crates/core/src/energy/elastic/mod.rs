@@ -7,6 +7,7 @@ mod mean_dilatation;
 mod membrane;
 mod nodal;
 mod simplex;
+mod solid;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,11 +22,13 @@ use block::{Block, BlockMaterial};
 use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKernel, packs_at_once};
 pub(crate) use kernels::{gather, scatter};
 use simplex::{Fused, SimplexForces};
+pub(crate) use solid::SolidElements;
+use solid::{extremes, in_mesh_order};
 
 use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{
     DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements,
-    ShapeProducts, Stencils, StepLimit, TermProperties, TermViews,
+    ShapeProducts, Stencils, StepLimit, TermProperties,
 };
 use crate::algebra::Mat;
 use crate::element::ElementState;
@@ -306,24 +309,9 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> TermViews for Elastic<D, N> {
-    fn elements(&self) -> Option<&dyn ElementTerm> {
-        Some(self)
-    }
-
-    fn layout(&self) -> Option<&dyn ForceLayout> {
-        Some(self)
-    }
-
-    fn limit(&self) -> Option<&dyn StepLimit> {
-        match self.material.domain() {
-            Domain::Everywhere => None,
-            Domain::PositiveJ => Some(self),
-        }
-    }
-
-    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
-        Some(self)
+impl<const D: usize, const N: usize> SolidElements for Elastic<D, N> {
+    fn is_finite_everywhere(&self) -> bool {
+        self.material.domain() == Domain::Everywhere
     }
 }
 
@@ -338,15 +326,10 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
 
     /// Quadratic elements at their centroid, where strains are most accurate.
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
-        let mut states: Vec<(usize, ElementState)> = self
-            .elements()
-            .map(|(element, vertices, pack, lane)| {
-                let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
-                (element, self.state(&f, &vertices, x))
-            })
-            .collect();
-        states.sort_unstable_by_key(|(element, _)| *element);
-        states.into_iter().map(|(_, state)| state).collect()
+        in_mesh_order(self.elements().map(|(element, vertices, pack, lane)| {
+            let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
+            (element, self.state(&f, &vertices, x))
+        }))
     }
 
     fn shape_products(&self) -> Option<ShapeProducts> {
@@ -393,12 +376,9 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
 impl<const D: usize, const N: usize> Measurements for Elastic<D, N> {
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let Elastic { patches, rest, workspace, .. } = self;
-        let mut parts =
-            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
-        patches.map(workspace, x, &mut parts, |patch, scratch| {
+        extremes(patches, workspace, x, |patch, scratch| {
             dispatch_compact(ExtremesKernel { patches, rest, patch, scratch })
-        });
-        parts.into_iter().reduce(DeformationExtremes::merge)
+        })
     }
 }
 

@@ -49,7 +49,7 @@ impl<const D: usize> PointWork<D> {
 
     /// The extremes of `J` over the real cells of a pack.
     pub(super) fn extremes<const N: usize>(&self, points: &Points<'_, D, N>) -> DeformationExtremes {
-        let mut extremes = DeformationExtremes { min_j: f64::INFINITY, inverted: 0 };
+        let mut extremes = DeformationExtremes::NONE;
         for lane in (0..WIDTH).filter(|lane| points.volume[*lane] > 0.0) {
             let at_points = self.j[..points.rest.len()].iter().map(|j| j[lane]);
             // NaN counts as the least.

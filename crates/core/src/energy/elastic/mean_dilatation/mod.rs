@@ -32,13 +32,14 @@ use std::ops::Range;
 
 use super::block::BlockMaterial;
 use super::hessian::{MARGIN, first_root};
+use super::solid::{SolidElements, extremes, in_mesh_order};
 use super::{centroids, points_of};
 use crate::algebra::Mat;
 use crate::element::{Barycentric, ElementState, Isoparametric};
 use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
 use crate::energy::{
     DeformationExtremes, ElementTerm, EnergyKind, EnergyTerm, Fault, ForceLayout, Measurements, Stencils,
-    StepLimit, TermProperties, TermViews,
+    StepLimit, TermProperties,
 };
 use crate::lanes::{Lanes, Portable, WIDTH, dispatch_compact};
 use crate::material::{Domain, Material, MaterialSpec, Psd, Stress};
@@ -273,23 +274,9 @@ impl<const D: usize, const N: usize> EnergyTerm for MeanDilatation<D, N> {
     }
 }
 
-impl<const D: usize, const N: usize> TermViews for MeanDilatation<D, N> {
-    fn elements(&self) -> Option<&dyn ElementTerm> {
-        Some(self)
-    }
-
-    fn layout(&self) -> Option<&dyn ForceLayout> {
-        Some(self)
-    }
-
-    fn limit(&self) -> Option<&dyn StepLimit> {
-        let everywhere =
-            self.dilatation != Dilatation::Finite && self.material.domain() == Domain::Everywhere;
-        if everywhere { None } else { Some(self) }
-    }
-
-    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
-        Some(self)
+impl<const D: usize, const N: usize> SolidElements for MeanDilatation<D, N> {
+    fn is_finite_everywhere(&self) -> bool {
+        self.dilatation != Dilatation::Finite && self.material.domain() == Domain::Everywhere
     }
 }
 
@@ -303,9 +290,7 @@ impl<const D: usize, const N: usize> ElementTerm for MeanDilatation<D, N> {
         let state = |(element, vertices, pack, lane)| {
             (element, self.state(x, (vertices, pack, lane), |at_points| self.mean(at_points, pack, lane)))
         };
-        let mut states: Vec<(usize, ElementState)> = self.elements().map(state).collect();
-        states.sort_unstable_by_key(|(element, _)| *element);
-        states.into_iter().map(|(_, state)| state).collect()
+        in_mesh_order(self.elements().map(state))
     }
 
     fn element_count(&self) -> usize {
@@ -325,17 +310,14 @@ impl<const D: usize, const N: usize> ElementTerm for MeanDilatation<D, N> {
 impl<const D: usize, const N: usize> Measurements for MeanDilatation<D, N> {
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let (parts, workspace, _) = parts!(self);
-        let none = DeformationExtremes { min_j: f64::INFINITY, inverted: 0 };
-        let mut extremes = vec![none; parts.patches.patches.len()];
-        parts.patches.map(workspace, x, &mut extremes, |patch, scratch| {
+        extremes(parts.patches, workspace, x, |patch, scratch| {
             let (mut work, mut change) = (PointWork::ZERO, PointWork::ZERO);
             let of_pack = |points: Points<'_, D, N>| {
                 deform::<D, N, false>(points, scratch, &mut work, &mut change);
                 work.extremes(&points)
             };
-            parts.packs(patch).map(of_pack).fold(none, DeformationExtremes::merge)
-        });
-        extremes.into_iter().reduce(DeformationExtremes::merge)
+            parts.packs(patch).map(of_pack).fold(DeformationExtremes::NONE, DeformationExtremes::merge)
+        })
     }
 }
 

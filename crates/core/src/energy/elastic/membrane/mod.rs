@@ -12,6 +12,7 @@ use self::kernels::{AreaKernel, FactorKernel, FactorRateKernel, Frames, SheetFor
 use self::plane_stress::PlaneStress;
 use super::block::{Block, BlockMaterial};
 use super::kernels::{BLOCKS, EnergyKernel};
+use super::solid::{extremes, in_mesh_order};
 use super::{centroids, points_of};
 use crate::algebra::Mat;
 use crate::dissipation::simplex_packs;
@@ -257,11 +258,7 @@ impl ElementTerm for Membrane {
     }
 
     fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
-        let stencils = self.patches.stencils();
-        let mut states: Vec<(usize, ElementState)> =
-            stencils.map(|stencil| (stencil.0, self.state(x, &stencil))).collect();
-        states.sort_unstable_by_key(|(element, _)| *element);
-        states.into_iter().map(|(_, state)| state).collect()
+        in_mesh_order(self.patches.stencils().map(|stencil| (stencil.0, self.state(x, &stencil))))
     }
 
     fn element_count(&self) -> usize {
@@ -279,12 +276,9 @@ impl Measurements for Membrane {
     /// The ratio of areas, for `J`.
     fn deformation(&mut self, x: &[f64]) -> Option<DeformationExtremes> {
         let Membrane { patches, rest, workspace, .. } = self;
-        let mut parts =
-            vec![DeformationExtremes { min_j: f64::INFINITY, inverted: 0 }; patches.patches.len()];
-        patches.map(workspace, x, &mut parts, |patch, scratch| {
+        extremes(patches, workspace, x, |patch, scratch| {
             dispatch_compact(AreaKernel { patches, rest, patch, scratch })
-        });
-        parts.into_iter().reduce(DeformationExtremes::merge)
+        })
     }
 }
 

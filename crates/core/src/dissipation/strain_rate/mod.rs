@@ -1,0 +1,182 @@
+//! Viscosity of elements: damping by the rate of strain.
+
+mod cells;
+mod quadratic;
+mod simplices;
+
+use std::ops::Range;
+
+pub use cells::ViscousCells;
+pub use quadratic::QuadraticSimplices;
+pub use simplices::ViscousSimplices;
+pub(crate) use simplices::simplex_packs;
+
+use super::DissipativeTerm;
+use crate::energy::Stencils;
+use crate::energy::elastic::centroids;
+use crate::energy::patch::{Patch, Patches, Scratch, Workspace};
+use crate::numbering::along_curve;
+
+/// Viscosities of a solid [Pa s]; of a sheet, times its thickness [Pa s m].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Viscosity {
+    /// Shear viscosity `eta`: of a change of shape.
+    pub shear: f64,
+    /// Second viscosity `zeta`: of a change of volume, beside what `shear` does there.
+    pub second: f64,
+}
+
+impl Viscosity {
+    /// The sum of both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Viscosity { shear: self.shear + other.shear, second: self.second + other.second }
+    }
+
+    /// Adds the blocks of the damping matrix of one point, for each pair `a <= b` of vertices: `gradient` are the gradients of the shape
+    /// functions at rest, `f` the deformation gradient.
+    ///
+    /// With `dEdot = sym(F^T dFdot)` and `dFdot = e_k grad N_b^T` the stress `F (2 eta dEdot + zeta tr dEdot)` meets `grad N_a` in
+    /// `eta (F F^T)_ik grad N_a . grad N_b + eta (F grad N_b)_i (F grad N_a)_k + zeta (F grad N_a)_i (F grad N_b)_k`.
+    fn add_blocks<const D: usize, const R: usize, const N: usize>(
+        &self,
+        weight: f64,
+        gradient: &[[f64; R]; N],
+        f: &[[f64; R]; D],
+        out: &mut [f64],
+    ) {
+        let pushed = gradient.map(|g| f.map(|row| dot(&row, &g)));
+        let mut stretch = [[0.0; D]; D];
+        for i in 0..D {
+            for k in 0..D {
+                stretch[i][k] = dot(&f[i], &f[k]);
+            }
+        }
+        let mut blocks = out.chunks_exact_mut(D * D);
+        for a in 0..N {
+            for b in a..N {
+                let block = blocks.next().expect("a block for each pair");
+                let both = dot(&gradient[a], &gradient[b]);
+                for i in 0..D {
+                    for k in 0..D {
+                        block[i * D + k] += weight
+                            * (self.shear * (stretch[i][k] * both + pushed[b][i] * pushed[a][k])
+                                + self.second * pushed[a][i] * pushed[b][k]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A Kelvin-Voigt dashpot in every element: `R = sum_e w_e (eta Edot : Edot + 1/2 zeta tr(Edot)^2)` with the rate of Green's strain
+/// `Edot = sym(F^T Fdot)`.
+///
+/// It is a second Piola-Kirchhoff stress `S = 2 eta Edot + zeta tr(Edot) I` on top of the elastic one, `P = F S`. A rigid motion
+/// has `Edot = 0` at any rotation and speed, and `S` is symmetric: momentum and angular momentum are conserved. At rest, with
+/// `eta = beta mu` and `zeta = beta lambda`, it is Rayleigh's damping `C = beta K`, `K` the stiffness of linear elasticity, which
+/// gives a mode of angular frequency `omega` the damping ratio `beta omega / 2`.
+///
+/// Elements `E` of `N` vertices in `D` dimensions: [`linear`](Self::linear), [`quadratic`](Self::quadratic)
+/// simplices and [`cells`](Self::cells) integrate `R` each by a rule of their own.
+pub struct StrainRate<const D: usize, const N: usize, E> {
+    body: String,
+    viscosity: Viscosity,
+    patches: Patches<N>,
+    elements: E,
+    workspace: Workspace<D>,
+}
+
+/// Elements with their shape at rest, over which the dissipation function is integrated.
+pub trait ViscousElements<const D: usize, const N: usize>: Send + Sync {
+    /// Adds the viscous forces of a patch at positions and velocities (the direction) of `scratch` to its
+    /// gradient; gives their power [W].
+    fn add_forces(
+        &self,
+        viscosity: Viscosity,
+        patches: &Patches<N>,
+        patch: &Patch,
+        scratch: &mut Scratch<D>,
+    ) -> f64;
+
+    /// Adds the blocks of the damping matrix [N s/m] of the element in a lane of a pack, `(pack, lane)`, for
+    /// each pair `a <= b` of its `vertices`.
+    fn add_blocks(
+        &self,
+        viscosity: Viscosity,
+        x: &[f64],
+        vertices: &[u32; N],
+        lane: (usize, usize),
+        out: &mut [f64],
+    );
+
+    /// Bytes held.
+    fn bytes(&self) -> usize;
+}
+
+impl<const D: usize, const N: usize, E> StrainRate<D, N, E> {
+    /// Stencils `stencils` (global vertex indices) of `body`, at rest at `rest` (flat, all vertices of the
+    /// system) [m], in patches of which `elements` makes its data.
+    fn new(
+        body: &str,
+        viscosity: Viscosity,
+        stencils: &[[u32; N]],
+        rest: &[f64],
+        elements: impl FnOnce(&Patches<N>) -> E,
+    ) -> Self {
+        let order = along_curve::<D>(&centroids(stencils, rest));
+        let patches = Patches::new::<D>(stencils, &order, rest.len() / D);
+        let (elements, workspace) = (elements(&patches), Workspace::new(&patches));
+        StrainRate { body: body.into(), viscosity, patches, elements, workspace }
+    }
+}
+
+impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm for StrainRate<D, N, E> {
+    fn name(&self) -> String {
+        format!("strain-rate damping of `{}`", self.body)
+    }
+
+    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
+        let StrainRate { patches, elements, viscosity, workspace, .. } = self;
+        patches.evaluate(workspace, x, Some(v), |patch, scratch| {
+            elements.add_forces(*viscosity, patches, patch, scratch);
+        })
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.patches.add_rows(&self.workspace, first, g);
+    }
+
+    fn add_damping_product(&mut self, x: &[f64], _v: &[f64], p: &[f64], y: &mut [f64]) {
+        self.evaluate(x, p);
+        self.add_rows(0, y);
+    }
+
+    fn stencils(&mut self) -> Stencils {
+        self.patches.lanes()
+    }
+
+    fn stencil_dampings(&self, stencils: Range<usize>, x: &[f64], _v: &[f64], out: &mut [f64]) {
+        let pairs = N * (N + 1) / 2;
+        let lanes = self.patches.lanes_in(stencils).zip(out.chunks_exact_mut(pairs * D * D));
+        for ((vertices, pack, lane), out) in lanes {
+            out.fill(0.0);
+            self.elements.add_blocks(self.viscosity, x, &vertices, (pack, lane), out);
+        }
+    }
+
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        let StrainRate { patches, elements, viscosity, workspace, .. } = self;
+        patches.sum_along(workspace, x, v, |patch, scratch| {
+            elements.add_forces(*viscosity, patches, patch, scratch)
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        self.patches.bytes() + self.elements.bytes() + self.workspace.bytes()
+    }
+}
+
+fn dot<const R: usize>(a: &[f64; R], b: &[f64; R]) -> f64 {
+    (0..R).map(|j| a[j] * b[j]).sum()
+}
