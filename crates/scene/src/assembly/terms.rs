@@ -1,4 +1,4 @@
-//! What stores energy in a body: finite elements of every kind, springs, bending.
+//! Terms that store energy in a body: finite elements of every kind, springs, bending.
 
 use super::body::{BodyAssembly, renumbered};
 use crate::{Body, Stress};
@@ -83,7 +83,7 @@ impl BodyAssembly {
     }
 }
 
-/// What an elastic term is made of, but for the material.
+/// Data of an elastic term, but for the material.
 struct ElementSet<'a, const N: usize> {
     body: &'a str,
     cells: Vec<[u32; N]>,
