@@ -118,7 +118,8 @@ const BODIES: [(&str, &str); 9] = [
 /// Every way through a step: kicks first and last, several of them, stages.
 const INTEGRATORS: [&str; 5] = ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4", "dormand-prince5"];
 
-/// What ten steps do with the allocator, after three to warm up: the least of three times. A thread of the pool that finds work for
+/// Calls of the allocator in ten steps, after three to warm up: the least of three times. A thread of the
+/// pool that finds work for
 /// the first time makes itself known to the others, and may do so late; what a step does it does every time.
 fn calls(scene: &Scene, threads: usize) -> usize {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

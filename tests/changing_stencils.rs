@@ -263,7 +263,7 @@ fn falling(method: Method, speed: f64, h: f64) -> Simulation {
     Simulation::new(system, state, method, h)
 }
 
-/// Whether a step ended because its way is not free, which it says.
+/// True if a step ended because its way is not free, which it says.
 fn is_refused(error: &StepError) -> bool {
     let refused = matches!(error, StepError::NotFinite { fault: Some(Fault::Way { .. }), .. });
     assert!(

@@ -128,7 +128,7 @@ fn a_sheet_keeps_energy_and_momenta_and_damping_takes_energy_alone() {
     }
 }
 
-/// What `elastic`, `membrane` and `mass` make of a square of 1 m: the mass, or what is wrong.
+/// Mass of a square of 1 m by `elastic`, `membrane` and `mass`, or the mistake in them.
 fn mass_of(mass: &Value) -> Result<f64, String> {
     let scene: Scene = serde_json::from_value(json!({
         "dimension": 3,

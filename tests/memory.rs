@@ -22,7 +22,7 @@ static ALLOCATOR: PeakAlloc = PeakAlloc;
 /// One test at a time.
 static ALONE: Mutex<()> = Mutex::new(());
 
-/// What `work` gives, and the most bytes that were allocated in it beyond those that were before.
+/// Result of `work`, and the most bytes that were allocated in it beyond those that were before.
 fn peak<T>(work: impl FnOnce() -> T) -> (T, usize) {
     let before = ALLOCATOR.current_usage();
     ALLOCATOR.reset_peak_usage();

@@ -117,7 +117,7 @@ fn checkpoints_know_of_ways_and_earlier_states_end_them() {
     }
 }
 
-/// What the clamp does to the body is the energy that comes in.
+/// Work of the clamp on the body is the energy that comes in.
 #[test]
 fn the_balance_of_energy_closes_over_a_way() {
     let mut simulation = bar("integrator = 'rk4', step = 5e-5", "");

@@ -43,6 +43,9 @@ fn implicit_steps_take_the_memory_that_check_promises() {
         (2, "[80, 60]", 2, cholesky),
         (3, "[24, 20, 20]", 1, cholesky),
         (3, "[24, 20, 20]", 1, &by("cg")),
+        (2, "[60, 40]", 1, "integrator = 'gauss2'"),
+        (2, "[60, 40]", 1, "integrator = 'radau-iia3'"),
+        (3, "[8, 6, 6]", 1, "integrator = 'radau-iia2'"),
     ] {
         let (promised, peak) = promised_and_taken(&block(dimension, cells, order, time));
         let taken = peak - own;
@@ -53,7 +56,8 @@ fn implicit_steps_take_the_memory_that_check_promises() {
     }
 }
 
-/// What does not fit is refused before it is allocated: in a shell with a limit, in words, not by an abort.
+/// A run that does not fit is refused before it is allocated: in a shell with a limit, in words, not by an
+/// abort.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_solve_that_does_not_fit_is_refused_beforehand() {

@@ -50,7 +50,7 @@ struct Bench {
     directory: TempDir,
 }
 
-/// What a command left behind.
+/// Outcome of a command.
 struct Ended {
     code: Option<i32>,
     stdout: String,
@@ -86,7 +86,7 @@ impl Bench {
         names
     }
 
-    /// What `pliant info --json` says of a file.
+    /// Output of `pliant info --json` for a file.
     fn info(&self, name: &str) -> Value {
         self.pliant(["info", name, "--json"]).succeeded().json()["info"].clone()
     }

@@ -53,7 +53,7 @@ impl Running {
         Running(Some(command.spawn().unwrap()))
     }
 
-    /// Whether the process still runs.
+    /// True if the process still runs.
     fn alive(&mut self) -> bool {
         self.0.as_mut().is_some_and(|child| child.try_wait().unwrap().is_none())
     }

@@ -445,7 +445,7 @@ fn walls_that_steps_are_solved_without_are_said() {
     assert_eq!(checked.stderr, "");
 }
 
-/// What the walls carry stands beside what they took: nothing from what lies still.
+/// Forces that walls carry stand beside what they took: nothing from what lies still.
 #[test]
 fn a_run_ends_with_what_walls_carry_and_took() {
     let bench = Bench::new(

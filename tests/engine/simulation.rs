@@ -434,7 +434,7 @@ fn a_changed_motion_goes_on_from_where_the_pin_is() {
     }
 }
 
-/// What has not changed moves on with the same bits, whatever else has.
+/// Vertices that have not changed move on with the same bits, whatever else has.
 #[test]
 fn a_motion_that_is_not_changed_goes_on_with_the_same_bits() {
     let motion = "displacement = ['0.1 * sin(t)', 0], rotation = { angle = '3 * t' }";

@@ -87,7 +87,7 @@ fn what_moves_a_mass_through_the_ether_does_the_work_of_the_drag() {
     }
 }
 
-/// What nobody asks for is not computed: no ledger of losses.
+/// Losses are not computed where nothing asks for them: there is no ledger.
 #[test]
 fn losses_are_counted_only_where_somebody_asks() {
     let world = "ether_drag = 0.5, walls = [{ normal = [0, 1], offset = -0.1 }]";

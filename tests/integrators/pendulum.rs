@@ -66,7 +66,8 @@ fn explicit_schemes_hold_the_stiff_pendulum_below_their_limit_and_report_above()
     }
 }
 
-/// What the stiff pendulum, k = 1e6, has done after 10 s: its angle less that of the inextensible one, and the energy gained [J].
+/// State of the stiff pendulum, k = 1e6, after 10 s: its angle less that of the inextensible one, and the
+/// energy gained [J].
 fn after_ten_seconds(name: &str, steps: usize) -> (f64, f64) {
     let mut simulation = spring_pendulum(method(name), 1e6, 10.0 / steps as f64);
     let start = simulation.diagnostics().total;

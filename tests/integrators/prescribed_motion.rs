@@ -144,7 +144,8 @@ fn single_coordinates_are_held() {
     }
 }
 
-/// What is let go later counts for the largest step: free, the end of 1 kg oscillates faster than the mass of 2 kg alone.
+/// Vertices that are let go later count for the largest step: free, the end of 1 kg oscillates faster than
+/// the mass of 2 kg alone.
 #[test]
 fn the_stability_limit_is_that_after_the_release() {
     let limit = |until: f64| {

@@ -1,5 +1,5 @@
-//! What walls take, and what they carry: nothing from what rests or slides, the energy of arrival from what
-//! falls, by every scheme; the weight of what lies on them.
+//! Energy that walls take, and forces they carry: nothing from what rests or slides, the energy of arrival
+//! from what falls, by every scheme; the weight of what lies on them.
 
 use std::sync::atomic::AtomicBool;
 
@@ -274,7 +274,7 @@ fn drift(summary: &Summary) -> f64 {
     (summary.end.conserved() - summary.start.conserved()).abs() / summary.energy_scale
 }
 
-/// What is counted does not depend on who looks: a run that nobody watches leaves the balance as it is, and
+/// Counts do not depend on observers: a run that is not watched leaves the balance as it is, and
 /// one that begins later has its own start.
 #[test]
 fn runs_that_nobody_watches_keep_the_balance() {

@@ -56,12 +56,9 @@ fn a_bent_beam_of_two_hexahedra_through_its_thickness_does_not_lock() {
 
 /// Cook's membrane of `n` x `n` quadrilaterals.
 fn cook(n: usize, elastic: Value) -> Solid {
-    let mut mesh: Mesh = Solid::grid(&[n, n], &[1.0, 1.0], elastic.clone()).of_whole_cells().mesh();
-    for x in mesh.points.chunks_exact_mut(2) {
-        let (s, t) = (x[0], x[1]);
-        (x[0], x[1]) = (48.0 * s, 44.0 * s + t * (44.0 - 28.0 * s));
-    }
-    Solid::inline(&mesh, elastic)
+    let mut solid = Solid::grid(&[1, 1], &[1.0, 1.0], elastic);
+    solid.mesh = json!({ "cooks_membrane": { "cells": [n, n], "element": "quadrilateral" } });
+    solid
 }
 
 // C9: the corner rises by 6.932 at nu = 0.4999 and by 7.78138 at 0.3, where plain triangles, twice as

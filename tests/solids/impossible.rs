@@ -1,4 +1,5 @@
-//! What cannot be simulated is refused with the place, the element or vertex, and the value; nothing of it becomes a NaN.
+//! Bodies that cannot be simulated are refused with the place, the element or vertex, and the value;
+//! nothing of it becomes a NaN.
 
 use pliant_scene::Source;
 use pliant_scene::assembly::UnstableStep;

@@ -1,4 +1,5 @@
-//! What rigid motion does to every material on every mesh, and whether forces and stiffness belong to the energy.
+//! Effect of rigid motion on every material on every mesh, and whether forces and stiffness belong to the
+//! energy.
 
 use serde_json::Value;
 

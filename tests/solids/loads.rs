@@ -170,7 +170,7 @@ fn follower_pressure_has_a_potential_where_its_rim_is_held() {
     }
 }
 
-/// What only shows once the mesh is there.
+/// Mistakes that only show once the mesh is there.
 #[test]
 fn loads_without_a_place_are_mistakes() {
     let problem = |load: &str| {

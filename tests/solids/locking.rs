@@ -1,4 +1,4 @@
-//! What locks is said, by what it does; what does not lock is not.
+//! Warnings of locking, by its cause; none where nothing locks.
 
 use pliant_scene::Scene;
 use pliant_scene::assembly::{Report, UnstableStep};
@@ -8,7 +8,7 @@ use super::benchmarks::sheared;
 use crate::support::method;
 use crate::support::solid::{Kind, Solid, at_zero, isotropic};
 
-/// What is said of one body with these keys.
+/// Warnings of one body with these keys.
 fn warnings(dimension: usize, body: Value) -> Vec<String> {
     let scene: Scene = serde_json::from_value(json!({
         "dimension": dimension,

@@ -108,7 +108,7 @@ fn the_largest_frequency_is_that_of_an_independent_code_in_every_material() {
     }
 }
 
-/// What `pliant modes` finds.
+/// Result of `pliant modes`.
 fn found(solid: &Solid, count: usize) -> Modes {
     solid.simulation(method("implicit-euler"), 1.0).modes(count).unwrap()
 }

@@ -33,7 +33,7 @@ fn perturbed(dimension: usize, kind: Kind, n: usize, elastic: &Value) -> (Solid,
     (solid, inner.collect())
 }
 
-/// Whether this point of the unit square or cube is not on its boundary.
+/// True if this point of the unit square or cube is not on its boundary.
 fn is_inside(point: &[f64]) -> bool {
     point.iter().all(|x| *x > 1e-9 && *x < 1.0 - 1e-9)
 }

@@ -1,4 +1,4 @@
-//! What pins have to carry.
+//! Forces that pins carry.
 
 use pliant::simulation::Simulation;
 use pliant_scene::assembly::UnstableStep;

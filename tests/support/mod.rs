@@ -20,7 +20,8 @@ pub(crate) fn methods() -> impl Iterator<Item = Method> {
     IntegratorSpec::ALL.iter().map(|spec| spec.method()).filter(|method| method.documentation.order > 0)
 }
 
-/// Those whose order shows in double precision: of order 15, a step that is large enough to have an error is too large to converge.
+/// Schemes whose order shows in double precision: of order 15, a step that is large enough to have an error
+/// is too large to converge.
 pub(crate) fn methods_of_measurable_order() -> impl Iterator<Item = Method> {
     methods().filter(|method| method.documentation.order < 10)
 }

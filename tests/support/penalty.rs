@@ -22,9 +22,9 @@ pub(crate) struct Penalty {
 
 /// Which stencils the matrix is told of.
 enum MatrixStencils {
-    /// Those of all candidates, once.
+    /// Stencils of all candidates, once.
     All,
-    /// Those that are not zero, of two vertices and of three, with their candidates.
+    /// Stencils that are not zero, of two vertices and of three, with their candidates.
     Changing { lists: [Stencils; 2], members: [Vec<usize>; 2] },
 }
 

@@ -1,4 +1,4 @@
-//! What can be typed after `pliant`.
+//! The command line: all that can be typed after `pliant`.
 
 mod bench;
 mod check;
@@ -51,7 +51,7 @@ pub(crate) struct CommandLine {
     pub(crate) common: CommonArguments,
 }
 
-/// What every command takes.
+/// Options of every command.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct CommonArguments {
     /// Print one JSON document on standard output, whatever happens
@@ -122,7 +122,7 @@ impl CommandLine {
     /// Reads the command line.
     ///
     /// # Errors
-    /// What clap has to say: a mistake, or the help or version that was asked for.
+    /// The message of clap: a mistake, or the help or version that was asked for.
     pub(crate) fn read(arguments: &[OsString]) -> Result<(Command, CommonArguments), clap::Error> {
         let matches = CommandLine::command().try_get_matches_from(arguments).map_err(|error| {
             // `pliant chekc beam.toml` reads as a scene named `chekc` with one argument too many.

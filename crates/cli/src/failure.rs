@@ -113,7 +113,7 @@ impl Failure {
         }
     }
 
-    /// What is said, without a label.
+    /// The message, without a label.
     pub(crate) fn message(&self) -> String {
         match &self.reason {
             Reason::Scene(error) => error.render(false),

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 pub(crate) struct Input {
     /// The text, changes included.
     pub(crate) source: Source,
-    /// What it says.
+    /// Its contents.
     pub(crate) scene: Scene,
 }
 

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-/// What begins a command to a terminal.
+/// First byte of a command to a terminal.
 const ESCAPE: char = '\u{1b}';
 
 /// `text` with each character that a terminal would obey in place of showing it as an escape, `\u{1b}`:
@@ -45,7 +45,7 @@ fn escaped(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
-/// Whether a terminal does something at this character other than showing it.
+/// True if a terminal does something at this character other than showing it.
 fn is_obeyed(c: char) -> bool {
     let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || c.is_control() && c != '\n' && c != '\t'

@@ -66,7 +66,7 @@ impl RunRecorder {
         self.0.as_ref().map(McapRecorder::path)
     }
 
-    /// What shows the frames to the file.
+    /// The observer that shows the frames to the file.
     pub(crate) fn observer(&mut self) -> Option<&mut dyn Observer> {
         self.0.as_mut().map(|recorder| recorder as &mut dyn Observer)
     }

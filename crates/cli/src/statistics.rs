@@ -1,4 +1,4 @@
-//! What is remembered of a run beside its end.
+//! Facts of a run that are remembered beside its end.
 
 use pliant::observer::{Frame, Notes, Observer, ObserverError, Quantities};
 use pliant_scene::{Channel, Scene};

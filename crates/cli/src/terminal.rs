@@ -20,7 +20,7 @@ pub(crate) struct Terminal {
     pub(crate) quiet: bool,
     /// More than usual.
     pub(crate) verbose: bool,
-    /// Whether standard error takes colours.
+    /// True if standard error takes colours.
     pub(crate) color: bool,
 }
 
@@ -93,7 +93,7 @@ fn write(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Whether to use colours on a stream, see <https://no-color.org>.
+/// True if to use colours on a stream, see <https://no-color.org>.
 fn wants_color(choice: ColorChoice, is_terminal: bool) -> bool {
     let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     match choice {

@@ -111,7 +111,7 @@ fn forces<M: Material<D> + Material<3> + Clone, const D: usize, const N: usize>(
     });
 }
 
-/// What is done with a matrix.
+/// Operation on a matrix.
 trait Decomposition {
     fn call<S: Scalar>(f: &Mat<S, 3>) -> Svd<S, 3>;
 }

@@ -35,8 +35,8 @@ fn kibibytes(text: &str, name: &str) -> Option<u64> {
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.saturating_mul(1024))
 }
 
-/// What the groups that `membership` names, and those above them, leave; pages of files count as free, for
-/// they can be dropped.
+/// Memory that the groups that `membership` names, and those above them, leave; pages of files count as
+/// free, for they can be dropped.
 fn of_groups(root: &Path, membership: &str) -> Option<u64> {
     let second = membership.lines().find_map(|line| line.strip_prefix("0::"));
     let first = membership.lines().find_map(|line| line.split_once(":memory:").map(|(_, group)| group));
@@ -73,7 +73,7 @@ fn of_group(root: &Path, group: &str, [limit, used]: [&str; 2], file_pages: &str
     least
 }
 
-/// What the limit of the address space (`ulimit -v`) leaves.
+/// Memory that the limit of the address space (`ulimit -v`) leaves.
 fn of_address_space(limits: &str, status: &str) -> Option<u64> {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: u64 = line.split_whitespace().next()?.parse().ok()?;

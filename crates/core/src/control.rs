@@ -14,7 +14,7 @@
 use crate::integrator::Method;
 use crate::integrator::estimate::{Judgement, Tolerances};
 
-/// What is aimed at, as a part of the step that would just be allowed.
+/// Aim, as a part of the step that would just be allowed.
 const SAFETY: f64 = 0.9;
 /// Exponents of the controller, in units of `1/k`: of the last error, and of the one before.
 const LAST: f64 = 0.7;
@@ -59,7 +59,7 @@ pub(crate) struct Controller {
     next: f64,
     /// Error of the last step taken; `None` at the start, and after a step that was taken back.
     last: Option<f64>,
-    /// Whether the last try was taken back.
+    /// True if the last try was taken back.
     taken_back: bool,
     /// `k`.
     exponent: f64,
@@ -68,7 +68,7 @@ pub(crate) struct Controller {
     pub(crate) rejected: u64,
 }
 
-/// What a [`Controller`] has learnt.
+/// Memory of a [`Controller`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct StepHistory {
     next: f64,
@@ -78,7 +78,7 @@ pub(crate) struct StepHistory {
 }
 
 impl Controller {
-    /// What it has learnt so far.
+    /// Its memory so far.
     pub(crate) fn pace(&self) -> StepHistory {
         let Controller { next, last, taken_back, rejected, .. } = *self;
         StepHistory { next, last, taken_back, rejected }
@@ -131,7 +131,7 @@ impl Controller {
         self.control.smallest.max(LEAST_ULPS * f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE)
     }
 
-    /// Whether a step of `h` [s] may stand.
+    /// True if a step of `h` [s] may stand.
     pub(crate) fn admits(&self, h: f64, judgement: Judgement) -> bool {
         match judgement {
             // Not a number is too large.

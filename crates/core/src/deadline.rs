@@ -17,12 +17,12 @@ impl Stop {
         Stop(flag)
     }
 
-    /// Whether there is a flag.
+    /// True if there is a flag.
     pub(crate) fn is_there(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Whether work is to end.
+    /// True if work is to end.
     pub(crate) fn is_set(&self) -> bool {
         self.0.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }

@@ -87,14 +87,14 @@ pub trait Observer {
     }
 }
 
-/// What observers have noted at a checkpoint, by names that they choose.
+/// Notes of observers at a checkpoint, by names that they choose.
 pub type Notes = BTreeMap<String, Vec<u8>>;
 
 /// An observer could not do its work.
 #[derive(Debug, thiserror::Error)]
 #[error("{what}: {source}")]
 pub struct ObserverError {
-    /// What it was doing, e.g. `writing out.mcap.part`.
+    /// Its action, e.g. `writing out.mcap.part`.
     pub what: String,
     /// Why it failed.
     #[source]

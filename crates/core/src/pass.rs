@@ -29,7 +29,7 @@ const TASK_BLOCKS: usize = 32;
 #[derive(Clone, Debug)]
 pub(crate) struct InverseMass {
     numbers: Numbers,
-    /// What all numbers of a block are; zero where they differ.
+    /// The value of all numbers of a block; zero where they differ.
     of_block: Vec<f64>,
     /// Numbers of a block.
     per_block: usize,
@@ -69,7 +69,7 @@ impl InverseMass {
 #[repr(align(64))]
 struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 
-/// What a pass does to each row, in this order:
+/// Work of a pass on each row, in this order:
 /// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`, walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KickDrift {
@@ -79,7 +79,7 @@ pub(crate) struct KickDrift {
     pub(crate) kick: f64,
     /// Time [s] for which the velocity acts.
     pub(crate) drift: f64,
-    /// Whether walls put vertices back.
+    /// True if walls put vertices back.
     pub(crate) walls: bool,
 }
 
@@ -88,12 +88,12 @@ impl KickDrift {
     pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
 }
 
-/// What a pass came upon.
+/// Result of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PassResult {
-    /// Whether all positions and velocities are finite.
+    /// True if all positions and velocities are finite.
     pub(crate) finite: bool,
-    /// Whether a wall moved a vertex.
+    /// True if a wall moved a vertex.
     pub(crate) put_back: bool,
 }
 
@@ -105,7 +105,7 @@ impl PassResult {
     }
 }
 
-/// What a pass reads.
+/// Inputs of a pass.
 #[derive(Clone, Copy)]
 pub(crate) struct StepInputs<'a> {
     pub(crate) dimension: usize,
@@ -223,7 +223,7 @@ impl StepInputs<'_> {
         }
     }
 
-    /// What a pass knows of the forces of all its blocks.
+    /// Form of the forces of all blocks of a pass.
     fn forces(&self) -> Forces<'_> {
         let (mut others, mut contiguous, mut uniform) = (0, None, [0.0; 3]);
         for term in self.terms {
@@ -298,7 +298,7 @@ struct Update<'a> {
     uniform: [[f64; WIDTH]; PERIOD],
     gradient: &'a [f64],
     inverse_mass: &'a [f64],
-    /// What all of `inverse_mass` is; zero where it differs.
+    /// The value of all of `inverse_mass`; zero where it differs.
     same: f64,
     /// Where the old rows are, if not in `x` and `v`.
     from: Option<(&'a [f64], &'a [f64])>,

@@ -92,7 +92,7 @@ impl<'a, 'b> Run<'a, 'b> {
         Run { simulation, quantities: quantities_of(observers), observers, checkpoints, state, shown: None }
     }
 
-    /// What can be said at the end.
+    /// Summary so far.
     fn summary(mut self, outcome: Outcome) -> Summary {
         let end = self.simulation.diagnostics();
         let (end, reactions) = match self.guard(&end.energy()) {
@@ -154,13 +154,13 @@ impl<'a, 'b> Run<'a, 'b> {
         self.simulation.state().step - self.state.first_step
     }
 
-    /// Whether the energy is looked at after so many steps, frame or not.
+    /// True if the energy is looked at after so many steps, frame or not.
     fn is_guarded(step: u64) -> bool {
         step > 0 && step.is_multiple_of(GUARD_INTERVAL)
     }
 
-    /// Whether an interruption that came with a frame ends the run here. A run with checkpoints takes another
-    /// step first: its last checkpoint comes before the frame of that step.
+    /// True if an interruption that came with a frame ends the run here. A run with checkpoints takes
+    /// another step first: its last checkpoint comes before the frame of that step.
     fn is_interrupted_after_frame(&self, interrupt: &AtomicBool) -> bool {
         self.checkpoints.is_none() && interrupt.load(Ordering::Relaxed)
     }
@@ -304,8 +304,8 @@ impl<'a, 'b> Run<'a, 'b> {
         Ok(())
     }
 
-    /// Whether this energy of the present state is one that a run can have: finite, and not grown beyond any
-    /// physical cause. Statics has no motion whose energy could grow.
+    /// Checks that the energy of the present state is one that a run can have: finite, and not grown beyond
+    /// any physical cause. Statics has no motion whose energy could grow.
     fn guard(&mut self, energy: &Energy) -> Result<(), StepError> {
         if !energy.total.is_finite() {
             return Err(self.simulation.not_finite_here());

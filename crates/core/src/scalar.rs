@@ -39,7 +39,7 @@ pub trait Scalar:
     + SubAssign
     + MulAssign
 {
-    /// What a comparison gives.
+    /// Result of a comparison.
     type Mask: Mask;
 
     /// The constant `x` in every lane.
@@ -183,7 +183,8 @@ impl Scalar for f64 {
 
 /// The bits of `sqrt(1/2)`: where the mantissa of [`Real::split`] begins.
 pub(crate) const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
-/// What brings `sqrt(1/2)` to the next binade, so that the exponent field of the sum counts from there.
+/// Offset that brings `sqrt(1/2)` to the next binade, so that the exponent field of the sum counts from
+/// there.
 pub(crate) const SPLIT_OFFSET: u64 = 0x3ff0_0000_0000_0000 - SQRT_HALF_BITS;
 /// The mantissa field of an `f64`.
 pub(crate) const MANTISSA_BITS: u64 = 0x000f_ffff_ffff_ffff;
@@ -192,7 +193,8 @@ pub(crate) const TWO_52: f64 = 4_503_599_627_370_496.0;
 /// The bias of the exponent field of an `f64`.
 pub(crate) const EXPONENT_BIAS: f64 = 1023.0;
 
-/// What the halved bits of `x` are subtracted from for an approximation of `1 / sqrt(x)`: the constant that makes the largest
+/// Constant that the halved bits of `x` are subtracted from for an approximation of `1 / sqrt(x)`: the one
+/// that makes the largest
 /// relative error smallest, 3.44 % (Robertson 2012, *A Brief History of InvSqrt*, thesis, University of New Brunswick).
 pub(crate) const INVERSE_SQRT_BITS: u64 = 0x5fe6_eb50_c7b5_37a9;
 

@@ -69,13 +69,13 @@ pub struct Simulation {
     retried: RetriedSteps,
     /// Work in solvers before the last checkpoint.
     earlier_solver_work: SolverWork,
-    /// What chooses step sizes, where they follow the error; `step_size` is then that to be tried next.
+    /// Controller of step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
     /// Of energy that comes in and goes out; `None` where there is none.
     ledger: Option<EnergyLedger>,
-    /// Whether the next step opens one, if there is anything to write into it.
+    /// True if the next step opens one, if there is anything to write into it.
     opens_ledger: bool,
-    /// Whether it holds what is lost.
+    /// True if it holds what is lost.
     counts_losses: bool,
     /// Jumps of prescribed motion, and the time that the last step that was looked at for them led to [s].
     motion_jumps: Option<MotionJumps>,

@@ -29,35 +29,35 @@ pub struct System {
     rest_positions: Option<Vec<f64>>,
     /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: InverseMass,
-    /// Those that have not let go.
+    /// Holds that have not let go.
     holds: Vec<Hold>,
     /// Released at their time; they hold again where a simulation goes back in time.
     released: Vec<Hold>,
     /// Version of the structure.
     structure: u64,
-    /// Whether any held coordinate moves.
+    /// True if any held coordinate moves.
     moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
     /// Identities of the terms, in their order.
     ids: Vec<TermId>,
     /// Version of the stencils that change; `None` where no term has any.
     changing: Option<u64>,
-    /// Whether any term guards the ways of vertices.
+    /// True if any term guards the ways of vertices.
     has_guards: bool,
-    /// What takes energy away.
+    /// Terms that take energy away.
     dissipation: Vec<Box<dyn DissipativeTerm>>,
-    /// Whether any term changes with time.
+    /// True if any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
     /// Reckons what they take, where that is counted.
     wall_losses: Option<Box<WallLosses>>,
-    /// Whether the walls last applied put any vertex back.
+    /// True if the walls last applied put any vertex back.
     put_back: bool,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
     force_evaluations: u64,
-    /// Whether the next force is that of a state to be measured.
+    /// True if the next force is that of a state to be measured.
     to_be_measured: bool,
     /// Energy of each term that came with that force [J]; empty if none was asked for.
     energies: Vec<Option<f64>>,
@@ -216,7 +216,7 @@ impl System {
         self.force = ForceId::NONE;
     }
 
-    /// What `measure` finds where nothing is held.
+    /// Result of `measure` where nothing is held.
     pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
         let free = self.inverse_mass_of(|_| false);
         self.with_inverse_mass(free, measure)
@@ -281,7 +281,7 @@ impl System {
         self.structure
     }
 
-    /// Whether any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
+    /// True if any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
     pub fn has_prescribed_motion(&self) -> bool {
         self.moves
     }
@@ -315,12 +315,13 @@ impl System {
         self.wall_losses = if counts { Some(self.wall_losses.take().unwrap_or_default()) } else { None };
     }
 
-    /// What walls took in the last step, once; `None` if they did not act.
+    /// Energy that walls took in the last step, once; `None` if they did not act.
     pub(crate) fn take_wall_loss(&mut self) -> Option<WallLoss> {
         self.wall_losses.as_mut()?.take()
     }
 
-    /// Whether a [pass](Self::pass) can let walls act: vertices have come to their places in it, and nothing is counted.
+    /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and
+    /// nothing is counted.
     pub(crate) fn walls_in_passes(&self) -> bool {
         !(self.wall_losses.is_some() || self.moves)
     }
@@ -347,7 +348,7 @@ impl System {
         moved
     }
 
-    /// Whether the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and
+    /// True if the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and
     /// no polynomial goes through states before and after.
     pub(crate) fn walls_have_acted(&self) -> bool {
         self.put_back
@@ -373,7 +374,7 @@ impl System {
         self.inverse_mass.numbers()
     }
 
-    /// Whether vertex `i` is pinned.
+    /// True if vertex `i` is pinned.
     pub fn is_pinned(&self, i: usize) -> bool {
         self.inverse_mass()[i * self.dimension..][..self.dimension].iter().all(|w| *w == 0.0)
     }
@@ -398,7 +399,7 @@ impl System {
         &self.dissipation
     }
 
-    /// Whether any force depends on velocities, ether drag excepted.
+    /// True if any force depends on velocities, ether drag excepted.
     pub fn is_damped(&self) -> bool {
         !self.dissipation.is_empty()
     }
@@ -442,12 +443,12 @@ impl System {
         self.stop = Stop::new(stop);
     }
 
-    /// Whether there is a flag that ends solves.
+    /// True if there is a flag that ends solves.
     pub(crate) fn can_be_stopped(&self) -> bool {
         self.stop.is_there()
     }
 
-    /// Whether solves are to end.
+    /// True if solves are to end.
     pub fn is_stopped(&self) -> bool {
         self.stop.is_set()
     }
@@ -494,7 +495,7 @@ impl System {
         speeds.zip(&self.mass).map(|(v2, m)| 0.5 * m * v2).sum()
     }
 
-    /// Whether the potentials depend on time: energy is then not conserved.
+    /// True if the potentials depend on time: energy is then not conserved.
     pub fn changes_with_time(&self) -> bool {
         self.changes_with_time
     }
@@ -529,7 +530,7 @@ impl System {
         (finite || self.is_finite_where_free()).then_some(self.force)
     }
 
-    /// Whether the force that the terms hold is finite at every coordinate that is free to move.
+    /// True if the force that the terms hold is finite at every coordinate that is free to move.
     fn is_finite_where_free(&self) -> bool {
         let mut a = vec![0.0; self.inverse_mass().len()];
         StepInputs { dissipation: &[], ..self.step_inputs() }.accelerations(&mut a);
@@ -549,7 +550,7 @@ impl System {
         }
     }
 
-    /// Whether the terms still hold this force.
+    /// True if the terms still hold this force.
     pub(crate) fn holds(&self, force: ForceId) -> bool {
         force != ForceId::NONE && force == self.force
     }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Puts a file with this content in the place of `path`: at every moment the old one or the new one is there.
 ///
 /// # Errors
-/// Those of the system; the old file is there then.
+/// Errors of the system; the old file is there then.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let temporary = with_suffix(path, ".new");
     let written = write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path));

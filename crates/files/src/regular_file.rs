@@ -8,7 +8,7 @@ use std::path::Path;
 /// Opens a regular file, or a link to one.
 ///
 /// # Errors
-/// Those of the system; [`io::ErrorKind::InvalidInput`] for what is no regular file, which is not opened.
+/// Errors of the system; [`io::ErrorKind::InvalidInput`] for what is no regular file, which is not opened.
 pub fn open(path: &Path) -> io::Result<File> {
     ensure_regular(std::fs::metadata(path)?.file_type())?;
     File::open(path)

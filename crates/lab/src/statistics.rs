@@ -1,4 +1,4 @@
-//! What a run has cost: work in counts that do not depend on the machine, and time.
+//! Cost of a run: work in counts that do not depend on the machine, and time.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -17,7 +17,7 @@ pub struct RunStatistics {
     pub rejected_steps: u64,
     /// Steps that were not solved at once, and were taken in parts.
     pub retried_steps: u64,
-    /// Those parts.
+    /// The parts.
     pub parts: u64,
     /// Evaluations of the total force.
     pub force_evaluations: u64,

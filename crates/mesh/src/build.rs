@@ -13,7 +13,7 @@ use crate::spec::{BodyMesh, MeshSpec};
 /// `base` is the directory that relative paths of mesh files start from: the one of the scene file.
 ///
 /// # Errors
-/// Whatever makes the specification, the file or the mesh unusable; see [`MeshError`].
+/// Faults that make the specification, the file or the mesh unusable; see [`MeshError`].
 pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {
     build_shape(spec, dimension, base, false)
 }

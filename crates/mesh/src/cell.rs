@@ -39,7 +39,7 @@ impl Cell {
         }
     }
 
-    /// What its measure is called, and the unit.
+    /// Name of its measure, and the unit.
     pub(super) fn measure(&self) -> (&'static str, &'static str) {
         match self {
             Cell::Edge(_) | Cell::Line(_) => ("length", "m"),
@@ -50,14 +50,14 @@ impl Cell {
     }
 }
 
-/// What a mesh file calls a vertex or an element: a number, or in binary files the place.
+/// Name of a vertex or an element in a mesh file: a number, or in binary files the place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileTag {
     /// A vertex.
     Node(u64),
     /// An element.
     Element(u64),
-    /// What begins at this offset of a binary file.
+    /// The record that begins at this offset of a binary file.
     Byte(u64),
 }
 

@@ -160,7 +160,7 @@ pub(super) struct FileCells {
     pub tetrahedra: CellsOf<4>,
     /// Cells that are no simplices, by kind.
     pub blocks: Vec<BlockOf>,
-    /// Whether lines are springs also where there are triangles, as a format without solids has it.
+    /// True if lines are springs also where there are triangles, as a format without solids has it.
     pub lines_are_springs: bool,
     /// Where the first cell of first order is, points apart, and the first of second order with its name.
     first_order: Option<Place>,

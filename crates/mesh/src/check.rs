@@ -1,4 +1,4 @@
-//! What every mesh must satisfy before anything is computed on it.
+//! Conditions on every mesh before anything is computed on it.
 
 use super::geometry::measure;
 use super::topology::firsts;
@@ -137,7 +137,7 @@ fn repeated<const N: usize>(cells: &[[u32; N]], name: fn(usize) -> Cell) -> Resu
     }
 }
 
-/// Whether a cell is degenerate: an edge short against the mesh, of this `diagonal` [m], or a cell with
+/// True if a cell is degenerate: an edge short against the mesh, of this `diagonal` [m], or a cell with
 /// `|det Dm|` of nearly 0.
 pub(super) fn is_flat<const N: usize>(mesh: &Mesh, diagonal: f64, cell: [u32; N]) -> bool {
     let m = measure(&mesh.points, mesh.dimension, cell);

@@ -8,7 +8,7 @@ use crate::spec::CooksMembraneSpec;
 pub(super) fn size(spec: &CooksMembraneSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     plane("cooks_membrane", dimension)?;
     spec.cells.iter().try_for_each(|&count| at_least_one("cells", count))?;
-    mapped::size(spec.cells)
+    mapped::size(spec.cells, spec.element)
 }
 
 /// Refuses a plane shape in space.
@@ -21,7 +21,7 @@ pub(super) fn plane(shape: &'static str, dimension: usize) -> Result<(), MeshErr
 pub(super) fn build(spec: &CooksMembraneSpec, dimension: usize) -> Result<Mesh, MeshError> {
     size(spec, dimension)?;
     let [n0, n1] = spec.cells.map(|count| count as f64);
-    mapped::build(spec.cells, ["left", "right", "bottom", "top"], |i, j| {
+    mapped::build((spec.cells, spec.element), ["left", "right", "bottom", "top"], |i, j| {
         let (a, b) = (i as f64 / n0, j as f64 / n1);
         [48.0 * a, 44.0 * a * (1.0 - b) + (44.0 + 16.0 * a) * b]
     })

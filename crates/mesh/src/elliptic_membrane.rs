@@ -9,7 +9,7 @@ use crate::spec::EllipticMembraneSpec;
 pub(super) fn size(spec: &EllipticMembraneSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     plane("elliptic_membrane", dimension)?;
     spec.cells.iter().try_for_each(|&count| at_least_one("cells", count))?;
-    mapped::size(spec.cells)
+    mapped::size(spec.cells, spec.element)
 }
 
 /// With `a = i/n0` and `t = (pi/2) j/n1` vertex `(i, j)` lies at `(A cos t, B sin t)`, the semi-axes `(A, B)` linear in
@@ -25,7 +25,7 @@ pub(super) fn build(spec: &EllipticMembraneSpec, dimension: usize) -> Result<Mes
         }
     }
     let [n0, n1] = spec.cells;
-    mapped::build(spec.cells, ["inner", "outer", "bottom", "left"], |i, j| {
+    mapped::build((spec.cells, spec.element), ["inner", "outer", "bottom", "left"], |i, j| {
         let a = i as f64 / n0 as f64;
         let direction = turn::of_fraction(j, n1.saturating_mul(4));
         // At the end of the quarter the cosine is -0.

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh. Every message says where, what was found, and what would be right.
+//! Mistakes in meshes. Every message says where, what was found, and what would be right.
 
 use std::path::PathBuf;
 
@@ -382,7 +382,7 @@ pub enum MeshError {
     /// A load on a surface that has no face.
     #[error("{}", if *whole { "the mesh has no faces for it to act on" } else { "no face of the surface has all its vertices in the selection" })]
     NoFace {
-        /// Whether the whole surface was meant.
+        /// True if the whole surface was meant.
         whole: bool,
     },
 
@@ -391,7 +391,7 @@ pub enum MeshError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Message of the system.
         source: std::io::Error,
     },
     /// A file of no known format.
@@ -402,7 +402,7 @@ pub enum MeshError {
         /// The formats there are, with their extensions.
         supported: String,
     },
-    /// What a file spells is no mesh of its format.
+    /// The text of a file is no mesh of its format.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// A fault in a file, and where.
@@ -414,7 +414,7 @@ pub enum MeshError {
         path: PathBuf,
         /// Line, from 1.
         line: Option<u32>,
-        /// What the file calls the vertex or element at fault.
+        /// Name, in the file, of the vertex or element at fault.
         tag: Option<FileTag>,
         /// Keys beside `path` that would mend it, and what they do.
         cures: Vec<&'static str>,
@@ -424,15 +424,15 @@ pub enum MeshError {
     /// A word that makes no sense where it stands.
     #[error("expected {expected}, found `{found}`")]
     Expected {
-        /// What should be there.
+        /// The expected text.
         expected: &'static str,
-        /// What is there, shortened.
+        /// The text found, shortened.
         found: String,
     },
     /// The file is cut off.
     #[error("the file ends where {expected} should be; is it complete?")]
     EndOfFile {
-        /// What should be there.
+        /// The expected text.
         expected: &'static str,
     },
     /// A Gmsh file without nodes or elements.
@@ -461,7 +461,7 @@ pub enum MeshError {
         element: u64,
         /// Gmsh's number for the type.
         kind: u64,
-        /// What the type is called.
+        /// Name of the type.
         name: &'static str,
     },
     /// Two nodes with the same tag.

@@ -60,7 +60,7 @@ formats! {
     Vtu: ["vtu"], "VTK `.vtu`", vtu::read;
 }
 
-/// What a reader is given.
+/// Input of a reader.
 pub(super) struct MeshInput<'a> {
     /// The file. Of TetGen's pair the `.ele`.
     pub bytes: &'a [u8],
@@ -80,7 +80,7 @@ pub(super) struct Place {
     pub line: u32,
 }
 
-/// What a reader hands over: a mesh without points, the points in space, and the place of everything.
+/// Output of a reader: a mesh without points, the points in space, and the place of everything.
 #[derive(Debug, Default)]
 pub(super) struct FileMesh {
     /// Flat `(n, 3)` [m], in every dimension.
@@ -88,7 +88,7 @@ pub(super) struct FileMesh {
     /// Cells and groups.
     pub mesh: Mesh,
     pub vertices: Vec<Place>,
-    /// Whether the vertices stand in [`MeshInput::nodes`].
+    /// True if the vertices stand in [`MeshInput::nodes`].
     pub vertices_in_nodes: bool,
     pub edges: Vec<Place>,
     pub lines: Vec<Place>,
@@ -208,11 +208,11 @@ fn read_cleaned(
 pub(super) struct Site {
     /// Line, from 1; 0 if there is none.
     pub line: u32,
-    /// What the file calls the thing at fault.
+    /// Name, in the file, of the thing at fault.
     pub tag: Option<FileTag>,
-    /// Whether it is in [`MeshInput::nodes`].
+    /// True if it is in [`MeshInput::nodes`].
     pub in_nodes: bool,
-    /// Whether the reader found it, before there was a mesh.
+    /// True if the reader found it, before there was a mesh.
     pub is_of_reader: bool,
 }
 

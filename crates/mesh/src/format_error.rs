@@ -1,4 +1,4 @@
-//! What can be wrong with what a mesh file spells, beyond what [`MeshError`](super::MeshError) says of all of them.
+//! Mistakes in the text of mesh files, beyond those that [`MeshError`](super::MeshError) has of all of them.
 
 /// Why the content of a file is no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -7,17 +7,17 @@ pub enum FormatError {
     /// A part of the format, or a format variant, that is not read.
     #[error("{found} is not read; {supported}")]
     Unsupported {
-        /// What the file has.
+        /// Contents of the file.
         found: String,
-        /// What would be read.
+        /// Contents that would be read.
         supported: &'static str,
     },
     /// A file of another kind than its extension says.
     #[error("this is {found}; {advice}")]
     Other {
-        /// What it is.
+        /// Its kind.
         found: &'static str,
-        /// What to do.
+        /// Advice.
         advice: &'static str,
     },
     /// A cell that names a vertex that is not there.
@@ -45,7 +45,7 @@ pub enum FormatError {
     /// Two counts that must agree.
     #[error("{what}: {found}, but it must be {expected}")]
     Count {
-        /// What is counted.
+        /// The things counted.
         what: &'static str,
         /// How many there must be.
         expected: u64,
@@ -75,7 +75,7 @@ pub enum FormatError {
     /// XML that is none.
     #[error("the XML is broken: {message}")]
     Xml {
-        /// What the parser says.
+        /// Message of the parser.
         message: String,
     },
     /// An array of numbers that cannot be decoded.
@@ -83,7 +83,7 @@ pub enum FormatError {
     Array {
         /// Its name.
         array: String,
-        /// What is wrong, and what would be right.
+        /// The mistake, and what would be right.
         problem: String,
     },
 }

@@ -9,7 +9,7 @@ use super::geometry::measure;
 use super::{Mesh, MidNodes};
 use crate::spec::FileSpec;
 
-/// What a mesh that passes must keep, whatever it was read from.
+/// Properties that a mesh that passes must keep, whatever it was read from.
 fn is_sound(mesh: &Mesh) {
     assert!(mesh.points.iter().all(|x| x.is_finite()));
     let count = mesh.vertex_count() as u32;

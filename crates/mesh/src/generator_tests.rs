@@ -54,12 +54,19 @@ fn annulus(cells: [usize; 2]) -> MeshSpec {
 
 fn notched() -> MeshSpec {
     let cells = [6, 2, 4];
-    MeshSpec::NotchedBeam(NotchedBeamSpec { length: 4.0, height: 1.0, depth: 0.25, width: 0.5, cells })
+    MeshSpec::NotchedBeam(NotchedBeamSpec {
+        length: 4.0,
+        height: 1.0,
+        depth: 0.25,
+        width: 0.5,
+        cells,
+        element: None,
+    })
 }
 
 fn elliptic(cells: [usize; 2]) -> MeshSpec {
     let [inner, outer] = [[2.0, 1.0], [3.25, 2.75]];
-    MeshSpec::EllipticMembrane(EllipticMembraneSpec { cells, inner, outer })
+    MeshSpec::EllipticMembrane(EllipticMembraneSpec { cells, inner, outer, element: None })
 }
 
 /// Area of a regular polygon with `n` corners at distance 1 from its centre.
@@ -102,7 +109,7 @@ fn balls_and_spheres_converge_with_the_square_of_the_edge_length() {
 
 #[test]
 fn benchmarks_have_their_corners_and_areas() {
-    let cook = built(&MeshSpec::CooksMembrane(CooksMembraneSpec { cells: [4, 2] }), 2);
+    let cook = built(&MeshSpec::CooksMembrane(CooksMembraneSpec { cells: [4, 2], element: None }), 2);
     assert!((volume(&cook) - 1440.0).abs() < 1e-11);
     for (vertex, corner) in
         [(0, [0.0, 0.0]), (2, [0.0, 44.0]), (12, [48.0, 44.0]), (13, [48.0, 52.0]), (14, [48.0, 60.0])]
@@ -110,7 +117,7 @@ fn benchmarks_have_their_corners_and_areas() {
         assert_eq!(cook.point(vertex), corner);
     }
     assert_eq!(cook.groups["right"].vertices, [12, 13, 14]);
-    let tapered = TaperedBeamSpec { cells: [10, 4], length: 10.0, heights: [5.0, 1.0] };
+    let tapered = TaperedBeamSpec { cells: [10, 4], length: 10.0, heights: [5.0, 1.0], element: None };
     let fv32 = built(&MeshSpec::TaperedBeam(tapered), 2);
     assert!((volume(&fv32) - 30.0).abs() < 1e-12);
     assert_eq!((fv32.point(0), fv32.point(4)), (&[0.0, -2.5][..], &[0.0, 2.5][..]));
@@ -126,6 +133,34 @@ fn benchmarks_have_their_corners_and_areas() {
     assert_eq!(notch, [[1.75, 1.0], [1.875, 0.875], [2.0, 0.75], [2.125, 0.875], [2.25, 1.0]]);
 }
 
+/// Plane shapes of quadrilaterals have the vertices, the sides and the area of those of triangles.
+#[test]
+fn mapped_rectangles_are_made_of_quadrilaterals_too() {
+    for name in ["cooks_membrane", "tapered_beam", "elliptic_membrane", "notched_beam"] {
+        let mut keys = serde_json::json!({ "cells": [4, 3] });
+        if name == "notched_beam" {
+            keys = serde_json::json!({
+                "length": 4.0, "height": 1.0, "depth": 0.25, "width": 0.5, "cells": [3, 1, 2],
+            });
+        }
+        let of = |element: Option<&str>| {
+            let mut keys = keys.clone();
+            element.into_iter().for_each(|element| keys["element"] = element.into());
+            serde_json::from_value::<MeshSpec>(serde_json::json!({ name: keys })).unwrap()
+        };
+        let (halves, whole) = (built(&of(None), 2), built(&of(Some("quadrilateral")), 2));
+        assert_eq!((&whole.points, &whole.lines), (&halves.points, &halves.lines), "{name}");
+        assert_eq!(whole.groups, halves.groups, "{name}");
+        assert_eq!((whole.triangles.len(), 2 * whole.element_count()), (0, halves.element_count()), "{name}");
+        let area = whole.quality().elements.unwrap().total_volume;
+        assert!((area / volume(&halves) - 1.0).abs() < 1e-13, "{name}: {area}");
+        let size = crate::predicted_size(&of(Some("quadrilateral")), 2, Path::new("")).unwrap();
+        assert_eq!((size.blocks, size.triangles), (whole.element_count() as u64, 0), "{name}");
+        let wrong = crate::build(&of(Some("hexahedron")), 2, Path::new(""));
+        assert!(matches!(wrong, Err(MeshError::WrongElement { found: "hexahedron", .. })), "{name}");
+    }
+}
+
 /// The keys left out are those of the benchmarks.
 #[test]
 fn the_defaults_are_those_of_nafems() {
@@ -139,8 +174,8 @@ fn the_defaults_are_those_of_nafems() {
 /// that makes it worse is the one that its reference values were computed with (verification C9).
 #[test]
 fn elements_are_well_shaped() {
-    let cook = MeshSpec::CooksMembrane(CooksMembraneSpec { cells: [16, 16] });
-    let tapered = TaperedBeamSpec { cells: [20, 6], length: 10.0, heights: [5.0, 1.0] };
+    let cook = MeshSpec::CooksMembrane(CooksMembraneSpec { cells: [16, 16], element: None });
+    let tapered = TaperedBeamSpec { cells: [20, 6], length: 10.0, heights: [5.0, 1.0], element: None };
     for (spec, dimension, worst, average) in [
         (ball(2), 3, 0.65, 0.85),
         (ball(6), 3, 0.65, 0.85),

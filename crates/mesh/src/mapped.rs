@@ -1,33 +1,51 @@
 //! Plane meshes that are the image of a rectangle of cells.
 
 use super::{Group, Mesh, MeshError, MeshSize};
+use crate::spec::WholeCell;
+use pliant::element::CellBlock;
 
 /// The two triangles of a cell, as in a grid.
 const HALVES: [[[usize; 2]; 3]; 2] = [[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]];
 
+/// The corners of a whole cell.
+const AROUND: [[usize; 2]; 4] = [[0, 0], [1, 0], [1, 1], [0, 1]];
+
 /// Names of the four sides: first index 0 and last, second index 0 and last.
 pub(super) type Sides = [&'static str; 4];
 
-/// Counts of a rectangle.
-pub(super) fn size([n0, n1]: [usize; 2]) -> Result<MeshSize, MeshError> {
+/// Counts of a rectangle of cells, whole ones where `element` names them.
+///
+/// # Errors
+/// The element is none of the plane; the counts are too large.
+pub(super) fn size([n0, n1]: [usize; 2], element: Option<WholeCell>) -> Result<MeshSize, MeshError> {
     let [n0, n1] = [n0 as u64, n1 as u64];
-    MeshSize {
+    let cells = n0.saturating_mul(n1);
+    let size = MeshSize {
         vertices: n0.saturating_add(1).saturating_mul(n1.saturating_add(1)),
-        triangles: n0.saturating_mul(n1).saturating_mul(2),
         lines: n0.saturating_add(n1).saturating_mul(2),
         ..MeshSize::default()
-    }
-    .checked(2)
+    };
+    let size = match element.map(WholeCell::kind) {
+        None => MeshSize { triangles: cells.saturating_mul(2), ..size },
+        Some(kind) if kind.dimension == 2 => {
+            MeshSize { blocks: cells, block_nodes: kind.nodes as u64, ..size }
+        }
+        Some(kind) => {
+            let (found, other) = (kind.name, "quadrilateral");
+            return Err(MeshError::WrongElement { found, dimension: 2, other });
+        }
+    };
+    size.checked(2)
 }
 
-/// Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `point(i, j)`; cells are split as a grid's. The sides are
-/// groups of lines that run counter-clockwise about the body.
+/// Vertex `(i, j)` has index `i (n1 + 1) + j` and lies at `point(i, j)`; cells are split as a grid's, unless
+/// `element` names whole ones. The sides are groups of lines that run counter-clockwise about the body.
 pub(super) fn build(
-    cells: [usize; 2],
+    (cells, element): ([usize; 2], Option<WholeCell>),
     sides: Sides,
     point: impl Fn(usize, usize) -> [f64; 2],
 ) -> Result<Mesh, MeshError> {
-    let size = size(cells)?;
+    let size = size(cells, element)?;
     let mut mesh = Mesh { dimension: 2, ..Mesh::default() };
     size.reserve(&mut mesh.points, size.vertices * 2)?;
     size.reserve(&mut mesh.triangles, size.triangles)?;
@@ -38,8 +56,14 @@ pub(super) fn build(
             mesh.points.extend(point(i, j));
         }
     }
-    for i in 0..n0 {
-        for j in 0..n1 {
+    let corners = (0..n0).flat_map(|i| (0..n1).map(move |j| [i, j]));
+    if let Some(element) = element {
+        let mut vertices = vec![];
+        size.reserve(&mut vertices, size.blocks * size.block_nodes)?;
+        vertices.extend(corners.flat_map(|[i, j]| AROUND.map(|[a, b]| index(i + a, j + b))));
+        mesh.blocks.push(CellBlock { kind: element.kind(), vertices });
+    } else {
+        for [i, j] in corners {
             mesh.triangles.extend(HALVES.map(|half| half.map(|[a, b]| index(i + a, j + b))));
         }
     }

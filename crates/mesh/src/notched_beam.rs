@@ -13,7 +13,7 @@ fn rectangle([beside, notch, up]: [usize; 3]) -> [usize; 2] {
 pub(super) fn size(spec: &NotchedBeamSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     plane("notched_beam", dimension)?;
     spec.cells.iter().try_for_each(|&count| at_least_one("cells", count))?;
-    mapped::size(rectangle(spec.cells))
+    mapped::size(rectangle(spec.cells), spec.element)
 }
 
 /// Columns of cells from `y = 0` up to the upper side: `cells[0]` on either side of the notch, `cells[1]` in either half
@@ -42,7 +42,8 @@ pub(super) fn build(spec: &NotchedBeamSpec, dimension: usize) -> Result<Mesh, Me
         }
     };
     let top = |from_middle: usize| height - depth * (1.0 - from_middle.min(notch) as f64 / notch as f64);
-    let mut mesh = mapped::build(rectangle(spec.cells), ["left", "right", "bottom", "top"], |i, j| {
+    let plan = (rectangle(spec.cells), spec.element);
+    let mut mesh = mapped::build(plan, ["left", "right", "bottom", "top"], |i, j| {
         let from_middle = i.abs_diff(half);
         let offset = if i < half { -offset(from_middle) } else { offset(from_middle) };
         [0.5 * length + offset, j as f64 / up as f64 * top(from_middle)]

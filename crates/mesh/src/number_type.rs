@@ -33,7 +33,7 @@ impl NumberType {
         }
     }
 
-    /// Whether it has digits after the point.
+    /// True if it has digits after the point.
     pub(super) fn is_real(self) -> bool {
         matches!(self, NumberType::F32 | NumberType::F64)
     }

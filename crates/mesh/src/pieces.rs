@@ -1,4 +1,4 @@
-//! What a mesh holds: cells of each kind, unconnected pieces, vertices at one place.
+//! Contents of a mesh: cells of each kind, unconnected pieces, vertices at one place.
 
 use rayon::prelude::*;
 use serde::Serialize;

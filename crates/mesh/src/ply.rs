@@ -138,7 +138,7 @@ fn number(
     }
 }
 
-/// What a property is to this reader.
+/// Meaning of a property to this reader.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Coordinate(usize),

@@ -19,7 +19,7 @@ pub(super) fn sorted(a: u32, b: u32) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
 }
 
-/// What a reader does with nodes in the middle of edges.
+/// Treatment of nodes in the middle of edges by a reader.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MidNodes {
     /// A cell of second order is an error.
@@ -27,7 +27,7 @@ pub enum MidNodes {
     Refuse,
     /// The corners make a mesh of first order.
     Drop,
-    /// They are in [`Mesh::triangle_middles`] and [`Mesh::tetrahedron_middles`].
+    /// Nodes are in [`Mesh::triangle_middles`] and [`Mesh::tetrahedron_middles`].
     Keep,
 }
 

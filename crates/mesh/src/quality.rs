@@ -44,7 +44,7 @@ pub struct ElementQuality {
     pub curved: Option<CurvedQuality>,
 }
 
-/// What curved sides do to elements.
+/// Effect of curved sides on elements.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct CurvedQuality {
     /// Lower bound of the least `det J` over an element, as a fraction of its mean there, of the worst: 1 where all sides are

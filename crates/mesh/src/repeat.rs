@@ -130,6 +130,51 @@ mod tests {
         assert!(ends.iter().all(|v| inner.vertices.contains(v)) && inner.vertices.len() == 8);
     }
 
+    /// A group of the last cell of a kind, of so many in one copy, holds the last one of every copy.
+    #[track_caller]
+    fn check_group(mut one: Mesh, topological_dimension: usize, count: u32, vertices: &[u32]) {
+        let cells = vec![count - 1];
+        let group = crate::Group { topological_dimension, cells, vertices: vertices.to_vec() };
+        one.groups.insert("last".into(), group);
+        let mut counts = vec![1; one.dimension];
+        counts[0] = 3;
+        let many = repeated(&one, &counts, &vec![9.0; one.dimension]).unwrap();
+        let (group, n) = (&many.groups["last"], one.vertex_count() as u32);
+        assert_eq!(group.cells, [count - 1, 2 * count - 1, 3 * count - 1]);
+        let all: Vec<u32> = (0..3).flat_map(|copy| vertices.iter().map(move |v| copy * n + v)).collect();
+        assert_eq!(group.vertices, all);
+    }
+
+    // Cells of every dimension count by themselves: whole cells beside simplices of a lower dimension, lines
+    // beside the edges that springs are made of.
+    #[test]
+    fn groups_count_cells_of_their_own_kind() {
+        let points = vec![0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
+        let square = Mesh { dimension: 2, points, ..Mesh::default() };
+        check_group(square.clone(), 0, 4, &[3]);
+        let edges = vec![[0, 1], [1, 2], [2, 3]];
+        check_group(Mesh { edges: edges.clone(), ..square.clone() }, 1, 3, &[2, 3]);
+        let (lines, triangles) = (vec![[0, 1], [1, 2]], vec![[0, 1, 2], [0, 2, 3]]);
+        let filled = Mesh { edges, lines, triangles, ..square };
+        check_group(filled.clone(), 0, 4, &[3]);
+        check_group(filled.clone(), 1, 2, &[1, 2]);
+        check_group(filled, 2, 2, &[0, 2, 3]);
+        let whole = |cells: &[usize], element| {
+            let spec = crate::spec::GridSpec { element: Some(element), ..grid(cells, 0.5) };
+            build_grid(&spec, cells.len()).unwrap()
+        };
+        let mut quadrilaterals = whole(&[2, 1], crate::spec::WholeCell::Quadrilateral);
+        check_group(quadrilaterals.clone(), 2, 2, &[2, 3, 4, 5]);
+        quadrilaterals.lines = vec![[0, 2], [2, 4], [4, 5]];
+        check_group(quadrilaterals, 1, 3, &[4, 5]);
+        let mut hexahedra = whole(&[2, 1, 1], crate::spec::WholeCell::Hexahedron);
+        hexahedra.triangles = vec![[0, 1, 2], [1, 3, 2]];
+        check_group(hexahedra.clone(), 3, 2, &[4, 5, 6, 7, 8, 9, 10, 11]);
+        check_group(hexahedra, 2, 2, &[1, 2, 3]);
+        let simplices = build_grid(&grid(&[1, 1, 1], 0.5), 3).unwrap();
+        check_group(simplices, 3, 6, &[0, 4, 5, 7]);
+    }
+
     #[test]
     fn faults_are_told_apart() {
         let one = build_grid(&grid(&[1, 1], 0.5), 2).unwrap();

@@ -1,4 +1,4 @@
-//! What a file is that its reader cannot read: by its first bytes.
+//! Kind of a file that its reader cannot read: by its first bytes.
 
 use super::FormatError;
 use super::file::Format;
@@ -35,7 +35,7 @@ const FORMATS: &[(Format, Signature)] = &[
     (Format::Ply, (b"ply\r", "a PLY file", "name it `.ply`")),
 ];
 
-/// What a file is that has been taken for one of this format.
+/// Kind of a file that has been taken for one of this format.
 pub(super) fn recognised(format: Format, bytes: &[u8]) -> Option<FormatError> {
     let start = bytes.trim_ascii_start();
     let start = start[..start.len().min(1000)].to_ascii_lowercase();

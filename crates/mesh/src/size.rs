@@ -1,4 +1,4 @@
-//! What a mesh will take, before any of it is allocated.
+//! Memory that a mesh will take, before any of it is allocated.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ pub struct MeshSize {
     pub block_nodes: u64,
     /// Number of lines on the boundary.
     pub lines: u64,
-    /// Whether there are nodes in the middle of edges.
+    /// True if there are nodes in the middle of edges.
     pub quadratic: bool,
     /// Bytes of all of it; saturates.
     pub bytes: u64,

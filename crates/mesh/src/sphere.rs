@@ -49,7 +49,7 @@ pub(super) fn build(spec: &SphereSpec, dimension: usize) -> Result<Mesh, MeshErr
     Ok(mesh)
 }
 
-/// Whether a triangle is clockwise seen from outside of a surface about the origin.
+/// True if a triangle is clockwise seen from outside of a surface about the origin.
 fn inwards([a, b, c]: [[f64; 3]; 3]) -> bool {
     let determinant = a[0] * (b[1] * c[2] - b[2] * c[1])
         + a[1] * (b[2] * c[0] - b[0] * c[2])

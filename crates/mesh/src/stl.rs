@@ -165,7 +165,7 @@ fn end(tokens: &mut Tokens, what: &str, expected: &'static str) -> Result<(), Fi
     if is_end(tokens, word, what) { Ok(()) } else { Err(tokens.expected(expected, word)) }
 }
 
-/// Whether `word`, or it and the next, which is then read, end `what`.
+/// True if `word`, or it and the next, which is then read, end `what`.
 fn is_end(tokens: &mut Tokens, word: &str, what: &str) -> bool {
     let Some((start, rest)) = word.split_at_checked(3) else { return false };
     if !start.eq_ignore_ascii_case("end") {

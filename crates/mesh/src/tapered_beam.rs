@@ -10,7 +10,7 @@ use crate::spec::TaperedBeamSpec;
 pub(super) fn size(spec: &TaperedBeamSpec, dimension: usize) -> Result<MeshSize, MeshError> {
     plane("tapered_beam", dimension)?;
     spec.cells.iter().try_for_each(|&count| at_least_one("cells", count))?;
-    mapped::size(spec.cells)
+    mapped::size(spec.cells, spec.element)
 }
 
 /// From `x = 0` to `length`, symmetric about `y = 0`, its height linear between the two of `heights`.
@@ -20,7 +20,7 @@ pub(super) fn build(spec: &TaperedBeamSpec, dimension: usize) -> Result<Mesh, Me
     spec.heights.iter().try_for_each(|&height| positive("heights", height))?;
     let [n0, n1] = spec.cells.map(|count| count as f64);
     let [start, end] = spec.heights;
-    mapped::build(spec.cells, ["left", "right", "bottom", "top"], |i, j| {
+    mapped::build((spec.cells, spec.element), ["left", "right", "bottom", "top"], |i, j| {
         let (a, b) = (i as f64 / n0, j as f64 / n1);
         [spec.length * a, (2.0 * b - 1.0) * 0.5 * (start * (1.0 - a) + end * a)]
     })

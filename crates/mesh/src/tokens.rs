@@ -12,7 +12,7 @@ pub(super) struct FileFault {
     pub line: u32,
     /// Offset in a binary file.
     pub byte: Option<u64>,
-    /// Whether it is in the second file of a pair.
+    /// True if it is in the second file of a pair.
     pub in_nodes: bool,
     pub error: MeshError,
 }
@@ -46,7 +46,7 @@ pub(super) struct Tokens<'a> {
     comments: bool,
 }
 
-/// What a message quotes of a word.
+/// Part of a word that a message quotes.
 pub(super) fn excerpt(word: &str) -> String {
     const LONGEST: usize = 40;
     match word.char_indices().nth(LONGEST) {
@@ -142,7 +142,7 @@ impl<'a> Tokens<'a> {
         self.fault(MeshError::Expected { expected, found: excerpt(found) })
     }
 
-    /// What is left of the current line.
+    /// Rest of the current line.
     pub(super) fn rest_of_line(&mut self) -> &'a str {
         text(self.rest_of_line_bytes()).trim()
     }
@@ -163,7 +163,7 @@ impl<'a> Tokens<'a> {
         found.is_some()
     }
 
-    /// What is left of the current line, and on to the beginning of the next: binary data may start with anything.
+    /// Rest of the current line, and on to the beginning of the next: binary data may start with anything.
     pub(super) fn end_line(&mut self) -> &'a str {
         let line = self.rest_of_line();
         self.advance(usize::from(!self.rest().is_empty()));

@@ -45,13 +45,13 @@ pub(super) fn read(input: &MeshInput) -> Result<FileMesh, FileFault> {
     grid.finish(input)
 }
 
-/// What the first lines say.
+/// Contents of the first lines.
 struct VtkHeader {
-    /// Whether the numbers are binary.
+    /// True if the numbers are binary.
     binary: bool,
-    /// Whether cells are lists with offsets, as they are from version 5 on.
+    /// True if cells are lists with offsets, as they are from version 5 on.
     modern: bool,
-    /// Whether it is an unstructured grid, which has cells; or polygonal data, which may have none.
+    /// True if it is an unstructured grid, which has cells; or polygonal data, which may have none.
     unstructured: bool,
 }
 

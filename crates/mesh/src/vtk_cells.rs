@@ -25,7 +25,7 @@ pub const QUADRATIC_TRIANGLE: u8 = 22;
 /// Corners, then middles of the edges 01, 12, 20, 03, 13, 23.
 pub const QUADRATIC_TETRAHEDRON: u8 = 24;
 
-/// What a list of cells without types holds.
+/// Contents of a list of cells without types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ListKind {
     Vertices,

@@ -15,7 +15,7 @@ mod trajectory;
 
 use pyo3::prelude::*;
 
-/// What the package is made of; users import it from `pliant`.
+/// Contents of the package; users import it from `pliant`.
 #[pymodule]
 mod _pliant {
     #[pymodule_export]

@@ -38,7 +38,7 @@ impl Spent {
 }
 
 impl PythonMaterial {
-    /// What its functions raise goes to `raised`, the time that they take to `spent`.
+    /// Exceptions of its functions go to `raised`, the time that they take to `spent`.
     pub(crate) fn new(
         material: &Bound<'_, PyAny>,
         dimension: usize,

@@ -19,7 +19,7 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(50);
 /// How many forks led to this process: rayon's threads are those of the first.
 static FORKS: AtomicU64 = AtomicU64::new(0);
 
-/// What `os.register_at_fork` calls in a child.
+/// Function that `os.register_at_fork` calls in a child.
 #[pyfunction]
 pub(crate) fn _after_fork() {
     FORKS.fetch_add(1, Ordering::Relaxed);

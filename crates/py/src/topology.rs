@@ -1,4 +1,4 @@
-//! What bodies are made of, for Python.
+//! Cells of bodies, for Python.
 
 use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
 use pliant::topology::{BodyTopology, Topology};

@@ -5,7 +5,7 @@
 //! `<output>.part.tail`, and the tail is emptied whenever a chunk closes. It never holds more than one
 //! chunk. Frames that fill a chunk on their own never reach it.
 //!
-//! What is appended is written on demand: where frames follow each other so fast that a write for each would
+//! Appended data are written on demand: where frames follow each other so fast that a write for each would
 //! be felt, many go in one.
 //!
 //! The tail is an MCAP file without chunks and without end, so that any MCAP reader can make sense of it.
@@ -25,7 +25,7 @@ pub(super) struct ChunkJournal {
     file: Box<dyn Tail>,
     /// Magic, header, schemas and channels.
     preamble: Vec<u8>,
-    /// Whether the file holds anything.
+    /// True if the file holds anything.
     used: bool,
     /// Bytes that have not been written.
     pending: Vec<u8>,
@@ -33,7 +33,7 @@ pub(super) struct ChunkJournal {
     frame_ends: Vec<usize>,
     /// Frames that the file holds, from their first byte to their last.
     frames: u64,
-    /// Whether the file ends within a message, after which nothing can be read.
+    /// True if the file ends within a message, after which nothing can be read.
     is_cut: bool,
 }
 

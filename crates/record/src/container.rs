@@ -46,13 +46,13 @@ pub(super) struct Container<W: Write + Seek> {
     open_frames: u64,
     /// Frames in chunks that are closed.
     closed_frames: u64,
-    /// Whether something could not be written, and nothing more will be.
+    /// True if something could not be written, and nothing more will be.
     has_failed: bool,
     /// Error of that failure, until it is asked for.
     failure: Option<McapError>,
     /// The file that the writer writes to, to be synced.
     file: Option<File>,
-    /// Whether a checkpoint relies on what has been written: the disk must have it.
+    /// True if a checkpoint relies on what has been written: the disk must have it.
     is_secured: bool,
 }
 
@@ -106,7 +106,7 @@ impl<W: Write + Seek> Container<W> {
         Ok(())
     }
 
-    /// Whether a channel of this number was added.
+    /// True if a channel of this number was added.
     pub(super) fn has_channel(&self, id: u16) -> bool {
         self.channels.iter().any(|channel| channel.id == id)
     }
@@ -177,7 +177,7 @@ impl<W: Write + Seek> Container<W> {
         self.failure.take()
     }
 
-    /// Whether messages given to [`keep`](Self::keep) could not be written.
+    /// True if messages given to [`keep`](Self::keep) could not be written.
     pub(super) fn has_failed(&self) -> bool {
         self.has_failed
     }
@@ -199,7 +199,7 @@ impl<W: Write + Seek> Container<W> {
         }
     }
 
-    /// Whether the open chunk is to be closed with these.
+    /// True if the open chunk is to be closed with these.
     fn is_ended_by(&self, group: &[Message<'_>]) -> bool {
         self.open_bytes + bytes_of(group) >= CHUNK_BYTES
     }
@@ -226,7 +226,7 @@ impl<W: Write + Seek> Container<W> {
     /// Writes indexes and the end.
     ///
     /// # Errors
-    /// They cannot be written; with the number of frames that recovery finds.
+    /// Writing fails; with the number of frames that recovery finds.
     pub(super) fn finish(mut self) -> Result<Finished<W>, (McapError, u64)> {
         match self.writer.finish() {
             Ok(_) => {}

@@ -56,7 +56,7 @@ impl McapRecorder {
     }
 }
 
-/// Whether recordings to these paths are written to the same file.
+/// True if recordings to these paths are written to the same file.
 fn is_one(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| {
         let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
@@ -92,7 +92,7 @@ impl Beginning<'_> {
 struct FrameSurvey {
     scene_text: Option<Vec<u8>>,
     frames: u64,
-    /// Whether it has a channel with a message for each frame.
+    /// True if it has a channel with a message for each frame.
     holds_every_frame: bool,
 }
 

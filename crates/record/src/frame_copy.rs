@@ -103,7 +103,7 @@ pub(super) struct Batch {
     copies: Vec<FrameCopy>,
     count: usize,
     bytes: usize,
-    /// Whether the last of them is to be made durable against a kill, and this acknowledged.
+    /// True if the last of them is to be made durable against a kill, and this acknowledged.
     pub(super) is_urgent: bool,
 }
 

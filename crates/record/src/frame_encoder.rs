@@ -148,7 +148,7 @@ impl FrameEncoder {
         self.container.failure()
     }
 
-    /// Whether something could not be written.
+    /// True if something could not be written.
     pub(super) fn has_failed(&self) -> bool {
         self.container.has_failed()
     }

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::error::Underline;
 use super::key_path::{KeyPath, KeySegment};
 
-/// What stands at a path.
+/// Value at a path.
 #[derive(Clone)]
 struct DocumentNode<'d> {
     key: Option<Range<usize>>,
@@ -56,7 +56,8 @@ fn entry<'d>(table: &'d DeTable<'d>, key: &str) -> Option<DocumentNode<'d>> {
     Some(DocumentNode { key: Some(key.span()), value: value.span(), node: value.get_ref() })
 }
 
-/// What to underline when something is missing in `parent`: its header `[time]`, or the key of an inline table.
+/// Text to underline when something is missing in `parent`: its header `[time]`, or the key of an inline
+/// table.
 fn holder(text: &str, parent: &DocumentNode<'_>) -> Range<usize> {
     match (&parent.key, parent.node) {
         (Some(key), DeValue::Table(_)) if text[parent.value.clone()].starts_with('{') => key.clone(),

@@ -1,4 +1,4 @@
-//! What is wrong with a scene, and where.
+//! Mistakes in a scene, and their places.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -34,9 +34,9 @@ pub enum ProblemKind {
     },
     /// A value of another type.
     WrongType {
-        /// What was found.
+        /// The value found.
         found: String,
-        /// What is wanted.
+        /// The expected value.
         expected: String,
     },
     /// A text that should be a quantity or a formula and cannot be read.
@@ -73,7 +73,7 @@ pub struct Problem {
     pub path: KeyPath,
     /// One line: the place, the value and its unit, what it must be.
     pub message: String,
-    /// What would be right; a line each.
+    /// Right values; a line each.
     pub help: Vec<String>,
     /// Where the value comes from, if not from the file: an override.
     pub note: Option<String>,
@@ -81,7 +81,7 @@ pub struct Problem {
     pub line: Option<usize>,
     /// Column in the line, in characters, from 1.
     pub column: Option<usize>,
-    /// What is underlined, in bytes of [`Source::text`].
+    /// Underlined text, in bytes of [`Source::text`].
     pub span: Option<Range<usize>>,
     #[serde(skip)]
     pub(super) underline: Underline,

@@ -57,7 +57,7 @@ impl KeyPath {
         &self.0
     }
 
-    /// Whether `other` is this value or holds it.
+    /// True if `other` is this value or holds it.
     pub fn starts_with(&self, other: &KeyPath) -> bool {
         self.0.starts_with(&other.0)
     }

@@ -13,7 +13,7 @@ pub struct Source {
     pub(super) name: String,
     pub(super) text: String,
     pub(super) directory: PathBuf,
-    /// What was changed: the path, and how that was written, in backquotes.
+    /// The change: the path, and how that was written, in backquotes.
     pub(super) overrides: Vec<(KeyPath, String)>,
 }
 

@@ -73,7 +73,7 @@ impl fmt::Display for VariedKey {
 pub struct AxisError {
     /// The text.
     pub text: String,
-    /// What is wrong with it.
+    /// The mistake in it.
     pub wrong: &'static str,
 }
 

@@ -2,8 +2,15 @@
 
 use faer::MatMut;
 use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers;
+use faer::sparse::linalg::{lu, solvers};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+
+use crate::CholeskyStructure;
+
+/// Size of both factors and of the held updates, in Cholesky factors of the same order, halved.
+const ADDED: f64 = 1.55;
+/// The same where damping joins the stages.
+const ADDED_BY_DAMPING: f64 = 2.0;
 
 /// Structure of a square matrix by columns, and the order in which they are eliminated.
 pub struct SymbolicLu {
@@ -45,15 +52,39 @@ impl SymbolicLu {
         8 * (self.column_start.len() + self.row.len())
     }
 
+    /// Bytes that a factorisation is expected to take: the matrix and its transpose, both factors, and the
+    /// updates held for later columns. An estimate: a Cholesky factor in the order of the columns, twice,
+    /// times
+    /// a measured constant for row exchanges and updates. With two or three unknowns a vertex and stage,
+    /// meshes
+    /// of 400 to 15,000 vertices took within 10 % of it where stages meet in masses alone, and within 25 %
+    /// where they are `coupled` by damping. `None` where the structure does not fit memory.
+    pub fn factor_bytes(&self, coupled: bool) -> Option<usize> {
+        let pattern = self.pattern();
+        let symbolic = lu::factorize_symbolic_lu(pattern, Default::default()).ok()?;
+        let (mut start, mut row) = (vec![0], vec![]);
+        for (column, from) in self.column_start.windows(2).enumerate() {
+            row.extend(self.row[from[0]..from[1]].iter().copied().filter(|row| *row >= column));
+            start.push(row.len());
+        }
+        let factor = CholeskyStructure::new(start, row, symbolic.col_perm().arrays().0)?;
+        let added = if coupled { ADDED_BY_DAMPING } else { ADDED };
+        let factors = added * 2.0 * 8.0 * factor.factor_entries() as f64;
+        Some(factors as usize + 4 * 16 * self.row.len())
+    }
+
+    fn pattern(&self) -> SymbolicSparseColMatRef<'_, usize> {
+        let n = self.column_start.len() - 1;
+        SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row)
+    }
+
     /// Factorises the matrix with these entries, column by column; `None` where it is singular, or its
     /// factors do not fit memory.
     ///
     /// # Panics
     /// If there are more or fewer than [`entries`](Self::entries).
     pub fn factorize(&self, entries: &[f64]) -> Option<Lu> {
-        let n = self.column_start.len() - 1;
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column_start, None, &self.row);
-        let matrix = SparseColMatRef::new(pattern, entries);
+        let matrix = SparseColMatRef::new(self.pattern(), entries);
         solvers::Lu::try_new_with_symbolic(self.symbolic.clone(), matrix).ok().map(Lu)
     }
 }

@@ -13,7 +13,7 @@ pub(crate) struct ExportArguments {
     /// A folder, or a file: .pvd for a series of .vtu beside it, .vtu or .obj for a single frame
     #[arg(long, value_name = "DIR_OR_FILE")]
     pub(crate) to: PathBuf,
-    /// What to write into a folder [default: vtu]
+    /// File format in a folder [default: vtu]
     #[arg(long)]
     pub(crate) format: Option<ExportFormat>,
     /// Which frames, from 0: one (12), a range without its end (10..20), or every so many (0..100:10, ..:5) [default: all]

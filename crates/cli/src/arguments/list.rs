@@ -9,7 +9,7 @@ pub(crate) struct ListArguments {
     pub(crate) family: Option<Family>,
 }
 
-/// What can be listed.
+/// Families that can be listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Family {
     /// Time integrators

@@ -26,7 +26,7 @@ pub(crate) struct StabilityArguments {
     pub(crate) output: Option<PathBuf>,
 }
 
-/// What a map varies.
+/// Quantities that a map can vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AgainstArgument {
     /// Young's modulus, or the constant of springs, of all bodies

@@ -28,7 +28,7 @@ pub(crate) struct StressArguments {
     /// every implicit scheme on a scene
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = linear_solver)]
     pub(crate) solvers: Vec<LinearSolver>,
-    /// What takes a tenth of a second or less
+    /// Cases that take a tenth of a second or less
     #[arg(long)]
     pub(crate) quick: bool,
     /// Wall time for everything, for example 60s or "5 min": runs of a scene are cut short where it is over, and say so, cases of the

@@ -86,7 +86,7 @@ fn chosen(range: Option<FrameRange>, count: usize, file: &Path) -> Result<Vec<us
     Ok((start..end.unwrap_or(count)).step_by(step).collect())
 }
 
-/// What is written where.
+/// Files to write, and their contents.
 struct ExportPlan {
     format: ExportFormat,
     /// Frames and their files, at least one.

@@ -40,7 +40,7 @@ pub(crate) fn execute(arguments: &ListArguments, terminal: Terminal) -> Result<E
     Ok(ExitStatus::Done)
 }
 
-/// What there is of each family, by its name, as `pliant list --json` prints it.
+/// Members of each family, by its name, as `pliant list --json` prints them.
 pub fn listed() -> Vec<(&'static str, Vec<Value>)> {
     let families = ALL.into_iter().map(items);
     families.map(|(name, items)| (name, items.into_iter().map(|item| item.value).collect())).collect()
@@ -50,7 +50,7 @@ pub fn listed() -> Vec<(&'static str, Vec<Value>)> {
 struct Item {
     name: String,
     summary: String,
-    /// What there is to know: name and text.
+    /// Facts about it: name and text.
     facts: Vec<(String, String)>,
     /// The same for programs.
     value: Value,

@@ -136,7 +136,7 @@ fn table(
     probes::resumed(&keeper::resolved(noted, path), written, assembly).map(Some)
 }
 
-/// Whether the recording, if there is one, has its last frame too.
+/// True if the recording, if there is one, has its last frame too.
 fn is_recorded(recording: Option<&Path>, state: &RunState) -> bool {
     recording.is_none_or(|recording| {
         let found = read::info(recording).ok();

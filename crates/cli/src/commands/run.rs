@@ -71,7 +71,8 @@ fn keeper(arguments: &RunArguments, input: &Input) -> Result<Option<CheckpointKe
     CheckpointKeeper::new(&path, settings, input).map(Some)
 }
 
-/// What the end of a run leaves in a recording: messages for `/log`, the first of which are warnings for the user, and how it ended.
+/// Closing lines of a run in a recording: messages for `/log`, the first of which are warnings for the
+/// user, and how it ended.
 pub fn closing(
     scene: &Scene,
     report: &Report,

@@ -91,12 +91,12 @@ pub(crate) fn execute(arguments: &StudyArguments, terminal: Terminal) -> Result<
     Ok(status)
 }
 
-/// What this program is built from, on this machine.
+/// Build of this program, and the machine.
 pub fn provenance() -> Provenance {
     Provenance::here(env!("PLIANT_COMMIT"), env!("PLIANT_RUSTC"), env!("PLIANT_FLAGS"))
 }
 
-/// What the command line says, as changes of the scene's own `[study]`.
+/// Options of the command line, as changes of the scene's own `[study]`.
 fn changes(arguments: &StudyArguments) -> Result<Vec<String>, Failure> {
     let mut changes = arguments.set.clone();
     let list = |key: &str, text: &str| -> Result<String, Failure> {

@@ -1,6 +1,6 @@
 //! Flat arrays of vectors, `(n, dimension)`.
 
-/// Whether all are finite; a sum instead of a test for each, so that it vectorises.
+/// True if all are finite; a sum instead of a test for each, so that it vectorises.
 pub(crate) fn all_finite(values: &[f64]) -> bool {
     let mut sums = [0.0; 8];
     let chunks = values.chunks_exact(8);

@@ -22,7 +22,7 @@ impl Waypoint {
         Waypoint { pose, velocity: Vector3::zeros(), angular_velocity: Vector3::zeros() }
     }
 
-    /// Whether all its numbers are finite.
+    /// True if all its numbers are finite.
     pub fn is_finite(&self) -> bool {
         let vectors = [self.pose.translation.vector, self.velocity, self.angular_velocity];
         vectors

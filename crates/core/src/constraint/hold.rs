@@ -27,7 +27,7 @@ pub struct Hold {
     drive: Option<Drive>,
 }
 
-/// What a motion moves.
+/// Motion of held vertices.
 #[derive(Debug)]
 struct PrescribedMotion {
     motion: Motion,
@@ -121,7 +121,7 @@ impl Hold {
         self.until
     }
 
-    /// Whether it moves, by itself or steered.
+    /// True if it moves, by itself or steered.
     pub fn moves(&self) -> bool {
         self.motion.is_some() || self.drive.is_some()
     }

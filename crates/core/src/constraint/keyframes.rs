@@ -1,6 +1,6 @@
 //! Displacements given at some times.
 
-/// What is between two times.
+/// Interpolation between two times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
     /// Straight lines: velocities jump at the times given.

@@ -1,9 +1,10 @@
-//! What vertices are not free to do.
+//! Constraints of vertices.
 //!
 //! A [`Hold`] keeps coordinates of a set of vertices: where they are, or on a prescribed [`Motion`]; for ever, or until it lets
 //! go. A [`Wall`] is a half-space that vertices do not enter.
 //!
-//! What a scheme, explicit or implicit, has to know of holds is in [`System`](crate::system::System):
+//! The part of holds that a scheme, explicit or implicit, has to know is in
+//! [`System`](crate::system::System):
 //!
 //! - `inverse_mass()` is zero exactly at the coordinates that are held now. No force moves these.
 //! - `has_prescribed_motion()`: whether any held coordinate moves. If not, nothing below has to be called.

@@ -21,7 +21,7 @@ pub struct Motion {
     field: Option<Field>,
     /// Ascending [s].
     breaks: Vec<f64>,
-    /// Whether positions are known to be continuous.
+    /// True if positions are known to be continuous.
     is_continuous: bool,
 }
 
@@ -98,7 +98,7 @@ impl Motion {
         self
     }
 
-    /// Whether positions are known to be continuous.
+    /// True if positions are known to be continuous.
     pub(crate) fn is_continuous(&self) -> bool {
         self.is_continuous
     }
@@ -113,7 +113,7 @@ impl Motion {
         self.rotation.as_ref()
     }
 
-    /// What is the same for all vertices at the time `time` [s].
+    /// The part that is the same for all vertices at the time `time` [s].
     pub(super) fn at(&self, time: f64) -> Moment<'_> {
         let mut displacement = ([0.0; 3], [0.0; 3]);
         for path in &self.paths {

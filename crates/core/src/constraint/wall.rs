@@ -43,7 +43,7 @@ impl Wall {
         self.offset - dot(&self.normal, x)
     }
 
-    /// Whether [`apply`](Self::apply) would put any vertex back.
+    /// True if [`apply`](Self::apply) would put any vertex back.
     pub fn is_crossed(&self, inverse_mass: &[f64], x: &[f64]) -> bool {
         let d = self.normal.len();
         self.is_reached(x)
@@ -53,7 +53,7 @@ impl Wall {
             })
     }
 
-    /// Whether any vertex is behind the plane. In most steps none is: this is what those cost.
+    /// True if any vertex is behind the plane. In most steps none is: this is what those cost.
     fn is_reached(&self, x: &[f64]) -> bool {
         match self.normal[..] {
             [n0, n1] => dispatch(BehindWallKernel { normal: &[n0, n1], offset: self.offset, x }),

@@ -36,12 +36,12 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// What came in, less what went out [J].
+    /// Energy that came in, less that which went out [J].
     pub fn net(&self) -> f64 {
         sum([self.motion, self.loads, self.gravity]) - self.lost()
     }
 
-    /// What was taken out by drag, damping and walls [J].
+    /// Energy taken out by drag, damping and walls [J].
     pub fn lost(&self) -> f64 {
         sum([self.ether_drag, self.damping, self.walls])
     }

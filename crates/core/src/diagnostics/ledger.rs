@@ -77,12 +77,12 @@ impl EnergyLedger {
         })
     }
 
-    /// Whether it was opened to hold what is lost.
+    /// True if it was opened to hold what is lost.
     pub(crate) fn holds_losses(&self) -> bool {
         self.looked.losses
     }
 
-    /// Whether it holds what walls take.
+    /// True if it holds what walls take.
     pub(crate) fn counts_walls(&self) -> bool {
         self.walls.is_some()
     }

@@ -1,4 +1,5 @@
-//! What can be recorded of every element, by name: the deformation, and the strains and stresses that follow from it.
+//! Measures of every element that can be recorded, by name: the deformation, and the strains and stresses
+//! that follow from it.
 
 use crate::algebra::Mat;
 use crate::element::ElementState;

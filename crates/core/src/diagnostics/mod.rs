@@ -1,4 +1,4 @@
-//! What is measured of a state: energies, momenta, the worst element; and the stability limit of a step.
+//! Measurements of a state: energies, momenta, the worst element; and the stability limit of a step.
 
 /// Measurements of one state. Sums run over all vertices in index order.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -114,7 +114,7 @@ pub(crate) struct Energy {
 }
 
 impl Energy {
-    /// What stays [J]: the total less what came in and went out.
+    /// Energy that is conserved [J]: the total less what came in and went out.
     pub(crate) fn conserved(&self) -> f64 {
         self.total - self.balance.map_or(0.0, |balance| balance.net())
     }

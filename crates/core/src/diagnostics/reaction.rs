@@ -1,4 +1,4 @@
-//! What pins and walls have to do.
+//! Reaction forces of pins and walls.
 
 use super::wall_reaction::WallForces;
 use crate::constraint::Hold;

@@ -1,4 +1,4 @@
-//! What walls have to do.
+//! Reaction forces of walls.
 
 use super::Reaction;
 use crate::constraint::Wall;

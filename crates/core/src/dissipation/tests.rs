@@ -1,4 +1,4 @@
-//! What every dissipation function has to be.
+//! Properties of every dissipation function.
 
 use super::*;
 use crate::energy::EnergyTerm;

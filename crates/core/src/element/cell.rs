@@ -51,7 +51,7 @@ impl CellBlock {
         self.vertices.len() / self.kind.nodes
     }
 
-    /// Whether it has no cells.
+    /// True if it has no cells.
     pub fn is_empty(&self) -> bool {
         self.vertices.is_empty()
     }

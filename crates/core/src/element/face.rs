@@ -34,7 +34,7 @@ pub const fn face_edges<const D: usize, const N: usize>() -> &'static [[usize; 2
     }
 }
 
-/// Whether the face is a quadrilateral.
+/// True if the face is a quadrilateral.
 const fn is_quadrilateral<const D: usize, const N: usize>() -> bool {
     D == 3 && N == 4
 }

@@ -122,7 +122,7 @@ fn integrate<const D: usize, const N: usize>(
     mass
 }
 
-/// Whether the nodes in the middle of edges are there, to rounding: then the Jacobian is constant.
+/// True if the nodes in the middle of edges are there, to rounding: then the Jacobian is constant.
 pub(super) fn is_straight<const D: usize, const N: usize>(rest: &[[f64; D]; N]) -> bool {
     if order::<D, N>() == 1 {
         return true;

@@ -41,14 +41,14 @@ pub(crate) use simplex::{edge_matrix, vertex_gradients};
 pub use state::ElementState;
 pub(crate) use tangents::{Tangents, scatter_stress, tangents, times, transpose_times};
 
-/// What an element says of itself, for `pliant list elements`.
+/// Description of an element, for `pliant list elements`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ElementDescription {
     /// Its name.
     pub name: &'static str,
     /// One line.
     pub summary: &'static str,
-    /// What in a scene makes elements of this kind.
+    /// Key of a scene that makes elements of this kind.
     pub scene: &'static str,
     /// Number of vertices.
     pub vertices: u32,

@@ -24,7 +24,7 @@ const fn between<const D: usize>(i: usize, q: usize) -> usize {
 pub(crate) struct QuadraticPositions<S, const D: usize, const N: usize> {
     /// `4 (n - f)` times the positions, from the first corner.
     nodes: [[S; D]; N],
-    /// What does not depend on `q`: entry `k - 1` is `(4 f - 1)(x_k - x_0) + 4 f (S_k - S_0)`.
+    /// The part that does not depend on `q`: entry `k - 1` is `(4 f - 1)(x_k - x_0) + 4 f (S_k - S_0)`.
     common: [[S; D]; D],
 }
 

@@ -36,8 +36,8 @@ pub fn quadrature_position<const D: usize, const N: usize>(q: usize) -> Barycent
     lambda
 }
 
-/// What the values of a linear function at the quadrature points have to be multiplied with to give its value at `lambda`: `F` of a
-/// straight element, and `dx/dxi` of any, are such functions.
+/// Weights by which the values of a linear function at the quadrature points give its value at `lambda`:
+/// `F` of a straight element, and `dx/dxi` of any, are such functions.
 pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> Barycentric {
     if order::<D, N>() == 1 {
         return [1.0, 0.0, 0.0, 0.0];
@@ -49,7 +49,7 @@ pub fn interpolation<const D: usize, const N: usize>(lambda: &Barycentric) -> Ba
     weights
 }
 
-/// What one quadrature point of an element contributes: with the shape gradients `b_a = dN_a/dX` there,
+/// Contribution of one quadrature point of an element: with the shape gradients `b_a = dN_a/dX` there,
 /// `F = sum_a x_a b_a^T`, `E = sum_q w_q psi(F_q)`, the gradient at node `a` is `sum_q w_q P_q b_a`, and the block `(a, b)` of
 /// the stiffness `sum_q w_q b_a . (dP/dF)_q . b_b`, that is `K_ik = w dP_ij/dF_kl b_aj b_bl`.
 #[derive(Clone, Copy, Debug, PartialEq)]

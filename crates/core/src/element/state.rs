@@ -1,4 +1,4 @@
-//! What is known of single elements: deformation, strain, stress.
+//! State of single elements: deformation, strain, stress.
 
 use crate::algebra::{Mat, signed_svd};
 
@@ -13,7 +13,7 @@ pub struct ElementState {
     pub first_piola: Mat<f64, 3>,
     /// Energy density `Psi(F)` by the volume at rest [J/m^3].
     pub energy_density: f64,
-    /// Whether the third axis is out of the plane of a scene in 2D: rotations are then about that axis.
+    /// True if the third axis is out of the plane of a scene in 2D: rotations are then about that axis.
     pub plane: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Whether a curved element is one: `det J > 0` everywhere in it, not at some points only.
+//! Validity of curved elements: `det J > 0` everywhere in one, not at some points only.
 //!
 //! `J` is linear in the coordinates of an element of second order, so `det J` is a polynomial of degree `D`, and its least
 //! coefficient in the Bernstein basis is a lower bound; the coefficients at corners are values. The coefficient of

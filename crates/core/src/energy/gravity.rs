@@ -9,7 +9,7 @@ pub struct UniformGravity {
     acceleration: Vec<f64>,
     /// `-m_i` of every vertex [kg]; gravity pulls at pinned vertices too, the pin carries it.
     negative_mass: Vec<f64>,
-    /// Whether those are the masses that it accelerates, so that every vertex falls alike.
+    /// True if those are the masses that it accelerates, so that every vertex falls alike.
     accelerates: bool,
 }
 

@@ -29,7 +29,7 @@ pub enum EnergyKind {
     Load,
 }
 
-/// What keeps a configuration from having a finite energy or force.
+/// Obstacle to a finite energy or force of a configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// An element left the domain of its material, or its stress is not finite.
@@ -59,9 +59,9 @@ pub enum Fault {
         /// Its length [m].
         length: f64,
     },
-    /// What bends at these vertices has no finite force.
+    /// The element that bends at these vertices has no finite force.
     Stencil {
-        /// What it is: `hinge`, `joint`.
+        /// Its kind: `hinge`, `joint`.
         what: &'static str,
         /// Name of the body.
         body: String,
@@ -198,13 +198,14 @@ impl ShapeProducts {
 pub struct TermProperties {
     /// Which sum of the diagnostics its energy belongs to.
     pub kind: EnergyKind,
-    /// Whether each of its vertices acts on all others: matrices are then full.
+    /// True if each of its vertices acts on all others: matrices are then full.
     pub couples_all: bool,
-    /// Whether it is made of tetrahedra: factors of its Hessian fill up as those of sheets and strands do not.
+    /// True if it is made of tetrahedra: factors of its Hessian fill up as those of sheets and strands do
+    /// not.
     pub fills_space: bool,
-    /// Whether the potential depends on time; [`Driven::set_time`] is called only if it does.
+    /// True if the potential depends on time; [`Driven::set_time`] is called only if it does.
     pub changes_with_time: bool,
-    /// Whether the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
+    /// True if the force is the gradient of [`energy`](EnergyTerm::energy). If not, the energy is zero, the
     /// gradient is minus the force all the same, and Hessian products are those of its derivative, which is
     /// not symmetric.
     pub is_conservative: bool,
@@ -222,7 +223,7 @@ impl TermProperties {
         }
     }
 
-    /// Whether energy comes in through the term from outside: [`Driven::power`] says how much.
+    /// True if energy comes in through the term from outside: [`Driven::power`] says how much.
     pub const fn supplies(self) -> bool {
         self.changes_with_time || !self.is_conservative
     }

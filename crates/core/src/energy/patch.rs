@@ -52,7 +52,7 @@ impl<const D: usize> Scratch<D> {
     }
 }
 
-/// What a term made of stencils computes in: nothing is allocated in a step.
+/// Memory that a term made of stencils computes in: nothing is allocated in a step.
 #[derive(Debug)]
 pub struct Workspace<const D: usize> {
     /// A piece for each task that may run at the same time.
@@ -65,7 +65,7 @@ pub struct Workspace<const D: usize> {
 }
 
 impl<const D: usize> Workspace<D> {
-    /// What `patches` need.
+    /// Memory for `patches`.
     pub fn new<const N: usize>(patches: &Patches<N>) -> Self {
         let count = patches.patches.len();
         let tasks = tasks(count);
@@ -307,8 +307,8 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// What [`add_rows`](Self::add_rows) would add for vertices of one block, where a single patch touches them and its rows have no
-    /// gaps: in the plane, inside of a patch.
+    /// Rows that [`add_rows`](Self::add_rows) would add for vertices of one block, where a single patch
+    /// touches them and its rows have no gaps: in the plane, inside of a patch.
     pub fn rows<'a, const D: usize>(
         &self,
         workspace: &'a Workspace<D>,
@@ -330,7 +330,8 @@ impl<const N: usize> Patches<N> {
         }
     }
 
-    /// Whether what a pass over the stencils reads is not in the caches the next time, so that asking for it ahead pays.
+    /// True if what a pass over the stencils reads is not in the caches the next time, so that asking for
+    /// it ahead pays.
     pub fn exceed_caches(&self) -> bool {
         self.index.len() >= STREAMED_FROM
     }

@@ -28,7 +28,7 @@ pub trait TermViews {
         None
     }
 
-    /// What measurements ask, where the term answers better than its energy and its products do.
+    /// Answers to measurements, where the term has better ones than its energy and its products.
     fn measurements(&mut self) -> Option<&mut dyn Measurements> {
         None
     }
@@ -49,7 +49,7 @@ pub trait ElementTerm {
     /// Name of the body that they fill.
     fn body(&self) -> &str;
 
-    /// Whether the material of the body is in the elements alone, and no part of it at the nodes.
+    /// True if the material of the body is in the elements alone, and no part of it at the nodes.
     fn is_whole(&self) -> bool {
         true
     }
@@ -73,7 +73,8 @@ pub trait ElementTerm {
 
 /// Gradients that a step reads where they are, instead of adding them to others.
 pub trait ForceLayout: Sync {
-    /// What [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from `first` on, at most a
+    /// Rows that [`add_rows`](EnergyTerm::add_rows) would add for `count` vertices from `first` on, at most
+    /// a
     /// block of a step, where that lies in memory as it is. A step reads it there, if no other term has rows.
     fn rows(&self, first: usize, count: usize) -> Option<&[f64]> {
         let _ = (first, count);
@@ -93,7 +94,7 @@ pub trait StepLimit {
     /// The largest part of the step from `x` to `x + dx` that stays where the energy is finite: in (0, 1].
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64;
 
-    /// Whether places beyond the limit have finite energies again, as those behind a thin obstacle: every
+    /// True if places beyond the limit have finite energies again, as those behind a thin obstacle: every
     /// motion must then ask, that of explicit schemes included. An element that is turned inside out shows in
     /// its energy, and need not guard the way.
     fn guards_way(&self) -> bool {

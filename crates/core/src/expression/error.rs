@@ -9,7 +9,7 @@ pub enum ExpressionError {
     /// Something else should be there.
     #[error("expected {expected}, found {}", .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
     Unexpected {
-        /// What should be there.
+        /// The expected token.
         expected: &'static str,
         /// The character that is there.
         found: Option<char>,

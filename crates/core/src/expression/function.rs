@@ -1,4 +1,4 @@
-//! What a formula can call: operators and functions, each with its partial derivatives.
+//! Operators and functions that a formula can call, each with its partial derivatives.
 
 use super::ExpressionError;
 
@@ -130,7 +130,7 @@ pub(super) fn function(name: &str) -> Option<&'static Function> {
 }
 
 impl Function {
-    /// Whether its value jumps where its arguments do not.
+    /// True if its value jumps where its arguments do not.
     pub(super) fn jumps(&self) -> bool {
         const JUMPING: &[&str] = &["<", "<=", ">", ">=", "sign", "floor", "step", "pulse", "if"];
         JUMPING.contains(&self.name)

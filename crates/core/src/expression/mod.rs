@@ -138,13 +138,13 @@ impl Expression {
         result.rate
     }
 
-    /// Whether it depends on the place.
+    /// True if it depends on the place.
     pub fn depends_on_place(&self) -> bool {
         let elsewhere = |operation: &Operation| matches!(operation, Operation::Variable(variable) if *variable != Variable::T);
         self.program.iter().any(elsewhere)
     }
 
-    /// Whether nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
+    /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
     /// these.
     pub fn is_continuous(&self) -> bool {
         let jumps =
@@ -186,7 +186,7 @@ impl fmt::Display for Expression {
     }
 }
 
-/// What a formula is evaluated on: numbers, or numbers with their rates.
+/// Numbers that a formula is evaluated on: plain ones, or numbers with their rates.
 trait Number: Copy {
     fn constant(value: f64) -> Self;
     fn call(function: &Function, arguments: [Self; 3]) -> Self;

@@ -31,7 +31,7 @@ pub struct Alpha {
     /// The state at the end of the last step, and the acceleration that belongs to it: history is good where both fit.
     after: NextState,
     acceleration: Vec<f64>,
-    /// What `acceleration` was before the last step.
+    /// `acceleration` as it was before the last step.
     before: Vec<f64>,
     /// The step that led to both [s].
     size: f64,

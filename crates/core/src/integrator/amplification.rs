@@ -1,4 +1,4 @@
-//! What a scheme does to the oscillator, measured by running it.
+//! Amplification of the oscillator by a scheme, measured by running it.
 
 use std::ops::Range;
 

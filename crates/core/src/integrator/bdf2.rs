@@ -15,7 +15,7 @@ use crate::system::{ForceId, System};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Bdf2Parameters {
-    /// What takes the first step, for which there is no state before.
+    /// Scheme of the first step, for which there is no state before.
     pub start: Bdf2Start,
 }
 
@@ -75,14 +75,14 @@ pub struct Bdf2 {
     after: NextState,
     /// The step, and the version of the structure.
     step: Option<(f64, u64)>,
-    /// Whether walls put vertices back at its end: history that has velocities before and after makes them
+    /// True if walls put vertices back at its end: history that has velocities before and after makes them
     /// bounce.
     jumped: bool,
     z: Vec<f64>,
     w: Vec<f64>,
     acceleration: Vec<f64>,
     next: NextState,
-    /// What `before` was before the last step.
+    /// `before` as it was before the last step.
     older: NextState,
     started: bool,
 }
@@ -118,7 +118,7 @@ impl Bdf2 {
         self.jumped = false;
     }
 
-    /// Whether `before` is the history of `state`.
+    /// True if `before` is the history of `state`.
     fn has_led_to(&self, state: &State) -> bool {
         !self.jumped && *self.after.x == *state.x() && *self.after.v == *state.v()
     }

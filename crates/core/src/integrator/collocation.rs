@@ -7,8 +7,8 @@
 //! M sum_j ((B^2)_ij + h c B_ij) Z_j - h (B 1)_i M v_n + h^2 (dE/dx + dR/dv)(X_i, V_i, t_i) = 0
 //! ```
 //!
-//! They are solved by Newton's method with a sparse LU factorisation, for the matrix is not symmetric. Hairer, Wanner 1996, *Solving
-//! Ordinary Differential Equations II*, section IV.8.
+//! The equations are solved by Newton's method with a sparse LU factorisation, for the matrix is not
+//! symmetric. Hairer, Wanner 1996, *Solving Ordinary Differential Equations II*, section IV.8.
 
 mod energy;
 
@@ -40,7 +40,7 @@ pub struct Collocation {
     inverse: Vec<Vec<f64>>,
     options: SolverOptions,
     newton: Option<Box<dyn CoupledNewton>>,
-    /// What the stages are away from the old positions, and their velocities.
+    /// Distances of the stages from the old positions, and their velocities.
     z: Vec<Vec<f64>>,
     v: Vec<Vec<f64>>,
     /// Positions and accelerations of one stage.

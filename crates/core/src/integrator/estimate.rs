@@ -31,7 +31,7 @@ pub struct Tolerances {
     pub relative: f64,
 }
 
-/// What a scheme says of the size of the step it has taken.
+/// Error estimate of a scheme for the step it has taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Judgement {
     /// The norm of the estimated error; 1 is just allowed. Tolerances say what 1 is.

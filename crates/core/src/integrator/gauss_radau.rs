@@ -61,7 +61,7 @@ pub struct GaussRadau {
     dimension: usize,
     /// Divided differences.
     g: Vec<Terms>,
-    /// What rounding has taken from the coefficients in this step.
+    /// Part of the coefficients that rounding has taken in this step.
     lost: Vec<Terms>,
     /// Accelerations at the beginning of the step and at a node.
     first: Vec<f64>,
@@ -73,12 +73,12 @@ pub struct GaussRadau {
     origin: [f64; 3],
 }
 
-/// What a step leaves for the next one.
+/// Memory that a step leaves for the next one.
 struct Memory {
     /// Its size [s]; 0: nothing.
     h: f64,
     b: Vec<Terms>,
-    /// What `b` was predicted to be.
+    /// `b` as it was predicted.
     predicted: Vec<Terms>,
     /// The state it led to, and what rounding took from it.
     after: NextState,
@@ -129,7 +129,7 @@ impl Memory {
         true
     }
 
-    /// Whether `state` is what the step led to.
+    /// True if `state` is what the step led to.
     fn leads_to(&self, system: &System, state: &State) -> bool {
         self.h > 0.0
             && self.structure == system.structure()
@@ -281,7 +281,7 @@ impl GaussRadau {
         Ok(())
     }
 
-    /// Whether a correction of positions [m] is within what rounding leaves of them.
+    /// True if a correction of positions [m] is within what rounding leaves of them.
     fn is_rounding_of_positions(&self, correction: f64) -> bool {
         let reach = self.next.x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         correction <= POSITION_ULPS * f64::EPSILON * reach

@@ -51,7 +51,7 @@ impl GeneralisedAlphaParameters {
         }
     }
 
-    /// Whether the parameters make sense.
+    /// Checks that the parameters make sense.
     ///
     /// # Errors
     /// [`BadParameter`].

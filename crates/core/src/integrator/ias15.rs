@@ -20,8 +20,8 @@ use super::{BadParameter, Documentation, Method, Scheme};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ias15Parameters {
-    /// What the last term of the acceleration may be beside the whole where steps are `adaptive`; the error of a step is far below. 1e-9 is
-    /// where rounding begins to be the larger part of the error.
+    /// Largest last term of the acceleration beside the whole where steps are `adaptive`; the error of a
+    /// step is far below. 1e-9 is where rounding begins to be the larger part of the error.
     #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub epsilon: f64,
 }
@@ -36,7 +36,7 @@ impl Ias15Parameters {
     /// Rein and Spiegel's choice.
     pub const DEFAULT: Self = Ias15Parameters { epsilon: 1e-9 };
 
-    /// Whether the parameters make sense.
+    /// Checks that the parameters make sense.
     ///
     /// # Errors
     /// [`BadParameter`].

@@ -1,4 +1,4 @@
-//! What implicit schemes have in common: stages that are solved, and the memory of a step.
+//! Parts that implicit schemes have in common: stages that are solved, and the memory of a step.
 
 use super::equations::end_step;
 use crate::lanes::Numbers;
@@ -153,7 +153,8 @@ impl StageSolver {
         self.minimizer.as_mut().is_some_and(|minimizer| minimizer.solve_last(right))
     }
 
-    /// What the last minimum is away from the old positions, more exactly than its own positions say; flat [m].
+    /// Distance of the last minimum from the old positions, more exactly than its own positions say; flat
+    /// [m].
     pub(super) fn increments(&self) -> &[f64] {
         &self.at.u
     }

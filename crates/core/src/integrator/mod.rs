@@ -53,7 +53,7 @@ macro_rules! register {
             /// Every scheme, those with parameters with their default ones.
             pub const ALL: &[IntegratorSpec] = &[$(IntegratorSpec::$variant $(($module::$parameters::DEFAULT))?),+];
 
-            /// Whether the parameters make sense.
+            /// Checks that the parameters make sense.
             ///
             /// # Errors
             /// [`BadParameter`] for the first that does not.
@@ -108,11 +108,11 @@ pub struct BadParameter {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// What would be right.
+    /// Right values.
     pub right: &'static str,
 }
 
-/// What a scheme says of itself; `pliant list` prints it, and the conformance tests measure every number in it.
+/// Documentation of a scheme; `pliant list` prints it, and the conformance tests measure every number in it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Documentation {
     /// Name in scenes.
@@ -128,9 +128,9 @@ pub struct Documentation {
     /// Largest `h omega` for which an undamped oscillator stays bounded; 0: none, the scheme gains energy at any step;
     /// infinite: any step.
     pub stability_limit: f64,
-    /// Whether it is symplectic: the energy error is bounded and does not drift.
+    /// True if it is symplectic: the energy error is bounded and does not drift.
     pub symplectic: bool,
-    /// What it conserves beside linear momentum.
+    /// Quantities that it conserves beside linear momentum.
     pub conserves: &'static str,
     /// Where it comes from.
     pub source: &'static str,
@@ -162,7 +162,7 @@ pub enum Scheme {
 /// A scheme with its documentation: what one file of this folder exports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
-    /// What it says of itself.
+    /// Its documentation.
     pub documentation: Documentation,
     /// Its coefficients.
     pub scheme: Scheme,
@@ -181,18 +181,18 @@ impl Method {
         Some(companion.order.min(self.documentation.order) + 1)
     }
 
-    /// Whether adaptive steps follow a criterion of the scheme's own instead of tolerances.
+    /// True if adaptive steps follow a criterion of the scheme's own instead of tolerances.
     pub fn has_own_criterion(&self) -> bool {
         matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
-    /// Whether it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name
+    /// True if it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name
     /// for the load.
     pub fn is_static(&self) -> bool {
         self.scheme == Scheme::QuasiStatic
     }
 
-    /// Whether the new positions are those of its last solve: of a minimum, or of stages whose way was found
+    /// True if the new positions are those of its last solve: of a minimum, or of stages whose way was found
     /// free.
     pub fn ends_at_solution(&self) -> bool {
         match self.scheme {
@@ -206,12 +206,12 @@ impl Method {
         }
     }
 
-    /// Whether a step takes as many iterations as it needs, and may be long.
+    /// True if a step takes as many iterations as it needs, and may be long.
     pub fn iterates(&self) -> bool {
         self.documentation.solves > 0 || matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
-    /// Whether steps can follow the error.
+    /// True if steps can follow the error.
     pub fn is_adaptive(&self) -> bool {
         self.error_exponent().is_some()
     }

@@ -62,7 +62,7 @@ impl NewmarkParameters {
         }
     }
 
-    /// Whether the parameters make sense.
+    /// Checks that the parameters make sense.
     ///
     /// # Errors
     /// [`BadParameter`].

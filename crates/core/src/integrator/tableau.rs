@@ -12,7 +12,7 @@ pub struct Tableau {
     pub a: &'static [&'static [f64]],
     /// Weights.
     pub b: &'static [f64],
-    /// What the error is estimated by, if anything.
+    /// Difference of weights that the error is estimated by, if any.
     pub companion: Option<Companion>,
 }
 

@@ -131,7 +131,8 @@ impl<const D: usize> Columns<D> {
         columns
     }
 
-    /// What loads read. By value, so that an inner loop that writes elsewhere keeps it in registers.
+    /// The numbers that loads read. By value, so that an inner loop that writes elsewhere keeps it in
+    /// registers.
     #[inline(always)]
     pub fn view(&self) -> ColumnsView<'_, D> {
         ColumnsView { numbers: &self.numbers, length: self.length }

@@ -10,7 +10,7 @@ use super::{avx2::Avx2, avx512::Avx512};
 
 /// A computation over packs, with its arguments as fields.
 pub trait Kernel {
-    /// What it gives.
+    /// Its result.
     type Output;
     /// The computation. Mark the implementation `#[inline(always)]`, see the rules in [`crate::lanes`].
     fn run<L: Lanes>(self) -> Self::Output;
@@ -41,7 +41,7 @@ impl InstructionSet {
         }
     }
 
-    /// Whether this processor has the instructions.
+    /// True if this processor has the instructions.
     #[cfg(target_arch = "x86_64")]
     pub fn is_available(self) -> bool {
         let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
@@ -56,7 +56,7 @@ impl InstructionSet {
         }
     }
 
-    /// Whether this processor has the instructions.
+    /// True if this processor has the instructions.
     #[cfg(not(target_arch = "x86_64"))]
     pub fn is_available(self) -> bool {
         self == InstructionSet::Portable

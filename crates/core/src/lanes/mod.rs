@@ -47,12 +47,12 @@ pub const WIDTH: usize = 8;
 
 /// Eight numbers, side by side.
 pub trait Lanes: Real {
-    /// Whether kernels with divisions or roots run faster on a [`Pair`] of packs.
+    /// True if kernels with divisions or roots run faster on a [`Pair`] of packs.
     ///
     /// They do where a pack is one of 32 registers; where it is two of 16, a pair only spills. Same bits either way.
     const PAIRS_PAY: bool;
-    /// Whether a kernel had better call a function of `f64` for each lane than inline its mathematics on packs: where a pack is
-    /// no register. The bits are the same.
+    /// True if a kernel had better call a function of `f64` for each lane than inline its mathematics on
+    /// packs: where a pack is no register. The bits are the same.
     const BY_LANE: bool = false;
 
     /// The numbers of `a`, which need not be aligned (but loads fastest at multiples of 64 bytes).

@@ -1,4 +1,4 @@
-//! What the operators of all packs have in common.
+//! Operators of all packs.
 
 /// `+=`, `-=` and `*=` by way of `+`, `-` and `*`.
 macro_rules! assigning_operators {

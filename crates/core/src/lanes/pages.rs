@@ -1,6 +1,7 @@
 //! Memory in huge pages.
 //!
-//! What is larger than the caches is read in order, some tens of megabytes a step, in pages of 4 KiB: a translation of an address
+//! Memory larger than the caches is read in order, some tens of megabytes a step, in pages of 4 KiB: a
+//! translation of an address
 //! for each, which takes as long as its lines do in a virtual machine. Pages of 2 MiB need one for 512 of them. Systems give them
 //! to whoever asks.
 #![allow(unsafe_code)]

@@ -74,7 +74,7 @@ pub struct RowSlice<const D: usize>([f64; LENGTH]);
 
 /// Rows of vertices that [`Lanes::gather`](super::Lanes::gather) takes: 2 numbers each in 2D, 4 in 3D.
 pub trait RowSource<const D: usize> {
-    /// What names a row.
+    /// Name of a row.
     type Index: Copy;
 
     /// The numbers of row `index`; `STRIDE` is 2 for `D = 2` and 4 for `D = 3`.

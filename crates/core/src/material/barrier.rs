@@ -1,4 +1,4 @@
-//! What the models for `J > 0` have in common: where they end.
+//! Domain of the models for `J > 0`: where they end.
 
 use crate::scalar::Scalar;
 

@@ -49,7 +49,7 @@ pub struct PlaneIsotropic {
     /// Of the solid.
     #[serde(flatten)]
     pub solid: Isotropic,
-    /// What happens across the plane, in 2D only; plane strain without it.
+    /// Condition across the plane, in 2D only; plane strain without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<Plane>,
 }
@@ -67,7 +67,7 @@ struct PlaneIsotropicTable {
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
     #[serde(default)]
     preset: Option<Preset>,
-    /// What happens across the plane, in 2D only; plane strain without it.
+    /// Condition across the plane, in 2D only; plane strain without it.
     #[serde(default)]
     plane: Option<Plane>,
 }

@@ -37,7 +37,7 @@ pub enum Domain {
     PositiveJ,
 }
 
-/// Whether a Hessian is given as it is or with its negative eigenvalues set to zero.
+/// Form of a Hessian: as it is, or with its negative eigenvalues set to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Psd {
     /// The exact second derivative.

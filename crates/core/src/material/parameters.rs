@@ -1,4 +1,4 @@
-//! What a scene gives a model: elastic constants, and the checks that they make sense.
+//! Parameters of a model in a scene: elastic constants, and the checks that they make sense.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -15,9 +15,9 @@ pub struct ParameterError {
     pub field: &'static str,
     /// Which entry of it, from 0, where it is a list.
     pub index: Option<usize>,
-    /// What it was.
+    /// Its value.
     pub value: f64,
-    /// What is wrong with it and what would be right.
+    /// The mistake, and what would be right.
     pub problem: &'static str,
 }
 
@@ -49,7 +49,7 @@ pub trait Parameters {
         None
     }
 
-    /// What the parameters say of the plane in two dimensions, if they have a say.
+    /// The plane that the parameters name in two dimensions, if they do.
     fn plane(&self) -> Option<Plane> {
         None
     }
@@ -72,7 +72,7 @@ pub trait Parameters {
         Self: Sized;
 }
 
-/// What a body in two dimensions is a section of.
+/// Solid of which a body in two dimensions is a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
@@ -157,7 +157,7 @@ struct IsotropicTable {
     preset: Option<Preset>,
 }
 
-/// What is given, or what the preset has.
+/// The value given, or that of the preset.
 ///
 /// # Errors
 /// Neither.

@@ -26,14 +26,14 @@ pub enum Preset {
     Steel,
 }
 
-/// What a preset stands for.
+/// Constants of a preset.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AboutPreset {
     /// The preset.
     pub preset: Preset,
     /// Its name in a scene.
     pub name: &'static str,
-    /// What it is.
+    /// Its description.
     pub summary: &'static str,
     /// Young's modulus [Pa].
     pub young: f64,
@@ -127,7 +127,7 @@ pub const PRESETS: [AboutPreset; 8] = [
 ];
 
 impl Preset {
-    /// What it stands for.
+    /// Its constants.
     pub fn about(self) -> &'static AboutPreset {
         PRESETS.iter().find(|about| about.preset == self).expect("every preset is in the list: a test looks")
     }

@@ -3,7 +3,7 @@
 use super::parameters::Parameters;
 use super::{Domain, Material};
 
-/// What a model says of itself, for `pliant list materials` and for the tests.
+/// Description of a model, for `pliant list materials` and for the tests.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct MaterialDescription {
     /// One line.
@@ -14,9 +14,9 @@ pub struct MaterialDescription {
     pub source: &'static str,
     /// Which deformations it is defined for.
     pub domain: Domain,
-    /// Whether `psi(Q F) = psi(F)` for every rotation `Q`, as every real material has it.
+    /// True if `psi(Q F) = psi(F)` for every rotation `Q`, as every real material has it.
     pub frame_indifferent: bool,
-    /// Whether `psi(I) = 0` and `P(I) = 0`: without it a body has no rest shape.
+    /// True if `psi(I) = 0` and `P(I) = 0`: without it a body has no rest shape.
     pub has_rest_shape: bool,
 }
 
@@ -24,7 +24,7 @@ pub struct MaterialDescription {
 pub trait Model: Clone {
     /// Its table in a scene.
     type Parameters: Parameters;
-    /// What it is.
+    /// Its description.
     const ABOUT: MaterialDescription;
     /// The model with these parameters, which have been [checked](Parameters::check).
     fn new(parameters: &Self::Parameters) -> Self;
@@ -34,7 +34,7 @@ pub trait Model: Clone {
 ///
 /// [`MaterialSpec::visit`]: super::MaterialSpec::visit
 pub trait MaterialVisitor<const D: usize> {
-    /// What comes out.
+    /// Result.
     type Output;
     /// Called once, with the model.
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Self::Output;
@@ -63,7 +63,7 @@ macro_rules! register_materials {
                 match self { $(Self::$model(_) => $name,)+ }
             }
 
-            /// What the model is.
+            /// Description of the model.
             pub fn about(&self) -> MaterialDescription {
                 match self { $(Self::$model(_) => <$model as Model>::ABOUT,)+ }
             }
@@ -73,7 +73,7 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => Parameters::lame(parameters),)+ }
             }
 
-            /// Whether the parameters make sense.
+            /// Checks that the parameters make sense.
             ///
             /// # Errors
             /// [`ParameterError`] for the first that does not.

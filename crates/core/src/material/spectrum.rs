@@ -46,7 +46,7 @@ pub struct InvariantDerivatives {
     pub j_j: f64,
 }
 
-/// What `F_33 = 1` adds to `F : F` in plane strain.
+/// Addition of `F_33 = 1` to `F : F` in plane strain.
 pub(super) const fn out_of_plane<const D: usize>() -> f64 {
     if D == 2 { 1.0 } else { 0.0 }
 }

@@ -23,7 +23,7 @@ pub struct StableNeoHookeanLog {
     lambda: f64,
 }
 
-/// What `F_33 = 1` adds to `I_C`, plus `more`.
+/// Addition of `F_33 = 1` to `I_C`, plus `more`.
 #[inline(always)]
 fn out_of_plane<const D: usize>(more: f64) -> f64 {
     if D == 2 { more + 1.0 } else { more }

@@ -45,7 +45,7 @@ impl<const D: usize> Inertia<D> {
         inertia
     }
 
-    /// Whether any of it is consistent.
+    /// True if any of it is consistent.
     pub(super) fn is_consistent(&self) -> bool {
         !self.rows.is_empty()
     }
@@ -55,7 +55,7 @@ impl<const D: usize> Inertia<D> {
         &self.lumped
     }
 
-    /// Whether a coordinate is free.
+    /// True if a coordinate is free.
     pub(super) fn is_free(&self, n: usize) -> bool {
         self.lumped[n] > 0.0
     }

@@ -77,7 +77,7 @@ impl<'a, const D: usize> Lanczos<'a, D> {
         self.images.len()
     }
 
-    /// Whether no new direction is left.
+    /// True if no new direction is left.
     pub(super) fn is_exhausted(&self) -> bool {
         self.basis.len() == self.most || self.last == self.basis.len() && self.starts == 0
     }

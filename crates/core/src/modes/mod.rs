@@ -94,7 +94,7 @@ pub enum ModesError {
     /// The present state is no place to linearise, or something else than a linear force acts.
     #[error("modes cannot be superposed: {what}")]
     NotLinear {
-        /// What is not linear, or changes.
+        /// The part that is not linear, or changes.
         what: String,
     },
     /// Modes that damping couples have no solutions of their own.

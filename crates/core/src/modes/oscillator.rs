@@ -25,7 +25,7 @@ impl Oscillator {
         (self.velocity * h + self.force * self.integral(t, h, slope), self.velocity * slope + self.force * h)
     }
 
-    /// What a unit velocity at the start leads to: displacement and velocity.
+    /// Displacement and velocity after a unit velocity at the start.
     fn response(&self, t: f64) -> (f64, f64) {
         let d = 0.5 * self.rate;
         let square = self.square - d * d;

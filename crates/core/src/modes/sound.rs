@@ -43,7 +43,7 @@ pub struct Silent {
     pub not_struck: usize,
 }
 
-/// What is heard of a struck body: the tones of its modes.
+/// Sound of a struck body: the tones of its modes.
 ///
 /// A blow of the impulse `I n` gives mode `j` the velocity `(phi_j . n) I`, and the point that is listened to moves with
 /// `v(t) = I sum_j a_j exp(-d_j t) cos(w_j t)`, `a_j = (phi_j . n)(strike) (phi_j . n)(listen)`. What is written is its companion a
@@ -53,7 +53,7 @@ pub struct Silent {
 pub struct Sound {
     /// Tones, lowest first.
     pub partials: Vec<Partial>,
-    /// What is not among them.
+    /// Remarks on the tones that are left out.
     pub silent: Silent,
     sample_rate: f64,
 }

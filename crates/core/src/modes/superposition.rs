@@ -50,7 +50,7 @@ pub struct Superposition {
     nonlinearity: f64,
 }
 
-/// What the modes that were not asked for would add.
+/// Contribution of the modes that were not asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Residual {
     /// Kinetic energy of the start that no mode has [J].
@@ -79,7 +79,7 @@ impl Simulation {
     }
 }
 
-/// What acts must be a constant force and a linear one.
+/// Forces must be a constant one and a linear one.
 fn ensure_steady(system: &System) -> Result<(), ModesError> {
     let fail = |what: String| Err(ModesError::NotLinear { what });
     if !system.walls().is_empty() {
@@ -264,7 +264,7 @@ impl Superposition {
         &self.shapes[j * self.origin.len()..][..self.origin.len()]
     }
 
-    /// What the modes that were left out would add; nothing where all are there.
+    /// Contribution of the modes that were left out; nothing where all are there.
     pub fn residual(&self) -> Residual {
         self.residual
     }

@@ -34,7 +34,7 @@ impl Numbering {
         Self::default()
     }
 
-    /// Whether every vertex keeps its number.
+    /// True if every vertex keeps its number.
     pub fn is_identity(&self) -> bool {
         self.original.is_empty()
     }
@@ -100,7 +100,7 @@ fn permuted<'a>(from: &[u32], rows: &'a [f64], width: usize) -> Cow<'a, [f64]> {
     Cow::Owned(from.iter().flat_map(|&i| &rows[i as usize * width..][..width]).copied().collect())
 }
 
-/// Whether the vertices of most of these cells, of a body of `vertices` vertices in `dimension` dimensions,
+/// True if the vertices of most of these cells, of a body of `vertices` vertices in `dimension` dimensions,
 /// are numbered near one another.
 pub fn is_local<const N: usize>(cells: &[[u32; N]], vertices: usize, dimension: usize) -> bool {
     if vertices <= MIN_VERTICES || cells.is_empty() {

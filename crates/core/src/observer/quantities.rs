@@ -32,7 +32,7 @@ impl Quantities {
     /// Forces of pins and walls, [`Frame::reactions`](super::Frame::reactions).
     pub const REACTIONS: Quantities = Quantities(1 << 4);
 
-    /// Whether all of `others` are in the set.
+    /// True if all of `others` are in the set.
     pub const fn contains(self, others: Quantities) -> bool {
         self.0 & others.0 == others.0
     }
@@ -47,7 +47,7 @@ impl Quantities {
         if condition { self } else { Quantities::NONE }
     }
 
-    /// Whether the set is empty.
+    /// True if the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }

@@ -24,7 +24,7 @@ pub struct Probe {
     pub point: Option<usize>,
 }
 
-/// What a probe shows at one moment.
+/// Reading of a probe at one moment.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Reading {
     /// Simulated time [s].
@@ -50,7 +50,7 @@ pub struct Reading {
 }
 
 impl Probe {
-    /// What it shows in a frame; strain and stress where the frame has the states of points.
+    /// Its reading in a frame; strain and stress where the frame has the states of points.
     pub fn read(&self, frame: &Frame<'_>) -> Reading {
         let position = self.mix(frame.x, frame.dimension);
         let mut displacement = position;

@@ -25,15 +25,15 @@ pub enum QuantityError {
     UnknownUnit {
         /// The symbol.
         symbol: String,
-        /// What may have been meant, the best first.
+        /// Names that may have been meant, the best first.
         suggestions: Vec<String>,
         /// Where it is.
         place: Range<usize>,
     },
-    /// What follows the number is no unit.
+    /// The text after the number is no unit.
     #[error("expected {expected} after the number, found {}", .found.map_or("the end".to_owned(), |c| format!("`{}`", c.escape_debug())))]
     Malformed {
-        /// What should be there.
+        /// The expected form.
         expected: &'static str,
         /// The character that is there.
         found: Option<char>,
@@ -59,7 +59,7 @@ pub enum QuantityError {
         text: String,
         /// Its dimension.
         found: Dimension,
-        /// What it should be one of.
+        /// The dimensions it should be one of.
         expected: Vec<Kind>,
     },
 }
@@ -76,7 +76,7 @@ impl QuantityError {
         }
     }
 
-    /// What would be right, where it is not a matter of the kind.
+    /// The right form, where it is not a matter of the kind.
     pub fn help(&self) -> Option<String> {
         match self {
             Self::UnknownUnit { suggestions, .. } if !suggestions.is_empty() => {

@@ -23,7 +23,7 @@ pub struct Quantity {
     pub dimension: Option<Dimension>,
 }
 
-/// Whether `text` begins as a quantity does, a number and then the end or a unit, rather than as a formula.
+/// True if `text` begins as a quantity does, a number and then the end or a unit, rather than as a formula.
 pub fn is_quantity(text: &str) -> bool {
     let text = text.trim();
     let number = number_length(text);
@@ -102,7 +102,7 @@ fn scaled(digits: &str, scale: Scale) -> f64 {
     if above.is_finite() && below.is_finite() { decimal(exponent) * above / below } else { f64::NAN }
 }
 
-/// What unit symbols are made of.
+/// Characters of unit symbols.
 fn is_symbol(character: char) -> bool {
     character.is_alphabetic() && !is_superscript(character) || matches!(character, '°' | 'µ')
 }
@@ -162,7 +162,7 @@ impl UnitReader<'_> {
         if self.at == self.text.len() { Ok(unit) } else { Err(self.malformed("a unit")) }
     }
 
-    /// What follows the first factor.
+    /// The factors after the first.
     fn product(&mut self, depth: usize, first: Read) -> Result<Read, QuantityError> {
         let (mut scale, mut dimension) = first;
         let mut divided = false;

@@ -109,7 +109,7 @@ pub(super) const UNITS: &[Unit] = &[
     unit("W", &["watt", "watts"], true, (1.0, 1.0, 0), [2, 1, -3, 0]),
 ];
 
-/// Those in front, in the order in which they are suggested: `MPa` before `mPa`. `µ` is U+00B5, `μ` U+03BC.
+/// Prefixes, in the order in which they are suggested: `MPa` before `mPa`. `µ` is U+00B5, `μ` U+03BC.
 const PREFIXES: &[(&str, i32)] = &[
     ("k", 3),
     ("M", 6),
@@ -150,7 +150,7 @@ pub(super) fn find(symbol: &str) -> Option<(Scale, Dimension)> {
     })
 }
 
-/// What may have been meant by a symbol that does not exist; the best first.
+/// Units that may have been meant by a symbol that does not exist; the best first.
 pub(super) fn suggestions(symbol: &str) -> Vec<String> {
     let lower = symbol.to_lowercase();
     // `kilograms`, `sec`: the words for units, with the words for prefixes.

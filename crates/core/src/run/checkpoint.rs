@@ -14,13 +14,13 @@ pub struct RunCheckpoint {
     pub simulation: simulation::Checkpoint,
     /// State of the run.
     pub run: RunState,
-    /// What observers have noted.
+    /// Notes of observers.
     pub notes: Notes,
 }
 
 /// Decides when checkpoints are taken, and keeps them.
 pub trait Checkpoints {
-    /// Whether one is to be taken after `step` steps; asked once before every step. One more is taken where
+    /// True if one is to be taken after `step` steps; asked once before every step. One more is taken where
     /// the run ends well or is interrupted.
     fn is_due(&mut self, step: u64) -> bool;
 
@@ -87,7 +87,7 @@ impl RunState {
         at.snapshot().time - self.first_time
     }
 
-    /// Whether `at` is before, at or beyond the end of `plan`; `simulation` is one of the same scene. The
+    /// Place of `at` before, at or beyond the end of `plan`; `simulation` is one of the same scene. The
     /// last frame comes after a checkpoint at the end.
     pub fn against(&self, plan: &Plan, at: &simulation::Checkpoint, simulation: &Simulation) -> Ordering {
         match simulation.step_control() {

@@ -17,7 +17,7 @@ pub enum Outcome {
     ObserverFailed(ObserverError),
 }
 
-/// What can be said at the end.
+/// Summary at the end.
 #[derive(Debug)]
 pub struct Summary {
     /// How it ended.
@@ -43,7 +43,8 @@ pub struct Summary {
     /// Largest growth of the energy seen at any frame or guard [J], without what came in from outside; no
     /// loss makes up for it.
     pub largest_energy_gain: f64,
-    /// Whether it went from equilibrium to equilibrium: there is no energy of motion then that could be kept.
+    /// True if it went from equilibrium to equilibrium: there is no energy of motion then that could be
+    /// kept.
     pub is_static: bool,
     /// Energy that `largest_energy_change` is to be compared with [J]: all there was at the start, kinetic
     /// and stored, and what gravity can give over the size of the scene, and the most that came in from

@@ -9,7 +9,7 @@ use crate::observer::ObserverError;
 use crate::state::State;
 use crate::system::System;
 
-/// What every frame had: its step, its time, and how far the mass was stretched.
+/// Facts of every frame: its step, its time, and how far the mass was stretched.
 struct Witness {
     frames: Vec<(u64, f64, f64)>,
     measures: bool,

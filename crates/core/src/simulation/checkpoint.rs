@@ -15,9 +15,9 @@ use crate::system::PinState;
 pub struct Checkpoint {
     snapshot: Snapshot,
     pins: Vec<PinState>,
-    /// Whether the next step opens a balance of energy.
+    /// True if the next step opens a balance of energy.
     opens_ledger: bool,
-    /// Whether that counts what is lost.
+    /// True if that counts what is lost.
     counts_losses: bool,
     /// Length that default tolerances are measured by [m].
     size: Option<f64>,

@@ -17,7 +17,7 @@ pub enum StepError {
         step: u64,
         /// Time at its beginning [s].
         time: f64,
-        /// What a term knows of the cause.
+        /// The cause, as far as a term knows it.
         fault: Option<Fault>,
         /// First vertex whose position or velocity is not finite.
         vertex: Option<usize>,
@@ -27,7 +27,7 @@ pub enum StepError {
         stable_step: Option<f64>,
         /// The smallest part of the step that failed too, where parts were tried; what is known of the cause is of that.
         retried: Option<Box<Retried>>,
-        /// Whether the scheme is implicit: steps can then be taken in parts.
+        /// True if the scheme is implicit: steps can then be taken in parts.
         is_implicit: bool,
     },
     /// The equations of an implicit step were not solved.
@@ -46,13 +46,13 @@ pub enum StepError {
         iterations: u32,
         /// Largest component of the last correction [m].
         correction: f64,
-        /// What a term knows of the cause.
+        /// The cause, as far as a term knows it.
         fault: Option<Fault>,
         /// The step size that was tried [s].
         step_size: f64,
         /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of that.
         retried: Option<Box<Retried>>,
-        /// Whether an equilibrium was looked for.
+        /// True if an equilibrium was looked for.
         is_static: bool,
     },
     /// No step that is large enough to be taken has an error that is allowed.
@@ -72,7 +72,7 @@ pub enum StepError {
         smallest: f64,
         /// The error of that last step, 1 being allowed; `None` where the step could not be taken at all.
         error: Option<f64>,
-        /// What a term knows of the cause, where it could not be taken.
+        /// The cause, as far as a term knows it, where it could not be taken.
         fault: Option<Fault>,
         /// First vertex whose position or velocity is not finite.
         vertex: Option<usize>,
@@ -111,7 +111,7 @@ pub struct Retried {
     pub time: f64,
 }
 
-/// What was tried.
+/// Sentence on the smaller steps that were tried.
 fn nor_in_parts(retried: Option<&Retried>) -> String {
     let said = |Retried { halvings, step_size, time }: &Retried| {
         let sizes = 2_u64.pow(*halvings);
@@ -134,7 +134,7 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
     }
 }
 
-/// What to change where a step is not solved.
+/// Advice where a step is not solved.
 fn remedy(verdict: SolveFailure, is_static: bool, step_size: f64, retried: Option<&Retried>) -> String {
     if is_static && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
@@ -172,7 +172,7 @@ fn place(fault: &Option<Fault>) -> String {
     fault.as_ref().map_or(String::new(), |fault| format!("; {fault}"))
 }
 
-/// What to change.
+/// Advice.
 fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) -> String {
     let half = 0.5 * step;
     let mut advice = match stable {

@@ -25,9 +25,9 @@ pub struct Snapshot {
     pub x: Vec<f64>,
     /// Velocities, likewise [m/s].
     pub v: Vec<f64>,
-    /// What a scheme of several steps remembers.
+    /// Memory of a scheme of several steps.
     memory: Vec<f64>,
-    /// What is known of step sizes that follow the error.
+    /// Memory of step sizes that follow the error.
     pace: Option<StepHistory>,
     ledger: Option<EnergyLedger>,
 }

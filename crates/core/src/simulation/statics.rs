@@ -1,4 +1,4 @@
-//! What is measured of a static equilibrium.
+//! Measurements of a static equilibrium.
 
 use super::Simulation;
 use crate::diagnostics::Reaction;

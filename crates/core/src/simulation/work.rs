@@ -17,7 +17,7 @@ pub struct Work {
     /// Steps that were not solved at once and were taken in parts; `None` where the scene allows no retries.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub retried: Option<RetriedSteps>,
-    /// What the solvers of an implicit scheme did; `None` for explicit ones.
+    /// Work of the solvers of an implicit scheme; `None` for explicit ones.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solver: Option<SolverWork>,
 }

@@ -96,7 +96,7 @@ pub enum CgEnd {
     Stopped,
 }
 
-/// What conjugate gradients did.
+/// Outcome of conjugate gradients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgReport {
     /// How it ended.

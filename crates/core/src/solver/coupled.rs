@@ -1,9 +1,11 @@
 //! Newton's method for stages that are solved together.
 
+#[cfg(test)]
+mod tests;
+
 use pliant_sparse::{Lu, SymbolicLu};
 
 use super::StepFault;
-use super::cholesky;
 use super::hessian::{Assembler, At, Weights};
 use super::ordering::nested_dissection;
 use super::{SolveError, SolveFailure, SolverOptions, SolverWork, scene_size};
@@ -377,7 +379,8 @@ impl<const D: usize> Coupled<D> {
         self.right.iter().fold(0.0, |m: f64, d| if d.is_nan() { *d } else { m.max(d.abs()) })
     }
 
-    /// Whether the correction that the factor at hand gives for the residual at hand is shorter than the last, of which `step` was taken:
+    /// True if the correction that the factor at hand gives for the residual at hand is shorter than the
+    /// last, of which `step` was taken:
     /// a step across a stiff spring stretches it to second order, so that its residual grows while the solution comes nearer. The
     /// natural monotonicity test: Deuflhard 2004, *Newton Methods for Nonlinear Problems*, section 3.3.
     fn falls_naturally(&mut self, system: &System, stages: usize, step: f64, last: f64) -> bool {
@@ -527,10 +530,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
 
     fn predicted_bytes(&self, system: &mut System, stages: usize, x: &[f64]) -> usize {
         let Some(structure) = StageStructure::<D>::new(system, stages, x) else { return usize::MAX / 2 };
-        // Without pivoting both factors have the blocks of a Cholesky factor of one stage, each for every
-        // pair of stages.
-        let factors = cholesky::structure(structure.assembler.matrix(), x)
-            .map_or(usize::MAX / 4, |factor| 2 * stages * stages * 8 * factor.factor_entries());
+        let factors = structure.symbolic.factor_bytes(structure.damped).unwrap_or(usize::MAX / 4);
         let matrix = structure.assembler.bytes() + structure.symbolic.bytes() + 8 * structure.value.len();
         // Residual, trial and its velocities of every stage, their right-hand side, the force and positions
         // of one.

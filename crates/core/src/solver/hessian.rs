@@ -5,6 +5,8 @@
 //! alone, so the matrix has the same bits on any number of threads.
 
 mod changing;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -45,7 +47,7 @@ pub struct At<'a> {
     pub x: &'a [f64],
     /// Velocities, flat [m/s]; looked at only where something dissipates.
     pub v: &'a [f64],
-    /// Whether element Hessians are exact or projected.
+    /// Form of the element Hessians, exact or projected.
     pub psd: Psd,
 }
 
@@ -60,7 +62,7 @@ pub struct Assembler<const D: usize> {
     /// The sums of block `i` of the upper triangle are `source[source_start[i]..source_start[i + 1]]`, doubled; odd where transposed.
     source_start: Vec<u32>,
     source: Vec<u32>,
-    /// Whether each coordinate is held, as it was when the structure was made.
+    /// True for each coordinate that is held, as it was when the structure was made.
     held: Vec<bool>,
     /// Version of the structure of the system.
     structure: u64,
@@ -72,11 +74,14 @@ pub struct Assembler<const D: usize> {
 struct TermPlan<const D: usize> {
     /// Its index in the system.
     term: usize,
-    /// Whether it is one of the dissipative terms.
+    /// True if it is one of the dissipative terms.
     dissipative: bool,
     /// Pairs of vertices `a <= b` of a stencil.
     pairs: usize,
     groups: Vec<StencilGroup>,
+    /// Pairs of different places of a stencil that name one vertex, by their number among all pairs,
+    /// ascending: their block and its transpose both belong to the diagonal.
+    repeated: Vec<usize>,
     /// For each pair of each stencil, where in the sums of its group its block goes, doubled; odd where transposed. A sum is of
     /// blocks as the first stencil of the group has them, so few are.
     slot: Vec<u32>,
@@ -161,7 +166,7 @@ impl<const D: usize> Assembler<D> {
         }
     }
 
-    /// Whether the structure is that of `system` still.
+    /// True if the structure is that of `system` still.
     pub fn fits(&self, system: &System) -> bool {
         self.structure == system.structure()
     }
@@ -248,10 +253,11 @@ impl<const D: usize> Assembler<D> {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let plans = self
-            .terms
-            .iter()
-            .map(|t| 4 * t.slot.len() + t.scratch.iter().map(|s| size_of_val(&s[..])).sum::<usize>());
+        let plans = self.terms.iter().map(|t| {
+            4 * t.slot.len()
+                + size_of_val(&t.repeated[..])
+                + t.scratch.iter().map(|s| size_of_val(&s[..])).sum::<usize>()
+        });
         let lists = self.upper.len() + self.source_start.len() + self.source.len();
         self.matrix.bytes()
             + self.changing.bytes()
@@ -340,6 +346,7 @@ impl<const D: usize> TermPlan<D> {
             dissipative,
             pairs,
             groups,
+            repeated: repeated_pairs(vertices, size),
             slot,
             scratch: vec![vec![[[0.0; D]; D]; GROUP.min(count) * pairs]; tasks],
         }
@@ -347,8 +354,8 @@ impl<const D: usize> TermPlan<D> {
 
     /// Fills the sums of every group, each entry times its factor.
     fn sum(&mut self, system: &System, at: At<'_>, weights: Weights, sums: &mut [Block<D>]) {
-        let TermPlan { term, dissipative, pairs, groups, slot, scratch } = self;
-        let (pairs, term, dissipative) = (*pairs, *term, *dissipative);
+        let TermPlan { term, dissipative, pairs, groups, repeated, slot, scratch } = self;
+        let (repeated, pairs, term, dissipative) = (&repeated[..], *pairs, *term, *dissipative);
         let factor = if dissipative { weights.damping } else { weights.stiffness };
         let (first, last) = match &groups[..] {
             [first, .., last] => (first.sums.start, last.sums.end),
@@ -366,6 +373,7 @@ impl<const D: usize> TermPlan<D> {
                 } else {
                     system.terms()[term].stencil_hessians(stencils, at.x, at.psd, out);
                 }
+                add_transposes(repeated, group.stencils.start * pairs, hessians);
                 let sums = &mut sums[group.sums.start - base..group.sums.end - base];
                 sums.fill([[0.0; D]; D]);
                 let slots = &slot[group.stencils.start * pairs..group.stencils.end * pairs];
@@ -382,6 +390,16 @@ impl<const D: usize> TermPlan<D> {
         let sums = split(&starts, (last - first) as u32, sums);
         let tasks = groups.par_chunks(per_task).zip(sums).zip(scratch);
         tasks.for_each(|((groups, sums), scratch)| run(groups, scratch, sums));
+    }
+}
+
+/// Adds its transpose to each block of `repeated` pairs that is among `hessians`, those from pair `first`
+/// on.
+fn add_transposes<const D: usize>(repeated: &[usize], first: usize, hessians: &mut [Block<D>]) {
+    let range = |end: usize| repeated.partition_point(|pair| *pair < end);
+    for pair in &repeated[range(first)..range(first + hessians.len())] {
+        let block = hessians[pair - first];
+        add(&mut hessians[pair - first], &block, true);
     }
 }
 
@@ -474,6 +492,18 @@ fn for_pairs(vertices: &[u32], mut visit: impl FnMut(u32, u32)) {
             visit(*a, *b);
         }
     }
+}
+
+/// Numbers, among all pairs of stencils of this size, of those that name one vertex at two places.
+fn repeated_pairs(vertices: &[u32], size: usize) -> Vec<usize> {
+    let (mut repeated, mut number) = (vec![], 0);
+    for stencil in vertices.chunks_exact(size) {
+        for i in 0..size {
+            repeated.extend((i + 1..size).filter(|j| stencil[*j] == stencil[i]).map(|j| number + j - i));
+            number += size - i;
+        }
+    }
+    repeated
 }
 
 #[inline(always)]

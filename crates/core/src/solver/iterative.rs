@@ -24,7 +24,7 @@ pub(super) struct AssembledMatrix<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> AssembledMatrix<'a, D> {
-    /// Those last assembled.
+    /// The matrices last assembled.
     pub(super) fn of(assembler: &'a Assembler<D>) -> Self {
         AssembledMatrix { whole: assembler.matrix(), fixed: assembler.fixed(), pattern: assembler.pattern() }
     }

@@ -1,4 +1,4 @@
-//! What a scene may say about the solvers of implicit steps.
+//! Options of the solvers of implicit steps, as a scene gives them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ impl SolverOptions {
         self.tolerance.or(self.step_error.map(by_error)).unwrap_or(1e-9 * size)
     }
 
-    /// Whether the tolerance may grow with the error of a step: nothing else says what it is.
+    /// True if the tolerance may grow with the error of a step: nothing else says what it is.
     pub(super) fn follows_error(&self) -> bool {
         self.tolerance.is_none() && self.step_error.is_none()
     }
@@ -112,7 +112,7 @@ impl LinearSolver {
         }
     }
 
-    /// Whether this is conjugate gradients on an assembled matrix.
+    /// True if this is conjugate gradients on an assembled matrix.
     pub(crate) fn is_iterative(self) -> bool {
         matches!(self, LinearSolver::Cg | LinearSolver::Multigrid)
     }
@@ -166,7 +166,7 @@ fn of_what(system: &System) -> &'static str {
     }
 }
 
-/// Whether the matrix is full.
+/// True if the matrix is full.
 fn is_full(system: &System) -> bool {
     system.terms().iter().any(|term| term.properties().couples_all)
 }

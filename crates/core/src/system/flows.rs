@@ -25,7 +25,7 @@ impl PowerSelection {
     pub(crate) const ALL: PowerSelection = PowerSelection { loads: true, gravity: true, losses: true };
 }
 
-/// Whether energy comes in through this term otherwise than from its own store, and it is gravity.
+/// True if energy comes in through this term otherwise than from its own store, and it is gravity.
 pub(crate) fn is_changing_gravity(term: &dyn EnergyTerm) -> bool {
     let term = term.properties();
     term.kind == EnergyKind::Gravitational && term.supplies()
@@ -56,7 +56,7 @@ impl Powers {
         flows
     }
 
-    /// What forces at `x` do along the `way` [J], not at a rate: those of loads and gravity, and what was
+    /// Work of forces at `x` along the `way` [J], not at a rate: those of loads and gravity, and what was
     /// dragged and damped.
     pub(crate) fn along(system: &mut System, x: &[f64], way: &[f64], ether_drag: f64, damping: f64) -> Self {
         Powers {

@@ -3,11 +3,11 @@
 use super::System;
 use crate::constraint::{Drive, Hold};
 
-/// What changes of a pin while a simulation runs.
+/// Change of a pin while a simulation runs.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PinState {
     name: String,
-    /// Whether it has let go by its time.
+    /// True if it has let go by its time.
     is_released: bool,
     /// Where each moving vertex started [m]; empty without a motion.
     starts: Vec<[f64; 3]>,
@@ -16,7 +16,7 @@ pub(crate) struct PinState {
 }
 
 impl PinState {
-    /// Whether it is one of `hold`.
+    /// True if it is one of `hold`.
     fn is_of(&self, hold: &Hold) -> bool {
         self.name == hold.name() && self.starts.len() == hold.starts().len()
     }

@@ -7,7 +7,7 @@ use crate::energy::{ChangingStencils, EnergyTerm, Fault};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TermId(pub(super) u64);
 
-/// Whether the matrix has a place for the second derivatives of a term.
+/// True if the matrix has a place for the second derivatives of a term.
 fn has_blocks(term: &mut dyn EnergyTerm) -> bool {
     !term.stencils().vertices.is_empty() || term.changing().is_some()
 }
@@ -62,7 +62,7 @@ impl System {
         id
     }
 
-    /// Whether any term guards the ways of vertices: every motion must then ask how far it may go.
+    /// True if any term guards the ways of vertices: every motion must then ask how far it may go.
     pub(crate) fn has_guards(&self) -> bool {
         self.has_guards
     }

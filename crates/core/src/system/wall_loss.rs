@@ -1,4 +1,4 @@
-//! What walls take from the vertices that they put back.
+//! Energy that walls take from the vertices that they put back.
 //!
 //! A scheme takes its step as if there were no wall, from `(x, v)` to `(x*, v*)`, and the wall then puts
 //! vertices back, at `(x', v')`. The energy before less the energy after is no loss: part of it is what the
@@ -54,12 +54,12 @@ pub(crate) struct WallLosses {
     last: Option<WallLoss>,
 }
 
-/// What walls have done in one step.
+/// Action of walls in one step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WallLoss {
     /// The sum of `W` over all vertices [J].
     pub(crate) energy: f64,
-    /// What flowed before the walls acted [W].
+    /// Power that flowed before the walls acted [W].
     pub(crate) flows: Powers,
     /// Power of prescribed motion before they did [W]: it carries forces of vertices that walls have stopped
     /// since.

@@ -38,7 +38,7 @@ impl TextForm {
         }
     }
 
-    /// Whether a list may stand in its place.
+    /// True if a list may stand in its place.
     pub fn may_be_list(self) -> bool {
         matches!(self, TextForm::Quantities(_))
     }

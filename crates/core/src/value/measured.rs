@@ -25,7 +25,7 @@ pub trait ReadAs<T>: Sized {
     /// Value of type `T`.
     ///
     /// # Errors
-    /// Those of the deserializer; another type of value; a text that is no quantity of the kind.
+    /// Errors of the deserializer; another type of value; a text that is no quantity of the kind.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error>;
 }
 
@@ -90,7 +90,7 @@ impl<T, A: ReadAs<T>> ReadAs<[T; 2]> for [A; 2] {
 
 /// A number with a dimension.
 pub trait Measured {
-    /// What it may be: one kind, unless the body decides.
+    /// Kinds that it may be of: one, unless the body decides.
     const KINDS: &'static [Kind];
     /// How the scene's own reader knows a single one.
     const ONE: &'static str;
@@ -132,7 +132,7 @@ macro_rules! measured {
             }
         )+
 
-        /// What stands behind the names that [`Measured`] gives to the scene's own reader.
+        /// Types behind the names that [`Measured`] gives to the scene's own reader.
         pub(super) fn text_form(name: &str) -> Option<TextForm> {
             match name {
                 $(

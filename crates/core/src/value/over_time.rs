@@ -18,15 +18,15 @@ use crate::quantity::{Kind, is_quantity};
 pub enum OverTime {
     /// The same at all times.
     Constant(f64),
-    /// What it is at the time `t`.
+    /// Its value at the time `t`.
     Formula(Expression),
 }
 
 impl OverTime {
-    /// What a text says, a quantity of one of `kinds` or a formula of `variables`.
+    /// Value of a text, a quantity of one of `kinds` or a formula of `variables`.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// The mistake in it, in one line.
     pub fn parse(kinds: &[Kind], variables: &[Variable], text: &str) -> Result<OverTime, form::TextError> {
         if is_quantity(text) {
             Ok(OverTime::Constant(Kind::parse_any(kinds, text)?.value))
@@ -56,12 +56,12 @@ impl OverTime {
         }
     }
 
-    /// Whether it differs from place to place.
+    /// True if it differs from place to place.
     pub fn depends_on_place(&self) -> bool {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
-    /// Whether nothing in it jumps, see [`Expression::is_continuous`].
+    /// True if nothing in it jumps, see [`Expression::is_continuous`].
     pub fn is_continuous(&self) -> bool {
         match self {
             OverTime::Constant(_) => true,
@@ -77,7 +77,7 @@ impl OverTime {
         }
     }
 
-    /// Whether it is the number zero.
+    /// True if it is the number zero.
     pub fn is_zero(&self) -> bool {
         self.constant() == Some(0.0)
     }

@@ -1,4 +1,4 @@
-//! What it costs to differentiate the energy instead of writing the stress by hand.
+//! Cost of differentiating the energy instead of writing the stress by hand.
 
 use super::beam::{SMALL, tets, wavy};
 use super::stepping::Stepping;

@@ -30,7 +30,7 @@ impl Budget {
         Budget { total: Duration::from_millis(150), sample: Duration::from_millis(5), fewest_rounds: 3 };
 }
 
-/// What was measured of a case.
+/// Measurement of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     /// Median over the rounds.
@@ -93,7 +93,7 @@ impl TimedPart {
     /// How long `repetitions` take, from the same state every time.
     ///
     /// # Errors
-    /// What keeps the work from being done.
+    /// Obstacle to the work.
     pub fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
         let workload = &mut self.workload;
         self.pool.install(|| workload.time(repetitions))

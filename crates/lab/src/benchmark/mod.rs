@@ -57,7 +57,7 @@ pub fn rows() -> Vec<BenchmarkRow> {
     ]
 }
 
-/// What the references are: measurements on another machine, to compare with.
+/// Origin of the references: measurements on another machine, to compare with.
 pub const REFERENCE_MACHINE: &str = "2 cores of Zen 5 with AVX-512";
 
 /// Work of one kind.
@@ -77,15 +77,15 @@ pub struct BenchmarkRow {
 pub struct BenchmarkCase {
     /// How many `items` one repetition works on.
     pub size: u64,
-    /// What is counted: `tets`, `bodies`.
+    /// Things counted: `tets`, `bodies`.
     pub items: &'static str,
-    /// What tells this case from others of the row.
+    /// Difference of this case from others of the row.
     pub case: String,
-    /// What the number is.
+    /// Kind of the number.
     pub figure: Metric,
-    /// What is timed: one part for a rate or a time, two for a comparison.
+    /// Parts that are timed: one for a rate or a time, two for a comparison.
     pub parts: Vec<BenchmarkPart>,
-    /// What the number is compared with, in the unit of the figure.
+    /// Reference of the number, in the unit of the figure.
     pub reference: Option<PublishedValue>,
 }
 
@@ -94,7 +94,7 @@ pub struct BenchmarkCase {
 pub struct PublishedValue {
     /// In the unit of the case.
     pub value: f64,
-    /// What it is.
+    /// Its description.
     pub source: &'static str,
 }
 
@@ -150,7 +150,7 @@ impl Metric {
         }
     }
 
-    /// Whether more is better.
+    /// True if more is better.
     pub fn more_is_better(self) -> bool {
         matches!(self, Metric::Rate { .. } | Metric::Speedup)
     }
@@ -158,7 +158,7 @@ impl Metric {
 
 /// Something to be timed.
 pub struct BenchmarkPart {
-    /// What tells it from the other part of a comparison; empty where there is one part.
+    /// Difference from the other part of a comparison; empty where there is one part.
     pub name: &'static str,
     /// Threads of the pool that it is built and run in.
     pub threads: usize,
@@ -197,10 +197,10 @@ pub trait Workload: Send {
     /// How long `repetitions` take. Each call begins with the same state, put back before the clock starts.
     ///
     /// # Errors
-    /// What keeps the work from being done.
+    /// Obstacle to the work.
     fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError>;
 
-    /// What goes into the figure: the seconds of a repetition, unless it counts something else.
+    /// Number that goes into the figure: the seconds of a repetition, unless it counts something else.
     fn quantity(&self, seconds: f64) -> f64 {
         seconds
     }

@@ -1,4 +1,4 @@
-//! What recording adds to a run.
+//! Cost of recording beside a run.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -18,7 +18,7 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// What of a recording is timed.
+/// Part of a recording that is timed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scope {
     /// Nothing is recorded or measured.

@@ -10,8 +10,8 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
     cases,
 };
 
-/// What the same steps reach in C++ written for this one material and mesh, with instruction sets chosen by hand and sums in
-/// any order.
+/// Rate of the same steps in C++ written for this one material and mesh, with instruction sets chosen by
+/// hand and sums in any order.
 const HAND_WRITTEN: &str = "hand-written C++ with AVX-512; 90 % of it is the figure to reach";
 
 fn cases(threads: Option<usize>) -> Vec<BenchmarkCase> {

@@ -1,4 +1,4 @@
-//! What a second thread is good for.
+//! Gain by a second thread.
 
 use super::beam::{SMALL, tets, wavy};
 use super::nbody_direct::galaxy;

@@ -1,4 +1,5 @@
-//! What schemes do to the oscillator `x'' = -omega^2 x`, measured by running them, beside the formulas.
+//! Amplification of the oscillator `x'' = -omega^2 x` by schemes, measured by running them, beside the
+//! formulas.
 
 use num_complex::Complex64 as c64;
 

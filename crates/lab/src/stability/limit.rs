@@ -23,12 +23,12 @@ pub struct MeasuredLimit {
     pub integrator: String,
     /// The limit of the scene linearised at its start [s]; `None`: any step.
     pub predicted: Option<f64>,
-    /// Whether the scheme gains energy at any step: what is predicted is then the step at which the fastest motion doubles over the
-    /// duration.
+    /// True if the scheme gains energy at any step: what is predicted is then the step at which the fastest
+    /// motion doubles over the duration.
     pub grows_at_any_step: bool,
     /// The largest step with which all steps of a trial were taken [s]; zero where none was found.
     pub measured: f64,
-    /// What happens above it; `None` where the largest step tried was fine.
+    /// Failure above it; `None` where the largest step tried was fine.
     pub above: Option<AttemptStatus>,
     /// Trials.
     pub trials: u32,
@@ -41,7 +41,7 @@ pub struct MeasuredLimit {
 /// later. `None` where `stop` was set meanwhile.
 ///
 /// # Errors
-/// What is wrong with the scene.
+/// The mistakes in the scene.
 pub fn measure_limit(
     scene: &Scene,
     integrator: IntegratorSpec,
@@ -131,7 +131,7 @@ pub struct Drift {
 /// meanwhile.
 ///
 /// # Errors
-/// What is wrong with the scene.
+/// The mistakes in the scene.
 pub fn energy_drift(
     scene: &Scene,
     integrator: IntegratorSpec,

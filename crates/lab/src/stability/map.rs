@@ -8,7 +8,7 @@ use super::{AttemptStatus, attempt, with_step};
 use pliant::integrator::IntegratorSpec;
 use pliant_scene::{Body, KeyPath, MassSpec, NBodySpec, OneOrMany, Problem, Scene, SceneError, Source};
 
-/// What is varied beside the step.
+/// Quantity varied beside the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Against {
@@ -36,12 +36,13 @@ impl Against {
         }
     }
 
-    /// What `scene` has that can be varied; every scene has masses.
+    /// Quantities of `scene` that can be varied; every scene has masses.
     pub fn of(scene: &Scene) -> Vec<Against> {
         Against::ALL.into_iter().filter(|against| !changes(scene, *against, 0.25).is_empty()).collect()
     }
 
-    /// What says most of the steps of `scene`: its stiffness, or else its mutual gravity, or else its masses.
+    /// Quantity that says most of the steps of `scene`: its stiffness, or else its mutual gravity, or else
+    /// its masses.
     pub fn chosen(scene: &Scene) -> Against {
         let has = Against::of(scene);
         let first = [Against::Young, Against::Gravity].into_iter().find(|against| has.contains(against));
@@ -58,7 +59,7 @@ const IMPLICIT_STEPS: u64 = 50;
 pub struct Map {
     /// The scheme.
     pub integrator: String,
-    /// What rows differ in.
+    /// Quantity that rows differ in.
     pub against: Against,
     /// The steps, ascending [s].
     pub steps: Vec<f64>,
@@ -74,7 +75,7 @@ pub struct Map {
 /// `None` where `stop` was set meanwhile.
 ///
 /// # Errors
-/// What is wrong with the scene, or that nothing in it can be varied so.
+/// The mistakes in the scene, or that nothing in it can be varied so.
 pub fn map(
     source: &Source,
     integrator: IntegratorSpec,

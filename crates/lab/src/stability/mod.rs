@@ -63,7 +63,7 @@ pub fn nominal_step(scene: &Scene) -> f64 {
 /// The scene with another scheme and step, whatever its limit.
 ///
 /// # Errors
-/// What is wrong with the scene.
+/// The mistakes in the scene.
 fn with_step(
     scene: &Scene,
     integrator: IntegratorSpec,

@@ -13,18 +13,18 @@ use pliant_scene::{SceneError, Source};
 /// Steps of the run whose drift is measured, at most.
 const DRIFT_STEPS: f64 = 2000.0;
 
-/// What to look at.
+/// Subjects of a survey.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurveyOptions {
     /// Names of the schemes; without any all that move things, the scene's own first. The map is of the first.
     pub integrators: Vec<String>,
-    /// What the map has beside the step; without it, what [`Against::chosen`] says.
+    /// Quantity that the map has beside the step; without it, that of [`Against::chosen`].
     pub against: Option<Against>,
     /// A coarse map.
     pub quick: bool,
 }
 
-/// What was found.
+/// Result of a survey.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StabilitySurvey {
     /// The largest step of each scheme.
@@ -34,11 +34,11 @@ pub struct StabilitySurvey {
     pub drifts: Vec<Drift>,
     /// Which steps the first scheme can take.
     pub map: Option<Map>,
-    /// What a step does to an oscillator.
+    /// Effect of a step on an oscillator.
     pub amplification: Vec<AmplificationCurve>,
     /// Walls of the scene, which no prediction accounts for.
     pub walls: usize,
-    /// Whether it came to its end.
+    /// True if it came to its end.
     #[serde(skip)]
     pub complete: bool,
 }
@@ -47,7 +47,7 @@ pub struct StabilitySurvey {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurveyError {
-    /// What is wrong with the scene.
+    /// The mistakes in the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A scheme that there is not.
@@ -55,7 +55,7 @@ pub enum SurveyError {
     NoIntegrator {
         /// Asked for.
         wanted: String,
-        /// Those there are.
+        /// The known ones.
         known: Vec<&'static str>,
     },
 }

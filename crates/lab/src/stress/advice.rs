@@ -1,4 +1,4 @@
-//! What would have worked.
+//! Changes with which a failed case would have passed.
 
 /// Halvings of a step that are tried.
 const HALVINGS: u32 = 12;

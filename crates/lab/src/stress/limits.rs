@@ -16,7 +16,7 @@ pub(super) struct Limits<'a> {
 }
 
 impl Limits<'_> {
-    /// Whether it has to end.
+    /// True if it has to end.
     pub(super) fn are_over(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
             || self.deadline.is_some_and(|deadline| Instant::now() >= deadline)

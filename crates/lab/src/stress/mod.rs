@@ -23,7 +23,7 @@ pub use limits::{Progress, run_all};
 pub use scene::scene_cases;
 pub use starts::Start;
 
-/// What came of a case.
+/// Outcome of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "Verdict")]
@@ -65,7 +65,7 @@ pub struct Picture {
 pub struct CaseResult {
     /// Whether it is what it should be.
     pub verdict: CaseVerdict,
-    /// What is remarkable, most important first.
+    /// Remarks, most important first.
     pub notes: Vec<String>,
     /// Newton iterations: of the case, or of the worst step where the bar is by step.
     pub iterations: Option<u64>,
@@ -75,13 +75,13 @@ pub struct CaseResult {
     pub min_j: Option<f64>,
     /// Total energy at the end over that at the start.
     pub energy_ratio: Option<f64>,
-    /// What is compared with a reference, or what must vanish: relative, or as the notes say.
+    /// Error beside a reference, or the size of a number that must vanish: relative, or as the notes say.
     pub error: Option<f64>,
     /// The largest that `error` may be.
     pub tolerance: Option<f64>,
-    /// What would have worked, where this did not.
+    /// Changes with which it would have passed, where it did not.
     pub advice: Option<String>,
-    /// Whether it was ended before it was through, because its time was over: the notes say how far it came.
+    /// True if it was ended before it was through, because its time was over: the notes say how far it came.
     pub cut_short: bool,
     /// Wall time [s]: the only number that is not the same every time.
     pub seconds: f64,
@@ -146,7 +146,7 @@ impl CaseResult {
 pub struct Case {
     /// `D1` to `D13` as in the list of extreme cases, `torture` for the table of starts.
     pub row: &'static str,
-    /// What is done, in a few words.
+    /// Its work, in a few words.
     pub name: String,
     /// 2 or 3.
     pub dimension: usize,
@@ -158,7 +158,7 @@ pub struct Case {
     pub integrator: String,
     /// The linear solver.
     pub solver: LinearSolver,
-    /// Whether it takes about a tenth of a second or less.
+    /// True if it takes about a tenth of a second or less.
     pub quick: bool,
     run: Box<dyn Fn(&Limits<'_>) -> CaseResult + Send + Sync>,
 }
@@ -187,7 +187,7 @@ impl std::fmt::Debug for Case {
     }
 }
 
-/// What a row is about; the row itself where it is not known.
+/// Subject of a row; the row itself where it is not known.
 pub fn row_title(row: &str) -> &str {
     match row {
         "torture" => "Starts that no body should start from",

@@ -21,7 +21,7 @@ const EXPLICIT_STEPS: u64 = 200;
 /// How much energy may grow, over what there is.
 const GROWTH: f64 = 10.0;
 
-/// What is done to a scene.
+/// Treatment of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Perturbation {
     /// Nothing.
@@ -58,7 +58,7 @@ impl Perturbation {
 /// every linear solver.
 ///
 /// # Errors
-/// What is wrong with the scene, or a scheme that there is not.
+/// The mistakes in the scene, or a scheme that there is not.
 pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, SceneError> {
     let scene = source.scene()?;
     let named =
@@ -266,7 +266,7 @@ impl Trial {
         findings
     }
 
-    /// What would have worked, each alone: the nearest step, a material, a solver, a scheme.
+    /// Changes that would have worked, each alone: the nearest step, a material, a solver, a scheme.
     fn advice(&self, stop: &Arc<AtomicBool>) -> Option<String> {
         let works = |trial: &Trial| {
             let findings = trial.attempt(stop);

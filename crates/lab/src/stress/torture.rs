@@ -9,7 +9,8 @@ use pliant::material::MaterialSpec;
 use pliant::simulation::StepError;
 use pliant::solver::{LinearSolver, SolveFailure as Solved};
 
-/// What an independent program (numpy: projected Newton with backtracking, sparse LU) needed from each start.
+/// Iterations of an independent program (numpy: projected Newton with backtracking, sparse LU) from each
+/// start.
 struct Known {
     dimension: usize,
     poisson: f64,
@@ -60,11 +61,11 @@ struct TortureCell {
     poisson: f64,
     material: &'static str,
     start: Start,
-    /// Whether nothing is held.
+    /// True if nothing is held.
     free: bool,
     integrator: IntegratorSpec,
     solver: LinearSolver,
-    /// What the independent program needed; `None` where it was not asked.
+    /// Iterations of the independent program; `None` where it was not asked.
     known: Option<u64>,
 }
 
@@ -150,7 +151,7 @@ impl TortureCell {
         }
     }
 
-    /// Whether it must come back to its rest shape: verification by the independent program, which did.
+    /// True if it must come back to its rest shape: verification by the independent program, which did.
     fn must_rest(&self) -> bool {
         let nu = self.poisson;
         let tabled = self.known.is_some() && self.integrator == IntegratorSpec::QuasiStatic;
@@ -175,7 +176,8 @@ impl TortureCell {
         findings
     }
 
-    /// What works from the same start: the nearest step, a material, a solver, and where statics fails, dynamics.
+    /// Changes that work from the same start: the nearest step, a material, a solver, and where statics
+    /// fails, dynamics.
     fn advice(&self) -> Option<String> {
         let works = |cell: &TortureCell, step| cell.attempt(step).iterations.is_some_and(|n| n < CAP);
         let is_static = self.integrator == IntegratorSpec::QuasiStatic;

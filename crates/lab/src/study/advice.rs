@@ -38,14 +38,14 @@ pub fn words<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone) -> Vec<String>
     said
 }
 
-/// What of `variant` makes another problem of the scene, joined as there: changes of `[time]` but for its
-/// duration solve the same problem in another way, and all others are none of a solver's.
+/// Part of `variant` that makes another problem of the scene, joined as there: changes of `[time]` but for
+/// its duration solve the same problem in another way, and all others are none of a solver's.
 pub(super) fn problem(variant: &str) -> String {
     let solves = |change: &&str| change.starts_with("time.") && !change.starts_with("time.duration");
     variant.split("; ").filter(|change| !solves(change)).collect::<Vec<_>>().join("; ")
 }
 
-/// What to write into the scene for errors of at most `error`; a remark where no row reaches that.
+/// Advice for errors of at most `error`, as text of a scene; a remark where no row reaches that.
 pub fn toml<'a>(rows: impl IntoIterator<Item = &'a Row> + Clone, error: f64) -> String {
     let Some(row) = cheapest(rows.clone(), error) else {
         let best = rows.into_iter().filter_map(|row| Some((row, row.error()?)));

@@ -1,4 +1,4 @@
-//! What a study ran on, and what it took of it.
+//! Machine that a study ran on, and the part of it that the study took.
 
 use pliant::lanes;
 

@@ -24,7 +24,7 @@ const MOST_REPEATS: usize = 3 * REPEATS;
 /// steps leave.
 const NEWTON_TOLERANCE: f64 = 1e-12;
 
-/// What all rows of a variant have in common.
+/// Data that all rows of a variant have in common.
 pub(super) struct VariantContext<'a> {
     pub(super) study: &'a Study<'a>,
     pub(super) scene: &'a Scene,

@@ -67,7 +67,7 @@ pub use trajectory::{InvariantSeries, StateSamples};
 
 use pliant_scene::{Problem, SceneError};
 
-/// What a study is doing, for whoever waits for it.
+/// Progress of a study, for its caller.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
     /// A run for the reference begins.
@@ -85,7 +85,7 @@ pub enum Event<'a> {
         scheme: &'static str,
         /// `step` and its size [s], or `tolerance` and that.
         pace: (&'static str, f64),
-        /// What was varied.
+        /// Changes of the scene.
         variant: &'a str,
         /// Rows finished.
         finished: usize,
@@ -137,7 +137,7 @@ pub enum StudyError {
     /// A file of the study cannot be read or written.
     #[error("{what}: {source}")]
     File {
-        /// What was done.
+        /// The action.
         what: String,
         /// Why it failed.
         source: std::io::Error,

@@ -26,11 +26,11 @@ pub enum Look {
     Text,
     /// Sentences, which are broken into lines.
     Long,
-    /// What is as it should be.
+    /// A good result.
     Good,
-    /// What should be looked at.
+    /// A result to look at.
     Fair,
-    /// What is not as it should be.
+    /// A bad result.
     Bad,
 }
 

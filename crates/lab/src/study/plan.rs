@@ -1,4 +1,4 @@
-//! What a study compares.
+//! Subjects of a study.
 
 use std::time::Duration;
 
@@ -34,7 +34,7 @@ const USUAL: [&str; 13] = [
 pub struct Contender {
     /// How a scene names it.
     pub spec: IntegratorSpec,
-    /// What it is taken to be: of the same name, but maybe not the registry's.
+    /// Its method: of the same name, but maybe not the registry's.
     pub method: Method,
 }
 
@@ -72,7 +72,7 @@ pub enum ReferenceChoice {
     Computed,
 }
 
-/// What is compared, and how much of it.
+/// Subjects of a study, and their number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyPlan {
     /// The schemes.
@@ -100,7 +100,7 @@ pub struct StudyPlan {
 }
 
 impl StudyPlan {
-    /// What `scene` says, the rest as usual.
+    /// The plan of `scene`, the rest as usual.
     ///
     /// # Errors
     /// An axis of `vary` that is none.

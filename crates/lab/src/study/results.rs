@@ -1,4 +1,4 @@
-//! What a study has found.
+//! Results of a study.
 
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +69,8 @@ pub struct LineResult {
 }
 
 impl LineResult {
-    /// Whether it falls short of its order: stiff motions that steps do not resolve yet, or a scheme that is wrong.
+    /// True if it falls short of its order: stiff motions that steps do not resolve yet, or a scheme that
+    /// is wrong.
     pub fn falls_short(&self) -> bool {
         self.order_observed.is_some_and(|order| order < f64::from(self.order_nominal) - 0.4)
     }
@@ -78,9 +79,9 @@ impl LineResult {
 /// All schemes on one variant of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VariantResult {
-    /// What was varied: `path=value`, joined by `; `; empty for the scene itself.
+    /// Changes of the scene: `path=value`, joined by `; `; empty for the scene itself.
     pub variant: String,
-    /// What runs are compared with.
+    /// Reference of its runs.
     pub reference: Reference,
     /// The rows, scheme after scheme, from the largest step to the smallest.
     pub records: Vec<Record>,
@@ -107,7 +108,7 @@ pub struct Results {
     pub name: String,
     /// Its title.
     pub title: String,
-    /// What it ran on.
+    /// Machine of the study.
     pub provenance: Provenance,
     /// Simulated time [s] and number of times of comparison.
     #[serde(skip)]
@@ -116,7 +117,7 @@ pub struct Results {
     pub error: f64,
     /// The variants.
     pub variants: Vec<VariantResult>,
-    /// Whether it came to its end.
+    /// True if it came to its end.
     pub complete: bool,
 }
 
@@ -126,7 +127,8 @@ impl Results {
         self.variants.iter().flat_map(VariantResult::rows)
     }
 
-    /// What to write into the scene, as [`toml`] says it: one advice for each problem, which a variant makes
+    /// Changes to write into the scene, as [`toml`] says it: one advice for each problem, which a variant
+    /// makes
     /// that changes more than how the same is solved. A soft material is no cheaper way to simulate a stiff
     /// one.
     pub fn recommendations(&self) -> Vec<Recommendation> {
@@ -145,7 +147,7 @@ impl Results {
         problems.into_iter().map(of).collect()
     }
 
-    /// What is to be said of the machine where runs that were repeated differ much in time; `None` on a quiet
+    /// Remark on the machine where runs that were repeated differ much in time; `None` on a quiet
     /// one.
     pub fn noise(&self) -> Option<String> {
         let repeated = self.rows().filter(|row| row.repeats > 1);
@@ -166,10 +168,10 @@ impl Results {
     }
 }
 
-/// What to write into a scene.
+/// Advice for a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Recommendation {
-    /// What was varied of the scene itself: `path=value`, joined by `; `; empty for the scene as it is.
+    /// Changes of the scene itself: `path=value`, joined by `; `; empty for the scene as it is.
     pub problem: String,
     /// The settings, as TOML with comments.
     pub settings: String,

@@ -129,11 +129,11 @@ pub struct Row {
     pub tol: Option<f64>,
     /// Steps that were taken back.
     pub n_reject: Option<u64>,
-    /// What was varied beside the scheme: `path=value`, joined by `; `.
+    /// Changes beside the scheme: `path=value`, joined by `; `.
     pub variant: String,
-    /// Whether the error is too near to that of the reference to say anything.
+    /// True if the error is too near to that of the reference to say anything.
     pub dropped: bool,
-    /// What went wrong.
+    /// The failure.
     pub message: Option<String>,
 }
 
@@ -196,7 +196,7 @@ pub fn columns() -> impl Iterator<Item = &'static str> {
 }
 
 impl Row {
-    /// Whether it takes part in fits and charts of errors.
+    /// True if it takes part in fits and charts of errors.
     pub fn counts(&self) -> bool {
         self.status == RowStatus::Ok && !self.dropped
     }

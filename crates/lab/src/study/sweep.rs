@@ -27,7 +27,7 @@ const AT_MOST_FOR_REFERENCES: f64 = 0.8;
 /// The first tolerance that is chosen, and none below the other.
 const LARGEST_TOLERANCE: f64 = 1e-2;
 const SMALLEST_TOLERANCE: f64 = 1e-13;
-/// What tells a scheme whose steps follow the error from the same at fixed steps.
+/// Suffix that tells a scheme whose steps follow the error from the same at fixed steps.
 pub(super) const ADAPTIVE: &str = " (adaptive)";
 /// Seconds for each reference without a budget.
 const REFERENCE_SECONDS: f64 = 120.0;
@@ -36,13 +36,13 @@ const REFERENCE_SECONDS: f64 = 120.0;
 pub struct Study<'a> {
     /// The scene.
     pub source: &'a Source,
-    /// What to call it.
+    /// Its name.
     pub name: &'a str,
-    /// What to compare.
+    /// Its plan.
     pub plan: &'a StudyPlan,
     /// Where references and finished rows are kept, to go on from; nowhere without it.
     pub folder: Option<&'a Path>,
-    /// What is written into every row.
+    /// Data written into every row.
     pub provenance: &'a Provenance,
     /// Tells the time.
     pub clock: &'a dyn Clock,
@@ -62,11 +62,11 @@ struct Variant {
 struct SweepLine {
     variant: usize,
     contender: Contender,
-    /// Whether its steps follow the error.
+    /// True if its steps follow the error.
     adaptive: bool,
-    /// Those given or the next, the last first.
+    /// The steps given or the next, the last first.
     paces: Vec<TimeStepping>,
-    /// Whether they are given.
+    /// True if they are given.
     given: bool,
     records: Vec<Record>,
     /// The last that was run.
@@ -179,7 +179,7 @@ impl Study<'_> {
         Ok(Variant { label: label.join("; "), scene, weights, reference })
     }
 
-    /// What is to be run first of every scheme.
+    /// Runs to take first of every scheme.
     fn lines(&self, variants: &[Variant], grid: TimeGrid) -> Result<Vec<SweepLine>, StudyError> {
         let mut lines = vec![];
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
@@ -332,7 +332,7 @@ impl Study<'_> {
         None
     }
 
-    /// What makes a row worth using again.
+    /// Conditions under which a row is worth using again.
     fn key(&self, variant: &Variant, contender: Contender, grid: &TimeGrid, pace: TimeStepping) -> String {
         let Provenance { commit, cpu, rustc, flags, .. } = self.provenance;
         let solver = variant.scene.time.solver.clone().unwrap_or_default();

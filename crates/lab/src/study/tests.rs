@@ -82,7 +82,7 @@ fn made(text: &str, plan: &StudyPlan) -> Results {
     make(text, plan, None, usize::MAX).results.unwrap()
 }
 
-/// What does not depend on the machine and the time of day, but for counts that follow.
+/// Columns that do not depend on the machine and the time of day, but for counts that follow.
 fn errors(results: &Results) -> Vec<(String, [Option<f64>; 7], u64, u64)> {
     let columns = |r: &Row| {
         let errors = [

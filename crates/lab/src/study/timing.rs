@@ -26,7 +26,7 @@ impl Timing {
         }
     }
 
-    /// Whether the middle half of the runs differs by more than [`NOISE`].
+    /// True if the middle half of the runs differs by more than [`NOISE`].
     pub(super) fn is_noisy(&self) -> bool {
         self.iqr > NOISE * self.median
     }

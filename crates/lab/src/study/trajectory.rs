@@ -11,7 +11,7 @@ use pliant::run::{Outcome, Plan, Summary, run};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Adaptive, Problem, Scene};
 
-/// What is left of a run for comparison: the state at each time, the start not among them.
+/// Part of a run kept for comparison: the state at each time, the start not among them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StateSamples {
     /// [s]
@@ -41,7 +41,7 @@ pub(crate) struct WatchedRun {
     pub(crate) summary: Summary,
     pub(crate) trajectory: StateSamples,
     pub(crate) series: InvariantSeries,
-    /// Whether it was stopped because the time for it was over.
+    /// True if it was stopped because the time for it was over.
     pub(crate) out_of_time: bool,
     pub(crate) setup: f64,
     pub(crate) stepping: f64,
@@ -210,7 +210,7 @@ impl Observer for Watcher<'_> {
 }
 
 impl WatchedRun {
-    /// Whether it came to the end.
+    /// True if it came to the end.
     pub(crate) fn is_done(&self) -> bool {
         matches!(self.summary.outcome, Outcome::Done)
     }

@@ -1,4 +1,4 @@
-//! What cells that are no simplices must satisfy.
+//! Conditions on cells that are no simplices.
 
 use crate::geometry::longest_edge;
 use crate::{Cell, Mesh, MeshError};

@@ -117,7 +117,7 @@ fn all_differ(nodes: &[u32]) -> bool {
     nodes.iter().enumerate().all(|(i, node)| !nodes[..i].contains(node))
 }
 
-/// Whether each cell of a kind is flat.
+/// True for each cell of a kind that is flat.
 fn flat(mesh: &Mesh, kind: SimplexCells) -> Vec<bool> {
     let least = mesh.diagonal();
     match kind {

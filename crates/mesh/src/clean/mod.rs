@@ -23,11 +23,11 @@ pub(super) const STEPS: &[CleaningStep] = &[merge::STEP, degenerate::STEP, unuse
 
 /// One way to mend a file.
 pub(super) struct CleaningStep {
-    /// Whether the scene asks for it.
+    /// Tells whether the scene asks for it.
     pub asked: fn(&FileSpec) -> bool,
     /// Mends the file, and counts.
     pub apply: fn(&FileSpec, &mut FileMesh) -> Result<Vec<Cleaned>, MeshError>,
-    /// Whether it mends this fault.
+    /// Tells whether it mends this fault.
     pub cures: fn(&MeshError) -> bool,
     /// The key, and what it does.
     pub advice: &'static str,
@@ -68,7 +68,7 @@ pub(super) fn clean(spec: &FileSpec, file: &mut FileMesh) -> Result<(), MeshErro
     Ok(())
 }
 
-/// What would mend this fault and is not asked for, in words.
+/// Steps that would mend this fault and are not asked for, in words.
 pub(super) fn cures(spec: &FileSpec, error: &MeshError) -> Vec<&'static str> {
     let offered = STEPS.iter().filter(|step| !(step.asked)(spec) && (step.cures)(error));
     offered.map(|step| step.advice).collect()
@@ -120,7 +120,7 @@ fn consecutive(keep: &[bool]) -> Numbers {
     keep.iter().map(number).collect()
 }
 
-/// Those of a list that `keep` keeps; all of an empty list.
+/// Members of a list that `keep` keeps; all of an empty list.
 fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     items.retain(|_| keep.next().is_none_or(|&keep| keep));

@@ -3,7 +3,7 @@
 use crate::Mesh;
 use crate::MeshError;
 
-/// What lies across an edge of a triangle: the other triangle, whether both run through the edge the same
+/// Neighbour across an edge of a triangle: the other triangle, whether both run through the edge the same
 /// way, and the edge.
 type Neighbour = (u32, bool, [u32; 2]);
 
@@ -77,7 +77,7 @@ fn spread(
     Ok(piece)
 }
 
-/// Whether all of a piece must be turned the other way than its first triangle says.
+/// True if all of a piece must be turned the other way than its first triangle says.
 fn is_inside_out(
     mesh: &Mesh,
     piece: &[usize],

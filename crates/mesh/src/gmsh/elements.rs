@@ -29,7 +29,7 @@ pub(super) fn read(
     Ok(elements.cells)
 }
 
-/// What a type of Gmsh is.
+/// Description of a type of Gmsh.
 #[derive(Clone, Copy)]
 enum Shape {
     /// A simplex: numbers of corners and of nodes in the middle of edges.

@@ -21,7 +21,7 @@ pub use transform::*;
 pub struct BodyMesh<'a> {
     /// Its shape.
     pub shape: &'a MeshSpec,
-    /// Whether its cells are of second order.
+    /// True if its cells are of second order.
     pub quadratic: bool,
     /// Where it is, where that is not where the shape has it.
     pub transform: Option<&'a TransformSpec>,
@@ -92,7 +92,7 @@ pub struct GridSpec {
     pub element: Option<WholeCell>,
 }
 
-/// Element that is a whole cell of a grid.
+/// Element that is a whole cell of a generated mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WholeCell {
@@ -102,13 +102,20 @@ pub enum WholeCell {
     Hexahedron,
 }
 
+impl WholeCell {
+    /// Its kind.
+    pub fn kind(self) -> &'static CellKind {
+        match self {
+            WholeCell::Quadrilateral => QUADRILATERAL.kind,
+            WholeCell::Hexahedron => HEXAHEDRON.kind,
+        }
+    }
+}
+
 impl GridSpec {
     /// Kind of the cells, where they are no simplices.
     pub fn cell_kind(&self) -> Option<&'static CellKind> {
-        Some(match self.element? {
-            WholeCell::Quadrilateral => QUADRILATERAL.kind,
-            WholeCell::Hexahedron => HEXAHEDRON.kind,
-        })
+        self.element.map(WholeCell::kind)
     }
 }
 
@@ -187,8 +194,8 @@ pub struct DiskSpec {
 pub struct FileSpec {
     /// Path, relative to the scene file.
     pub path: PathBuf,
-    /// Whether only the corners of cells of second order are used; without it such cells are an error, unless
-    /// the body says `order = 2` and uses them as they are. With both, the sides become straight.
+    /// True if only the corners of cells of second order are used; without it such cells are an error,
+    /// unless the body says `order = 2` and uses them as they are. With both, the sides become straight.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_mid_nodes: bool,
     /// Vertices no farther than this from one before them in the file become that one [m]; 0 for those at
@@ -200,10 +207,10 @@ pub struct FileSpec {
     /// and cells that repeat another, whose groups that one then is in.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_degenerate: bool,
-    /// Whether vertices that no element and no edge uses are left out.
+    /// True if vertices that no element and no edge uses are left out.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drop_unused: bool,
-    /// Whether cells of negative volume get their vertices in the right order. Triangles in space get the
+    /// True if cells of negative volume get their vertices in the right order. Triangles in space get the
     /// same side up as their neighbours: the outer one where they enclose a volume, otherwise the one that
     /// most of them have.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

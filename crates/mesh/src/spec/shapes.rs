@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::WholeCell;
 use pliant::value::*;
 
 /// A ball of `20 cells^3` tetrahedra. Group: `surface`.
@@ -114,6 +115,9 @@ pub struct CooksMembraneSpec {
     /// Number of cells along x, and across.
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 2],
+    /// Element that cells are made into: 2 triangles each without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<WholeCell>,
 }
 
 /// A beam in 2D along x, symmetric about `y = 0`, with a height that changes linearly. Without `length` and
@@ -131,6 +135,9 @@ pub struct TaperedBeamSpec {
     /// Height at `x = 0` and at `x = length` [m].
     #[serde(default = "fv32_heights", with = "As::<[Length; 2]>")]
     pub heights: [f64; 2],
+    /// Element that cells are made into: 2 triangles each without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<WholeCell>,
 }
 
 fn fv32_length() -> f64 {
@@ -165,6 +172,9 @@ pub struct NotchedBeamSpec {
     /// Number of cells along x on either side of the notch, in either half of it, and across.
     #[schemars(inner(range(min = 1)))]
     pub cells: [usize; 3],
+    /// Element that cells are made into: 2 triangles each without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<WholeCell>,
 }
 
 /// A quarter of an elliptic ring in 2D, about the origin. Without `inner` and `outer` the membrane of NAFEMS
@@ -181,6 +191,9 @@ pub struct EllipticMembraneSpec {
     /// Semi-axes of the outer ellipse along x and y [m].
     #[serde(default = "le1_outer", with = "As::<[Length; 2]>")]
     pub outer: [f64; 2],
+    /// Element that cells are made into: 2 triangles each without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<WholeCell>,
 }
 
 fn le1_inner() -> [f64; 2] {

@@ -9,7 +9,7 @@ use crate::number_type::{Endian, NumberType};
 use crate::tokens::{FileFault, Tokens};
 use pliant_files::base64;
 
-/// What the arrays of a file have in common.
+/// Properties that the arrays of a file have in common.
 pub(super) struct Encoding<'a> {
     endian: Endian,
     /// Type of the lengths before binary data.

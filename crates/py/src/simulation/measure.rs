@@ -1,4 +1,4 @@
-//! What is measured of a simulation.
+//! Measurements of a simulation.
 
 use numpy::{IntoPyArray, PyArray1};
 use pliant::diagnostics::{Diagnostics, ElementState, MEASURES, Measure};

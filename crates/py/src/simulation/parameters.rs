@@ -1,4 +1,4 @@
-//! What changes while a simulation runs: parameters, forces, pins.
+//! Changes while a simulation runs: parameters, forces, pins.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -16,7 +16,7 @@ use super::{Inner, PySimulation, steering};
 use crate::arrays;
 use crate::material::{PythonMaterial, Spent};
 
-/// What was added to a simulation after it was assembled, to be added again when parameters change.
+/// Parts added to a simulation after it was assembled, to be added again when parameters change.
 #[derive(Default)]
 pub(crate) struct Additions {
     pins: Vec<AddedPin>,
@@ -38,7 +38,7 @@ struct MaterialTiming {
     steps: Duration,
     /// In functions of materials.
     materials: Duration,
-    /// Whether it has been said.
+    /// True if it has been said.
     said: bool,
 }
 
@@ -47,7 +47,7 @@ const MEASURABLE: Duration = Duration::from_millis(50);
 /// Materials that take a smaller part of the time of steps are not slow.
 const SLOW: f64 = 0.5;
 
-/// What functions of the user raised: it is kept until the step that called them is over.
+/// Exceptions of functions of the user: the first is kept until the step that called them is over.
 pub(crate) type Raised = Arc<Mutex<Option<PyErr>>>;
 
 #[derive(Clone)]
@@ -71,7 +71,7 @@ impl AddedPin {
 }
 
 impl Additions {
-    /// What a function raised, once.
+    /// The exception of a function, once.
     pub(crate) fn raised(&self) -> Option<PyErr> {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

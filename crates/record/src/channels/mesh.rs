@@ -86,7 +86,7 @@ impl ChannelEncoder for MeshChannel {
         typed(NUMBER, "/mesh", SCENE_UPDATE, BTreeMap::new())
     }
 
-    /// Whether it is the first of its slot of 1/30 s (longer for large meshes).
+    /// True if it is the first of its slot of 1/30 s (longer for large meshes).
     fn is_due(&mut self, log_time: u64) -> bool {
         // Times are rounded to nanoseconds; a microsecond keeps 1/30 s from falling just short of its slot.
         let time = u128::from(log_time) + 1_000;

@@ -18,7 +18,7 @@ pub(crate) trait ChannelEncoder: Send {
     /// Number, topic, schema and metadata.
     fn declaration(&self) -> Channel<'static>;
 
-    /// Whether a frame at this time [ns] has a message. Asked once for each frame, in their order; in a
+    /// True if a frame at this time [ns] has a message. Asked once for each frame, in their order; in a
     /// recording that goes on, for each message that it has already.
     fn is_due(&mut self, log_time: u64) -> bool {
         let _ = log_time;
@@ -37,7 +37,7 @@ pub(crate) struct ChannelKind {
     /// Numbers of channels and their schemas in a file; readers and recovery rely on them, so they never
     /// change.
     numbers: RangeInclusive<u16>,
-    /// Whether every frame has a message on each of them.
+    /// True if every frame has a message on each of them.
     is_complete: bool,
     /// Encoders of those that a recording has.
     encoders: fn(&Options, &Topology) -> Encoders,
@@ -76,7 +76,7 @@ pub(crate) fn place_in_frame(number: u16) -> Option<(usize, u16)> {
     kind_of(number).map(|(place, _)| (place, number))
 }
 
-/// Whether every frame has a message on this channel.
+/// True if every frame has a message on this channel.
 pub(crate) fn is_in_every_frame(number: u16) -> bool {
     kind_of(number).is_some_and(|(_, kind)| kind.is_complete)
 }

@@ -20,7 +20,7 @@ pub(super) struct ExportedBody {
     /// Triangles that are cells.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) tetrahedra: Vec<[u32; 4]>,
-    /// Those of second order, corners first.
+    /// Cells of second order, corners first.
     pub(super) quadratic_triangles: Vec<[u32; 6]>,
     pub(super) quadratic_tetrahedra: Vec<[u32; 10]>,
     /// Cells that are no simplices.
@@ -36,7 +36,7 @@ impl ExportedBody {
         if self.has_cells() { &[] } else { &self.edges }
     }
 
-    /// Whether it has neither cells nor springs.
+    /// True if it has neither cells nor springs.
     pub(super) fn is_particles(&self) -> bool {
         self.edges.is_empty() && !self.has_cells()
     }

@@ -56,7 +56,7 @@ impl Export {
     /// Opens a complete recording and reads which bodies it holds.
     ///
     /// # Errors
-    /// Those of [`Trajectory::open`]; [`RecordError::Unexpected`] if the cells do not fit the vertices;
+    /// Errors of [`Trajectory::open`]; [`RecordError::Unexpected`] if the cells do not fit the vertices;
     /// [`RecordError::NoChannel`] without the channel `/state`.
     pub fn open(path: &Path) -> Result<Export, RecordError> {
         let mut trajectory = Trajectory::open(path)?;

@@ -1,4 +1,4 @@
-//! What is written reads back as what was recorded.
+//! Files that are written read back as what was recorded.
 
 use std::path::Path;
 

@@ -249,7 +249,7 @@ impl Trajectory {
     }
 }
 
-/// Whether so many vertices have the rest positions that are attached; without these, whether so many can be
+/// True if so many vertices have the rest positions that are attached; without these, whether so many can be
 /// numbered.
 fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summary) -> bool {
     let numbered = u32::try_from(vertex_count).is_ok();
@@ -257,7 +257,7 @@ fn is_that_of_attachments(vertex_count: usize, dimension: usize, summary: &Summa
     numbered && rest.is_none_or(|rest| rest.data_size == (vertex_count * dimension * 8) as u64)
 }
 
-/// Whether the channel of states, if there is one, says that it has a row for each of so many vertices.
+/// True if the channel of states, if there is one, says that it has a row for each of so many vertices.
 fn is_that_of_states(vertex_count: usize, summary: &Summary) -> bool {
     let states = summary.channels.values().find(|channel| channel.topic == state::TOPIC);
     let rows = states.and_then(|channel| channel.metadata.get("point_count"));

@@ -1,4 +1,4 @@
-//! What was recorded is what is read.
+//! Contents of recordings are what was recorded.
 
 use std::fs;
 

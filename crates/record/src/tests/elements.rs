@@ -46,7 +46,7 @@ fn scene(dimension: usize) -> Scene {
     Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// What the recorder should have been given, from the frames alone.
+/// State that the recorder should have been given, from the frames alone.
 struct Witness(Vec<Vec<ElementState>>);
 
 impl Observer for Witness {

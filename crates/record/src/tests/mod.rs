@@ -118,8 +118,8 @@ fn record(path: &Path, channels: &[Channel], vertex_count: u32, frames: u64) -> 
     recorder
 }
 
-/// What a process killed at this moment leaves behind: what it has handed to the operating system. In another
-/// directory, so that it has the names of the original.
+/// Files that a process killed at this moment leaves behind: what it has handed to the operating system. In
+/// another directory, so that it has the names of the original.
 fn remains(path: &Path, directory: &str) -> PathBuf {
     let directory = path.parent().unwrap().join(directory);
     fs::create_dir_all(&directory).unwrap();

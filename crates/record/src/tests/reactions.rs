@@ -31,7 +31,7 @@ pin = [
 ]
 ";
 
-/// What every frame had.
+/// Reactions of every frame.
 #[derive(Default)]
 struct Witness(Vec<(f64, Vec<Reaction>, Balance)>);
 

@@ -128,14 +128,14 @@ impl AttachmentPlan {
         }
     }
 
-    /// What it is, in words.
+    /// Its description, in words.
     pub(super) fn described(&self) -> String {
         let AttachmentPlan { name, ties, stiffness, to, .. } = self;
         format!("`{name}`: {} vertices {to}, {stiffness} N/m each", ties.len())
     }
 }
 
-/// Whether the ends of a tie meet at the positions `start`, flat [m], but for rounding.
+/// True if the ends of a tie meet at the positions `start`, flat [m], but for rounding.
 fn starts_at_zero(tie: &Tie, rest_length: f64, start: &[f64], dimension: usize) -> bool {
     let (mut square, mut scale) = (0.0, 0.0f64);
     for c in 0..dimension {
@@ -237,7 +237,7 @@ fn same(body: &BodyAssembly, vertices: &[u32], other: &BodyAssembly, listed: &[u
     pairs.filter(|(v, w)| body.first_vertex == other.first_vertex && v == w).map(|(v, _)| *v).next()
 }
 
-/// What a body consists of: cells of the highest dimension it has, springs, or single vertices.
+/// Parts of a body: cells of the highest dimension it has, springs, or single vertices.
 fn cells(body: &BodyAssembly) -> Vec<Vec<u32>> {
     let mesh = &body.mesh;
     match mesh.element_dimension() {

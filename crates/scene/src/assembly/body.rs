@@ -13,13 +13,13 @@ use pliant::system::System;
 use pliant::topology::{BodyKind, BodyTopology};
 use pliant_mesh::{Mesh, build_body};
 
-/// What a body contributes to a simulation.
+/// Contribution of a body to a simulation.
 pub(super) struct BodyAssembly {
     pub(super) name: String,
     /// Its first vertex in the simulation.
     pub(super) first_vertex: u32,
     pub(super) mesh: Mesh,
-    /// Whether its cells are finite elements.
+    /// True if its cells are finite elements.
     pub(super) elastic: bool,
     /// How thick it is, if it is a membrane [m].
     pub(super) thickness: Option<f64>,
@@ -31,7 +31,7 @@ pub(super) struct BodyAssembly {
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<PinPlan>,
     pub(super) loads: Vec<LoadPlan>,
-    /// What each vertex gives to its neighbours of a force per volume, `integral of N_a N_b`, where a load
+    /// Share of each vertex, for its neighbours, in a force per volume, `integral of N_a N_b`, where a load
     /// asks for it [m^d].
     pub(super) shares: Vec<Vec<(u32, f64)>>,
     /// Initial positions, flat [m].
@@ -156,12 +156,12 @@ impl BodyAssembly {
         }
     }
 
-    /// Whether it is a cloud of particles: neither elements nor springs.
+    /// True if it is a cloud of particles: neither elements nor springs.
     pub(super) fn is_particles(&self) -> bool {
         !self.elastic && self.springs.is_empty()
     }
 
-    /// Whether the vertices of its cells are near one another in memory.
+    /// True if the vertices of its cells are near one another in memory.
     pub(super) fn is_numbered_locally(&self) -> bool {
         let (n, d) = (self.mass.len(), self.mesh.element_dimension());
         if let Some(block) = self.mesh.block() {
@@ -176,7 +176,7 @@ impl BodyAssembly {
         }
     }
 
-    /// What a reader of the output needs to know of it.
+    /// Description of it for readers of the output.
     pub(super) fn topology(&self) -> BodyTopology {
         let kind = match self.mesh.element_dimension() {
             _ if self.thickness.is_some() => BodyKind::Membrane,

@@ -84,7 +84,7 @@ fn place(load: &Load, key: &str, mesh: &Mesh) -> Result<LoadTarget, String> {
 }
 
 impl LoadPlan {
-    /// What it is, in words.
+    /// Its description, in words.
     pub(super) fn described(&self, held: &[u32]) -> String {
         let changes = if self.changes() { ", changes with time" } else { "" };
         match &self.on {

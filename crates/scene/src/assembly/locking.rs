@@ -19,14 +19,14 @@ const FEW: f64 = 4.0;
 /// times too stiff in bending, in 2D and in 3D: deflections at `nu = 0.3` against Timoshenko's beam, 3.6 to
 /// 4.4 for 1 to 6 of them; of cells twice as long, 6.3 to 7.7.
 const STIFFENING: f64 = 4.0;
-/// What is so many times longer than thick bends rather than shears.
+/// Ratio of length to thickness from which a body bends rather than shears.
 const SLENDER: f64 = 4.0;
 /// Thin places are what a body bends by if so much of its surface lies on them.
 const MUCH: f64 = 0.5;
 /// Places of the surface where the thickness is measured.
 const PLACES: usize = 1000;
 
-/// What locks, and what would not.
+/// Bodies that lock, and what would not.
 pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
     scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body)).collect()
 }
@@ -70,7 +70,7 @@ fn poisson(material: &MaterialSpec, mesh: &Mesh) -> Option<f64> {
     Some(lambda / (2.0 * (lambda + mu)))
 }
 
-/// What to write in place.
+/// Keys to write in place.
 fn remedy(material: &MaterialSpec) -> &'static str {
     // Where it is not, the scene is refused.
     if material.lame().is_some_and(|lame| lame.lambda + lame.mu < 1e7 * lame.mu) {

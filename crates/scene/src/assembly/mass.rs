@@ -31,7 +31,8 @@ pub(super) fn masses(
     }
 }
 
-/// What gravity pulls at in statics [kg]: `density integral of N_a` in elements of second order that have a
+/// Masses that gravity pulls at in statics [kg]: `density integral of N_a` in elements of second order that
+/// have a
 /// density, for which the lumped masses would not do the same work, see [`super::gravity`]; else the masses.
 pub(super) fn weights(spec: &MassSpec, mesh: &Mesh, mass: &[f64]) -> Vec<f64> {
     let density = match spec {

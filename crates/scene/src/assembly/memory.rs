@@ -151,7 +151,8 @@ mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
 
-    /// What explicit steps hold is less than was predicted, by the mesh and lists of the assembly, and more than a fifth of it.
+    /// Explicit steps hold less than was predicted, by the mesh and lists of the assembly, and more than a
+    /// fifth of it.
     #[test]
     fn elements_take_no_more_memory_than_predicted() {
         for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {

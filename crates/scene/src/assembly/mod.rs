@@ -77,7 +77,7 @@ impl Scene {
         }
     }
 
-    /// What is wrong with the time step under this limit: `None` if nothing is, or if the scene wants it so.
+    /// The mistake in the time step under this limit: `None` if nothing is, or if the scene wants it so.
     pub fn unstable_step(&self, stability: &StabilityLimit) -> Option<Problem> {
         // A step that follows the error is never too large for long.
         let step = self.time.step.filter(|step| !self.time.allow_unstable && *step > stability.step)?;
@@ -192,10 +192,10 @@ fn assemble<const D: usize, const N: usize>(
 /// A tolerance of Newton's method [m] above this part of the size of the scene is none: it ends with what is
 /// still motion.
 const LARGEST_TOLERANCE: f64 = 1e-2;
-/// What is suggested in its place, as a part of that size.
+/// Tolerance suggested in its place, as a part of that size.
 const GOOD_TOLERANCE: f64 = 1e-6;
 
-/// What is wrong with the tolerance of implicit steps in a scene of this `size` [m]; `None` if nothing is.
+/// The mistake in the tolerance of implicit steps in a scene of this `size` [m]; `None` if there is none.
 fn loose_tolerance(scene: &Scene, size: f64) -> Option<Problem> {
     let tolerance = scene.time.solver.as_ref()?.tolerance.filter(|t| *t > LARGEST_TOLERANCE * size)?;
     let path = KeyPath::root().key("time").key("solver").key("tolerance");
@@ -232,7 +232,7 @@ fn build_bodies(scene: &Scene, base: &Path) -> Result<Vec<body::BodyAssembly>, V
     if problems.is_empty() { Ok(bodies) } else { Err(problems) }
 }
 
-/// What damping has to do with the limit.
+/// Effect of damping on the limit.
 fn strongest_damping(stability: &StabilityLimit) -> String {
     if stability.damping > 0.0 {
         format!(", damped at up to {:.4e} 1/s", stability.damping)

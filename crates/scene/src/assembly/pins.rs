@@ -47,8 +47,8 @@ impl PinPlan {
         Some(format!("{} vertices let go at t = {} s, after {step} steps", self.vertices.len(), step * h))
     }
 
-    /// What holds its vertices in a simulation, `vertices` being their numbers there, `start` and `rest` the flat positions
-    /// of all vertices.
+    /// Hold of its vertices in a simulation, `vertices` being their numbers there, `start` and `rest` the
+    /// flat positions of all vertices.
     pub(super) fn hold(
         &self,
         body: &str,
@@ -84,7 +84,7 @@ pub(super) fn held(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<
     held
 }
 
-/// What moves cannot also be held by an earlier pin, or moved by it.
+/// Vertices that move cannot also be held by an earlier pin, or moved by it.
 fn contradictions(held: &[PinPlan], dimension: usize, path: &KeyPath) -> Vec<Problem> {
     // For every held coordinate the first pin that holds it, and the first that moves it.
     let mut holders: HashMap<(u32, usize), (usize, Option<usize>)> = HashMap::new();
@@ -161,7 +161,7 @@ fn not_zero_at_start(spec: &MotionSpec) -> (&'static str, String) {
     }
 }
 
-/// What `say` says of the pins of all bodies, each with its name.
+/// Result of `say` for the pins of all bodies, each with its name.
 pub(super) fn described(bodies: &[BodyAssembly], say: impl Fn(&PinPlan) -> Option<String>) -> Vec<String> {
     let pins = bodies.iter().flat_map(|body| body.held.iter().map(move |held| (body, held)));
     pins.filter_map(|(body, held)| Some(format!("pin `{}/{}`: {}", body.name, held.name, say(held)?)))

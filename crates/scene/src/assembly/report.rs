@@ -1,4 +1,4 @@
-//! What `pliant check` prints: the assembled problem in numbers.
+//! Report of `pliant check`: the assembled problem in numbers.
 
 use serde::Serialize;
 
@@ -50,7 +50,7 @@ pub struct Report {
     pub frames: u64,
     /// Walls, which the largest stable step does not account for.
     pub walls: usize,
-    /// Whether steps are solved.
+    /// True if steps are solved.
     pub is_implicit: bool,
     /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and nobody asked.
     pub stability: Option<StabilityLimit>,
@@ -58,9 +58,9 @@ pub struct Report {
     pub tree_force_error: Option<ForceError>,
     /// Instruction set of the kernels.
     pub instruction_set: &'static str,
-    /// What the scene uses: each entry is computed, held in memory or written.
+    /// Features that the scene uses: each entry is computed, held in memory or written.
     pub uses: Vec<String>,
-    /// What it does not name, and what therefore costs nothing.
+    /// Features that it does not name, and that therefore cost nothing.
     pub left_out: Vec<String>,
     /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that
     /// steps do not see, bodies that lock.
@@ -155,7 +155,7 @@ fn extent(x: &[f64], d: usize) -> Vec<f64> {
     (0..d).map(range).collect()
 }
 
-/// What is used and what is not, each in words.
+/// Features that are used and those that are not, each in words.
 fn uses(
     scene: &Scene,
     bodies: &[BodyAssembly],
@@ -317,7 +317,7 @@ fn follows(control: &StepControl, simulation: &Simulation) -> String {
     )
 }
 
-/// What a step costs.
+/// Cost of a step.
 fn cost(method: &Documentation) -> String {
     match method.solves {
         0 if method.force_evaluations == 0 => "some iterations of seven force evaluations".into(),
@@ -326,7 +326,7 @@ fn cost(method: &Documentation) -> String {
     }
 }
 
-/// What a body of cells that are no simplices is made of.
+/// Cells of a body of cells that are no simplices.
 fn whole_cells(body: &BodyAssembly) -> Option<String> {
     let block = body.mesh.block().filter(|_| body.elastic)?;
     let (cells, points) = (block.kind.plural, block.kind.quadrature_points());

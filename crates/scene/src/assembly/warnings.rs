@@ -1,4 +1,4 @@
-//! What a scene asks for that this program does, but not as one would think.
+//! Warnings of features that work otherwise than one would think.
 
 use crate::Scene;
 use pliant::simulation::Simulation;
@@ -11,8 +11,8 @@ pub(super) fn warnings(scene: &Scene, simulation: &Simulation) -> Vec<String> {
     walls(scene).into_iter().chain(behind_walls(simulation)).collect()
 }
 
-/// What starts behind a wall is put back in the first step, which is no motion, and stores energy that comes
-/// from nowhere.
+/// A vertex that starts behind a wall is put back in the first step, which is no motion, and stores energy
+/// that comes from nowhere.
 fn behind_walls(simulation: &Simulation) -> Option<String> {
     let (system, x) = (simulation.system(), simulation.state().x());
     let (d, least) = (system.dimension(), BEHIND * simulation.length_scale());

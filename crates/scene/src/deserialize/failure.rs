@@ -53,7 +53,8 @@ impl ReadFailure {
         }
     }
 
-    /// What is missing after a bare word: the empty table that stood in for it is not what the user wrote.
+    /// The key that is missing after a bare word: the empty table that stood in for it is not what the user
+    /// wrote.
     pub(super) fn of_bare_word(self, name: &str, trail: &Trail<'_>) -> ReadFailure {
         let help = format!("write {{ {name} = ... }}");
         match *self.0 {

@@ -13,7 +13,7 @@ pub(super) struct VariantReader<'a> {
     pub(super) variants: &'static [&'static str],
 }
 
-/// What follows the name of the variant: nothing for a bare word.
+/// Value after the name of the variant: nothing for a bare word.
 pub(super) struct Content<'a> {
     reader: Reader<'a>,
     name: &'a str,

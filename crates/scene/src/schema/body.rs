@@ -205,7 +205,7 @@ impl Body {
         self.repeat.as_ref().map_or(1, RepeatSpec::copies)
     }
 
-    /// Whether its elements are of second order.
+    /// True if its elements are of second order.
     pub fn is_quadratic(&self) -> bool {
         self.order == Some(2)
     }
@@ -221,8 +221,8 @@ impl Body {
         self.stress.unwrap_or_default()
     }
 
-    /// Whether nothing holds its vertices together: no elements, no springs. Mutual attraction (`world.nbody`) acts on
-    /// these bodies only.
+    /// True if nothing holds its vertices together: no elements, no springs. Mutual attraction
+    /// (`world.nbody`) acts on these bodies only.
     pub fn is_particles(&self) -> bool {
         self.elastic.is_none() && self.springs.is_none()
     }

@@ -132,7 +132,7 @@ pub struct World {
 }
 
 impl World {
-    /// Whether gravity is given by a formula: it then does work, and energy is not conserved.
+    /// True if gravity is given by a formula: it then does work, and energy is not conserved.
     pub fn gravity_changes(&self) -> bool {
         self.gravity.iter().flatten().any(|component| component.constant().is_none())
     }

@@ -34,7 +34,7 @@ pub struct Solver {
 }
 
 impl Time {
-    /// What the scene says of solvers, the rest by default.
+    /// Options of the scene for solvers, the rest by default.
     pub fn solver_options(&self) -> SolverOptions {
         let Solver { tolerance, iterations, linear, retries } = self.solver.clone().unwrap_or_default();
         let default = SolverOptions::default();

@@ -102,7 +102,7 @@ fn wrong_types() {
     }
 }
 
-/// What `toml`'s own deserializer lets pass.
+/// Texts that `toml`'s own deserializer lets pass.
 #[test]
 fn lists_are_neither_tables_nor_longer_than_they_should_be() {
     let cloth = "cloth = { cells = [2, 3, 4], origin = [0, 0], u = [1, 0], v = [0, 1] }";

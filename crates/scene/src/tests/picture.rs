@@ -1,4 +1,4 @@
-//! What the user sees.
+//! Messages as the user sees them.
 
 use super::*;
 

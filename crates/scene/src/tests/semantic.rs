@@ -1,4 +1,4 @@
-//! What reads well and cannot be simulated.
+//! Scenes that read well and cannot be simulated.
 
 use super::*;
 use crate::ProblemKind;
@@ -448,7 +448,7 @@ fn loads() {
     case("pressure = '2 * x'", "x", "body.0.load.0.pressure: `pressure`: unknown name `x`");
 }
 
-/// What only shows once the vertices are known.
+/// Mistakes that only show once the vertices are known.
 #[test]
 fn a_coordinate_that_moves_is_held_by_one_pin_only() {
     let problems = |pin: &str| {
@@ -772,7 +772,7 @@ fn membranes() {
     assert_eq!(briefly(&failed), [message]);
 }
 
-/// What is tied to what.
+/// Attachments and their targets.
 #[test]
 fn attachments() {
     let scene = |line: &str| {

@@ -270,7 +270,7 @@ fn mistakes_in_formulas_are_placed_inside_the_text() {
     }
 }
 
-/// Whether a number without a unit is in here.
+/// True if a number without a unit is in here.
 fn bare_number(schema: &serde_json::Value) -> bool {
     let bare = schema["format"] == "double" && schema["unit"].is_null();
     let alternatives = schema["anyOf"].as_array().into_iter().flatten();

@@ -111,7 +111,7 @@ fn order(check: &mut Checker, path: &KeyPath, body: &Body) {
     }
 }
 
-/// What a mesh offers to be made into forces. A file is believed to have everything until it is read.
+/// Parts of a mesh that can be made into forces. A file is believed to have everything until it is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeshCapabilities {
     /// Triangles in 2D, tetrahedra in 3D: what a material can fill.

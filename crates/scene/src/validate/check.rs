@@ -11,7 +11,7 @@ pub(super) struct Checker {
     problems: Vec<Problem>,
 }
 
-/// What a number must be, besides finite.
+/// Condition on a number, besides being finite.
 #[derive(Clone, Copy)]
 pub(super) enum Sign {
     Any,

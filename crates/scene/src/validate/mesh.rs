@@ -5,6 +5,7 @@ use super::shapes;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{ClothSpec, DiskSpec, FileSpec, GridSpec, InlineSpec, MeshSpec, StrandSpec};
+use pliant_mesh::spec::WholeCell;
 
 /// Vertex indices are 32 bits wide.
 const MOST_VERTICES: u64 = u32::MAX as u64;
@@ -65,7 +66,13 @@ fn grid(check: &mut Checker, path: &KeyPath, grid: &GridSpec) {
     if let Some(origin) = &grid.origin {
         check.vector(&path.key("origin"), origin, "m");
     }
-    let wrong = grid.cell_kind().filter(|kind| check.dimension.is_some_and(|d| d != kind.dimension));
+    whole_cells(check, path, grid.element);
+}
+
+/// Refuses an element of another dimension than the scene's.
+pub(super) fn whole_cells(check: &mut Checker, path: &KeyPath, element: Option<WholeCell>) {
+    let kind = element.map(WholeCell::kind);
+    let wrong = kind.filter(|kind| check.dimension.is_some_and(|d| d != kind.dimension));
     if let Some(kind) = wrong {
         let (other, d) = if kind.dimension == 2 { ("hexahedron", 3) } else { ("quadrilateral", 2) };
         let message =

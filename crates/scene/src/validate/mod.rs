@@ -1,4 +1,4 @@
-//! What makes a scene impossible to simulate and shows without building meshes.
+//! Mistakes that make a scene impossible to simulate and show without building meshes.
 //!
 //! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh of a
 //! million points that are all wrong is one mistake.

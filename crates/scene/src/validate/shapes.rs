@@ -1,6 +1,7 @@
 //! Generated shapes.
 
 use super::check::{Checker, Sign};
+use super::mesh::whole_cells;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::MeshSpec;
@@ -67,19 +68,25 @@ pub(super) fn shape(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
             cells(check, path, &spec.cells, Some(1));
             optional(check, &path.key("centre"), spec.centre.as_deref());
         }
-        MeshSpec::CooksMembrane(spec) => cells(check, path, &spec.cells, None),
+        MeshSpec::CooksMembrane(spec) => {
+            cells(check, path, &spec.cells, None);
+            whole_cells(check, path, spec.element);
+        }
         MeshSpec::TaperedBeam(spec) => {
             cells(check, path, &spec.cells, None);
+            whole_cells(check, path, spec.element);
             check.number(&path.key("length"), spec.length, Sign::Positive, "m");
             check.numbers(&path.key("heights"), &spec.heights, Sign::Positive, "m");
         }
         MeshSpec::NotchedBeam(spec) => {
             cells(check, path, &spec.cells, None);
+            whole_cells(check, path, spec.element);
             less(check, path, ("depth", spec.depth), ("height", spec.height));
             less(check, path, ("width", spec.width), ("length", spec.length));
         }
         MeshSpec::EllipticMembrane(spec) => {
             cells(check, path, &spec.cells, None);
+            whole_cells(check, path, spec.element);
             let inner = check.numbers(&path.key("inner"), &spec.inner, Sign::Positive, "m");
             let outer = check.numbers(&path.key("outer"), &spec.outer, Sign::Positive, "m");
             if let Some(axis) = (0..2).find(|&i| inner && outer && spec.inner[i] >= spec.outer[i]) {

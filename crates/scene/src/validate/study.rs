@@ -1,4 +1,4 @@
-//! What a scene says about studies.
+//! Mistakes in `[study]`.
 
 use super::check::{Checker, Sign};
 use crate::error::Problem;

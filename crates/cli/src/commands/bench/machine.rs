@@ -1,4 +1,4 @@
-//! What the numbers were measured on.
+//! The machine that the numbers were measured on.
 
 use std::collections::BTreeMap;
 
@@ -39,7 +39,7 @@ impl Machine {
         }
     }
 
-    /// What memory delivers to this many threads [bytes/s]; measured once.
+    /// Bandwidth of memory with this many threads [bytes/s]; measured once.
     pub(super) fn bandwidth(&mut self, threads: usize) -> Result<f64, Failure> {
         if let Some(&bandwidth) = self.stream_triad.get(&threads) {
             return Ok(bandwidth);

@@ -103,7 +103,7 @@ fn name(i: usize, mode: &Mode) -> String {
     }
 }
 
-/// What was written.
+/// Result of writing.
 pub(super) fn describe(recorded: &Recorded) -> String {
     format!(
         "recorded {} in {}: each mode for {SECONDS} s, slowed down to one swing a second",

@@ -17,7 +17,7 @@ const SAMPLE_RATE: u32 = 48_000;
 /// The largest sample, as a part of what a file can hold: one decibel is left.
 const PEAK: f64 = 0.891_250_938;
 
-/// What was written.
+/// Result of writing.
 pub(super) struct WrittenSound {
     path: PathBuf,
     sound: Sound,
@@ -120,7 +120,7 @@ impl WrittenSound {
         )
     }
 
-    /// What the listener should know.
+    /// Remarks for the listener.
     pub(super) fn warnings(&self) -> Vec<String> {
         let Silent { above_nyquist, overdamped, .. } = self.sound.silent;
         let mut warnings = vec![];

@@ -1,4 +1,4 @@
-//! What is said when a run has ended.
+//! Closing lines of a run.
 
 use std::time::Duration;
 
@@ -56,8 +56,8 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// What the user should know even if nobody reads the numbers. A run that failed says what is wrong
-    /// already.
+    /// Warnings that the user should see even without reading the numbers. A run that failed says what is
+    /// wrong already.
     pub(crate) fn warnings(&self) -> Vec<String> {
         if self.status() == ExitStatus::Failed {
             return vec![];
@@ -164,7 +164,7 @@ impl<'a> Closing<'a> {
         ))
     }
 
-    /// What would make the steps more accurate.
+    /// Advice for more accurate steps.
     fn finer(&self) -> String {
         match &self.report.step_control {
             Some(_) if self.scene.time.integrator.method().has_own_criterion() => {
@@ -192,7 +192,7 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// What the file shall say on `/log`.
+    /// Messages for `/log` of the file.
     pub(crate) fn messages(&self) -> Vec<(LogLevel, String)> {
         let mut messages: Vec<_> =
             self.warnings().into_iter().map(|warning| (LogLevel::Warning, warning)).collect();
@@ -356,7 +356,7 @@ impl<'a> Closing<'a> {
         })
     }
 
-    /// What is wrong with the energy at the end; nothing in statics, where none has to be kept.
+    /// Fault of the energy at the end; nothing in statics, where none has to be kept.
     fn energy_errors(&self) -> String {
         let (drift, error) = (self.summary.relative_energy_drift(), self.summary.relative_energy_error());
         let (Some(drift), Some(error)) = (drift, error) else { return String::new() };
@@ -369,7 +369,7 @@ impl<'a> Closing<'a> {
         )
     }
 
-    /// What the drift of the energy is without, or holds beside the errors of the scheme.
+    /// Parts that the drift of the energy is without, or holds beside the errors of the scheme.
     fn unaccounted(&self) -> &'static str {
         let takes = self.takes_energy() && !self.loses_known();
         match takes {
@@ -378,7 +378,7 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// Whether anything in the scene takes energy away.
+    /// True if anything in the scene takes energy away.
     fn takes_energy(&self) -> bool {
         let world = &self.scene.world;
         let dashpots = self.scene.attachment.iter().any(|attachment| attachment.dashpot.is_some());
@@ -386,7 +386,7 @@ impl<'a> Closing<'a> {
         damped || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
     }
 
-    /// Whether it is known how much, in this run as in any other of the scene: those that show frames to
+    /// True if it is known how much, in this run as in any other of the scene: those that show frames to
     /// more than a file may know more.
     fn loses_known(&self) -> bool {
         if !self.scene.output.channels.contains(&Channel::Energy) {
@@ -396,7 +396,7 @@ impl<'a> Closing<'a> {
         balance.is_some_and(|b| b.ether_drag.or(b.damping).or(b.walls).is_some())
     }
 
-    /// What went wrong, in a word, for programs.
+    /// Kind of failure, in a word, for programs.
     fn kind(&self) -> &'static str {
         use pliant::simulation::StepError;
         match &self.summary.outcome {
@@ -439,7 +439,7 @@ impl<'a> Closing<'a> {
     }
 }
 
-/// What the solvers of implicit steps did.
+/// Work of the solvers of implicit steps.
 fn solver_work(work: &SolverWork) -> String {
     let mut facts = vec![counted(work.newton_iterations, "Newton iteration", "Newton iterations")];
     let counts = [

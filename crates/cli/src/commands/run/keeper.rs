@@ -15,7 +15,7 @@ use crate::input::Input;
 /// Name of the note of the command line.
 const SETTINGS: &str = "command line";
 
-/// What the command line of a run said, and how long it has taken: noted in every checkpoint.
+/// Settings from the command line of a run, and how long it has taken: noted in every checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Settings {
     /// Recording; relative to the checkpoint where it is beside it, `None` without one.
@@ -31,7 +31,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Those noted in a checkpoint; `None` where another program than the command line has kept it.
+    /// The settings noted in a checkpoint; `None` where another program than the command line has kept it.
     pub(crate) fn of(file: &CheckpointFile) -> Option<Settings> {
         serde_json::from_slice(file.notes.get(SETTINGS)?).ok()
     }
@@ -116,7 +116,7 @@ impl Checkpoints for CheckpointKeeper {
     }
 }
 
-/// Whether both paths are one file that is there.
+/// True if both paths are one file that is there.
 pub(crate) fn is_one(a: &Path, b: &Path) -> bool {
     same_file::is_same_file(a, b).unwrap_or(false)
 }

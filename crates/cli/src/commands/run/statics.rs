@@ -1,4 +1,4 @@
-//! What is said of a static equilibrium.
+//! Closing lines of a static equilibrium.
 
 use pliant::simulation::{Extreme, StaticState};
 

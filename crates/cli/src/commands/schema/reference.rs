@@ -6,7 +6,7 @@ use pliant::expression;
 use pliant::quantity;
 use serde_json::{Map, Value};
 
-/// What the tables below take for granted.
+/// Conventions of the tables below.
 fn introduction() -> String {
     let (with_prefixes, without) = quantity::unit_symbols();
     let list = |names: &[&str]| names.join(", ");
@@ -94,7 +94,7 @@ impl Writer<'_> {
         out
     }
 
-    /// What a value is, in words; `path` names a table that is met for the first time.
+    /// Kind of a value, in words; `path` names a table that is met for the first time.
     fn kind(&mut self, schema: &Value, path: &str) -> String {
         if let Some(reference) = schema["$ref"].as_str() {
             let name = reference.rsplit('/').next().unwrap_or(reference);

@@ -1,4 +1,4 @@
-//! What was found, for people and in files.
+//! Results for people and in files.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::text::{number, table, wrap};
 const HEADER: [&str; 8] =
     ["", "predicted [s]", "measured [s]", "ratio", "above it", "at step [s]", "drift [1/s]", "amplitude"];
 
-/// What the columns are.
+/// Meaning of the columns.
 const ABOUT: &str = "Predicted is the limit of the scene linearised at its start, by what a step does to an oscillator; measured the \
                      largest step with which 1000 steps (100 of an implicit scheme) could be taken. Drift is the slope of the energy, \
                      amplitude what oscillates about it, both over the energy that there is.";

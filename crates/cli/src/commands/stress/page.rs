@@ -12,7 +12,7 @@ use super::{Outcome, counts};
 use crate::failure::Failure;
 use crate::output;
 
-/// What the colours of pictures mean.
+/// Meaning of the colours of pictures.
 const LEGEND: &str = "Elements in 2D: red where J <= 0, blue where J < 0.95, yellow where J > 1.25.";
 
 /// Columns of the table.
@@ -138,7 +138,7 @@ pub(super) fn write(file: &Path, results: &[Outcome]) -> Result<(), Failure> {
     output::file(file, &out)
 }
 
-/// What is to be said of those that did not pass.
+/// Remarks on those that did not pass.
 fn remarks(results: &[Outcome], row: &str) -> String {
     let mut out = String::new();
     for (case, f) in results.iter().filter(|(case, f)| case.row == row && f.verdict != CaseVerdict::Pass) {

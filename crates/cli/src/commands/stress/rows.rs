@@ -20,7 +20,7 @@ pub(super) fn numbers(findings: &CaseResult) -> [String; 6] {
     ]
 }
 
-/// What is done, to what.
+/// Title of a case: its row and its name.
 pub(super) fn title(result: &Outcome) -> String {
     let (case, _) = result;
     format!("{} {}", case.row, case.name)
@@ -113,7 +113,7 @@ fn survivors(results: &[Outcome]) -> String {
     lines + "\n"
 }
 
-/// What came of everything that was done to a scene with one scheme and solver, by the names of the cases.
+/// Results of all cases of a scene with one scheme and solver, by the names of the cases.
 #[derive(Default)]
 struct Setting<'a> {
     name: String,

@@ -8,7 +8,7 @@ use crate::constraint::motion::Moment;
 const SUSPICIOUS: f64 = 1e-3;
 /// And by this part of how far it is from the origin: rounding.
 const ROUNDING: f64 = 1e-12;
-/// What is left of the distance once the time between is too short to be halved, as a part of what was
+/// Part of the distance that is left once the time between is too short to be halved, as a part of what was
 /// suspicious, is a jump; of a motion without one, next to nothing is left.
 const LEFT: f64 = 1e-3;
 

@@ -25,7 +25,7 @@ pub(super) struct LargestEigenvalue {
     pub(super) error: f64,
     /// Products that it took.
     pub(super) products: usize,
-    /// Whether they were approximate.
+    /// True if they were approximate.
     pub(super) approximate: bool,
     /// The eigenvector, where it was asked for or products are approximate.
     pub(super) vector: Vec<f64>,
@@ -34,10 +34,10 @@ pub(super) struct LargestEigenvalue {
 /// The product with `A`; whether it is an approximation.
 pub(super) type Product<'a> = &'a mut dyn FnMut(&mut System, &[f64], &mut [f64]) -> bool;
 
-/// What is asked of an iteration.
+/// Accuracy asked of an iteration.
 #[derive(Clone, Copy)]
 pub(super) struct LanczosGoal {
-    /// Whether the eigenvector is.
+    /// True if the eigenvector is.
     pub(super) vector: bool,
     /// What eigenvalues and their errors are compared with besides the largest: a norm of the matrix where
     /// that may cancel.

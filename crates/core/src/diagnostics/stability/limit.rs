@@ -76,7 +76,7 @@ pub fn stability_limit(method: &Method, modes: &ModeRange, ether_drag: f64, dura
     limit
 }
 
-/// Whether a scheme has kicks backwards in time: damping is negative in these, and is outweighed by that of
+/// True if a scheme has kicks backwards in time: damping is negative in these, and is outweighed by that of
 /// the others only where it commutes with the stiffness.
 fn goes_back(method: &Method) -> bool {
     match method.scheme {
@@ -85,7 +85,7 @@ fn goes_back(method: &Method) -> bool {
     }
 }
 
-/// Whether all modes are on a line, as with damping in proportion to stiffness and mass.
+/// True if all modes are on a line, as with damping in proportion to stiffness and mass.
 fn is_line(modes: &ModeRange) -> bool {
     let ModeRange { frequency, damping, ref boundary } = *modes;
     let point = |mode: &DampedMode| [mode.stiffness / (frequency * frequency), mode.damping / damping];
@@ -130,7 +130,7 @@ fn sampled(boundary: &[DampedMode], ether_drag: f64) -> Vec<DampedMode> {
 struct SchemeTrial<'a> {
     method: &'a Method,
     mode: DampedMode,
-    /// Whether other modes are damped: a scheme then treats drag as it does their damping.
+    /// True if other modes are damped: a scheme then treats drag as it does their damping.
     is_damped: bool,
     ether_drag: f64,
     duration: f64,

@@ -117,7 +117,7 @@ pub(super) trait BlockMaterial<const D: usize>: Send + Sync {
     fn tangent(&self, f: &Mat<f64, D>, psd: Psd) -> Tangent<D>;
     /// Where the model is defined.
     fn domain(&self) -> Domain;
-    /// Whether energy or stress are not finite at `f`, or `f` is outside of the domain.
+    /// True if energy or stress are not finite at `f`, or `f` is outside of the domain.
     fn is_at_fault(&self, f: &Mat<f64, D>) -> bool;
     /// `F` and `P` in space, and the energy density.
     fn state(&self, f: &Mat<f64, D>) -> ElementState;

@@ -26,7 +26,7 @@ const BATCH: usize = 4;
 /// Numbers in the Hessian of a tetrahedron, rounded up to whole packs.
 const MOST_ENTRIES: usize = 96;
 
-/// What is known of the elements of a pack on the way.
+/// Intermediate results of the elements of a pack.
 #[repr(align(64))]
 struct PackWork<const D: usize, const N: usize> {
     points: [[[f64; WIDTH]; D]; N],
@@ -312,7 +312,7 @@ fn add_blocks<const D: usize, const N: usize>(
     }
 }
 
-/// What is taken of the way to a collapse.
+/// Part of the way to a collapse that a step takes.
 pub(super) const MARGIN: f64 = 0.9;
 
 /// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].

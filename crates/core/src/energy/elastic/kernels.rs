@@ -1,4 +1,5 @@
-//! What is done with each pack of elements, on lanes: positions of vertices to deformation gradients, stresses to forces.
+//! Kernels over packs of elements, on lanes: positions of vertices to deformation gradients, stresses to
+//! forces.
 //!
 //! These are compiled for every element, but not for every material, see [`block`](super::block).
 

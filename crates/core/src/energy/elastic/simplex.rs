@@ -17,7 +17,7 @@ pub(super) trait SimplexForces<const D: usize, const N: usize>: Send + Sync {
     fn add(&self, patches: &Patches<N>, packs: &[SimplexPack<D>], patch: &Patch, scratch: &mut Scratch<D>);
 }
 
-/// Those of `M`.
+/// Forces of `M`.
 pub(super) struct Fused<M>(pub(super) M);
 
 impl<M: Material<D>, const D: usize, const N: usize> SimplexForces<D, N> for Fused<M> {
@@ -59,7 +59,7 @@ pub(super) struct GradientKernel<'a, M, const D: usize, const N: usize> {
     pub(super) scratch: &'a mut Scratch<D>,
 }
 
-/// What is done with one pack, or two.
+/// Operation on one pack, or two.
 struct PackStress<'a, M, const D: usize, const N: usize>(&'a M);
 
 impl<M: Material<D>, const D: usize, const N: usize> PackStress<'_, M, D, N> {

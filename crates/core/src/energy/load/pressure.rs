@@ -15,9 +15,9 @@ use crate::material::Psd;
 pub struct PressureField {
     /// Its value [Pa] by the rest position `X` [m] and the time `t` [s].
     pub field: Box<dyn Fn([f64; 3], f64) -> f64 + Send + Sync>,
-    /// Whether it depends on time.
+    /// True if it depends on time.
     pub changes: bool,
-    /// Whether it differs from place to place.
+    /// True if it differs from place to place.
     pub varies: bool,
 }
 

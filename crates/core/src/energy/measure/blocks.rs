@@ -7,7 +7,7 @@ use crate::algebra::{Dual, project_positive};
 use crate::energy::elastic::points_of;
 use crate::material::Psd;
 
-/// What is written for each stencil.
+/// Output for each stencil.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MatrixOutput {
     /// `k (grad s grad s^T + (s - s_0) grad grad s)`, by dual numbers; projected without its negative

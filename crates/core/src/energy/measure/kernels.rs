@@ -1,4 +1,4 @@
-//! What is done with each pack of stencils, on lanes.
+//! Kernels over packs of stencils, on lanes.
 
 use super::{MeasuredStencils, ScalarStrain};
 use crate::algebra::Dual;

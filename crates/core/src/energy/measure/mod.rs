@@ -1,4 +1,5 @@
-//! Whatever stores energy by one number measured at a few vertices: the length of a spring, the angle of a hinge.
+//! Terms that store energy by one number measured at a few vertices: the length of a spring, the angle of a
+//! hinge.
 
 mod blocks;
 mod curvature;
@@ -27,7 +28,7 @@ use crate::scalar::Scalar;
 
 /// One number `s(x)` measured at `N` vertices, the same under every rigid motion.
 pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
-    /// What it is measured of: `hinge`.
+    /// Name of a stencil: `hinge`.
     const OF: &'static str;
 
     /// The deviation `s(x) - s_0` from rest, which is what `rest` says, and `ds/dx`. Written once, generic over the scalar: it

@@ -9,12 +9,12 @@ use crate::energy::patch::{Patches, Workspace};
 use crate::lanes::{Lanes, WIDTH};
 use crate::numbering::along_curve;
 
-/// What belongs to one stencil.
+/// Constants of one stencil.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StencilConstants {
     /// `k` of the energy, or of the dissipation, over the square of the measure's unit [J, W s].
     pub stiffness: f64,
-    /// What the measure takes for the state of rest.
+    /// Parameters of the state of rest.
     pub rest: [f64; 2],
 }
 
@@ -77,7 +77,7 @@ impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> MeasuredStencils<Q, 
         (stiffness[lane], [rest[0][lane], rest[1][lane]])
     }
 
-    /// What they are computed in.
+    /// Scratch memory.
     pub fn workspace(&self) -> Workspace<D> {
         Workspace::new(&self.patches)
     }

@@ -1,4 +1,4 @@
-//! What every measure has to be, and what it is in places where it is known.
+//! Properties of every measure, and its values in places where they are known.
 
 use super::*;
 

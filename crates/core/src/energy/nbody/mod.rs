@@ -44,7 +44,7 @@ pub struct NBody<const D: usize> {
     parts: Vec<f64>,
     /// Particles from which on products for the search of the largest frequency are approximate.
     stiffness_by_tree: usize,
-    /// What they are made with, while they are wanted.
+    /// Parameters that they are made with, while they are wanted.
     stiffness: Option<Box<TreeGravity<D>>>,
     /// Every pair, once an implicit scheme has asked for them.
     pairs: Vec<[u32; 2]>,

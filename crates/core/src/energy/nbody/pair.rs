@@ -1,4 +1,4 @@
-//! What the kernels share: separations and powers of the softened distance, on lanes.
+//! Parts that the kernels share: separations and powers of the softened distance, on lanes.
 
 use crate::lanes::{Lanes, WIDTH};
 
@@ -6,13 +6,15 @@ use crate::lanes::{Lanes, WIDTH};
 pub(super) type Block<const D: usize> = [[f64; WIDTH]; D];
 
 /// Where the lanes are that fill up a pack, in every component [m]: apart from each other and so far away that nobody else is there.
-/// They have mass zero and their pair terms are finite numbers, so that nothing comes of them without a comparison in any inner loop.
+/// Padding particles have mass zero and their pair terms are finite numbers, so that nothing comes of them
+/// without a comparison in any inner loop.
 pub(super) const FAR: [f64; WIDTH] = [1e100, 2e100, 3e100, 4e100, 5e100, 6e100, 7e100, 8e100];
 
 /// Targets whose sums stay in registers while they meet the packs of sources.
 pub(super) const TARGETS: usize = 4;
 
-/// Whether target `t` of a round takes its inverse roots by Newton's method, the others by square root and division. The divider
+/// True if target `t` of a round takes its inverse roots by Newton's method, the others by square root and
+/// division. The divider
 /// works beside the multipliers: one of four in another way keeps both of them busy, and is a fifth faster than either way alone
 /// (two of four: the same within 3 %). Constant after unrolling.
 #[inline(always)]

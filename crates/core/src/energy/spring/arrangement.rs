@@ -49,7 +49,7 @@ impl<const D: usize, N: Neighbours<D>> Arrangement<D, N> {
         }
     }
 
-    /// Whether a hand-over to other threads pays.
+    /// True if a hand-over to other threads pays.
     fn in_parallel(&self) -> bool {
         self.parts.len() >= PARALLEL_FROM_TASKS && rayon::current_num_threads() > 1
     }

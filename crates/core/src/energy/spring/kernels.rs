@@ -1,4 +1,4 @@
-//! What is computed of eight vertices at a time, over any layout of their springs.
+//! Kernels over eight vertices at a time, for any layout of their springs.
 
 use std::ops::Range;
 

@@ -25,7 +25,7 @@ struct SpringRun {
 }
 
 impl SpringRun {
-    /// Whether its tensions have been computed at the other ends.
+    /// True if its tensions have been computed at the other ends.
     fn is_read(self) -> bool {
         self.offset < 0 && self.ring != NO_RING
     }

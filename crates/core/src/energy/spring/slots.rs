@@ -17,7 +17,7 @@ pub(super) struct Slots {
     spring: Vec<u32>,
 }
 
-/// Whether a spring counts at `own`, of its two ends.
+/// True if a spring counts at `own`, of its two ends.
 pub(super) fn is_first_end(own: usize, neighbour: usize) -> bool {
     own < neighbour
 }

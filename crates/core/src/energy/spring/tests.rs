@@ -103,7 +103,7 @@ fn plain<const D: usize>(net: &Net, stiffness: &[f64], rest: &[f64], x: &[f64], 
     r
 }
 
-/// Whether the springs came to lie as runs.
+/// True if the springs came to lie as runs.
 fn runs<const D: usize>(springs: &Springs<D>) -> bool {
     matches!(springs.layout, Layout::Runs(_))
 }

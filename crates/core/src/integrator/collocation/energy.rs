@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Adds up the energy of one step.
 pub(super) struct StageEnergy {
-    /// Whether the method keeps quadratic energies: then it takes none either.
+    /// True if the method keeps quadratic energies: then it takes none either.
     conserves: bool,
     /// `E(x_n)` [J].
     start: f64,
@@ -73,8 +73,8 @@ impl StageEnergy {
         self.way.iter_mut().zip(v).for_each(|(way, v)| *way += weight * v);
     }
 
-    /// Whether prescribed motion jumped on the way to `end`, by more than a length of `least` [m]: the energy
-    /// that it gave is none of the stages'.
+    /// True if prescribed motion jumped on the way to `end`, by more than a length of `least` [m]: the
+    /// energy that it gave is none of the stages'.
     fn has_jumped(&self, system: &System, state: &State, end: &NextState, least: f64) -> bool {
         let moved = (0..self.way.len()).filter(|n| system.inverse_mass()[*n] == 0.0);
         moved.map(|n| (end.x[n] - state.x()[n], self.way[n])).any(|(moved, way)| {
@@ -119,7 +119,7 @@ impl StageEnergy {
     }
 }
 
-/// Whether all of its energy is stored: none comes in from outside.
+/// True if all of its energy is stored: none comes in from outside.
 fn has_potential(term: &dyn EnergyTerm) -> bool {
     !term.properties().supplies()
 }

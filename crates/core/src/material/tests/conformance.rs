@@ -60,7 +60,8 @@ fn projection_clamps_the_eigenvalues_and_nothing_else() {
     check::<3>();
 }
 
-/// What a model in principal stretches would give the eigensystem: `psi_i = P_ii`, `psi_ij = H_iijj` at `diag(sigma)`.
+/// Derivatives that a model in principal stretches would give the eigensystem: `psi_i = P_ii`,
+/// `psi_ij = H_iijj` at `diag(sigma)`.
 #[test]
 fn eigensystem_from_stretches_alone() {
     fn check<const D: usize>() {

@@ -85,7 +85,7 @@ fn the_others_fail() {
     assert_eq!(names, ["linear", "displacement-gradient"]);
 }
 
-/// What a pure rotation does to the models that mind. lecture 14, 16
+/// Effect of a pure rotation on the models that mind. lecture 14, 16
 #[test]
 fn ghost_forces_under_rotation() {
     let theta: f64 = 0.7;

@@ -129,7 +129,7 @@ fn gap<const D: usize>(f: &Mat<f64, D>) -> f64 {
     (sigma[D - 2] + sigma[D - 1]) / f.norm_squared().sqrt()
 }
 
-/// What an error in the stress is measured against: its own size, or that of the terms it is made of.
+/// Measure of an error in the stress: its own size, or that of the terms it is made of.
 fn stress_scale<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
     model.pk1(f).norm_squared().sqrt() + (LAMBDA + 2.0 * MU) * f.norm_squared().sqrt()
 }

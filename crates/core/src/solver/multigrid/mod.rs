@@ -177,7 +177,7 @@ impl<const D: usize> Multigrid<D> {
 }
 
 impl HeldCoordinates {
-    /// Those that `held` names, flat `(vertices, D)`.
+    /// Coordinates that `held` names, flat `(vertices, D)`.
     pub fn new<const D: usize>(held: &[bool]) -> Self {
         let bits = |vertex: &[bool; D]| (0..D).map(|k| u8::from(vertex[k]) << k).sum();
         let mut mask: Vec<u8> = held.as_chunks::<D>().0.iter().map(bits).collect();

@@ -17,7 +17,7 @@ use crate::solver::conjugate_gradients::inverse;
 pub(super) type Row = [f32; 4];
 /// Rows that a thread takes at once: below twice as many the hand-over costs more than it saves.
 pub const TASK_ROWS: usize = 1024;
-/// What 1 is in the matrix.
+/// Value of 1 in the matrix.
 const UNIT: f32 = 32767.0;
 /// Degree of the polynomial.
 const DEGREE: usize = 3;
@@ -25,7 +25,8 @@ const DEGREE: usize = 3;
 const RATIO: f64 = 12.0;
 /// Power iterations for the largest eigenvalue.
 const POWER_ITERATIONS: usize = 12;
-/// What they may fall short by. Chebyshev's polynomial leaves [-1, 1] where an eigenvalue lies 8 % above the interval.
+/// Factor by which bounds may fall short. Chebyshev's polynomial leaves [-1, 1] where an eigenvalue lies 8
+/// % above the interval.
 const SAFETY: f64 = 1.1;
 
 /// A matrix with the inverses of its diagonal blocks, and the vectors of one level. Between calls these are of the unknowns as they
@@ -277,7 +278,7 @@ fn square(rows: &[Row]) -> f64 {
     rows.iter().map(|r| f64::from(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])).sum()
 }
 
-/// What is done with row `i` of up to three vectors.
+/// Operation on row `i` of up to three vectors.
 trait RowPass<const D: usize>: Sync {
     /// How many vectors it takes.
     const VECTORS: usize;

@@ -12,7 +12,7 @@ use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective};
 use crate::system::System;
 
-/// What came of one linear solve.
+/// Outcome of one linear solve.
 pub(super) enum Direction {
     /// A direction of descent, which solves the linear system.
     Descent,

@@ -29,7 +29,7 @@ const FORCING_PART: f64 = 0.3;
 const ESTIMATE: f64 = 1e-3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.
 const NEAR: f64 = 1e-3;
-/// What is added to the diagonal of projected Hessians in statics, as a part of the largest entry.
+/// Addition to the diagonal of projected Hessians in statics, as a part of the largest entry.
 const STATIC_SHIFT: f64 = 1e-9;
 /// In statics, a body so many sizes of the scene away from its last equilibrium is one that nothing holds.
 const RUNAWAY: f64 = 1e3;
@@ -44,7 +44,7 @@ pub(crate) struct Newton<const D: usize> {
     /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients; none if it is projected.
     at_hand: Option<Weights>,
     iterative: Option<Iterative<D>>,
-    /// Whether what is at hand was last solved with by conjugate gradients.
+    /// True if what is at hand was last solved with by conjugate gradients.
     by_iterations: bool,
     /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at the last time:
     /// they are tried again after twice as many.

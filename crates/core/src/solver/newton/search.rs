@@ -8,7 +8,8 @@ use crate::system::System;
 /// Sufficient decrease of the line search: a fraction of what the slope promises. Nocedal, Wright 2006, *Numerical
 /// optimization*, eq. 3.4.
 const ARMIJO: f64 = 1e-4;
-/// What the objective may change by, relative to itself, where it says less about a step than its slope does; Hager, Zhang 2005, "A
+/// Change of the objective, relative to itself, below which it says less about a step than its slope does;
+/// Hager, Zhang 2005, "A
 /// new conjugate gradient method with guaranteed descent and an efficient line search", eq. 4.1.
 const ROUNDING: f64 = 1e-10;
 /// So does a step that moves nothing by more than this part of the size of the scene: its decrease is of second order in that, and an
@@ -19,7 +20,7 @@ const FLATTER: f64 = 0.8;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
 
-/// What is known of the objective along the direction.
+/// Values of the objective along the direction.
 pub(super) struct Slope {
     /// Its value at the iterate.
     pub(super) start: f64,
@@ -29,7 +30,7 @@ pub(super) struct Slope {
     pub(super) correction: f64,
     /// Corrections of so much [m] are none.
     pub(super) negligible: f64,
-    /// Whether a step that has to be halved is none.
+    /// True if a step that has to be halved is none.
     pub(super) whole: bool,
 }
 
@@ -39,9 +40,9 @@ pub(super) struct Accepted {
     pub(super) value: f64,
     /// How often it was halved.
     pub(super) halvings: u32,
-    /// Whether the force there is finite, where the residual is that of the trial already.
+    /// True if the force there is finite, where the residual is that of the trial already.
     pub(super) finite: Option<bool>,
-    /// Whether a term that guards ways admitted less than the whole step.
+    /// True if a term that guards ways admitted less than the whole step.
     pub(super) shortened: bool,
 }
 

@@ -25,15 +25,15 @@ pub(super) struct NewtonSolve<'a> {
     value: Option<f64>,
     /// Treatment of element Hessians.
     psd: Psd,
-    /// Whether a matrix at hand may serve again.
+    /// True if a matrix at hand may serve again.
     keep: bool,
     /// Relative residual that is asked of conjugate gradients.
     forcing: f64,
-    /// Whether `forcing` follows the convergence.
+    /// True if `forcing` follows the convergence.
     inexact: bool,
-    /// Whether Hessians were indefinite, or a step was shortened.
+    /// True if Hessians were indefinite, or a step was shortened.
     curved: bool,
-    /// Whether the objective is another one in every iteration: with dissipation, or forces without energy.
+    /// True if the objective is another one in every iteration: with dissipation, or forces without energy.
     changes: bool,
     /// Corrections of so much [m] are rounding.
     floor: f64,
@@ -46,9 +46,9 @@ pub(super) struct NewtonSolve<'a> {
 struct Correction {
     /// Slope of the objective along it, below zero.
     slope: f64,
-    /// Whether it says nothing of how far a minimum is.
+    /// True if it says nothing of how far a minimum is.
     truncated: bool,
-    /// Whether the matrix is one of before.
+    /// True if the matrix is one of before.
     old_matrix: bool,
 }
 
@@ -293,8 +293,8 @@ impl<const D: usize> Newton<D> {
         Ok(Continues)
     }
 
-    /// Whether the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
-    /// exact and steps whole.
+    /// True if the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
+    /// exact and steps whole. exact and steps whole.
     fn has_converged(&self, solve: &NewtonSolve<'_>, found: Correction, steady: bool) -> bool {
         let (before, correction) = (solve.before, solve.correction);
         // The first correction by a factor of an earlier solve says little about the next.

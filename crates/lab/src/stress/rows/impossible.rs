@@ -5,7 +5,8 @@ use crate::stress::scenes::try_assemble;
 use crate::stress::{Case, CaseResult, CaseVerdict};
 use pliant_scene::Scene;
 
-/// What is wrong, the row, the dimension, keys of `[time]`, the mesh, the material's constants, the mass, more keys; what the error must say.
+/// The mistake, the row, the dimension, keys of `[time]`, the mesh, the material's constants, the mass,
+/// more keys; what the error must say.
 type Wrong = (&'static str, &'static str, [&'static str; 5], &'static str);
 
 const STEP: &str = "step = 1e-3";

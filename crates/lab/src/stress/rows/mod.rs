@@ -30,7 +30,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     column::add(cases);
 }
 
-/// What a case is about.
+/// Subject of a case.
 struct CaseDescription<'a> {
     row: &'static str,
     name: &'a str,

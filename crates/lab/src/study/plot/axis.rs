@@ -14,7 +14,7 @@ pub enum AxisScale {
 }
 
 impl AxisScale {
-    /// Whether a number has a place.
+    /// True if a number has a place.
     pub(super) fn holds(self, value: f64) -> bool {
         value.is_finite() && (self == AxisScale::Linear || value > 0.0)
     }

@@ -17,7 +17,7 @@ const LEGEND: u32 = 215;
 const NAME: i32 = 17;
 const LONGEST_NAME: usize = 28;
 
-/// What an axis shows.
+/// Quantity of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisSpec {
     /// What, with its unit.
@@ -45,7 +45,7 @@ pub struct Point {
     pub x: f64,
     /// Along the second; `None` for a run that failed, which is a cross at the top.
     pub y: Option<f64>,
-    /// What is written beside it.
+    /// Label beside it.
     pub label: Option<String>,
 }
 
@@ -63,7 +63,7 @@ pub struct Line {
     pub name: String,
     /// The points, joined in this order where there is a number.
     pub points: Vec<Point>,
-    /// Whether each point has a mark; a line of many points is better without.
+    /// True if each point has a mark; a line of many points is better without.
     pub marked: bool,
     /// Number of its colour, dashes and mark, the same in all charts that show it: the first 24 differ.
     pub look: usize,
@@ -89,7 +89,7 @@ pub struct Chart {
     pub x: AxisSpec,
     /// The second axis.
     pub y: AxisSpec,
-    /// What it shows, in the order of the legend.
+    /// Its series, in the order of the legend.
     pub lines: Vec<Line>,
     /// Triangles for comparison.
     pub slopes: Vec<SlopeTriangle>,

@@ -26,9 +26,9 @@ pub struct CellState {
 pub struct HeatMap {
     /// Above it.
     pub title: String,
-    /// What columns differ in.
+    /// Quantity that columns differ in.
     pub x: String,
-    /// What rows differ in.
+    /// Quantity that rows differ in.
     pub y: String,
     /// Names of columns.
     pub columns: Vec<String>,

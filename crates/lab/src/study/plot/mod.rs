@@ -20,6 +20,6 @@ pub use heat_map::{CellState, HeatMap};
 pub struct PlotError {
     /// Title of the chart.
     pub title: String,
-    /// What the drawing library says.
+    /// Message of the drawing library.
     pub reason: String,
 }

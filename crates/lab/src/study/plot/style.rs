@@ -16,7 +16,7 @@ use super::PlotError;
 
 /// Where a chart is drawn.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What the library has to say.
+/// Message of the library.
 pub(super) type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// Colours that people who do not see all colours can tell apart; Okabe, Ito 2008, *Color universal design*.

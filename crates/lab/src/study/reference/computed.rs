@@ -16,7 +16,7 @@ const ROUNDING: f64 = 2e-14;
 /// Errors below this no longer fall because of rounding alone.
 const RESOLVED: f64 = 1e-7;
 
-/// What one scheme found.
+/// Solution by one scheme.
 struct SchemeResult {
     name: &'static str,
     steps: u64,

@@ -1,4 +1,5 @@
-//! What runs are compared with: the exact solution where the problem has one, else one that independent schemes agree on.
+//! References that runs are compared with: the exact solution where the problem has one, else one that
+//! independent schemes agree on.
 
 mod computed;
 mod kepler;
@@ -17,7 +18,7 @@ pub use store::key;
 /// A reference, and how good it is.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
-    /// What tells it from others: how it was found, and the [`key`] of the problem.
+    /// Name that tells it from others: how it was found, and the [`key`] of the problem.
     pub id: String,
     /// In words.
     pub how: String,
@@ -34,7 +35,7 @@ impl Reference {
     }
 }
 
-/// What is needed to find a reference.
+/// Data needed to find a reference.
 pub(crate) struct ReferenceSearch<'a, 'b> {
     pub(crate) scene: &'a Scene,
     pub(crate) runner: Runner<'a>,

@@ -41,7 +41,7 @@ impl FigureKind {
 pub struct Figure {
     /// Name of its file.
     pub file: String,
-    /// What it shows.
+    /// Its subject.
     pub caption: String,
     /// The chart.
     pub svg: String,

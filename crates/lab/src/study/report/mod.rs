@@ -11,12 +11,12 @@ use super::row::RowStatus;
 
 pub use figures::{Figure, FigureKind};
 
-/// What is shown of one variant of one scene.
+/// Part of the report about one variant of one scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
     /// Title of the scene, and what was varied.
     pub heading: String,
-    /// What runs are compared with, and on what.
+    /// The reference of its runs, and the machine.
     pub about: Vec<String>,
     /// The charts.
     pub figures: Vec<Figure>,
@@ -33,13 +33,13 @@ pub struct Section {
 pub struct StudyReport {
     /// At the top.
     pub title: String,
-    /// What it was measured on.
+    /// The machine.
     pub machine: String,
-    /// What is to be said of its times, of each study.
+    /// Remarks on its times, of each study.
     pub noise: Vec<String>,
     /// The parts.
     pub sections: Vec<Section>,
-    /// What to write into each scene, once for every problem that was made of it: its name and TOML.
+    /// Advice for each scene, once for every problem that was made of it: its name and TOML.
     pub recommendations: Vec<(String, String)>,
 }
 
@@ -148,7 +148,7 @@ fn table_row(variant: &VariantResult, line: &LineResult) -> [String; 7] {
     ]
 }
 
-/// What failed, what was left out, and who fell short.
+/// Rows that failed, rows that were left out, and schemes that fell short.
 fn remarks(variant: &VariantResult) -> Vec<String> {
     let mut out = vec![];
     for line in &variant.lines {

@@ -1,4 +1,4 @@
-//! What is done with each pack of cells, on lanes: positions to `Fb`, stresses to forces, and the same
+//! Kernels over packs of cells, on lanes: positions to `Fb`, stresses to forces, and the same
 //! along a direction, on dual numbers.
 
 use super::super::block::Block;
@@ -24,7 +24,7 @@ pub(super) struct Points<'a, const D: usize, const N: usize> {
     pub(super) dilatation: Dilatation,
 }
 
-/// What is known of a pack at its quadrature points, or the change of it along a direction.
+/// Deformation and stress of a pack at its quadrature points, or their change along a direction.
 #[repr(align(64))]
 pub(super) struct PointWork<const D: usize> {
     /// `Fb`.

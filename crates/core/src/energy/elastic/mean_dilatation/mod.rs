@@ -159,7 +159,7 @@ impl<const D: usize, const N: usize> MeanDilatation<D, N> {
     }
 }
 
-/// What the loop over patches reads.
+/// Inputs of the loop over patches.
 struct PatchInputs<'a, const D: usize, const N: usize> {
     patches: &'a Patches<N>,
     packs: &'a CellPacks<D, N>,

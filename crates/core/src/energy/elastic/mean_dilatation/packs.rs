@@ -70,7 +70,7 @@ pub(crate) struct CellPacks<const D: usize, const N: usize> {
 }
 
 impl<const D: usize, const N: usize> CellPacks<D, N> {
-    /// Those of these cells of `body` at rest at `rest` (flat, all vertices of the system) [m].
+    /// Packs of these cells of `body` at rest at `rest` (flat, all vertices of the system) [m].
     ///
     /// # Panics
     /// If `det J` is not positive at a quadrature point: meshes are checked before.

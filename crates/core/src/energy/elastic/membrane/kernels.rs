@@ -1,4 +1,4 @@
-//! What is done with each pack of a membrane, on lanes.
+//! Kernels over packs of a membrane, on lanes.
 
 use crate::algebra::{Dual, Mat};
 use crate::element::{SimplexPack, Tangents, scatter_stress, tangents, times};

@@ -51,7 +51,8 @@ impl RingPart {
         self.groups.map(|g| usize::from(g) * half..((usize::from(g) + 1) * half).min(len))
     }
 
-    /// Whether it is this stencil that has the pairs within its first group and within its second: one for each group.
+    /// True if it is this stencil that has the pairs within its first group and within its second: one for
+    /// each group.
     fn within(&self) -> [bool; 2] {
         let [p, q] = self.groups;
         [self.count == 1 || q == p + 1, q + 1 == self.count && p + 1 == q]

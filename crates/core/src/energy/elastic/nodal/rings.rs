@@ -1,4 +1,4 @@
-//! What a node knows of its elements: one deformation gradient, the mean of theirs.
+//! Deformation of a node by its elements: one deformation gradient, the mean of theirs.
 //!
 //! With the shape functions `N_b` of the linear elements `e` around node `a`, `w_e = V_e / (D + 1)` and `V_a = sum_e w_e`,
 //!

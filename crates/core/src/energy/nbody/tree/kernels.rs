@@ -1,13 +1,14 @@
-//! What the entries of a list do to the particles of its group, on lanes: entries side by side, four particles at a time.
+//! Action of the entries of a list on the particles of its group, on lanes: entries side by side, four
+//! particles at a time.
 
 use super::super::pair::{TARGETS, by_newton, difference, dot, interaction, inverse_root, load, splat};
 use super::list::{List, ParticlePack, TreeCells};
 use super::octree::symmetric_index;
 use crate::lanes::{Kernel, Lanes, WIDTH};
 
-/// What is summed over a list: `N` numbers for each particle, without `G` and the mass of the particle.
+/// Sums over a list: `N` numbers for each particle, without `G` and the mass of the particle.
 pub(super) trait Law<const D: usize, const N: usize> {
-    /// Whether directions matter.
+    /// True if directions matter.
     const DIRECTED: bool;
 
     /// Adds what the particles of a pack do to a target `[position, direction]`; nothing where `others` is false.

@@ -1,4 +1,5 @@
-//! What attracts the particles of a group: particles near by and, as a whole, nodes far away; in packs of eight.
+//! Sources that attract the particles of a group: particles near by and, as a whole, nodes far away; in
+//! packs of eight.
 
 use super::super::pair::{Block, FAR};
 use super::octree::{GROUP, Octree, SYMMETRIC};

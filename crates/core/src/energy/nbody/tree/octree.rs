@@ -43,7 +43,8 @@ impl<const D: usize> Node<D> {
         self.next == index + 1
     }
 
-    /// Whether all particles of `group` are far enough away to take this node as a whole. False where a coordinate is NaN.
+    /// True if all particles of `group` are far enough away to take this node as a whole. False where a
+    /// coordinate is NaN.
     pub(super) fn is_far_from(&self, group: &Self) -> bool {
         let mut distance2 = 0.0;
         for c in 0..D {

@@ -232,7 +232,7 @@ impl EnergyTerm for Exact {
 
 impl TermViews for Exact {}
 
-/// What is predicted is enough, and not many times too much.
+/// Predicted bytes are enough, and not many times too much.
 #[test]
 fn the_memory_of_a_tree_is_predicted() {
     fn held<const D: usize>(n: usize, opening_angle: f64) -> (u64, u64) {

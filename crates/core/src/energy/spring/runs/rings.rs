@@ -97,7 +97,7 @@ impl Tensions<'_> {
         tensions.store(&mut self.numbers[at..at + WIDTH].as_chunks_mut().0[0]);
     }
 
-    /// What was kept for eight vertices from `from + offset` on.
+    /// Tensions kept for eight vertices from `from + offset` on.
     #[inline(always)]
     pub(super) fn read<L: Lanes>(&self, ring: u32, from: usize, offset: i32) -> L {
         let at = self.place(ring, from, offset);
