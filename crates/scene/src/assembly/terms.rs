@@ -1,4 +1,4 @@
-//! What stores energy in a body: finite elements of every kind, springs, bending.
+//! Terms that store energy in a body: finite elements of every kind, springs, bending.
 
 use super::body::{BodyAssembly, renumbered};
 use crate::Body;
