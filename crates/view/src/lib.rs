@@ -3,3 +3,5 @@
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
+
+pub mod picture;
