@@ -4,4 +4,8 @@
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
 
+pub mod colour;
+pub mod drawing;
 pub mod picture;
+#[cfg(test)]
+mod test_support;
