@@ -1,6 +1,7 @@
 //! What can be typed after `pliant`.
 
 mod modes;
+mod render;
 
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroU16;
@@ -13,6 +14,7 @@ use pliant::quantity::Kind;
 use pliant::solver::LinearSolver;
 
 pub(crate) use modes::{ModesArguments, VertexChoice};
+pub(crate) use render::{GalleryArguments, PlotArguments, QuantityArgument, RenderArguments};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -85,6 +87,12 @@ pub(crate) enum Command {
     Recover(RecoverArguments),
     /// Write frames of a recording for ParaView, PyVista or meshio (.vtu), or as surfaces (.obj)
     Export(ExportArguments),
+    /// Draw a recording: a still, frames side by side, an animation
+    Render(Box<RenderArguments>),
+    /// Draw energies, momentum, reactions or probes of a recording over time
+    Plot(PlotArguments),
+    /// Draw every scene of a folder into one page
+    Gallery(GalleryArguments),
     /// Print the format of scenes: the JSON schema for editors, or a page to read
     Schema(SchemaArguments),
     /// Measure how fast this machine takes steps

@@ -3,10 +3,13 @@
 mod bench;
 mod check;
 mod export;
+mod gallery;
 mod info;
 mod list;
 mod modes;
+mod plot;
 mod recover;
+mod render;
 mod resume;
 mod run;
 mod schema;
@@ -45,6 +48,9 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
+        Command::Render(arguments) => render::execute(&arguments, terminal),
+        Command::Plot(arguments) => plot::execute(&arguments, terminal),
+        Command::Gallery(arguments) => gallery::execute(&arguments, terminal),
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
         Command::Stress(arguments) => stress::execute(&arguments, terminal),

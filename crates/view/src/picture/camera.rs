@@ -18,7 +18,7 @@ pub struct Direction {
 
 impl Default for Direction {
     fn default() -> Direction {
-        Direction { azimuth: 25.0, elevation: 15.0, zoom: 1.0 }
+        Direction { azimuth: 25.0, elevation: 18.0, zoom: 1.0 }
     }
 }
 

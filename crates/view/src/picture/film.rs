@@ -9,7 +9,7 @@ use super::camera::{Direction, Viewport};
 use super::casting::Cast;
 use super::figure::{Figure, bounds};
 use super::image::Image;
-use super::legend::{self, ColorScale};
+use super::legend;
 use super::space::{Vec3, minus, plus};
 use super::stage::{Stage, Style};
 use super::text::{self, Anchor};
@@ -62,7 +62,15 @@ pub struct Film {
     stages: Vec<Stage>,
 }
 
+/// A line of text, where it begins, and the height of its capitals [pixel].
+type Words = (String, [f32; 2], f32);
+
 impl Film {
+    /// Title of the recording.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
     /// Reads these frames, at least one, and fits the camera.
     ///
     /// # Errors
@@ -175,20 +183,39 @@ impl Film {
 
     fn write_time(&self, image: &mut Image, number: usize) {
         if self.options.labels {
-            let size = legend::letters(image.height);
-            let at = [1.6 * size, image.height as f32 - 1.6 * size];
-            let words = format!("t = {} s", written_time(self.figures[number].0, self.duration));
-            text::write(image, &words, at, size, self.options.style.theme.ink(), Anchor::Left);
+            self.write(image, &self.time(number, image.height));
         }
     }
 
     fn write_title(&self, image: &mut Image, size: f32) {
         if self.options.labels {
-            let size = 1.15 * size;
-            let title = text::shortened(&self.title, size, image.width as f32 - 3.2 * size);
-            let at = [1.4 * size, 2.3 * size];
-            text::write(image, &title, at, size, self.options.style.theme.ink(), Anchor::Left);
+            self.write(image, &self.headline(image.width, size));
         }
+    }
+
+    fn write(&self, image: &mut Image, (words, at, size): &Words) {
+        text::write(image, words, *at, *size, self.options.style.theme.ink(), Anchor::Left);
+    }
+
+    fn time(&self, number: usize, height: usize) -> Words {
+        let size = legend::letters(height);
+        let words = format!("t = {} s", written_time(self.figures[number].0, self.duration));
+        (words, [1.6 * size, height as f32 - 1.6 * size], size)
+    }
+
+    fn headline(&self, width: usize, size: f32) -> Words {
+        let size = 1.15 * size;
+        let title = text::shortened(&self.title, size, width as f32 - 3.2 * size);
+        (title, [1.4 * size, 2.3 * size], size)
+    }
+
+    /// What is written over a frame, where, and how high its capitals are; nothing without labels.
+    pub(crate) fn words(&self, number: usize) -> Vec<Words> {
+        let [width, height] = self.options.style.size;
+        if !self.options.labels {
+            return vec![];
+        }
+        vec![self.headline(width, legend::letters(height)), self.time(number, height)]
     }
 
     /// Pixels at the left, top, right and bottom that bodies are kept out of.

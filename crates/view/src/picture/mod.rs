@@ -30,7 +30,7 @@ pub use space::Vec3;
 pub use stage::Style;
 pub use theme::Theme;
 pub use write::{
-    Animation, PictureError, write_apng, write_gif, write_png, write_webp, write_webp_animation,
+    Animation, PictureError, write_apng, write_gif, write_png, write_svg, write_webp, write_webp_animation,
 };
 
 #[cfg(test)]

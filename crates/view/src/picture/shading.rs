@@ -3,10 +3,12 @@
 use super::image::{Rgb, byte};
 use super::space::{Vec3, dot, plus, unit};
 
-/// Light from all around, from above and from the lamp; a white surface that faces the lamp is white.
-const AROUND: f32 = 0.34;
+/// Light from all around, from above, from the eye and from the lamp; a surface between eye and lamp is a
+/// fifth brighter than its colour.
+const AROUND: f32 = 0.22;
 const ABOVE: f32 = 0.16;
-const LAMP: f32 = 0.62;
+const EYE: f32 = 0.36;
+const LAMP: f32 = 0.58;
 /// Brightness of a highlight.
 const GLOSS: f32 = 0.10;
 
@@ -25,7 +27,8 @@ impl Surface {
     pub(super) fn shaded(&self, color: Rgb) -> Rgb {
         let facing = dot(self.normal, self.to_light).max(0.0) * self.lit;
         let from_above = 0.5 + 0.5 * self.normal[2];
-        let light = AROUND + ABOVE * from_above + LAMP * facing;
+        let towards_eye = dot(self.normal, self.to_eye).max(0.0);
+        let light = AROUND + ABOVE * from_above + EYE * towards_eye + LAMP * facing;
         let halfway = dot(self.normal, unit(plus(self.to_eye, self.to_light))).max(0.0);
         let gloss = GLOSS * self.lit * halfway.powi(40);
         color.map(|channel| {

@@ -12,8 +12,9 @@ use super::space::{Vec3, cross, dot, length, minus, plus, smooth_step, times, un
 use super::theme::Theme;
 use super::text::{self, Anchor};
 
-/// Width of lines [pixel of a picture 600 high].
-const LINE: f32 = 1.7;
+/// Widths of lines [pixel of a picture 600 high]: of a hundred, and the least of many.
+const LINE: f32 = 3.2;
+const THIN: f32 = 1.4;
 /// Opacity of the edges of triangles, and the height of a triangle [pixel] from which on there are any and
 /// from which on they are whole: in meshes that are finer edges would paint everything black.
 const EDGE: f32 = 0.42;
@@ -161,7 +162,8 @@ impl Painter<'_> {
     }
 
     fn segments(&mut self) {
-        let width = self.stage.scaled(LINE) * SAMPLES as f32;
+        let wide = LINE * (self.figure.segments.len() as f32 / 100.0).powf(-0.25);
+        let width = self.stage.scaled(wide.clamp(THIN, LINE)) * SAMPLES as f32;
         for (segment, colors) in self.figure.segments.iter().zip(&self.figure.segment_colors) {
             let places = segment.map(|vertex| self.figure.vertices[vertex as usize]);
             if let [Some(a), Some(b)] = places.map(|place| self.stage.corner(place)) {
@@ -203,16 +205,12 @@ impl Painter<'_> {
         let (stage, shadow, canvas) = (self.stage, self.shadow, &mut *self.canvas);
         let pixels = stage.dot_radius * dot.size * stage.camera.focal * center.weight;
         let radius = (pixels * SAMPLES as f32).max(1.2);
+        let to_eye = stage.camera.towards(place);
         raster::disc(center.at, radius, canvas.size, |column, row, [x, y]| {
             if !canvas.shows(column, row, center.nearness) {
                 return;
             }
-            let color = shadow.map_or(dot.color, |shadow| {
-                let toward = (1.0 - x * x - y * y).max(0.0).sqrt();
-                let camera = &stage.camera;
-                let normal = weighted([camera.right, camera.up, camera.back], [x, -y, toward]);
-                stage.shaded(dot.color, plus(place, times(normal, stage.dot_radius * dot.size)), normal, shadow)
-            });
+            let color = if shadow.is_some() { stage.shaded_ball(dot.color, to_eye, [x, y]) } else { dot.color };
             canvas.set(column, row, center.nearness, color);
         });
     }
@@ -259,6 +257,15 @@ impl Stage {
         let normal = unit(if dot(normal, to_eye) < 0.0 { times(normal, -1.0) } else { normal });
         let lit = if dot(normal, self.light) > 0.0 { shadow.lit(place, normal) } else { 0.0 };
         Surface { normal, to_eye, to_light: self.light, lit }.shaded(color)
+    }
+}
+
+impl Stage {
+    /// Colour of a place on a ball, right and below of its middle by so many radii; nothing shades it.
+    fn shaded_ball(&self, color: Rgb, to_eye: Vec3, [x, y]: [f32; 2]) -> Rgb {
+        let toward = (1.0 - x * x - y * y).max(0.0).sqrt();
+        let normal = weighted([self.camera.right, self.camera.up, self.camera.back], [x, -y, toward]);
+        Surface { normal, to_eye, to_light: self.light, lit: 1.0 }.shaded(color)
     }
 }
 

@@ -3,6 +3,7 @@
 mod gif;
 mod palette;
 mod png;
+mod svg;
 mod webp;
 
 use std::io::{self, Write};
@@ -11,6 +12,7 @@ use super::image::{Image, Rectangle};
 
 pub use self::gif::write as write_gif;
 pub use self::png::{write_animation as write_apng, write_still as write_png};
+pub use self::svg::write as write_svg;
 pub use self::webp::{write_animation as write_webp_animation, write_still as write_webp};
 
 /// Pictures that follow each other.
@@ -29,6 +31,14 @@ pub enum PictureError {
     /// The stream refused it.
     #[error(transparent)]
     Write(#[from] io::Error),
+    /// More shapes than an SVG should have.
+    #[error("{count} shapes are too many for an .svg, which holds {most}; name a .png")]
+    TooMany {
+        /// Triangles, lines and points.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// The format cannot hold it.
     #[error("{format} cannot hold a picture of {} x {} pixels: {message}", size[0], size[1])]
     Format {
