@@ -7,5 +7,6 @@
 pub mod colour;
 pub mod drawing;
 pub mod picture;
+pub mod plot;
 #[cfg(test)]
 mod test_support;

@@ -1,9 +1,12 @@
 //! Frames of a recording as files of other programs: `.vtu` with a `.pvd` beside them for ParaView, PyVista
-//! and meshio, `.obj` for whatever draws surfaces.
+//! and meshio, `.obj` for whatever draws surfaces; all frames in one file as `.glb`, `.npz` and `.csv`.
 //!
 //! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; which frames go
 //! to which files is for its user to say.
 
+mod csv;
+mod glb;
+mod npz;
 mod obj;
 mod pvd;
 #[cfg(test)]
@@ -38,6 +41,24 @@ pub enum ExportError {
     /// The stream refused it.
     #[error(transparent)]
     Write(#[from] io::Error),
+    /// More frames than the format should hold.
+    #[error("a .glb holds {most} frames, not {count}; choose some with `--frames`, like ..:{}", count.div_ceil(*most))]
+    TooManyFrames {
+        /// How many were asked for.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// More bytes than the format can hold.
+    #[error("{size} bytes are more than the {most} of a {format}; choose fewer frames with `--frames`")]
+    TooLarge {
+        /// Ending of its files.
+        format: &'static str,
+        /// How many there would be.
+        size: u64,
+        /// How many there may be.
+        most: u64,
+    },
 }
 
 /// One frame, in three dimensions.

@@ -26,8 +26,10 @@ pub use figure::{Dot, Figure, Mark, Trail};
 pub use film::{Film, Fit, RenderOptions};
 pub use image::{Image, Rgb};
 pub use legend::ColorScale;
+pub(crate) use legend::ticks;
 pub use space::Vec3;
 pub use stage::Style;
+pub(crate) use text::{Anchor as TextAnchor, stroke, write as write_text};
 pub use theme::Theme;
 pub use write::{
     Animation, PictureError, write_apng, write_gif, write_png, write_svg, write_webp, write_webp_animation,

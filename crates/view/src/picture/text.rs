@@ -89,11 +89,6 @@ fn from_stroke(place: [f32; 2], [a, b]: &[[f32; 2]; 2]) -> f32 {
     (rest[0] * rest[0] + rest[1] * rest[1]).sqrt()
 }
 
-/// A round spot.
-pub(crate) fn spot(image: &mut Image, at: [f32; 2], radius: f32, color: Rgb) {
-    stroke(image, [at, at], 2.0 * radius, color, 1.0);
-}
-
 /// A straight line with round ends.
 pub(crate) fn stroke(image: &mut Image, ends: [[f32; 2]; 2], width: f32, color: Rgb, opacity: f32) {
     let half = 0.5 * width;
