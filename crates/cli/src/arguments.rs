@@ -85,7 +85,7 @@ pub(crate) enum Command {
     Info(InfoArguments),
     /// Make the recording of a killed run readable
     Recover(RecoverArguments),
-    /// Write frames of a recording for ParaView, PyVista or meshio (.vtu), or as surfaces (.obj)
+    /// Write a recording for ParaView, PyVista or meshio (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
     Export(ExportArguments),
     /// Draw a recording: a still, frames side by side, an animation
     Render(Box<RenderArguments>),
@@ -221,7 +221,8 @@ pub(crate) struct RecoverArguments {
 pub(crate) struct ExportArguments {
     /// Recording (.mcap)
     pub(crate) file: PathBuf,
-    /// A folder, or a file: .pvd for a series of .vtu beside it, .vtu or .obj for a single frame
+    /// A folder, or a file: .pvd for a series of .vtu beside it, .vtu or .obj for a single frame; .glb (animated
+    /// surfaces), .npz (arrays) or .csv (energies and reactions) for all frames
     #[arg(long, value_name = "DIR_OR_FILE")]
     pub(crate) to: PathBuf,
     /// What to write into a folder [default: vtu]
@@ -230,6 +231,10 @@ pub(crate) struct ExportArguments {
     /// Which frames, from 0: one (12), a range without its end (10..20), or every so many (0..100:10, ..:5) [default: all]
     #[arg(long, value_name = "A..B:STEP", allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
+    /// Positions of a .glb to 16 bits of each body's box: smaller, for readers that know
+    /// KHR_mesh_quantization
+    #[arg(long)]
+    pub(crate) quantised: bool,
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,

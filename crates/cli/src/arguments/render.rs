@@ -153,7 +153,8 @@ impl FromStr for CameraArgument {
         };
         let given = given.filter(|d| d.elevation.abs() <= 90.0 && (0.01..=100.0).contains(&d.zoom));
         given.map(CameraArgument).ok_or_else(|| {
-            "it must be like 25,15 or 25,15,1.5: degrees, the second -90 to 90, and a factor 0.01 to 100".into()
+            "it must be like 25,15 or 25,15,1.5: degrees, the second -90 to 90, and a factor 0.01 to 100"
+                .into()
         })
     }
 }
@@ -230,4 +231,3 @@ pub(crate) struct GalleryArguments {
     #[arg(long)]
     pub(crate) force: bool,
 }
-

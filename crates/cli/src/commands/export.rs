@@ -1,5 +1,7 @@
 //! `pliant export`: frames of a recording as files of other programs.
 
+mod whole;
+
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -14,6 +16,15 @@ use crate::terminal::Terminal;
 use crate::text::counted;
 
 pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
+    if let Some(format) = whole::format(&arguments.to) {
+        let count = whole::write(arguments, format)?;
+        let to = &arguments.to;
+        let frames = counted(count as u64, "frame", "frames");
+        terminal.report(&format!("wrote {frames} to {}", to.display()))?;
+        let exported = json!({ "frames": count, "collection": null, "files": [to] });
+        terminal.document(&json!({ "status": ExitStatus::Done, "exported": exported }))?;
+        return Ok(ExitStatus::Done);
+    }
     let plan = write(arguments)?;
     let shown = plan.collection.as_ref().or(plan.folder.as_ref()).unwrap_or(&plan.files[0].1);
     let frames = plan.files.len();
@@ -40,8 +51,13 @@ pub fn export(
     force: bool,
 ) -> Result<Vec<PathBuf>, (u8, String)> {
     let frames = frames.map(|(start, end, step)| FrameRange { start, end: Some(end), step });
-    let plan = write(&ExportArguments { file, to, format: None, frames, force });
-    let plan = plan.map_err(|failure| (failure.status.code(), failure.message()))?;
+    let arguments = ExportArguments { file, to, format: None, frames, quantised: false, force };
+    let refused = |failure: Failure| (failure.status.code(), failure.message());
+    if let Some(format) = whole::format(&arguments.to) {
+        whole::write(&arguments, format).map_err(refused)?;
+        return Ok(vec![arguments.to]);
+    }
+    let plan = write(&arguments).map_err(refused)?;
     Ok(plan.files.into_iter().map(|(_, path)| path).chain(plan.collection).collect())
 }
 
@@ -196,6 +212,9 @@ fn replace(
         match error {
             ExportError::Record(error) => Failure::recording(&error),
             ExportError::Write(error) => cannot_write(path, &error),
+            error @ (ExportError::TooManyFrames { .. } | ExportError::TooLarge { .. }) => {
+                Failure::usage(error.to_string())
+            }
             error => Failure::failed("export", error.to_string()),
         }
     })

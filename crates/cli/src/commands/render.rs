@@ -6,8 +6,8 @@ use std::path::Path;
 
 use pliant_view::drawing::{Colouring, DrawError, Drawing};
 use pliant_view::picture::{
-    Animation, Film, PictureError, RenderOptions, Style, write_apng, write_gif, write_png, write_svg, write_webp,
-    write_webp_animation,
+    Animation, Film, PictureError, RenderOptions, Style, write_apng, write_gif, write_png, write_svg,
+    write_webp, write_webp_animation,
 };
 use serde_json::json;
 

@@ -51,7 +51,8 @@ impl Export {
         let times = (times.len() > 1).then(|| document.floats(&times, "SCALAR", None));
         for (number, body) in self.bodies.bodies.iter().enumerate() {
             let shown = Shown::of(body);
-            let places: Vec<Vec<[f32; 3]>> = states.iter().map(|state| shown.places(&state.x, flat)).collect();
+            let places: Vec<Vec<[f32; 3]>> =
+                states.iter().map(|state| shown.places(&state.x, flat)).collect();
             document.body(&shown, &body.name, number, &places, quantised, times);
         }
         if quantised {
@@ -141,7 +142,8 @@ impl Gltf {
         }
         mesh["primitives"] = json!([primitive]);
         let [r, g, b] = BODY_COLOURS[number % BODY_COLOURS.len()].map(|channel| channel * channel);
-        let surface = json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6 });
+        let surface =
+            json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6 });
         self.materials.push(json!({ "name": name, "pbrMetallicRoughness": surface, "doubleSided": true }));
         let node = json!({ "name": name, "mesh": self.meshes.len() });
         self.nodes.push(if quantised { grid.on(node) } else { node });
@@ -158,7 +160,8 @@ impl Gltf {
             (0..=count).flat_map(|frame| (0..count).map(move |target| weight(frame, target))).collect();
         let output = self.floats(&weights, "SCALAR", None);
         let node = self.nodes.len() - 1;
-        self.channels.push(json!({ "sampler": self.samplers.len(), "target": { "node": node, "path": "weights" } }));
+        self.channels
+            .push(json!({ "sampler": self.samplers.len(), "target": { "node": node, "path": "weights" } }));
         self.samplers.push(json!({ "input": times, "output": output, "interpolation": "LINEAR" }));
     }
 
@@ -182,7 +185,8 @@ impl Gltf {
                 .collect();
             self.whole(&steps, I16)
         } else {
-            let moved: Vec<f32> = pairs.flat_map(|(from, to)| [0, 1, 2].map(|axis| to[axis] - from[axis])).collect();
+            let moved: Vec<f32> =
+                pairs.flat_map(|(from, to)| [0, 1, 2].map(|axis| to[axis] - from[axis])).collect();
             self.floats(&moved, "VEC3", Some(VERTICES))
         }
     }
@@ -195,11 +199,11 @@ impl Gltf {
             .flatten()
             .collect();
         let view = self.view(&bytes, Some(VERTICES), Some(8));
-        let least = |axis: usize| rows.iter().map(|row| row[axis]).min();
-        let most = |axis: usize| rows.iter().map(|row| row[axis]).max();
+        let least = [0, 1, 2].map(|axis| rows.iter().map(|row| row[axis]).min());
+        let most = [0, 1, 2].map(|axis| rows.iter().map(|row| row[axis]).max());
         self.accessors.push(json!({
             "bufferView": view, "componentType": component, "count": rows.len(), "type": "VEC3",
-            "min": [0, 1, 2].map(least), "max": [0, 1, 2].map(most),
+            "min": least, "max": most,
         }));
         self.accessors.len() - 1
     }
@@ -255,7 +259,8 @@ impl Gltf {
             "buffers": [{ "byteLength": self.buffer.len() }],
         });
         if !self.channels.is_empty() {
-            document["animations"] = json!([{ "name": "motion", "samplers": self.samplers, "channels": self.channels }]);
+            document["animations"] =
+                json!([{ "name": "motion", "samplers": self.samplers, "channels": self.channels }]);
         }
         if !self.extensions.is_empty() {
             document["extensionsUsed"] = json!(self.extensions);
@@ -306,7 +311,7 @@ impl Grid {
     /// The node with the way from steps to metres.
     fn on(&self, mut node: Value) -> Value {
         node["translation"] = json!(self.corner);
-        node["scale"] = json!([self.step; 3]);
+        node["scale"] = json!([self.step, self.step, self.step]);
         node
     }
 }

@@ -45,8 +45,12 @@ impl Export {
     }
 
     fn topology(&self, archive: &mut Archive<'_>) -> Result<(), ExportError> {
-        let ranges: Vec<u32> =
-            self.bodies.bodies.iter().flat_map(|body| [body.vertices.start, body.vertices.len() as u32]).collect();
+        let ranges: Vec<u32> = self
+            .bodies
+            .bodies
+            .iter()
+            .flat_map(|body| [body.vertices.start, body.vertices.len() as u32])
+            .collect();
         archive.numbers("bodies", 2, &ranges)?;
         for body in &self.bodies.bodies {
             let parts: [(&str, usize, &[u32]); 6] = [
@@ -57,7 +61,8 @@ impl Export {
                 ("quadratic_tetrahedra", 10, body.quadratic_tetrahedra.as_flattened()),
                 ("surface", 3, body.surface.as_flattened()),
             ];
-            let blocks = body.blocks.iter().map(|block| (block.kind.name, block.kind.nodes, &block.vertices[..]));
+            let blocks =
+                body.blocks.iter().map(|block| (block.kind.name, block.kind.nodes, &block.vertices[..]));
             for (name, nodes, cells) in parts.into_iter().chain(blocks).filter(|part| !part.2.is_empty()) {
                 archive.numbers(&format!("{}.{name}", body.name), nodes, cells)?;
             }

@@ -6,7 +6,7 @@ use super::image::Rgb;
 use super::legend::ColorScale;
 use super::space::Vec3;
 use crate::colour;
-use crate::drawing::{BodyScalars, Colouring, DrawError, DrawnBody, DrawnFrame, Drawing};
+use crate::drawing::{BodyScalars, Colouring, DrawError, Drawing, DrawnBody, DrawnFrame};
 
 /// Points whose paths are drawn, at most, and only where nothing else is.
 const TRAILS: usize = 24;
@@ -62,7 +62,8 @@ impl Cast {
             self.add(&mut figure, number, body, scalars);
         }
         figure.walls = drawing.walls().iter().map(|wall| [single(wall.point), single(wall.normal)]).collect();
-        let pins = drawing.pins().iter().map(|pin| Mark { at: figure.vertices[*pin as usize], name: String::new() });
+        let pins =
+            drawing.pins().iter().map(|pin| Mark { at: figure.vertices[*pin as usize], name: String::new() });
         let probes = drawing.probes().iter().filter_map(|probe| {
             Some(Mark { at: single(*probe.positions.get(frame)?), name: probe.name.clone() })
         });
@@ -78,9 +79,7 @@ impl Cast {
         };
         let of_vertex = |vertex: u32| match scalars {
             None => own,
-            Some(BodyScalars::Vertices(values)) => {
-                of_number(values, (vertex - body.vertices.start) as usize)
-            }
+            Some(BodyScalars::Vertices(values)) => of_number(values, (vertex - body.vertices.start) as usize),
             // Numbers of elements have no place on lines and points.
             Some(BodyScalars::Elements(_) | BodyScalars::None) => colour::NOT_FINITE,
         };
@@ -120,7 +119,11 @@ fn name(colouring: &Colouring) -> String {
     }
 }
 
-fn range_over(drawing: &mut Drawing, colouring: &Colouring, frames: &[usize]) -> Result<(f64, f64), DrawError> {
+fn range_over(
+    drawing: &mut Drawing,
+    colouring: &Colouring,
+    frames: &[usize],
+) -> Result<(f64, f64), DrawError> {
     let mut over_all: Option<(f64, f64)> = None;
     for frame in frames {
         if let Some((low, high)) = drawing.scalars(colouring, *frame)?.range() {

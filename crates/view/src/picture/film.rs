@@ -138,7 +138,9 @@ impl Film {
             sheet.paste(cell, number % columns * width, above as usize + number / columns * height);
         }
         self.write_title(&mut sheet, legend::letters(height));
-        if self.options.labels && let Some(scale) = &self.cast.scale {
+        if self.options.labels
+            && let Some(scale) = &self.cast.scale
+        {
             legend::draw(&mut sheet, scale, self.options.style.theme);
         }
         sheet
@@ -160,7 +162,10 @@ impl Film {
                 });
             }
         });
-        images.into_iter().filter_map(|image| image.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
+        images
+            .into_iter()
+            .filter_map(|image| image.into_inner().unwrap_or_else(PoisonError::into_inner))
+            .collect()
     }
 
     fn picture(&self, number: usize) -> Image {
@@ -176,7 +181,9 @@ impl Film {
     fn write_labels(&self, image: &mut Image, number: usize) {
         self.write_time(image, number);
         self.write_title(image, legend::letters(image.height));
-        if self.options.labels && let Some(scale) = &self.cast.scale {
+        if self.options.labels
+            && let Some(scale) = &self.cast.scale
+        {
             legend::draw(image, scale, self.options.style.theme);
         }
     }
@@ -223,7 +230,7 @@ impl Film {
         let height = self.options.style.size[1];
         let rim = 0.05 * height as f32;
         let (line, bar) = if self.options.labels {
-            (3.0 * legend::letters(height), self.cast.scale.as_ref().map_or(0.0, |_| legend::room(height)))
+            (3.9 * legend::letters(height), self.cast.scale.as_ref().map_or(0.0, |_| legend::room(height)))
         } else {
             (0.0, 0.0)
         };
@@ -233,7 +240,8 @@ impl Film {
     /// A stage for each frame.
     fn fitted(&self, first: &Figure) -> Vec<Stage> {
         let step = self.figures.len().div_ceil(FITTED);
-        let chosen: Vec<Vec<Vec3>> = self.figures.iter().step_by(step).map(|(_, figure)| figure.drawn()).collect();
+        let chosen: Vec<Vec<Vec3>> =
+            self.figures.iter().step_by(step).map(|(_, figure)| figure.drawn()).collect();
         let all: Vec<Vec3> = chosen.iter().flatten().copied().collect();
         let largest = chosen.iter().map(|places| bounds(places).1).fold(0.0, f32::max);
         let follows = match self.options.fit {
@@ -242,7 +250,8 @@ impl Film {
             Fit::All | Fit::First => false,
         };
         if follows {
-            let around = chosen.iter().flat_map(|places| places.iter().map(|place| minus(*place, mean(places))));
+            let around =
+                chosen.iter().flat_map(|places| places.iter().map(|place| minus(*place, mean(places))));
             let stage = self.stage(&around.collect::<Vec<_>>(), first);
             self.figures.iter().map(|(_, figure)| stage.moved(mean(&figure.drawn()))).collect()
         } else {

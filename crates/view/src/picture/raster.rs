@@ -135,7 +135,8 @@ pub(super) fn line(
         ],
         ..*end
     };
-    let [p, q, r, s] = [corner(a, -1.0, -1.0), corner(b, 1.0, -1.0), corner(b, 1.0, 1.0), corner(a, -1.0, 1.0)];
+    let [p, q, r, s] =
+        [corner(a, -1.0, -1.0), corner(b, 1.0, -1.0), corner(b, 1.0, 1.0), corner(a, -1.0, 1.0)];
     let mut covered = |corners: [Corner; 3], second: [f32; 3], side: [f32; 3]| {
         triangle(&corners, size, |sample| {
             let mix = |of: [f32; 3]| (0..3).map(|i| of[i] * sample.share[i]).sum::<f32>();

@@ -9,8 +9,8 @@ use super::raster::{self, Corner, Covered};
 use super::shading::Surface;
 use super::shadow::ShadowMap;
 use super::space::{Vec3, cross, dot, length, minus, plus, smooth_step, times, unit, weighted};
-use super::theme::Theme;
 use super::text::{self, Anchor};
+use super::theme::Theme;
 
 /// Widths of lines [pixel of a picture 600 high]: of a hundred, and the least of many.
 const LINE: f32 = 3.2;
@@ -184,7 +184,8 @@ impl Painter<'_> {
             let flat = blended(colors[0], colors[1], second.clamp(0.0, 1.0));
             let color = shadow.map_or(flat, |shadow| {
                 // A round thread.
-                let normal = unit(plus(times(side, across), times(to_eye, (1.0 - across * across).max(0.04).sqrt())));
+                let normal =
+                    unit(plus(times(side, across), times(to_eye, (1.0 - across * across).max(0.04).sqrt())));
                 let place = [0, 1, 2].map(|i| places[0][i] + second * (places[1][i] - places[0][i]));
                 stage.shaded(flat, place, normal, shadow)
             });
@@ -210,7 +211,8 @@ impl Painter<'_> {
             if !canvas.shows(column, row, center.nearness) {
                 return;
             }
-            let color = if shadow.is_some() { stage.shaded_ball(dot.color, to_eye, [x, y]) } else { dot.color };
+            let color =
+                if shadow.is_some() { stage.shaded_ball(dot.color, to_eye, [x, y]) } else { dot.color };
             canvas.set(column, row, center.nearness, color);
         });
     }

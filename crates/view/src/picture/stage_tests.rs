@@ -74,7 +74,8 @@ fn fitted_cameras_show_all_points_and_touch_the_rim() {
         let slack = 0.01;
         assert!(low[0] > 20.0 - slack && low[1] > 30.0 - slack, "{low:?}");
         assert!(high[0] < 340.0 + slack && high[1] < 290.0 + slack, "{high:?}");
-        let touches = |axis: usize, a: f32, b: f32| (low[axis] - a).abs() < slack && (high[axis] - b).abs() < slack;
+        let touches =
+            |axis: usize, a: f32, b: f32| (low[axis] - a).abs() < slack && (high[axis] - b).abs() < slack;
         assert!(touches(0, 20.0, 340.0) || touches(1, 30.0, 290.0), "{low:?} {high:?}");
     }
 }
@@ -100,7 +101,12 @@ fn bodies_cast_shadows_on_the_floor() {
         image.pixel(x as usize, y as usize).iter().take(3).map(|c| u32::from(*c)).sum::<u32>()
     };
     let beside = plus(shadow, [1.3, 0.0, 0.0]);
-    assert!(brightness(shadow) * 10 < brightness(beside) * 8, "{} {}", brightness(shadow), brightness(beside));
+    assert!(
+        brightness(shadow) * 10 < brightness(beside) * 8,
+        "{} {}",
+        brightness(shadow),
+        brightness(beside)
+    );
     // Without background only the shadow is left of the floor.
     let style = Style { transparent: true, ..STYLE };
     let image = Stage { style, ..stage.clone() }.draw(&floor);
@@ -137,7 +143,10 @@ fn fine_meshes_are_not_painted_black_by_their_edges() {
         picture(&figure, STYLE)
     };
     let differ = |image: &Image| {
-        (40..80).flat_map(|y| (60..100).map(move |x| (x, y))).filter(|(x, y)| image.pixel(*x, *y) != [BLUE[0], BLUE[1], BLUE[2], 255]).count()
+        (40..80)
+            .flat_map(|y| (60..100).map(move |x| (x, y)))
+            .filter(|(x, y)| image.pixel(*x, *y) != [BLUE[0], BLUE[1], BLUE[2], 255])
+            .count()
     };
     assert_eq!(differ(&grid(50)), 0);
     let coarse = differ(&grid(4));
@@ -152,7 +161,8 @@ fn dots_have_a_radius_in_proportion_to_their_size() {
         dots: vec![Dot { vertex: 0, color: RED, size }],
         ..Figure::default()
     };
-    let area = |size: f32| picture(&figure(size), STYLE).rgba.chunks_exact(4).filter(|p| p[1] < 200).count() as f32;
+    let area =
+        |size: f32| picture(&figure(size), STYLE).rgba.chunks_exact(4).filter(|p| p[1] < 200).count() as f32;
     let ratio = area(4.0) / area(2.0);
     assert!((3.4..4.6).contains(&ratio), "{ratio}");
 }

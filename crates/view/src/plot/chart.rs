@@ -38,7 +38,8 @@ impl Axes {
 impl TimeChart {
     /// Axes that hold all finite points, with some room above and below.
     pub(super) fn axes(&self) -> Axes {
-        let finite = || self.series.iter().flat_map(|series| &series.points).filter(|point| point[1].is_finite());
+        let finite =
+            || self.series.iter().flat_map(|series| &series.points).filter(|point| point[1].is_finite());
         let [low, high] = ends(finite().map(|point| point[1]));
         let room = if high > low { 0.05 * (high - low) } else { low.abs().max(1.0) * 0.5 };
         let [start, end] = ends(finite().map(|point| point[0]));

@@ -59,8 +59,11 @@ impl TimeChart {
     fn shapes(&self, theme: Theme) -> Vec<Shape> {
         let axes = self.axes();
         let mut shapes = grid(&axes, theme);
-        let words = |words: &str, at: [f32; 2], color: Rgb| {
-            Shape::Words { words: words.to_owned(), at, anchor: TextAnchor::Left, color }
+        let words = |words: &str, at: [f32; 2], color: Rgb| Shape::Words {
+            words: words.to_owned(),
+            at,
+            anchor: TextAnchor::Left,
+            color,
         };
         shapes.push(words(&self.title, [16.0, 24.0], theme.ink()));
         shapes.push(words(&self.name, [16.0, FRAME[1] - 8.0], theme.faint()));
@@ -79,7 +82,11 @@ impl TimeChart {
         }
         if self.series.len() > NAMES {
             let rest = format!("and {} more", self.series.len() - NAMES);
-            shapes.push(words(&rest, [FRAME[2] + 16.0, FRAME[1] + 14.0 + 20.0 * NAMES as f32], theme.faint()));
+            shapes.push(words(
+                &rest,
+                [FRAME[2] + 16.0, FRAME[1] + 14.0 + 20.0 * NAMES as f32],
+                theme.faint(),
+            ));
         }
         shapes
     }

@@ -87,7 +87,9 @@ impl Quantity {
                 Ok(ENERGIES.iter().flat_map(one).collect())
             }
             Quantity::Balance => balance(&trajectory.energy()?),
-            Quantity::Momentum => Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("linear_momentum["))),
+            Quantity::Momentum => {
+                Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("linear_momentum[")))
+            }
             Quantity::AngularMomentum => {
                 Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("angular_momentum[")))
             }

@@ -40,7 +40,11 @@ impl TimeChart {
             text += &format!("{label:>NUMBERS$} {}\n", line.trim_end_matches('\u{2800}'));
         }
         let [start, end] = axes.time.map(|time| format!("{time:.4}"));
-        text + &format!("{:>NUMBERS$} {start} s{end:>rest$} s\n", "", rest = columns.saturating_sub(start.len() + 4))
+        text + &format!(
+            "{:>NUMBERS$} {start} s{end:>rest$} s\n",
+            "",
+            rest = columns.saturating_sub(start.len() + 4)
+        )
     }
 }
 

@@ -40,7 +40,8 @@ fn lines_rise_from_the_lower_left_to_the_upper_right() {
 #[test]
 fn charts_in_terminals_have_the_size_asked_for() {
     let text = chart((0..500).map(|i| [f64::from(i), f64::from(i).sin()]).collect()).text(60, 6);
-    let lines: Vec<&str> = text.lines().filter(|line| line.contains(|c| ('\u{2801}'..='\u{28ff}').contains(&c))).collect();
+    let lines: Vec<&str> =
+        text.lines().filter(|line| line.contains(|c| ('\u{2801}'..='\u{28ff}').contains(&c))).collect();
     assert_eq!(lines.len(), 6);
     assert!(lines.iter().all(|line| line.chars().count() <= 60));
 }

@@ -108,9 +108,8 @@ fn center(cell: usize) -> Rgb {
 }
 
 fn nearest(colors: &[Rgb], color: Rgb) -> u8 {
-    let distance = |other: &Rgb| -> i32 {
-        (0..3).map(|i| (i32::from(other[i]) - i32::from(color[i])).pow(2)).sum()
-    };
+    let distance =
+        |other: &Rgb| -> i32 { (0..3).map(|i| (i32::from(other[i]) - i32::from(color[i])).pow(2)).sum() };
     let nearest = colors.iter().enumerate().min_by_key(|(_, other)| distance(other));
     nearest.map_or(0, |(index, _)| index as u8)
 }

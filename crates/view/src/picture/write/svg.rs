@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::io::Write;
 
 use super::PictureError;
-use crate::picture::film::Film;
 use crate::picture::figure::Figure;
+use crate::picture::film::Film;
 use crate::picture::image::{Rgb, blended};
 use crate::picture::shading::Surface;
 use crate::picture::space::{Vec3, cross, dot, minus, times, unit};
@@ -42,7 +42,10 @@ pub fn write(film: &Film, out: &mut dyn Write) -> Result<(), PictureError> {
         let ink = hex(stage.style.theme.ink());
         let words = escaped(&words);
         let size = 1.4 * size;
-        let _ = writeln!(text, "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size:.1}\" fill=\"{ink}\">{words}</text>");
+        let _ = writeln!(
+            text,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size:.1}\" fill=\"{ink}\">{words}</text>"
+        );
     }
     text += "</svg>\n";
     Ok(out.write_all(text.as_bytes())?)
@@ -82,11 +85,13 @@ fn lit(stage: &Stage, place: Vec3, normal: Vec3, color: Rgb) -> Rgb {
 }
 
 fn line(figure: &Figure, stage: &Stage, segment: usize) -> Option<(f32, String)> {
-    let [a, b] = figure.segments[segment].map(|vertex| stage.camera.project(figure.vertices[vertex as usize]));
+    let [a, b] =
+        figure.segments[segment].map(|vertex| stage.camera.project(figure.vertices[vertex as usize]));
     let (a, b) = (a?, b?);
     let color = hex(figure.segment_colors[segment][0]);
     let ([ax, ay], [bx, by]) = (a.at, b.at);
-    let shape = format!("<path d=\"M{ax:.1} {ay:.1}L{bx:.1} {by:.1}\" stroke=\"{color}\" stroke-width=\"1.5\"/>\n");
+    let shape =
+        format!("<path d=\"M{ax:.1} {ay:.1}L{bx:.1} {by:.1}\" stroke=\"{color}\" stroke-width=\"1.5\"/>\n");
     Some((0.5 * (a.nearness + b.nearness), shape))
 }
 
@@ -95,7 +100,10 @@ fn circle(figure: &Figure, stage: &Stage, dot: usize) -> Option<(f32, String)> {
     let center = stage.camera.project(figure.vertices[dot.vertex as usize])?;
     let radius = (stage.dot_radius * dot.size * stage.camera.focal * center.weight).max(0.6);
     let ([x, y], color) = (center.at, hex(dot.color));
-    Some((center.nearness, format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"{color}\"/>\n")))
+    Some((
+        center.nearness,
+        format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"{color}\"/>\n"),
+    ))
 }
 
 fn hex([r, g, b]: Rgb) -> String {
