@@ -7,6 +7,7 @@ mod failures;
 mod memory;
 mod meshes;
 mod modes;
+mod pictures;
 mod reference;
 mod resume;
 mod run;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use pliant_view::picture::{Direction, Fit, Theme};
+use pliant_view::picture::{Fit, Theme, ViewDirection};
 
 use super::time_span;
 
@@ -135,13 +135,13 @@ impl FromStr for ValueRange {
 
 /// Where the camera stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct CameraArgument(pub(crate) Direction);
+pub(crate) struct CameraArgument(pub(crate) ViewDirection);
 
 impl FromStr for CameraArgument {
     type Err = String;
 
     fn from_str(text: &str) -> Result<CameraArgument, String> {
-        let direction = |azimuth: f64, elevation: f64, zoom: f64| Direction {
+        let direction = |azimuth: f64, elevation: f64, zoom: f64| ViewDirection {
             azimuth: azimuth as f32,
             elevation: elevation as f32,
             zoom: zoom as f32,

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use pliant_view::drawing::{Colouring, Drawing};
-use pliant_view::picture::{Animation, Direction, Film, Fit, RenderOptions, Style, Theme, write_gif};
+use pliant_view::picture::{Animation, Film, Fit, RenderOptions, Style, Theme, ViewDirection, write_gif};
 use serde_json::json;
 
 use super::render::{cannot_draw, open, refuse_existing, write};
@@ -26,7 +26,7 @@ pub(crate) fn execute(arguments: &GalleryArguments, terminal: Terminal) -> Resul
     let mut entries = Vec::new();
     let mut total = 0;
     for scene in &scenes {
-        let entry = Entry::of(scene, arguments, terminal)?;
+        let entry = GalleryEntry::of(scene, arguments, terminal)?;
         let content = entry.picture;
         total += content.len();
         terminal.note(&format!("{}: {}", scene.display(), bytes(content.len() as u64)));
@@ -73,21 +73,21 @@ fn pictures(page: &Path) -> PathBuf {
 }
 
 /// A scene of the page.
-struct Entry {
+struct GalleryEntry {
     name: String,
     title: String,
     comment: String,
     picture: Vec<u8>,
 }
 
-impl Entry {
-    fn of(scene: &Path, arguments: &GalleryArguments, terminal: Terminal) -> Result<Entry, Failure> {
+impl GalleryEntry {
+    fn of(scene: &Path, arguments: &GalleryArguments, terminal: Terminal) -> Result<GalleryEntry, Failure> {
         let text = fs::read_to_string(scene).map_err(|error| cannot_read(scene, &error))?;
         let name = scene.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let recording = recording(scene, &name, arguments, terminal)?;
         let mut drawing = open(&recording.path)?;
         let picture = animation(&mut drawing, arguments)?;
-        Ok(Entry { title: drawing.title().to_owned(), name, comment: first_comment(&text), picture })
+        Ok(GalleryEntry { title: drawing.title().to_owned(), name, comment: first_comment(&text), picture })
     }
 }
 
@@ -142,7 +142,7 @@ fn animation(drawing: &mut Drawing, arguments: &GalleryArguments) -> Result<Vec<
     let frames: Vec<usize> = (0..count).map(|i| i * last / (count - 1).max(1)).collect();
     let options = RenderOptions {
         style: Style { size: arguments.size.0, theme: Theme::Light, transparent: false },
-        direction: Direction::default(),
+        direction: ViewDirection::default(),
         fit: Fit::Auto,
         colouring: Colouring::Body,
         range: None,

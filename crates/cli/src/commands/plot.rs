@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 
 use pliant_view::picture::write_png;
-use pliant_view::plot::{PlotError, Quantity, TimeChart};
+use pliant_view::plot::{ChartError, PlotQuantity, TimeChart};
 use serde_json::json;
 
 use super::render::{refuse_existing, write};
@@ -55,21 +55,21 @@ fn encoded(chart: &TimeChart, arguments: &PlotArguments) -> Result<Vec<u8>, Fail
     }
 }
 
-fn quantity(argument: QuantityArgument) -> Quantity {
+fn quantity(argument: QuantityArgument) -> PlotQuantity {
     match argument {
-        QuantityArgument::Energy => Quantity::Energy,
-        QuantityArgument::Balance => Quantity::Balance,
-        QuantityArgument::Momentum => Quantity::Momentum,
-        QuantityArgument::AngularMomentum => Quantity::AngularMomentum,
-        QuantityArgument::MinJ => Quantity::MinJ,
-        QuantityArgument::Reactions => Quantity::Reactions,
-        QuantityArgument::Probes => Quantity::Probes,
+        QuantityArgument::Energy => PlotQuantity::Energy,
+        QuantityArgument::Balance => PlotQuantity::Balance,
+        QuantityArgument::Momentum => PlotQuantity::Momentum,
+        QuantityArgument::AngularMomentum => PlotQuantity::AngularMomentum,
+        QuantityArgument::MinJ => PlotQuantity::MinJ,
+        QuantityArgument::Reactions => PlotQuantity::Reactions,
+        QuantityArgument::Probes => PlotQuantity::Probes,
     }
 }
 
-fn cannot_plot(error: &PlotError) -> Failure {
+fn cannot_plot(error: &ChartError) -> Failure {
     match error {
-        PlotError::Record(error) => Failure::recording(error),
+        ChartError::Record(error) => Failure::recording(error),
         error => Failure::usage(error.to_string()),
     }
 }

@@ -7,7 +7,7 @@ const HALF_HEIGHT: f32 = 0.249_328;
 
 /// Where the camera stands and how close it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Direction {
+pub struct ViewDirection {
     /// Turn about the vertical axis, from the front (looking along +y) towards +x [degrees].
     pub azimuth: f32,
     /// Height above the horizon [degrees].
@@ -16,9 +16,9 @@ pub struct Direction {
     pub zoom: f32,
 }
 
-impl Default for Direction {
-    fn default() -> Direction {
-        Direction { azimuth: 25.0, elevation: 18.0, zoom: 1.0 }
+impl Default for ViewDirection {
+    fn default() -> ViewDirection {
+        ViewDirection { azimuth: 25.0, elevation: 18.0, zoom: 1.0 }
     }
 }
 
@@ -78,7 +78,12 @@ pub(crate) struct Projected {
 
 impl Camera {
     /// The camera in this direction that has all points in its viewport, as close as it can be.
-    pub(crate) fn fitted(direction: Direction, lens: Lens, points: &[Vec3], viewport: &Viewport) -> Camera {
+    pub(crate) fn fitted(
+        direction: ViewDirection,
+        lens: Lens,
+        points: &[Vec3],
+        viewport: &Viewport,
+    ) -> Camera {
         let [right, up, back] = axes(direction, lens);
         let seen: Vec<Vec3> = points.iter().map(|&p| [dot(p, right), dot(p, up), dot(p, back)]).collect();
         let (place, focal) = match lens {
@@ -135,7 +140,7 @@ impl Camera {
     }
 }
 
-fn axes(direction: Direction, lens: Lens) -> [Vec3; 3] {
+fn axes(direction: ViewDirection, lens: Lens) -> [Vec3; 3] {
     if lens == Lens::Parallel {
         return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     }

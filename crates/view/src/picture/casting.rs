@@ -1,6 +1,6 @@
 //! What of a recording is drawn, and in which colours.
 
-use super::figure::{Dot, Figure, Mark, Trail};
+use super::figure::{Dot, DrawnFigure, DrawnMark, DrawnTrail};
 use super::film::RenderOptions;
 use super::image::Rgb;
 use super::legend::ColorScale;
@@ -49,30 +49,32 @@ impl Cast {
     }
 
     /// What is drawn of a frame.
-    pub(super) fn figure(&self, drawing: &mut Drawing, frame: usize) -> Result<Figure, DrawError> {
+    pub(super) fn figure(&self, drawing: &mut Drawing, frame: usize) -> Result<DrawnFigure, DrawError> {
         let scalars = match self.colouring {
             Colouring::Body => None,
             colouring => Some(drawing.scalars(&colouring, frame)?),
         };
         let DrawnFrame { x, .. } = drawing.frame(frame)?;
         let vertices = places(&x);
-        let mut figure = Figure { dimension: drawing.dimension(), vertices, ..Figure::default() };
+        let mut figure = DrawnFigure { dimension: drawing.dimension(), vertices, ..DrawnFigure::default() };
         for (number, body) in drawing.bodies().iter().enumerate() {
             let scalars = scalars.as_ref().map(|scalars| &scalars.bodies[number]);
             self.add(&mut figure, number, body, scalars);
         }
         figure.walls = drawing.walls().iter().map(|wall| [single(wall.point), single(wall.normal)]).collect();
-        let pins =
-            drawing.pins().iter().map(|pin| Mark { at: figure.vertices[*pin as usize], name: String::new() });
+        let pins = drawing
+            .pins()
+            .iter()
+            .map(|pin| DrawnMark { at: figure.vertices[*pin as usize], name: String::new() });
         let probes = drawing.probes().iter().filter_map(|probe| {
-            Some(Mark { at: single(*probe.positions.get(frame)?), name: probe.name.clone() })
+            Some(DrawnMark { at: single(*probe.positions.get(frame)?), name: probe.name.clone() })
         });
         figure.marks = pins.chain(probes).collect();
         figure.trails = self.trails(&figure, frame);
         Ok(figure)
     }
 
-    fn add(&self, figure: &mut Figure, number: usize, body: &DrawnBody, scalars: Option<&BodyScalars>) {
+    fn add(&self, figure: &mut DrawnFigure, number: usize, body: &DrawnBody, scalars: Option<&BodyScalars>) {
         let own = colour::of_body(number);
         let of_number = |values: &[f64], at: usize| {
             values.get(at).map_or(colour::NOT_FINITE, |value| colour::of_value(*value, self.range))
@@ -101,11 +103,11 @@ impl Cast {
         }));
     }
 
-    fn trails(&self, figure: &Figure, frame: usize) -> Vec<Trail> {
+    fn trails(&self, figure: &DrawnFigure, frame: usize) -> Vec<DrawnTrail> {
         let Some(paths) = &self.paths else { return vec![] };
         let trail = |dot: &Dot| {
             let places = paths[..=frame].iter().map(|places| places[dot.vertex as usize]).collect();
-            Trail { places, color: dot.color }
+            DrawnTrail { places, color: dot.color }
         };
         figure.dots.iter().map(trail).collect()
     }

@@ -6,7 +6,7 @@ use super::space::{Vec3, cross, dot, minus, mixed, plus, smooth_step, unit};
 /// Triangles, lines and discs between vertices, and the walls behind them. Colours are of corners, so that a
 /// number can belong to a vertex, to an element or to a body.
 #[derive(Clone, Debug, Default)]
-pub struct Figure {
+pub struct DrawnFigure {
     /// 2 or 3; a figure of two dimensions lies in the plane z = 0.
     pub dimension: usize,
     /// Places [m].
@@ -24,9 +24,9 @@ pub struct Figure {
     /// Walls: a point, and the unit normal towards the side on which bodies are.
     pub walls: Vec<[Vec3; 2]>,
     /// Small marks on vertices, with a name beside where there is one.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<DrawnMark>,
     /// Paths of points so far, drawn as fading lines.
-    pub trails: Vec<Trail>,
+    pub trails: Vec<DrawnTrail>,
 }
 
 /// A point with a mass.
@@ -42,7 +42,7 @@ pub struct Dot {
 
 /// A mark on a place: a pin, a probe.
 #[derive(Clone, Debug)]
-pub struct Mark {
+pub struct DrawnMark {
     /// Where [m].
     pub at: Vec3,
     /// What is written beside it; nothing where it is empty.
@@ -51,7 +51,7 @@ pub struct Mark {
 
 /// Where a point has been.
 #[derive(Clone, Debug)]
-pub struct Trail {
+pub struct DrawnTrail {
     /// Its places, the newest last [m].
     pub places: Vec<Vec3>,
     /// Its colour.
@@ -62,7 +62,7 @@ pub struct Trail {
 /// which it is: a right angle between two faces is sharp, and so is one of sixty degrees.
 const SHARP: [f32; 2] = [0.88, 0.76];
 
-impl Figure {
+impl DrawnFigure {
     /// Every vertex that is drawn.
     pub(crate) fn drawn(&self) -> Vec<Vec3> {
         let mut used = vec![false; self.vertices.len()];

@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::camera::{Direction, Viewport};
+use super::camera::{ViewDirection, Viewport};
 use super::casting::Cast;
-use super::figure::{Figure, bounds};
+use super::figure::{DrawnFigure, bounds};
 use super::image::Image;
 use super::legend;
-use super::space::{Vec3, minus, plus};
-use super::stage::{Stage, Style};
+use super::space::{Vec3, length, minus};
+use super::stage::{PictureStage, Style};
 use super::text::{self, Anchor};
 use crate::drawing::{Colouring, DrawError, Drawing};
 
@@ -40,7 +40,7 @@ pub struct RenderOptions {
     /// Size, colours, background.
     pub style: Style,
     /// Where the camera stands.
-    pub direction: Direction,
+    pub direction: ViewDirection,
     /// What it is fitted to.
     pub fit: Fit,
     /// What bodies are coloured by.
@@ -58,8 +58,8 @@ pub struct Film {
     title: String,
     duration: f64,
     cast: Cast,
-    figures: Vec<(f64, Figure)>,
-    stages: Vec<Stage>,
+    figures: Vec<(f64, DrawnFigure)>,
+    stages: Vec<PictureStage>,
 }
 
 /// A line of text, where it begins, and the height of its capitals [pixel].
@@ -104,7 +104,7 @@ impl Film {
     }
 
     /// The figure and the stage of a frame, for formats that are not of pixels.
-    pub(crate) fn shot(&self, number: usize) -> (&Figure, &Stage) {
+    pub(crate) fn shot(&self, number: usize) -> (&DrawnFigure, &PictureStage) {
         (&self.figures[number].1, &self.stages[number])
     }
 
@@ -238,10 +238,10 @@ impl Film {
     }
 
     /// A stage for each frame.
-    fn fitted(&self, first: &Figure) -> Vec<Stage> {
+    fn fitted(&self, first: &DrawnFigure) -> Vec<PictureStage> {
         let step = self.figures.len().div_ceil(FITTED);
         let chosen: Vec<Vec<Vec3>> =
-            self.figures.iter().step_by(step).map(|(_, figure)| figure.drawn()).collect();
+            self.figures.iter().step_by(step).map(|(_, figure)| seen(figure)).collect();
         let all: Vec<Vec3> = chosen.iter().flatten().copied().collect();
         let largest = chosen.iter().map(|places| bounds(places).1).fold(0.0, f32::max);
         let follows = match self.options.fit {
@@ -255,23 +255,40 @@ impl Film {
             let stage = self.stage(&around.collect::<Vec<_>>(), first);
             self.figures.iter().map(|(_, figure)| stage.moved(mean(&figure.drawn()))).collect()
         } else {
-            let places = if self.options.fit == Fit::First { first.drawn() } else { all };
+            let places = if self.options.fit == Fit::First { seen(first) } else { all };
             vec![self.stage(&places, first); self.figures.len()]
         }
     }
 
-    fn stage(&self, places: &[Vec3], figure: &Figure) -> Stage {
+    fn stage(&self, places: &[Vec3], figure: &DrawnFigure) -> PictureStage {
         let RenderOptions { style, direction, .. } = self.options;
         let viewport = Viewport::inside(style.size, self.margins());
-        Stage::new(style, direction, figure.dimension, places, figure.dots.len(), &viewport)
+        PictureStage::new(style, direction, figure.dimension, places, figure.dots.len(), &viewport)
     }
+}
+
+/// Share of a cloud of points that the camera is fitted to: a few fly far.
+const CLOUD: f32 = 0.985;
+/// Points that are a cloud.
+const MANY: usize = 200;
+
+/// What the camera shall see of a figure: all that is drawn and its trails, of clouds the nearest points.
+fn seen(figure: &DrawnFigure) -> Vec<Vec3> {
+    let mut places = figure.drawn();
+    let trails = figure.trails.iter().flat_map(|trail| &trail.places);
+    places.extend(trails.filter(|place| place.iter().all(|x| x.is_finite())));
+    if figure.faces.is_empty() && figure.dots.len() > MANY {
+        let middle = mean(&places);
+        places.sort_by(|a, b| length(minus(*a, middle)).total_cmp(&length(minus(*b, middle))));
+        places.truncate((CLOUD * places.len() as f32) as usize);
+    }
+    places
 }
 
 /// Mean of places; the origin where there are none.
 fn mean(places: &[Vec3]) -> Vec3 {
     let sum = places.iter().fold([0.0_f64; 3], |sum, place| [0, 1, 2].map(|i| sum[i] + f64::from(place[i])));
-    let middle = sum.map(|sum| (sum / places.len().max(1) as f64) as f32);
-    plus(middle, [0.0; 3])
+    sum.map(|sum| (sum / places.len().max(1) as f64) as f32)
 }
 
 /// A time to three digits of the duration [s].

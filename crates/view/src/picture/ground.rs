@@ -4,7 +4,7 @@ use super::canvas::{Canvas, SAMPLES};
 use super::image::{Rgb, blended};
 use super::shadow::ShadowMap;
 use super::space::{Vec3, dot, length, minus, plus, smooth_step, tangents, times};
-use super::stage::Stage;
+use super::stage::PictureStage;
 
 /// How far a plane is drawn, and from where on it fades, in sizes of what is on the stage.
 const REACH: f32 = 2.4;
@@ -16,7 +16,7 @@ const GRID: f32 = 0.35;
 
 /// A plane that bodies do not pass.
 pub(super) struct Ground<'a> {
-    stage: &'a Stage,
+    stage: &'a PictureStage,
     point: Vec3,
     normal: Vec3,
     /// Nearest point of the plane to the middle of the stage.
@@ -27,7 +27,7 @@ pub(super) struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     /// The plane through a point with this unit normal.
-    pub(super) fn new(stage: &'a Stage, [point, normal]: [Vec3; 2]) -> Ground<'a> {
+    pub(super) fn new(stage: &'a PictureStage, [point, normal]: [Vec3; 2]) -> Ground<'a> {
         let height = dot(minus(stage.center, point), normal);
         let middle = minus(stage.center, times(normal, height));
         let spacing = round_number(GRID * stage.radius);

@@ -1,7 +1,6 @@
 //! Pixels.
 
-/// Red, green and blue, as screens take them.
-pub type Rgb = [u8; 3];
+pub(super) use crate::colour::Rgb;
 
 /// A picture of 8-bit red, green, blue and opacity; colours are not multiplied by the opacity.
 #[derive(Clone, Debug, PartialEq, Eq)]

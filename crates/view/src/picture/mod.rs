@@ -21,10 +21,10 @@ mod text;
 mod theme;
 mod write;
 
-pub use camera::Direction;
-pub use figure::{Dot, Figure, Mark, Trail};
+pub use camera::ViewDirection;
+pub use figure::{Dot, DrawnFigure, DrawnMark, DrawnTrail};
 pub use film::{Film, Fit, RenderOptions};
-pub use image::{Image, Rgb};
+pub use image::Image;
 pub use legend::ColorScale;
 pub(crate) use legend::ticks;
 pub use space::Vec3;

@@ -13,7 +13,7 @@ const LAMP: f32 = 0.58;
 const GLOSS: f32 = 0.10;
 
 /// A lit surface at a place.
-pub(super) struct Surface {
+pub(super) struct LitSurface {
     pub(super) normal: Vec3,
     pub(super) to_eye: Vec3,
     pub(super) to_light: Vec3,
@@ -21,7 +21,7 @@ pub(super) struct Surface {
     pub(super) lit: f32,
 }
 
-impl Surface {
+impl LitSurface {
     /// Colour of a surface of this colour. Light adds in proportion, for which colours of screens are
     /// squared: their exponent of 2.2, rounded, which every machine computes alike.
     pub(super) fn shaded(&self, color: Rgb) -> Rgb {

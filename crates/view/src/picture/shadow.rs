@@ -1,7 +1,7 @@
 //! The shadow map: what light reaches first.
 
 use super::camera::Projected;
-use super::figure::{Figure, bounds};
+use super::figure::{DrawnFigure, bounds};
 use super::raster::{self, Corner};
 use super::space::{Vec3, cross, dot, minus, plus, times, unit};
 
@@ -28,7 +28,7 @@ pub(super) struct ShadowMap {
 
 impl ShadowMap {
     /// Of everything that casts a shadow, where `radius` is the size of a usual dot [m].
-    pub(super) fn new(figure: &Figure, places: &[Vec3], light: Vec3, radius: f32) -> ShadowMap {
+    pub(super) fn new(figure: &DrawnFigure, places: &[Vec3], light: Vec3, radius: f32) -> ShadowMap {
         let (center, size) = bounds(places);
         let right = unit(cross([0.0, 0.0, 1.0], light));
         let up = cross(light, right);
@@ -39,7 +39,7 @@ impl ShadowMap {
         map
     }
 
-    fn cast(&mut self, figure: &Figure, radius: f32) {
+    fn cast(&mut self, figure: &DrawnFigure, radius: f32) {
         for face in 0..figure.faces.len() {
             if let Some(corners) = figure.corners(face) {
                 let corners = corners.map(|place| self.corner(place));

@@ -1,12 +1,12 @@
 //! Drawing figures: one camera, one light and one ground for all frames of a recording.
 
-use super::camera::{Camera, Direction, Lens, Projected, Viewport};
+use super::camera::{Camera, Lens, Projected, ViewDirection, Viewport};
 use super::canvas::{Canvas, SAMPLES};
-use super::figure::{Dot, Figure, Trail, bounds};
+use super::figure::{Dot, DrawnFigure, DrawnTrail, bounds};
 use super::ground::Ground;
 use super::image::{Image, Rgb, blended};
 use super::raster::{self, Corner, Covered};
-use super::shading::Surface;
+use super::shading::LitSurface;
 use super::shadow::ShadowMap;
 use super::space::{Vec3, cross, dot, length, minus, plus, smooth_step, times, unit, weighted};
 use super::text::{self, Anchor};
@@ -35,7 +35,7 @@ pub struct Style {
 
 /// The camera, the light and the sizes of things, the same in all frames.
 #[derive(Clone, Debug)]
-pub(crate) struct Stage {
+pub(crate) struct PictureStage {
     pub(crate) style: Style,
     pub(crate) camera: Camera,
     /// Middle of what the camera was fitted to, and its size [m].
@@ -47,16 +47,16 @@ pub(crate) struct Stage {
     pub(crate) dot_radius: f32,
 }
 
-impl Stage {
+impl PictureStage {
     /// For what is at these places; `dots` of them are points.
     pub(crate) fn new(
         style: Style,
-        direction: Direction,
+        direction: ViewDirection,
         dimension: usize,
         places: &[Vec3],
         dots: usize,
         viewport: &Viewport,
-    ) -> Stage {
+    ) -> PictureStage {
         let lens = if dimension == 3 { Lens::Perspective } else { Lens::Parallel };
         let camera = Camera::fitted(direction, lens, places, viewport);
         let (center, radius) = bounds(places);
@@ -66,11 +66,11 @@ impl Stage {
         let distance = dot(minus(camera.eye, center), camera.back);
         let pixels = 0.0233 * style.size[1] as f32 * (dots.max(1) as f32).powf(-0.28);
         let dot_radius = pixels / camera.pixels_per_metre(distance) * direction.zoom;
-        Stage { style, camera, center, radius, light: unit(light), dot_radius }
+        PictureStage { style, camera, center, radius, light: unit(light), dot_radius }
     }
 
     /// A picture of a figure, without any text.
-    pub(crate) fn draw(&self, figure: &Figure) -> Image {
+    pub(crate) fn draw(&self, figure: &DrawnFigure) -> Image {
         let [r, g, b] = self.style.theme.background();
         let background = if self.style.transparent { [r, g, b, 0] } else { [r, g, b, 255] };
         let mut canvas = Canvas::new(self.style.size, background);
@@ -93,7 +93,7 @@ impl Stage {
     }
 
     /// The same stage around another middle.
-    pub(crate) fn moved(&self, by: Vec3) -> Stage {
+    pub(crate) fn moved(&self, by: Vec3) -> PictureStage {
         let mut stage = self.clone();
         stage.center = plus(stage.center, by);
         stage.camera.eye = plus(stage.camera.eye, by);
@@ -109,7 +109,7 @@ impl Stage {
     }
 
     /// Names of probes, over everything.
-    fn names(&self, figure: &Figure, image: &mut Image) {
+    fn names(&self, figure: &DrawnFigure, image: &mut Image) {
         let (ink, size) = (self.style.theme.ink(), self.scaled(9.0));
         for mark in figure.marks.iter().filter(|mark| !mark.name.is_empty()) {
             if let Some(Projected { at: [x, y], .. }) = self.camera.project(mark.at) {
@@ -121,8 +121,8 @@ impl Stage {
 
 /// Draws one figure.
 struct Painter<'a> {
-    stage: &'a Stage,
-    figure: &'a Figure,
+    stage: &'a PictureStage,
+    figure: &'a DrawnFigure,
     canvas: &'a mut Canvas,
     shadow: Option<&'a ShadowMap>,
 }
@@ -234,7 +234,7 @@ impl Painter<'_> {
         }
     }
 
-    fn trail(&mut self, trail: &Trail) {
+    fn trail(&mut self, trail: &DrawnTrail) {
         let width = self.stage.scaled(1.3) * SAMPLES as f32;
         let count = trail.places.len().saturating_sub(1).max(1) as f32;
         let corners: Vec<Option<Corner>> =
@@ -252,22 +252,22 @@ impl Painter<'_> {
     }
 }
 
-impl Stage {
+impl PictureStage {
     /// Colour of a place on a surface; both its sides look alike.
     fn shaded(&self, color: Rgb, place: Vec3, normal: Vec3, shadow: &ShadowMap) -> Rgb {
         let to_eye = self.camera.towards(place);
         let normal = unit(if dot(normal, to_eye) < 0.0 { times(normal, -1.0) } else { normal });
         let lit = if dot(normal, self.light) > 0.0 { shadow.lit(place, normal) } else { 0.0 };
-        Surface { normal, to_eye, to_light: self.light, lit }.shaded(color)
+        LitSurface { normal, to_eye, to_light: self.light, lit }.shaded(color)
     }
 }
 
-impl Stage {
+impl PictureStage {
     /// Colour of a place on a ball, right and below of its middle by so many radii; nothing shades it.
     fn shaded_ball(&self, color: Rgb, to_eye: Vec3, [x, y]: [f32; 2]) -> Rgb {
         let toward = (1.0 - x * x - y * y).max(0.0).sqrt();
         let normal = weighted([self.camera.right, self.camera.up, self.camera.back], [x, -y, toward]);
-        Surface { normal, to_eye, to_light: self.light, lit: 1.0 }.shaded(color)
+        LitSurface { normal, to_eye, to_light: self.light, lit: 1.0 }.shaded(color)
     }
 }
 

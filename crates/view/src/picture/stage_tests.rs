@@ -1,10 +1,10 @@
 //! Tests of whole pictures of simple figures.
 
-use super::camera::{Camera, Direction, Lens, Viewport};
-use super::figure::{Dot, Figure};
+use super::camera::{Camera, Lens, ViewDirection, Viewport};
+use super::figure::{Dot, DrawnFigure};
 use super::image::{Image, Rgb};
 use super::space::{Vec3, plus};
-use super::stage::{Stage, Style};
+use super::stage::{PictureStage, Style};
 use super::theme::Theme;
 
 const RED: Rgb = [220, 40, 40];
@@ -13,7 +13,7 @@ const SIZE: [usize; 2] = [160, 120];
 const STYLE: Style = Style { size: SIZE, theme: Theme::Light, transparent: false };
 
 /// A square of this half side around a place, facing the front.
-fn square(figure: &mut Figure, center: Vec3, half: f32, color: Rgb) {
+fn square(figure: &mut DrawnFigure, center: Vec3, half: f32, color: Rgb) {
     let first = figure.vertices.len() as u32;
     for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
         figure.vertices.push(plus(center, [half * x, 0.0, half * z]));
@@ -22,13 +22,13 @@ fn square(figure: &mut Figure, center: Vec3, half: f32, color: Rgb) {
     figure.face_colors.extend([[color; 3]; 2]);
 }
 
-fn front() -> Direction {
-    Direction { azimuth: 0.0, elevation: 0.0, zoom: 1.0 }
+fn front() -> ViewDirection {
+    ViewDirection { azimuth: 0.0, elevation: 0.0, zoom: 1.0 }
 }
 
-fn picture(figure: &Figure, style: Style) -> Image {
+fn picture(figure: &DrawnFigure, style: Style) -> Image {
     let viewport = Viewport::inside(style.size, [10.0; 4]);
-    Stage::new(style, front(), figure.dimension, &figure.drawn(), 0, &viewport).draw(figure)
+    PictureStage::new(style, front(), figure.dimension, &figure.drawn(), 0, &viewport).draw(figure)
 }
 
 fn is_reddish([r, g, b, _]: [u8; 4]) -> bool {
@@ -41,7 +41,7 @@ fn is_bluish([r, g, b, _]: [u8; 4]) -> bool {
 
 #[test]
 fn nearer_surfaces_hide_farther_ones_in_any_order() {
-    let mut figure = Figure { dimension: 3, ..Figure::default() };
+    let mut figure = DrawnFigure { dimension: 3, ..DrawnFigure::default() };
     square(&mut figure, [0.0, 0.0, 0.0], 1.0, RED);
     square(&mut figure, [0.0, -0.5, 0.0], 0.4, BLUE);
     for _ in 0..2 {
@@ -64,7 +64,7 @@ fn fitted_cameras_show_all_points_and_touch_the_rim() {
     let points: Vec<Vec3> = (0..300).map(|_| [3.0 * random(), random(), 2.0 * random()]).collect();
     let viewport = Viewport::inside([400, 300], [20.0, 30.0, 60.0, 10.0]);
     for lens in [Lens::Perspective, Lens::Parallel] {
-        let direction = Direction { azimuth: 40.0, elevation: 25.0, zoom: 1.0 };
+        let direction = ViewDirection { azimuth: 40.0, elevation: 25.0, zoom: 1.0 };
         let camera = Camera::fitted(direction, lens, &points, &viewport);
         let seen: Vec<[f32; 2]> = points.iter().map(|p| camera.project(*p).unwrap().at).collect();
         let fold = |start: f32, pick: fn(f32, f32) -> f32| {
@@ -82,16 +82,16 @@ fn fitted_cameras_show_all_points_and_touch_the_rim() {
 
 #[test]
 fn bodies_cast_shadows_on_the_floor() {
-    let mut figure = Figure { dimension: 3, ..Figure::default() };
+    let mut figure = DrawnFigure { dimension: 3, ..DrawnFigure::default() };
     for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
         figure.vertices.push([0.5 * x, 0.5 * y, 1.0]);
     }
     figure.faces = vec![[0, 1, 2], [0, 2, 3]];
     figure.face_colors = vec![[RED; 3]; 2];
-    let floor = Figure { walls: vec![[[0.0; 3], [0.0, 0.0, 1.0]]], ..figure.clone() };
+    let floor = DrawnFigure { walls: vec![[[0.0; 3], [0.0, 0.0, 1.0]]], ..figure.clone() };
     let corners = [[-2.0, -2.0, 0.0], [2.0, 2.0, 1.0]];
-    let direction = Direction { elevation: 50.0, ..front() };
-    let stage = Stage::new(STYLE, direction, 3, &corners, 0, &Viewport::inside(SIZE, [10.0; 4]));
+    let direction = ViewDirection { elevation: 50.0, ..front() };
+    let stage = PictureStage::new(STYLE, direction, 3, &corners, 0, &Viewport::inside(SIZE, [10.0; 4]));
     let image = stage.draw(&floor);
     // Along the light from the middle of the plate to the floor.
     let down = 1.0 / stage.light[2];
@@ -109,7 +109,7 @@ fn bodies_cast_shadows_on_the_floor() {
     );
     // Without background only the shadow is left of the floor.
     let style = Style { transparent: true, ..STYLE };
-    let image = Stage { style, ..stage.clone() }.draw(&floor);
+    let image = PictureStage { style, ..stage.clone() }.draw(&floor);
     let opacity = |place: Vec3| {
         let [x, y] = stage.camera.project(place).unwrap().at;
         image.pixel(x as usize, y as usize)[3]
@@ -119,7 +119,7 @@ fn bodies_cast_shadows_on_the_floor() {
 
 #[test]
 fn plane_triangles_have_their_colour_and_are_marked_when_inside_out() {
-    let mut figure = Figure { dimension: 2, ..Figure::default() };
+    let mut figure = DrawnFigure { dimension: 2, ..DrawnFigure::default() };
     figure.vertices = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
     figure.faces = vec![[0, 1, 2], [0, 3, 2]];
     figure.face_colors = vec![[BLUE; 3]; 2];
@@ -131,7 +131,7 @@ fn plane_triangles_have_their_colour_and_are_marked_when_inside_out() {
 #[test]
 fn fine_meshes_are_not_painted_black_by_their_edges() {
     let grid = |n: u32| {
-        let mut figure = Figure { dimension: 2, ..Figure::default() };
+        let mut figure = DrawnFigure { dimension: 2, ..DrawnFigure::default() };
         let place = |i: u32| i as f32 / n as f32;
         figure.vertices = (0..=n).flat_map(|y| (0..=n).map(move |x| [place(x), place(y), 0.0])).collect();
         let at = |x: u32, y: u32| y * (n + 1) + x;
@@ -155,11 +155,11 @@ fn fine_meshes_are_not_painted_black_by_their_edges() {
 
 #[test]
 fn dots_have_a_radius_in_proportion_to_their_size() {
-    let figure = |size: f32| Figure {
+    let figure = |size: f32| DrawnFigure {
         dimension: 3,
         vertices: vec![[0.0; 3]],
         dots: vec![Dot { vertex: 0, color: RED, size }],
-        ..Figure::default()
+        ..DrawnFigure::default()
     };
     let area =
         |size: f32| picture(&figure(size), STYLE).rgba.chunks_exact(4).filter(|p| p[1] < 200).count() as f32;
@@ -169,7 +169,7 @@ fn dots_have_a_radius_in_proportion_to_their_size() {
 
 #[test]
 fn the_same_figure_gives_the_same_bytes() {
-    let mut figure = Figure { dimension: 3, ..Figure::default() };
+    let mut figure = DrawnFigure { dimension: 3, ..DrawnFigure::default() };
     square(&mut figure, [0.0, 0.0, 0.3], 1.0, RED);
     assert_eq!(picture(&figure, STYLE), picture(&figure, STYLE));
 }

@@ -22,12 +22,12 @@ pub struct TimeChart {
 
 /// Ends of both axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Axes {
+pub(super) struct ChartAxes {
     pub(super) time: [f64; 2],
     pub(super) value: [f64; 2],
 }
 
-impl Axes {
+impl ChartAxes {
     /// Place of a point, from 0 to 1 rightwards and upwards.
     pub(super) fn share(&self, [time, value]: [f64; 2]) -> [f64; 2] {
         let along = |[low, high]: [f64; 2], x: f64| (x - low) / (high - low);
@@ -36,15 +36,15 @@ impl Axes {
 }
 
 impl TimeChart {
-    /// Axes that hold all finite points, with some room above and below.
-    pub(super) fn axes(&self) -> Axes {
+    /// ChartAxes that hold all finite points, with some room above and below.
+    pub(super) fn axes(&self) -> ChartAxes {
         let finite =
             || self.series.iter().flat_map(|series| &series.points).filter(|point| point[1].is_finite());
         let [low, high] = ends(finite().map(|point| point[1]));
         let room = if high > low { 0.05 * (high - low) } else { low.abs().max(1.0) * 0.5 };
         let [start, end] = ends(finite().map(|point| point[0]));
         let end = if end > start { end } else { start + 1.0 };
-        Axes { time: [start, end], value: [low - room, high + room] }
+        ChartAxes { time: [start, end], value: [low - room, high + room] }
     }
 }
 

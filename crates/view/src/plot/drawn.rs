@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::chart::{Axes, TimeChart};
-use crate::picture::{Image, Rgb, TextAnchor, Theme, stroke, ticks, write_text};
+use super::chart::{ChartAxes, TimeChart};
+use crate::colour::Rgb;
+use crate::picture::{Image, TextAnchor, Theme, stroke, ticks, write_text};
 
 /// Width and height [pixel].
 const SIZE: [usize; 2] = [900, 480];
@@ -25,7 +26,7 @@ const COLORS: [Rgb; 7] = [
 const NAMES: usize = 18;
 
 /// A part of a chart.
-enum Shape {
+enum ChartShape {
     Line { points: Vec<[f32; 2]>, width: f32, color: Rgb },
     Words { words: String, at: [f32; 2], anchor: TextAnchor, color: Rgb },
 }
@@ -56,10 +57,10 @@ impl TimeChart {
         image
     }
 
-    fn shapes(&self, theme: Theme) -> Vec<Shape> {
+    fn shapes(&self, theme: Theme) -> Vec<ChartShape> {
         let axes = self.axes();
         let mut shapes = grid(&axes, theme);
-        let words = |words: &str, at: [f32; 2], color: Rgb| Shape::Words {
+        let words = |words: &str, at: [f32; 2], color: Rgb| ChartShape::Words {
             words: words.to_owned(),
             at,
             anchor: TextAnchor::Left,
@@ -71,12 +72,12 @@ impl TimeChart {
             let color = COLORS[i % COLORS.len()];
             for points in series.points.split(|point| !point[1].is_finite()) {
                 let points = points.iter().map(|point| place(&axes, *point)).collect();
-                shapes.push(Shape::Line { points: thinned(points), width: 1.8, color });
+                shapes.push(ChartShape::Line { points: thinned(points), width: 1.8, color });
             }
             if i < NAMES {
                 let y = FRAME[1] + 10.0 + 20.0 * i as f32;
                 let points = vec![[FRAME[2] + 16.0, y], [FRAME[2] + 36.0, y]];
-                shapes.push(Shape::Line { points, width: 3.0, color });
+                shapes.push(ChartShape::Line { points, width: 3.0, color });
                 shapes.push(words(&series.name, [FRAME[2] + 44.0, y + 4.5], theme.ink()));
             }
         }
@@ -93,12 +94,12 @@ impl TimeChart {
 }
 
 /// Grid lines with their numbers.
-fn grid(axes: &Axes, theme: Theme) -> Vec<Shape> {
+fn grid(axes: &ChartAxes, theme: Theme) -> Vec<ChartShape> {
     let [left, top, right, bottom] = FRAME;
     let mut shapes = Vec::new();
     let mut line = |points: [[f32; 2]; 2], words: String, at: [f32; 2], anchor: TextAnchor| {
-        shapes.push(Shape::Line { points: points.to_vec(), width: 1.0, color: theme.grid() });
-        shapes.push(Shape::Words { words, at, anchor, color: theme.ink() });
+        shapes.push(ChartShape::Line { points: points.to_vec(), width: 1.0, color: theme.grid() });
+        shapes.push(ChartShape::Words { words, at, anchor, color: theme.ink() });
     };
     for (value, label) in ticks(axes.value[0], axes.value[1]) {
         let y = place(axes, [axes.time[0], value])[1];
@@ -110,11 +111,11 @@ fn grid(axes: &Axes, theme: Theme) -> Vec<Shape> {
     }
     let at = [0.5 * (left + right), bottom + 38.0];
     let words = "time [s]".to_owned();
-    shapes.push(Shape::Words { words, at, anchor: TextAnchor::Middle, color: theme.faint() });
+    shapes.push(ChartShape::Words { words, at, anchor: TextAnchor::Middle, color: theme.faint() });
     shapes
 }
 
-fn place(axes: &Axes, point: [f64; 2]) -> [f32; 2] {
+fn place(axes: &ChartAxes, point: [f64; 2]) -> [f32; 2] {
     let [x, y] = axes.share(point).map(|share| share as f32);
     [FRAME[0] + x * (FRAME[2] - FRAME[0]), FRAME[3] + y * (FRAME[1] - FRAME[3])]
 }
@@ -136,16 +137,16 @@ fn thinned(points: Vec<[f32; 2]>) -> Vec<[f32; 2]> {
     .collect()
 }
 
-impl Shape {
+impl ChartShape {
     fn svg(&self, out: &mut String) -> std::fmt::Result {
         match self {
-            Shape::Line { points, width, color: [r, g, b] } => {
+            ChartShape::Line { points, width, color: [r, g, b] } => {
                 let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
                 let path = path.join("L");
                 let style = format!("stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{width}\"");
                 writeln!(out, "<path d=\"M{path}\" {style}/>")
             }
-            Shape::Words { words, at: [x, y], anchor, color: [r, g, b] } => {
+            ChartShape::Words { words, at: [x, y], anchor, color: [r, g, b] } => {
                 let anchor = match anchor {
                     TextAnchor::Left => "start",
                     TextAnchor::Middle => "middle",
@@ -160,12 +161,12 @@ impl Shape {
 
     fn draw(&self, image: &mut Image) {
         match self {
-            Shape::Line { points, width, color } => {
+            ChartShape::Line { points, width, color } => {
                 for pair in points.windows(2) {
                     stroke(image, [pair[0], pair[1]], *width, *color, 1.0);
                 }
             }
-            Shape::Words { words, at, anchor, color } => {
+            ChartShape::Words { words, at, anchor, color } => {
                 write_text(image, words, *at, LETTERS, *color, *anchor);
             }
         }

@@ -8,4 +8,4 @@ mod terminal;
 mod tests;
 
 pub use chart::{Series, TimeChart};
-pub use quantity::{PlotError, Quantity};
+pub use quantity::{ChartError, PlotQuantity};

@@ -9,7 +9,7 @@ use super::chart::{Series, TimeChart};
 
 /// What is drawn over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum PlotQuantity {
     /// Kinetic, elastic and other energies, and their sum [J].
     Energy,
     /// Energy brought in and taken out since the start, and what the sum of both lacks [J].
@@ -29,7 +29,7 @@ pub enum Quantity {
 /// A chart could not be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum PlotError {
+pub enum ChartError {
     /// The recording could not be read.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -48,19 +48,19 @@ pub enum PlotError {
 /// Columns of `/energy` that are energies of the bodies.
 const ENERGIES: [&str; 5] = ["total", "kinetic", "elastic", "gravitational", "loads"];
 
-impl Quantity {
+impl PlotQuantity {
     /// The chart of a recording.
     ///
     /// # Errors
-    /// The recording cannot be read; [`PlotError::Missing`] without such numbers.
-    pub fn chart(self, path: &Path) -> Result<TimeChart, PlotError> {
+    /// The recording cannot be read; [`ChartError::Missing`] without such numbers.
+    pub fn chart(self, path: &Path) -> Result<TimeChart, ChartError> {
         let mut trajectory = Trajectory::open(path)?;
         let info = info(path)?;
         let topics: Vec<&str> = info.topics.iter().map(|topic| topic.topic.as_str()).collect();
         let series = self.series(&mut trajectory, &topics)?;
         if !series.iter().flat_map(|series| &series.points).any(|point| point[1].is_finite()) {
             let (what, hint) = self.absence();
-            return Err(PlotError::Missing { path: path.to_owned(), what, hint });
+            return Err(ChartError::Missing { path: path.to_owned(), what, hint });
         }
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(TimeChart { title: info.title.unwrap_or(stem), name: self.name().to_owned(), series })
@@ -68,11 +68,11 @@ impl Quantity {
 
     fn series(self, trajectory: &mut Trajectory, topics: &[&str]) -> Result<Vec<Series>, RecordError> {
         match self {
-            Quantity::Reactions if topics.contains(&"/reactions") => {
+            PlotQuantity::Reactions if topics.contains(&"/reactions") => {
                 Ok(chosen(&trajectory.reactions()?, "", |name| name.contains(".force[")))
             }
-            Quantity::Reactions => Ok(vec![]),
-            Quantity::Probes => {
+            PlotQuantity::Reactions => Ok(vec![]),
+            PlotQuantity::Probes => {
                 let mut series = Vec::new();
                 for probe in topics.iter().filter_map(|topic| topic.strip_prefix("/probe/")) {
                     let of = |name: &str| name.starts_with("position[");
@@ -81,39 +81,39 @@ impl Quantity {
                 Ok(series)
             }
             _ if !topics.contains(&"/energy") => Ok(vec![]),
-            Quantity::Energy => {
+            PlotQuantity::Energy => {
                 let columns = trajectory.energy()?;
                 let one = |name: &&str| chosen(&columns, "", |column| column == *name);
                 Ok(ENERGIES.iter().flat_map(one).collect())
             }
-            Quantity::Balance => balance(&trajectory.energy()?),
-            Quantity::Momentum => {
+            PlotQuantity::Balance => balance(&trajectory.energy()?),
+            PlotQuantity::Momentum => {
                 Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("linear_momentum[")))
             }
-            Quantity::AngularMomentum => {
+            PlotQuantity::AngularMomentum => {
                 Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("angular_momentum[")))
             }
-            Quantity::MinJ => Ok(chosen(&trajectory.energy()?, "", |name| name == "min_j")),
+            PlotQuantity::MinJ => Ok(chosen(&trajectory.energy()?, "", |name| name == "min_j")),
         }
     }
 
     fn name(self) -> &'static str {
         match self {
-            Quantity::Energy => "energy [J]",
-            Quantity::Balance => "energy brought in since the start [J]",
-            Quantity::Momentum => "linear momentum [kg·m/s]",
-            Quantity::AngularMomentum => "angular momentum [kg·m²/s]",
-            Quantity::MinJ => "smallest J of all elements",
-            Quantity::Reactions => "force [N]",
-            Quantity::Probes => "position [m]",
+            PlotQuantity::Energy => "energy [J]",
+            PlotQuantity::Balance => "energy brought in since the start [J]",
+            PlotQuantity::Momentum => "linear momentum [kg·m/s]",
+            PlotQuantity::AngularMomentum => "angular momentum [kg·m²/s]",
+            PlotQuantity::MinJ => "smallest J of all elements",
+            PlotQuantity::Reactions => "force [N]",
+            PlotQuantity::Probes => "position [m]",
         }
     }
 
     fn absence(self) -> (&'static str, &'static str) {
         match self {
-            Quantity::MinJ => ("numbers of elements", "bodies of springs and particles have no J"),
-            Quantity::Reactions => ("reactions", "record them with the channel `reactions`"),
-            Quantity::Probes => ("probes", "name some in the scene with [[probe]]"),
+            PlotQuantity::MinJ => ("numbers of elements", "bodies of springs and particles have no J"),
+            PlotQuantity::Reactions => ("reactions", "record them with the channel `reactions`"),
+            PlotQuantity::Probes => ("probes", "name some in the scene with [[probe]]"),
             _ => ("energies", "record them with the channel `energy`"),
         }
     }

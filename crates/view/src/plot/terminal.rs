@@ -1,6 +1,6 @@
 //! Charts in a terminal: braille characters have two by four dots each.
 
-use super::chart::{Axes, TimeChart};
+use super::chart::{ChartAxes, TimeChart};
 use crate::picture::ticks;
 
 /// Bits of the dots of a braille character, by row and column; Unicode 15, chapter 21.1.
@@ -49,7 +49,7 @@ impl TimeChart {
 }
 
 /// The number at the middle of a row, for the first, the last and the middle one.
-fn label(axes: &Axes, row: usize, rows: usize) -> String {
+fn label(axes: &ChartAxes, row: usize, rows: usize) -> String {
     if row != 0 && row + 1 != rows && row != rows / 2 {
         return String::new();
     }
@@ -62,7 +62,7 @@ fn label(axes: &Axes, row: usize, rows: usize) -> String {
     }
 }
 
-fn dot(axes: &Axes, point: [f64; 2], size: [usize; 2]) -> Option<[usize; 2]> {
+fn dot(axes: &ChartAxes, point: [f64; 2], size: [usize; 2]) -> Option<[usize; 2]> {
     let [x, y] = axes.share(point);
     let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count - 1);
     point[1].is_finite().then(|| [at(x, size[0]), size[1] - 1 - at(y, size[1])])

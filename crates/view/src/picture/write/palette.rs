@@ -3,7 +3,7 @@
 use crate::picture::image::{Image, Rgb};
 
 /// Bits of a channel that colours are told apart by.
-const BITS: u32 = 5;
+const BITS: u32 = 6;
 const CELLS: usize = 1 << (3 * BITS);
 
 /// At most 255 colours, and for each cell of colours the nearest of them; index 255 is left for transparent.
@@ -17,7 +17,7 @@ pub(super) const TRANSPARENT: u8 = 255;
 
 /// A cell of colours that occur: how often, and the sum of them.
 #[derive(Clone, Copy, Default)]
-struct Cell {
+struct ColorCell {
     count: u64,
     sum: [u64; 3],
 }
@@ -25,7 +25,7 @@ struct Cell {
 impl Palette {
     /// Of all frames.
     pub(super) fn of(frames: &[Image]) -> Palette {
-        let mut cells = vec![Cell::default(); CELLS];
+        let mut cells = vec![ColorCell::default(); CELLS];
         for pixel in frames.iter().flat_map(|image| image.rgba.chunks_exact(4)).filter(|p| p[3] >= 128) {
             let cell = &mut cells[number([pixel[0], pixel[1], pixel[2]])];
             cell.count += 1;
@@ -33,9 +33,12 @@ impl Palette {
                 cell.sum[i] += u64::from(pixel[i]);
             }
         }
-        let occurring: Vec<Cell> = cells.into_iter().filter(|cell| cell.count > 0).collect();
-        let colors: Vec<Rgb> = cut(occurring).iter().map(|cells| mean(cells)).collect();
-        let nearest = (0..CELLS).map(|cell| nearest(&colors, center(cell))).collect();
+        let occurs = |cell: &ColorCell| cell.count > 0;
+        let colors: Vec<Rgb> =
+            cut(cells.iter().copied().filter(occurs).collect()).iter().map(|cells| mean(cells)).collect();
+        // No pixel asks for the others.
+        let index = |cell: &ColorCell| if occurs(cell) { nearest(&colors, mean(&[*cell])) } else { 0 };
+        let nearest = cells.iter().map(index).collect();
         Palette { colors, nearest }
     }
 
@@ -52,10 +55,10 @@ impl Palette {
 }
 
 /// Halves the box of the largest spread, weighted by how much is in it, until there are enough.
-fn cut(cells: Vec<Cell>) -> Vec<Vec<Cell>> {
+fn cut(cells: Vec<ColorCell>) -> Vec<Vec<ColorCell>> {
     let mut boxes = vec![cells];
     while boxes.len() < 255 {
-        let spread = |cells: &Vec<Cell>| {
+        let spread = |cells: &Vec<ColorCell>| {
             let count: u64 = cells.iter().map(|cell| cell.count).sum();
             widest(cells).1 * (count as f64).powf(0.35)
         };
@@ -76,7 +79,7 @@ fn cut(cells: Vec<Cell>) -> Vec<Vec<Cell>> {
 }
 
 /// The channel in which colours differ most, and by how much.
-fn widest(cells: &[Cell]) -> (usize, f64) {
+fn widest(cells: &[ColorCell]) -> (usize, f64) {
     let width = |axis: usize| {
         let values = || cells.iter().map(|cell| value(cell, axis));
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
@@ -85,11 +88,11 @@ fn widest(cells: &[Cell]) -> (usize, f64) {
     widths.into_iter().fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best })
 }
 
-fn value(cell: &Cell, axis: usize) -> f64 {
+fn value(cell: &ColorCell, axis: usize) -> f64 {
     cell.sum[axis] as f64 / cell.count as f64
 }
 
-fn mean(cells: &[Cell]) -> Rgb {
+fn mean(cells: &[ColorCell]) -> Rgb {
     let count: u64 = cells.iter().map(|cell| cell.count).sum();
     [0, 1, 2].map(|i| {
         let sum: u64 = cells.iter().map(|cell| cell.sum[i]).sum();
@@ -99,12 +102,6 @@ fn mean(cells: &[Cell]) -> Rgb {
 
 fn number(color: Rgb) -> usize {
     color.iter().fold(0, |number, channel| (number << BITS) | usize::from(channel >> (8 - BITS)))
-}
-
-/// The colour in the middle of a cell.
-fn center(cell: usize) -> Rgb {
-    let half = 1 << (7 - BITS);
-    [2, 1, 0].map(|i| (((cell >> (BITS * i)) & ((1 << BITS) - 1)) << (8 - BITS)) as u8 + half)
 }
 
 fn nearest(colors: &[Rgb], color: Rgb) -> u8 {

@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::io::Write;
 
 use super::PictureError;
-use crate::picture::figure::Figure;
+use crate::picture::figure::DrawnFigure;
 use crate::picture::film::Film;
 use crate::picture::image::{Rgb, blended};
-use crate::picture::shading::Surface;
+use crate::picture::shading::LitSurface;
 use crate::picture::space::{Vec3, cross, dot, minus, times, unit};
-use crate::picture::stage::Stage;
+use crate::picture::stage::PictureStage;
 
 /// Shapes in one file, at most: beyond it browsers and editors are slow, and a .png is smaller.
 const MOST: usize = 50_000;
@@ -52,7 +52,7 @@ pub fn write(film: &Film, out: &mut dyn Write) -> Result<(), PictureError> {
 }
 
 /// All shapes with their depths, the farthest first.
-fn shapes(figure: &Figure, stage: &Stage) -> Vec<(f32, String)> {
+fn shapes(figure: &DrawnFigure, stage: &PictureStage) -> Vec<(f32, String)> {
     let mut shapes: Vec<(f32, String)> = Vec::new();
     shapes.extend((0..figure.faces.len()).filter_map(|face| triangle(figure, stage, face)));
     shapes.extend((0..figure.segments.len()).filter_map(|segment| line(figure, stage, segment)));
@@ -62,7 +62,7 @@ fn shapes(figure: &Figure, stage: &Stage) -> Vec<(f32, String)> {
     shapes
 }
 
-fn triangle(figure: &Figure, stage: &Stage, face: usize) -> Option<(f32, String)> {
+fn triangle(figure: &DrawnFigure, stage: &PictureStage, face: usize) -> Option<(f32, String)> {
     let [a, b, c] = figure.corners(face)?;
     let [p, q, r] = [stage.camera.project(a)?, stage.camera.project(b)?, stage.camera.project(c)?];
     let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
@@ -78,13 +78,13 @@ fn triangle(figure: &Figure, stage: &Stage, face: usize) -> Option<(f32, String)
     Some(((p.nearness + q.nearness + r.nearness) / 3.0, shape))
 }
 
-fn lit(stage: &Stage, place: Vec3, normal: Vec3, color: Rgb) -> Rgb {
+fn lit(stage: &PictureStage, place: Vec3, normal: Vec3, color: Rgb) -> Rgb {
     let to_eye = stage.camera.towards(place);
     let normal = if dot(normal, to_eye) < 0.0 { times(normal, -1.0) } else { normal };
-    Surface { normal, to_eye, to_light: stage.light, lit: 1.0 }.shaded(color)
+    LitSurface { normal, to_eye, to_light: stage.light, lit: 1.0 }.shaded(color)
 }
 
-fn line(figure: &Figure, stage: &Stage, segment: usize) -> Option<(f32, String)> {
+fn line(figure: &DrawnFigure, stage: &PictureStage, segment: usize) -> Option<(f32, String)> {
     let [a, b] =
         figure.segments[segment].map(|vertex| stage.camera.project(figure.vertices[vertex as usize]));
     let (a, b) = (a?, b?);
@@ -95,7 +95,7 @@ fn line(figure: &Figure, stage: &Stage, segment: usize) -> Option<(f32, String)>
     Some((0.5 * (a.nearness + b.nearness), shape))
 }
 
-fn circle(figure: &Figure, stage: &Stage, dot: usize) -> Option<(f32, String)> {
+fn circle(figure: &DrawnFigure, stage: &PictureStage, dot: usize) -> Option<(f32, String)> {
     let dot = &figure.dots[dot];
     let center = stage.camera.project(figure.vertices[dot.vertex as usize])?;
     let radius = (stage.dot_radius * dot.size * stage.camera.focal * center.weight).max(0.6);
