@@ -6,5 +6,6 @@
 
 pub mod colour;
 pub mod drawing;
+pub mod page;
 #[cfg(test)]
 mod test_support;

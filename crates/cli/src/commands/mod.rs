@@ -13,6 +13,7 @@ mod schema;
 mod stability;
 mod stress;
 mod study;
+mod view;
 
 pub use export::export;
 pub use list::listed;
@@ -44,6 +45,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::List(arguments) => list::execute(&arguments, terminal),
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::View(arguments) => view::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
