@@ -44,10 +44,10 @@ void main() {
   if (picking) { shown = number(id); return; }
   vec3 n = facets ? cross(dFdx(eye), dFdy(eye)) : facing;
   n = normalize(n); n = dot(n, eye) > 0.0 ? -n : n;
-  float light = flatLight ? 1.0 : 0.36 + 0.64 * max(0.0, dot(n, normalize(LIGHT)));
+  float light = flatLight ? 1.0 : mix(mode == 0 ? 0.36 : 0.6, 1.0, max(0.0, dot(n, normalize(LIGHT))));
   vec3 width = fwidth(corner), distance = corner / width;
-  // Triangles of a few pixels would be all edge: it fades between 12 and 4 pixels of height.
-  float large = smoothstep(4.0, 12.0, 1.0 / max(max(width.x, width.y), width.z));
+  // Triangles of a few pixels would be all edge: it fades between 14 and 4 pixels of height.
+  float large = smoothstep(4.0, 14.0, 1.0 / max(max(width.x, width.y), width.z));
   float nearest = min(min(distance.x, distance.y), distance.z);
   float ink = edges * large * (1.0 - smoothstep(0.4, 1.4, nearest));
   shown = vec4(mapped(mode == 2 ? flatValue : smoothValue) * light * (1.0 - ink), 1.0);

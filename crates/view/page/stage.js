@@ -3,6 +3,8 @@ import * as THREE from 'three';
 import { OrbitControls } from 'orbit';
 
 const FIELD_OF_VIEW = 35;
+/** Grid lines stay fewer than a few times this. */
+const MOST_CELLS = 15;
 const FIRST_DIRECTION = [0.62, -1, 0.42];
 
 /** Whether pictures are drawn by the processor. */
@@ -49,7 +51,7 @@ export class Stage {
     this.controls.addEventListener('change', () => this.ask());
     this.scene.add(this.decor);
     this.pixel = new THREE.WebGLRenderTarget(1, 1);
-    this.edges = { value: 0.5 };
+    this.edges = { value: 0.4 };
     this.shared = { viewport: { value: new THREE.Vector2() }, pixelRatio: { value: this.renderer.getPixelRatio() },
       thickness: { value: 2 }, edges: this.edges, flatLight: { value: flat }, picking: { value: false } };
     new ResizeObserver(() => { this.resize(); this.draw(); }).observe(canvas.parentElement);
@@ -108,15 +110,16 @@ export class Stage {
 
   colours() { this.scene.background = new THREE.Color(css('--paper')); }
 
-  /** Grid and walls around a box, in the colours of the theme. */
-  decorate(box, walls) {
+  /** Grid and walls around the `box` of all frames, with cells for looking at `focus`, in the colours of the theme. */
+  decorate(box, focus, walls) {
     this.decor.clear();
     this.marks.filter(mark => mark.decor).forEach(mark => mark.element.remove());
     this.marks = this.marks.filter(mark => !mark.decor);
     this.colours();
     const size = box.getSize(new THREE.Vector3()), centre = box.getCenter(new THREE.Vector3());
-    const length = Math.max(size.x, size.y, this.flat ? 0 : size.z * 0.5, 1e-9), step = this.step = roundStep(length / 4);
-    const cells = Math.ceil(length / step / 2) + 2, snap = c => Math.round(c / step) * step;
+    const length = Math.max(size.x, size.y, this.flat ? 0 : size.z * 0.5, 1e-9);
+    const seen = Math.max(...focus.getSize(new THREE.Vector3()).toArray(), length / MOST_CELLS);
+    const step = this.step = roundStep(seen / 4), cells = Math.ceil(length / step / 2) + 2, snap = c => Math.round(c / step) * step;
     const middle = [snap(centre.x), snap(centre.y)], level = this.flat ? -0.002 * length : box.min.z - 1e-3 * length;
     const line = [], reach = cells * step;
     for (let k = -cells; k <= cells; k++) {
@@ -148,7 +151,7 @@ export class Stage {
     const place = centre.clone().addScaledVector(normal, foot.sub(centre).dot(normal));
     const depth = this.flat ? 0.12 * reach : 2 * reach;
     const geometry = new THREE.PlaneGeometry(2 * reach, depth);
-    const material = new THREE.MeshBasicMaterial({ color: css('--axis'), transparent: true, opacity: this.flat ? 0.55 : 0.3,
+    const material = new THREE.MeshBasicMaterial({ color: css('--axis'), transparent: true, opacity: this.flat ? 0.55 : 0.18,
       side: THREE.DoubleSide, depthWrite: false });
     const pane = new THREE.Mesh(geometry, material);
     if (this.flat) {

@@ -9,6 +9,10 @@ import { by, choices, fillHelp, paintBar, showLegend, turnTheme } from 'pliant/p
 
 /** Largest code of a number. */
 const LARGEST = MISSING - 1;
+/** Darkness of edges. */
+const EDGES = 0.4;
+/** Bodies go far whose way is so many times as large as they are. */
+const FAR = 3;
 const SPEEDS = [1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 16];
 
 class View {
@@ -38,10 +42,7 @@ class View {
     this.#describe();
     this.inspector = new Inspector(this);
     this.#probes();
-    this.box = this.boxOf(0);
-    this.stage.decorate(this.#surroundings(), this.recording.walls);
-    by('scale').textContent = `grid ${metres(this.stage.step)}`;
-    this.stage.fit(this.box, true);
+    this.#look();
     await this.#readAll(0);
     this.show(0);
     this.stage.draw();
@@ -66,8 +67,29 @@ class View {
     return box;
   }
 
-  /** Box of the first frame, with nearby walls. */
-  #surroundings() { return this.box.clone(); }
+  /** Box of all frames, from the head: nothing has to be unpacked for it. */
+  #wayBox() {
+    const box = new THREE.Box3();
+    for (const { low, step, centres, vertex_count: count } of this.recording.bodies) {
+      if (!count) continue;
+      for (const centre of centres.length ? centres : [[0, 0, 0]]) {
+        box.expandByPoint(new THREE.Vector3(...low.map((c, axis) => c + centre[axis])));
+        box.expandByPoint(new THREE.Vector3(...low.map((c, axis) => c + centre[axis] + step[axis] * LARGEST)));
+      }
+    }
+    return box.isEmpty() ? this.boxOf(0) : box;
+  }
+
+  /** The first look: at the whole way of the bodies, or at their start where they go far; then it follows them. */
+  #look() {
+    const size = box => box.getSize(new THREE.Vector3()).length(), start = this.boxOf(0);
+    this.way = this.#wayBox();
+    const far = size(this.way) > FAR * size(start);
+    by('follow').checked = far;
+    this.focus = far ? start : this.way;
+    this.redecorate();
+    this.stage.fit(this.focus, true);
+  }
 
   #describe() {
     const { recording } = this;
@@ -176,7 +198,8 @@ class View {
   }
 
   redecorate() {
-    this.stage.decorate(this.#surroundings(), this.recording.walls);
+    this.stage.decorate(this.way, this.focus, this.recording.walls);
+    by('scale').textContent = `grid ${metres(this.stage.step)}`;
     this.stage.grid.visible = by('grid').checked;
     this.chart.draw();
     this.stage.ask();
@@ -190,7 +213,7 @@ class View {
     on('time', 'input', () => this.seek(Number(by('time').value)));
     on('colouring', 'change', () => this.colourBy(Number(by('colouring').value)));
     on('range', 'change', () => this.show(this.frame));
-    on('edges', 'change', () => { this.stage.edges.value = by('edges').checked ? 0.5 : 0; this.stage.ask(); });
+    on('edges', 'change', () => { this.stage.edges.value = by('edges').checked ? EDGES : 0; this.stage.ask(); });
     on('grid', 'change', () => this.redecorate());
     on('fit', 'click', () => this.stage.fit(this.boxOf(this.frame), false));
     on('theme', 'click', () => { turnTheme(); this.redecorate(); });

@@ -21,6 +21,8 @@ pub(super) fn charts(drawing: &mut Drawing, frames: &[usize]) -> Result<Vec<Valu
     let energy = recorded(drawing.trajectory().energy())?;
     for (name, unit, columns) in ENERGY {
         let of_chart = columns.iter().filter_map(|name| energy.iter().find(|column| column.name == *name));
+        // An energy that a scene does not have is zero in every frame.
+        let of_chart = of_chart.filter(|column| column.values.iter().any(|value| *value != 0.0));
         charts.extend(chart(name, unit, of_chart, frames));
     }
     let probes: Vec<String> = drawing.probes().iter().map(|probe| probe.name.clone()).collect();
