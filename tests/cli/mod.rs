@@ -17,6 +17,7 @@ mod stability;
 mod stress;
 mod study;
 mod usage;
+mod view;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

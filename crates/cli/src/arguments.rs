@@ -85,6 +85,8 @@ pub(crate) enum Command {
     Info(InfoArguments),
     /// Make the recording of a killed run readable
     Recover(RecoverArguments),
+    /// Look at a recording: write a page that plays it, and open it in the browser
+    View(ViewArguments),
     /// Write a recording for ParaView, PyVista or meshio (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
     Export(ExportArguments),
     /// Draw a recording: a still, frames side by side, an animation
@@ -135,6 +137,9 @@ pub(crate) struct RunArguments {
     /// from it with the same bits. It is beside the recording, with .checkpoint in place of .mcap
     #[arg(long, value_name = "TIME", value_parser = time_span)]
     pub(crate) checkpoint: Option<f64>,
+    /// Look at the recording in the browser when the run has ended, as `pliant view` does
+    #[arg(long, conflicts_with = "no_record")]
+    pub(crate) view: bool,
 }
 
 /// `pliant resume`.
@@ -216,13 +221,29 @@ pub(crate) struct RecoverArguments {
     pub(crate) force: bool,
 }
 
+/// `pliant view`.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct ViewArguments {
+    /// Recording (.mcap)
+    pub(crate) file: PathBuf,
+    /// Where to write the page; by default beside the recording, with .html in place of .mcap
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the page if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Write the page without opening it
+    #[arg(long)]
+    pub(crate) no_open: bool,
+}
+
 /// `pliant export`.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct ExportArguments {
     /// Recording (.mcap)
     pub(crate) file: PathBuf,
-    /// A folder, or a file: .pvd for a series of .vtu beside it, .vtu or .obj for a single frame; .glb (animated
-    /// surfaces), .npz (arrays) or .csv (energies and reactions) for all frames
+    /// A folder, or a file: .html for a page that plays it, .pvd for a series of .vtu beside it, .vtu or .obj
+    /// for a single frame; .glb (animated surfaces), .npz (arrays) or .csv (energies and reactions) for all
     #[arg(long, value_name = "DIR_OR_FILE")]
     pub(crate) to: PathBuf,
     /// What to write into a folder [default: vtu]

@@ -6,6 +6,7 @@
 
 pub mod colour;
 pub mod drawing;
+pub mod page;
 pub mod picture;
 pub mod plot;
 #[cfg(test)]

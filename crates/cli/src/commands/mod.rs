@@ -16,6 +16,7 @@ mod schema;
 mod stability;
 mod stress;
 mod study;
+mod view;
 
 pub use export::export;
 pub use list::listed;
@@ -47,6 +48,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::List(arguments) => list::execute(&arguments, terminal),
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::View(arguments) => view::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Render(arguments) => render::execute(&arguments, terminal),
         Command::Plot(arguments) => plot::execute(&arguments, terminal),

@@ -15,7 +15,7 @@ name = 'square'
 mesh = { grid = { size = [1.0, 1.0], cells = [2, 1] } }
 elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }
 mass = { density = 1000.0 }
-pin = [{ half_space = { normal = [-1.0, 0.0], offset = 0.0 } }]
+pin = [{ half_space = { normal = [1.0, 0.0], offset = 0.0 } }]
 [[probe]]
 name = 'tip'
 at = [1.0, 0.0]
