@@ -97,7 +97,19 @@ fn pictures_of_solids_strands_and_floors_are_the_stored_ones() {
     let render =
         |more: &[&str]| bench.pliant([&["render", "scene.mcap", "--size", "160x120"], more].concat());
     render(&["-o", "ball.png"]).succeeded().prints(&["1 frame to ball.png"]);
-    render(&["-o", "ball_dark.png", "--theme", "dark", "--colour-by", "speed", "--at", "0.1s"]).succeeded();
+    render(&[
+        "-o",
+        "ball_dark.png",
+        "--theme",
+        "dark",
+        "--colour-by",
+        "speed",
+        "--at",
+        "0.1s",
+        "--range",
+        "0,2",
+    ])
+    .succeeded();
     render(&["-o", "ball_sheet.png", "--frames", "4", "--camera=-60,40,1.2"])
         .succeeded()
         .prints(&["4 frames"]);
@@ -165,7 +177,7 @@ fn titles_are_text_in_svg() {
     let document = roxmltree::Document::parse(&svg).unwrap();
     let texts = document.descendants().filter(|node| node.has_tag_name("text") || node.has_tag_name("title"));
     assert!(texts.clone().any(|node| node.text() == Some("A ball & a <strand>")));
-    assert!(document.descendants().filter(|node| node.has_tag_name("path")).count() > 100);
+    assert!(document.descendants().filter(|node| node.has_tag_name("path")).count() > 50);
 }
 
 #[test]

@@ -133,7 +133,17 @@ fn range_over(
             over_all = Some((low.min(lowest), high.max(highest)));
         }
     }
-    Ok(over_all.unwrap_or((0.0, 1.0)))
+    Ok(told_apart(over_all.unwrap_or((0.0, 1.0))))
+}
+
+/// A range in which colours show no roundings: numbers that are equal to six digits have one colour.
+fn told_apart((low, high): (f64, f64)) -> (f64, f64) {
+    let largest = low.abs().max(high.abs());
+    if high - low > 1e-6 * largest {
+        return (low, high);
+    }
+    let room = if largest > 0.0 { 0.5 * largest } else { 0.5 };
+    (low - room, high + room)
 }
 
 fn has_trails(bodies: &[DrawnBody]) -> bool {
