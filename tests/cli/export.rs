@@ -63,7 +63,7 @@ fn what_cannot_be_written_or_read_is_said() {
         .ended_with(2)
         .says(&["holds one frame, not 11 frames", "--frames N"]);
     export(&["scene.mcap", "--to", "a.vtu", "--format", "obj"]).ended_with(2).says(&["--format"]);
-    export(&["scene.mcap", "--to", "scene.toml"]).ended_with(2).says(&["scene.toml is a file"]);
+    export(&["scene.mcap", "--to", "scene.toml"]).ended_with(2).says(&["scene.toml ends in .toml", "folder"]);
     export(&["scene.mcap", "--to", "no/a.pvd"]).ended_with(1).says(&["cannot write no/a_0000.vtu"]);
     export(&["scene.mcap", "--to", "scene.mcap/out"]).ended_with(1).says(&["cannot write scene.mcap/out"]);
     for (frames, message) in [

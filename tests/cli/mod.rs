@@ -7,6 +7,7 @@ mod failures;
 mod memory;
 mod meshes;
 mod modes;
+mod pictures;
 mod reference;
 mod resume;
 mod run;
@@ -16,6 +17,7 @@ mod stability;
 mod stress;
 mod study;
 mod usage;
+mod view;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};

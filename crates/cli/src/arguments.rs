@@ -7,6 +7,7 @@ mod info;
 mod list;
 mod modes;
 mod recover;
+mod render;
 mod resume;
 mod run;
 mod schema;
@@ -14,6 +15,7 @@ mod stability;
 mod stress;
 mod study;
 mod values;
+mod view;
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -28,12 +30,14 @@ pub(crate) use info::InfoArguments;
 pub(crate) use list::{Family, ListArguments};
 pub(crate) use modes::{ModesArguments, VertexChoice};
 pub(crate) use recover::RecoverArguments;
+pub(crate) use render::{GalleryArguments, PlotArguments, QuantityArgument, RenderArguments};
 pub(crate) use resume::ResumeArguments;
 pub(crate) use run::RunArguments;
 pub(crate) use schema::{SchemaArguments, SchemaFormat};
 pub(crate) use stability::{AgainstArgument, StabilityArguments};
 pub(crate) use stress::StressArguments;
 pub(crate) use study::{ReferenceFrom, StudyArguments};
+pub(crate) use view::ViewArguments;
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -104,8 +108,16 @@ pub(crate) enum Command {
     Info(InfoArguments),
     /// Make the recording of a killed run readable
     Recover(RecoverArguments),
-    /// Write frames of a recording for ParaView, PyVista or meshio (.vtu), or as surfaces (.obj)
+    /// Look at a recording: write a page that plays it, and open it in the browser
+    View(ViewArguments),
+    /// Write a recording for ParaView, PyVista or meshio (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
     Export(ExportArguments),
+    /// Draw a recording: a still, frames side by side, an animation
+    Render(Box<RenderArguments>),
+    /// Draw energies, momentum, reactions or probes of a recording over time
+    Plot(PlotArguments),
+    /// Draw every scene of a folder into one page
+    Gallery(GalleryArguments),
     /// Print the format of scenes: the JSON schema for editors, or a page to read
     Schema(SchemaArguments),
     /// Measure how fast this machine takes steps

@@ -18,6 +18,8 @@ pub(super) const METADATA: &str = "pliant";
 pub(super) const SCENE: &str = "scene.toml";
 /// Name of the attachment with the rest positions.
 pub(super) const REST: &str = "rest.f64";
+/// Name of the attachment with the masses of vertices.
+pub(super) const MASS: &str = "mass.f64";
 
 /// A body, as files and `info` describe it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -82,7 +84,7 @@ pub(super) fn write<W: Write + Seek>(
     if !options.scene_text.is_empty() {
         container.attach(SCENE, "application/toml", Cow::Borrowed(options.scene_text.as_bytes()))?;
     }
-    for (name, numbers) in [(REST, &topology.rest_positions), ("mass.f64", &topology.masses)] {
+    for (name, numbers) in [(REST, &topology.rest_positions), (MASS, &topology.masses)] {
         if !numbers.is_empty() {
             let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
             container.attach(name, binary, Cow::Owned(bytes))?;

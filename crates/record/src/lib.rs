@@ -57,6 +57,7 @@ use std::time::Duration;
 
 pub use attachments::{BlockSummary, BodySummary};
 pub use channels::elements::BodyRows;
+pub use channels::mesh::BODY_COLOURS;
 pub use continuation::Beginning;
 pub use error::RecordError;
 pub use log::LogLevel;

@@ -3,3 +3,11 @@
 
 // Loops over small fixed ranges index several arrays at once.
 #![allow(clippy::needless_range_loop)]
+
+pub mod colour;
+pub mod drawing;
+pub mod page;
+pub mod picture;
+pub mod plot;
+#[cfg(test)]
+mod test_support;

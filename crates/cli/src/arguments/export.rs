@@ -10,15 +10,20 @@ use clap::{Args, ValueEnum};
 pub(crate) struct ExportArguments {
     /// Recording (.mcap)
     pub(crate) file: PathBuf,
-    /// A folder, or a file: .pvd for a series of .vtu beside it, .vtu or .obj for a single frame
+    /// A folder, or a file: .html for a page that plays it, .pvd for a series of .vtu beside it, .vtu or .obj
+    /// for a single frame; .glb (animated surfaces), .npz (arrays) or .csv (energies and reactions) for all
     #[arg(long, value_name = "DIR_OR_FILE")]
     pub(crate) to: PathBuf,
-    /// File format in a folder [default: vtu]
+    /// Format of the files in a folder [default: vtu]
     #[arg(long)]
     pub(crate) format: Option<ExportFormat>,
     /// Which frames, from 0: one (12), a range without its end (10..20), or every so many (0..100:10, ..:5) [default: all]
     #[arg(long, value_name = "A..B:STEP", allow_hyphen_values = true)]
     pub(crate) frames: Option<FrameRange>,
+    /// Positions of a .glb to 16 bits of each body's box: smaller, for readers that know
+    /// KHR_mesh_quantization
+    #[arg(long)]
+    pub(crate) quantised: bool,
     /// Replace files that exist
     #[arg(long)]
     pub(crate) force: bool,

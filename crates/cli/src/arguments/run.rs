@@ -18,6 +18,9 @@ pub(crate) struct RunArguments {
     /// Also write the readings of the scene's probes as a table of comma-separated values
     #[arg(long, value_name = "FILE")]
     pub(crate) probes: Option<PathBuf>,
+    /// Look at the recording in the browser when the run has ended, as `pliant view` does
+    #[arg(long, conflicts_with = "no_record")]
+    pub(crate) view: bool,
     #[command(flatten)]
     pub(crate) options: RunOptions,
 }

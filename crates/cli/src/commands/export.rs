@@ -1,5 +1,7 @@
 //! `pliant export`: frames of a recording as files of other programs.
 
+mod whole;
+
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -14,6 +16,21 @@ use crate::terminal::Terminal;
 use crate::text::counted;
 
 pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
+    if let Some(format) = whole::format(&arguments.to) {
+        let count = whole::write(arguments, format)?;
+        let to = &arguments.to;
+        let frames = counted(count as u64, "frame", "frames");
+        terminal.report(&format!("wrote {frames} to {}", to.display()))?;
+        let exported = json!({ "frames": count, "collection": null, "files": [to] });
+        terminal.document(&json!({ "status": ExitStatus::Done, "exported": exported }))?;
+        return Ok(ExitStatus::Done);
+    }
+    if is_page(arguments)? {
+        super::view::show(&arguments.file, &arguments.to, false, terminal)?;
+        let exported = json!({ "collection": null, "files": [arguments.to] });
+        terminal.document(&json!({ "status": ExitStatus::Done, "exported": exported }))?;
+        return Ok(ExitStatus::Done);
+    }
     let plan = write(arguments)?;
     let shown = plan.collection.as_ref().or(plan.folder.as_ref()).unwrap_or(&plan.files[0].1);
     let frames = plan.files.len();
@@ -29,7 +46,7 @@ pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result
 }
 
 /// `pliant export file --to to`: frames `start`, `start + step`, ... below `end`, all without them, to a folder or to a file ending
-/// in `.pvd`, `.vtu` or `.obj`. Returns the files of the frames, and the collection last.
+/// in `.html`, `.pvd`, `.vtu`, `.obj`, `.glb`, `.npz` or `.csv`. Returns the files of the frames, and the collection last.
 ///
 /// # Errors
 /// The exit code that the command would have had, and what it would have said.
@@ -40,9 +57,41 @@ pub fn export(
     force: bool,
 ) -> Result<Vec<PathBuf>, (u8, String)> {
     let frames = frames.map(|(start, end, step)| FrameRange { start, end: Some(end), step });
-    let plan = write(&ExportArguments { file, to, format: None, frames, force });
-    let plan = plan.map_err(|failure| (failure.status.code(), failure.message()))?;
+    let arguments = ExportArguments { file, to, format: None, frames, quantised: false, force };
+    let refused = |failure: Failure| (failure.status.code(), failure.message());
+    if let Some(format) = whole::format(&arguments.to) {
+        whole::write(&arguments, format).map_err(refused)?;
+        return Ok(vec![arguments.to]);
+    }
+    if is_page(&arguments).map_err(refused)? {
+        super::view::write(&arguments.file, &arguments.to).map_err(refused)?;
+        return Ok(vec![arguments.to]);
+    }
+    let plan = write(&arguments).map_err(refused)?;
     Ok(plan.files.into_iter().map(|(_, path)| path).chain(plan.collection).collect())
+}
+
+/// Whether a page is asked for, which has all frames.
+///
+/// # Errors
+/// The page exists, or `--frames` or `--format` was given.
+fn is_page(arguments: &ExportArguments) -> Result<bool, Failure> {
+    if ending(&arguments.to).as_deref() != Some("html") {
+        return Ok(false);
+    }
+    if arguments.frames.is_some() || arguments.format.is_some() {
+        let message = format!("{} plays the whole recording", arguments.to.display());
+        return Err(Failure::usage(format!("{message}; leave out `--frames` and `--format`")));
+    }
+    super::view::refuse_existing(&arguments.to, arguments.force)?;
+    Ok(true)
+}
+
+/// What a file is named after its last dot, in small letters; `None` of folders, which may be called
+/// anything if they are there.
+fn ending(to: &Path) -> Option<String> {
+    let extension = to.extension().filter(|_| !to.is_dir())?;
+    Some(extension.to_string_lossy().to_ascii_lowercase())
 }
 
 /// Writes all files.
@@ -86,6 +135,10 @@ fn chosen(range: Option<FrameRange>, count: usize, file: &Path) -> Result<Vec<us
     Ok((start..end.unwrap_or(count)).step_by(step).collect())
 }
 
+/// Advice for places that are none.
+const POSSIBLE: &str = "name a file ending in .html, .pvd, .vtu, .obj, .glb, .npz or .csv, or a folder (without an \
+    ending, or one that exists); `pliant render` draws pictures";
+
 /// Files to write, and their contents.
 struct ExportPlan {
     format: ExportFormat,
@@ -99,9 +152,7 @@ struct ExportPlan {
 impl ExportPlan {
     fn new(arguments: &ExportArguments, frames: &[usize], count: usize) -> Result<ExportPlan, Failure> {
         let to = &arguments.to;
-        let extension = to.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
-        // A folder may be called anything, if it is there.
-        let extension = extension.filter(|_| !to.is_dir());
+        let extension = ending(to);
         let named = match extension.as_deref() {
             Some("vtu" | "pvd") => Some(ExportFormat::Vtu),
             Some("obj") => Some(ExportFormat::Obj),
@@ -146,11 +197,12 @@ impl ExportPlan {
                     Err(Failure::usage(format!("{message}; choose one with `--frames N`, or name a folder")))
                 }
             },
-            _ if to.exists() && !to.is_dir() => {
-                let message = format!("{} is a file", to.display());
-                Err(Failure::usage(format!(
-                    "{message}; name a folder, or a file ending in .pvd, .vtu or .obj"
-                )))
+            Some(other) => {
+                let message = format!("{} ends in .{other}, which is no format of exports", to.display());
+                Err(Failure::usage(format!("{message}; {POSSIBLE}")))
+            }
+            None if to.exists() && !to.is_dir() => {
+                Err(Failure::usage(format!("{} is a file; {POSSIBLE}", to.display())))
             }
             _ => {
                 let stem = stem(&arguments.file);
@@ -177,7 +229,7 @@ impl ExportPlan {
 }
 
 /// Writes a file beside its place and moves it there: what is there is whole.
-fn replace(
+pub(super) fn replace(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<(), ExportError>,
 ) -> Result<(), Failure> {
@@ -196,6 +248,9 @@ fn replace(
         match error {
             ExportError::Record(error) => Failure::recording(&error),
             ExportError::Write(error) => cannot_write(path, &error),
+            error @ (ExportError::TooManyFrames { .. } | ExportError::TooLarge { .. }) => {
+                Failure::usage(error.to_string())
+            }
             error => Failure::failed("export", error.to_string()),
         }
     })

@@ -3,16 +3,20 @@
 mod bench;
 mod check;
 mod export;
+mod gallery;
 mod info;
 mod list;
 mod modes;
+mod plot;
 mod recover;
+mod render;
 mod resume;
 mod run;
 mod schema;
 mod stability;
 mod stress;
 mod study;
+mod view;
 
 pub use export::export;
 pub use list::listed;
@@ -44,7 +48,11 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::List(arguments) => list::execute(&arguments, terminal),
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
+        Command::View(arguments) => view::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
+        Command::Render(arguments) => render::execute(&arguments, terminal),
+        Command::Plot(arguments) => plot::execute(&arguments, terminal),
+        Command::Gallery(arguments) => gallery::execute(&arguments, terminal),
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
         Command::Stress(arguments) => stress::execute(&arguments, terminal),

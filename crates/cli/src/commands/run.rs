@@ -7,6 +7,7 @@ pub(super) mod session;
 mod statics;
 
 use std::num::NonZeroU16;
+use std::path::Path;
 use std::time::Duration;
 
 use pliant::run::Summary;
@@ -14,7 +15,7 @@ use pliant_scene::assembly::{Report, UnstableStep};
 use pliant_scene::{Scene, Source};
 use rayon::ThreadPoolBuilder;
 
-use super::check;
+use super::{check, view};
 use crate::arguments::RunArguments;
 use crate::failure::{ExitStatus, Failure};
 use crate::input::Input;
@@ -37,6 +38,10 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;
     let keeper = keeper(arguments, &input)?;
+    let page = arguments.view.then(|| view::page_of(&recording::output(arguments)));
+    if let Some(page) = &page {
+        view::refuse_existing(page, arguments.options.force)?;
+    }
     let table = probes::table(arguments, &assembly)?;
     let recording = RunRecorder::open(arguments, &input, &assembly)?;
     if let Some(keeper) = &keeper {
@@ -44,7 +49,13 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     }
     let keeper = keeper.map(|keeper| keeper.with_table(table.as_ref().map(|(file, _)| file)));
     let table = table.map(|(_, table)| table);
-    Session { input, assembly, recording, table, keeper, from: None, interrupted }.run(terminal)
+    let recorded = recording.path().map(Path::to_owned);
+    let session = Session { input, assembly, recording, table, keeper, from: None, interrupted };
+    let status = session.run(terminal)?;
+    if let (Some(page), Some(recorded)) = (page, recorded.filter(|path| path.exists())) {
+        view::show(&recorded, &page, true, terminal)?;
+    }
+    Ok(status)
 }
 
 /// The keeper of checkpoints; `None` without `--checkpoint`.

@@ -28,8 +28,9 @@ const RATE: u128 = 30;
 /// Vertices up to which that rate is kept; beyond, the numbers written per simulated second stay the same.
 const FULL_RATE_VERTICES: u128 = 50_000;
 
-/// Blue, orange, green, pink, sky, vermilion: told apart by colour-blind eyes too (Okabe and Ito).
-const COLOURS: [[f64; 3]; 6] = [
+/// Colours of bodies, in their order and again from the first: red, green, blue from 0 to 1. Blue, orange,
+/// green, pink, sky, vermilion: told apart by colour-blind eyes too (Okabe and Ito).
+pub const BODY_COLOURS: [[f64; 3]; 6] = [
     [0.0, 0.45, 0.70],
     [0.90, 0.62, 0.0],
     [0.0, 0.62, 0.45],
@@ -70,7 +71,7 @@ impl MeshChannel {
     fn new(topology: &Topology) -> Self {
         let drawn = topology.bodies.iter().filter(|body| !body.surface.is_empty() || !body.edges.is_empty());
         let bodies: Vec<DrawnBody> =
-            drawn.zip(COLOURS.iter().cycle()).map(|(body, c)| DrawnBody::new(body, c)).collect();
+            drawn.zip(BODY_COLOURS.iter().cycle()).map(|(body, c)| DrawnBody::new(body, c)).collect();
         let count = |body: &DrawnBody| body.triangles.vertices.len() + body.lines.vertices.len();
         let vertex_count = bodies.iter().map(count).sum::<usize>() as u128;
         MeshChannel { bodies, vertex_count, next_slot: 0 }

@@ -1,10 +1,12 @@
 //! Frames of a recording as files of other programs: `.vtu` with a `.pvd` beside them for ParaView, PyVista
-//! and meshio, `.obj` for whatever draws surfaces.
+//! and meshio, `.obj` for whatever draws surfaces; all frames in one file as `.glb`, `.npz` and `.csv`.
 //!
 //! [`Export`] knows the bodies of a recording and writes one frame at a time to any stream; which frames go
 //! to which files is for its user to say.
 
-mod bodies;
+mod csv;
+mod glb;
+mod npz;
 mod obj;
 mod pvd;
 #[cfg(test)]
@@ -16,16 +18,15 @@ use std::path::Path;
 
 pub use pvd::write_pvd;
 
-use self::bodies::Bodies;
 use crate::RecordError;
-use crate::read::{ElementRows, Trajectory, info};
+use crate::read::{ElementRows, RecordedBodies, Trajectory, in_space, info};
 use pliant::diagnostics::{MEASURES, Measure};
 
 /// A recording from which frames are written.
 #[derive(Debug)]
 pub struct Export {
     trajectory: Trajectory,
-    bodies: Bodies,
+    bodies: RecordedBodies,
     /// Rest positions, flat `(vertex_count, 3)` [m]; `None` if the recording does not hold them.
     rest: Option<Vec<f64>>,
 }
@@ -40,6 +41,24 @@ pub enum ExportError {
     /// The stream refused it.
     #[error(transparent)]
     Write(#[from] io::Error),
+    /// More frames than the format should hold.
+    #[error("a .glb holds {most} frames, not {count}; choose some with `--frames`, like ..:{}", count.div_ceil(*most))]
+    TooManyFrames {
+        /// How many were asked for.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// More bytes than the format can hold.
+    #[error("{size} bytes are more than the {most} of a {format}; choose fewer frames with `--frames`")]
+    TooLarge {
+        /// Ending of its files.
+        format: &'static str,
+        /// How many there would be.
+        size: u64,
+        /// How many there may be.
+        most: u64,
+    },
 }
 
 /// One frame, in three dimensions.
@@ -64,19 +83,9 @@ impl Export {
         if !info.topics.iter().any(|topic| topic.topic == "/state") {
             return Err(RecordError::NoChannel { path: path.to_owned(), topic: "/state".to_owned() });
         }
-        let bodies = Bodies::read(&mut trajectory, &info)?;
-        let rest = match trajectory.attachment("rest.f64")? {
-            Some(bytes) => {
-                let (numbers, _) = bytes.as_chunks::<8>();
-                let rest: Vec<f64> = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-                if rest.len() != trajectory.vertex_count() * trajectory.dimension() {
-                    let what = "rest.f64 has another number of coordinates";
-                    return Err(RecordError::Unexpected { path: path.to_owned(), what });
-                }
-                Some(in_space(&rest, trajectory.dimension()))
-            }
-            None => None,
-        };
+        let bodies = RecordedBodies::read(&mut trajectory, &info)?;
+        let dimension = trajectory.dimension();
+        let rest = trajectory.rest_positions()?.map(|rest| in_space(&rest, dimension));
         Ok(Export { trajectory, bodies, rest })
     }
 
@@ -131,13 +140,4 @@ impl Export {
         let time = self.trajectory.times().get(frame).copied().unwrap_or(0.0);
         Ok(ExportFrame { time, x, v })
     }
-}
-
-/// Rows of three from rows of `dimension`.
-fn in_space(values: &[f64], dimension: usize) -> Vec<f64> {
-    let mut padded = Vec::with_capacity(values.len() / dimension * 3);
-    for row in values.chunks_exact(dimension) {
-        padded.extend((0..3).map(|axis| row.get(axis).copied().unwrap_or(0.0)));
-    }
-    padded
 }

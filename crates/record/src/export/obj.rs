@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use super::ExportFrame;
-use super::bodies::{Bodies, ExportedBody};
+use crate::read::{RecordedBodies, RecordedBody};
 
 /// Vertices that a body shows, ascending.
-fn shown(body: &ExportedBody) -> Vec<u32> {
+fn shown(body: &RecordedBody) -> Vec<u32> {
     if body.is_particles() {
         return body.vertices.clone().collect();
     }
@@ -18,7 +18,7 @@ fn shown(body: &ExportedBody) -> Vec<u32> {
 }
 
 /// Writes one frame. `{:?}` of a number is the shortest text that reads back to the same.
-pub(super) fn write(bodies: &Bodies, frame: &ExportFrame, out: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(bodies: &RecordedBodies, frame: &ExportFrame, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "# t = {:?} s", frame.time)?;
     let mut first = 1;
     for body in &bodies.bodies {

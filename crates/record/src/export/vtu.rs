@@ -7,8 +7,8 @@
 use std::io::{self, Write};
 
 use super::ExportFrame;
-use super::bodies::Bodies;
 use crate::read::ElementRows;
+use crate::read::RecordedBodies;
 use pliant::diagnostics::Measure;
 use pliant::element::CellBlock;
 use pliant_files::base64;
@@ -30,7 +30,7 @@ struct VtuGrid {
 }
 
 impl VtuGrid {
-    fn new(bodies: &Bodies) -> VtuGrid {
+    fn new(bodies: &RecordedBodies) -> VtuGrid {
         let mut grid = VtuGrid::default();
         for (number, body) in bodies.bodies.iter().enumerate() {
             let number = number as i32;
@@ -103,7 +103,7 @@ fn of_cells(grid: &VtuGrid, rows: &ElementRows) -> Vec<u8> {
 
 /// Writes one frame.
 pub(super) fn write(
-    bodies: &Bodies,
+    bodies: &RecordedBodies,
     rest: Option<&[f64]>,
     frame: &ExportFrame,
     elements: &[(&'static Measure, ElementRows)],

@@ -1,5 +1,6 @@
 //! Reading recordings: what is in a file, the frames of a complete one, and the rescue of an incomplete one.
 
+mod bodies;
 mod info;
 mod lengths;
 mod message_series;
@@ -9,7 +10,8 @@ mod summary;
 mod trajectory;
 mod walk;
 
+pub use bodies::{RecordedBodies, RecordedBody};
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
 pub use rescue::{Recovered, discard, recover};
-pub use trajectory::{Column, ElementRows, Trajectory};
+pub use trajectory::{Column, ElementRows, Trajectory, in_space};
 pub(super) use walk::walk;

@@ -11,7 +11,7 @@ use super::message_series::MessageSeries;
 use super::recording_file::RecordingFile;
 use crate::FORMAT_VERSION;
 use crate::RecordError;
-use crate::attachments::{METADATA, REST};
+use crate::attachments::{MASS, METADATA, REST};
 use crate::channels::elements::{self, BodyRows, CENTROID};
 use crate::channels::state::STRIDE;
 use crate::channels::{energy, is_in_every_frame, last_of_frame, probe, reactions, state};
@@ -192,6 +192,38 @@ impl Trajectory {
         }
     }
 
+    /// Rest positions, flat `(vertex_count, dimension)` [m]; `None` if the recording does not hold them.
+    ///
+    /// # Errors
+    /// As [`attachment`](Self::attachment); [`RecordError::Unexpected`] if they are not that many.
+    pub fn rest_positions(&mut self) -> Result<Option<Vec<f64>>, RecordError> {
+        let what = "rest.f64 has another number of coordinates";
+        self.numbers(REST, self.vertex_count * self.dimension, what)
+    }
+
+    /// Masses of the vertices, of shape `(vertex_count,)` [kg]; `None` if the recording does not hold them.
+    ///
+    /// # Errors
+    /// As [`rest_positions`](Self::rest_positions).
+    pub fn masses(&mut self) -> Result<Option<Vec<f64>>, RecordError> {
+        self.numbers(MASS, self.vertex_count, "mass.f64 has another number of masses")
+    }
+
+    /// The doubles of an attachment, which are `count`.
+    fn numbers(
+        &mut self,
+        name: &str,
+        count: usize,
+        what: &'static str,
+    ) -> Result<Option<Vec<f64>>, RecordError> {
+        let Some(bytes) = self.attachment(name)? else { return Ok(None) };
+        let (numbers, _) = bytes.as_chunks::<8>();
+        if numbers.len() != count {
+            return Err(RecordError::Unexpected { path: self.source.path.clone(), what });
+        }
+        Ok(Some(numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()))
+    }
+
     /// A measure of every finite element in a frame.
     ///
     /// # Errors
@@ -247,6 +279,15 @@ impl Trajectory {
         }
         Ok(values)
     }
+}
+
+/// Rows of three from rows of `dimension`, in 2D with `z = 0`.
+pub fn in_space(values: &[f64], dimension: usize) -> Vec<f64> {
+    let mut padded = Vec::with_capacity(values.len() / dimension * 3);
+    for row in values.chunks_exact(dimension) {
+        padded.extend((0..3).map(|axis| row.get(axis).copied().unwrap_or(0.0)));
+    }
+    padded
 }
 
 /// True if so many vertices have the rest positions that are attached; without these, whether so many can be

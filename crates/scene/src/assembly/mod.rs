@@ -13,6 +13,7 @@ mod locking;
 mod mass;
 mod memory;
 mod pins;
+mod places;
 mod probes;
 mod report;
 mod step_control;
@@ -38,6 +39,7 @@ use pliant::state::State;
 use pliant::system::System;
 use pliant::topology::Topology;
 
+pub use places::{PinPlaces, PinnedVertices};
 pub use report::{BodyReport, Report};
 
 /// A simulation ready to run, and what it was made of.

@@ -471,6 +471,7 @@ pub(crate) fn how_to_open(recorded: &Recorded) -> String {
         if path.chars().all(plain) { path.clone() } else { format!("'{}'", path.replace('\'', r"'\''")) };
     format!(
         "\n{path} ({}) opens in\n  \
+         your browser          pliant view {shell}\n  \
          Foxglove, Lichtblick  open the file, import the layout docs/foxglove-layout.json\n  \
          Rerun                 rerun {shell}\n  \
          Python                mcap.reader.make_reader(open({path:?}, \"rb\"))\n",

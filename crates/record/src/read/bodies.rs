@@ -1,43 +1,50 @@
 //! The bodies of a recording and their cells.
 
+use super::{FileInfo, Trajectory};
 use crate::RecordError;
-use crate::read::{FileInfo, Trajectory};
 use pliant::element::{CELL_KINDS, CellBlock};
 
 /// All bodies.
-#[derive(Debug)]
-pub(super) struct Bodies {
-    pub(super) bodies: Vec<ExportedBody>,
-    pub(super) vertex_count: usize,
+#[derive(Clone, Debug)]
+pub struct RecordedBodies {
+    /// The bodies, by ascending vertex range.
+    pub bodies: Vec<RecordedBody>,
+    /// Number of vertices of all bodies.
+    pub vertex_count: usize,
 }
 
 /// One body; indices count the vertices of the whole recording.
-#[derive(Debug)]
-pub(super) struct ExportedBody {
-    pub(super) name: String,
-    pub(super) vertices: std::ops::Range<u32>,
-    pub(super) edges: Vec<[u32; 2]>,
+#[derive(Clone, Debug)]
+pub struct RecordedBody {
+    /// Name.
+    pub name: String,
+    /// Its vertices.
+    pub vertices: std::ops::Range<u32>,
+    /// Springs and segments.
+    pub edges: Vec<[u32; 2]>,
     /// Triangles that are cells.
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) tetrahedra: Vec<[u32; 4]>,
-    /// Cells of second order, corners first.
-    pub(super) quadratic_triangles: Vec<[u32; 6]>,
-    pub(super) quadratic_tetrahedra: Vec<[u32; 10]>,
+    pub triangles: Vec<[u32; 3]>,
+    /// Tetrahedra.
+    pub tetrahedra: Vec<[u32; 4]>,
+    /// Triangles of second order, corners first.
+    pub quadratic_triangles: Vec<[u32; 6]>,
+    /// Tetrahedra of second order, corners first.
+    pub quadratic_tetrahedra: Vec<[u32; 10]>,
     /// Cells that are no simplices.
-    pub(super) blocks: Vec<CellBlock>,
+    pub blocks: Vec<CellBlock>,
     /// Triangles to draw.
-    pub(super) surface: Vec<[u32; 3]>,
+    pub surface: Vec<[u32; 3]>,
 }
 
-impl ExportedBody {
+impl RecordedBody {
     /// The springs, where they are all there is: those of a cloth are the sides of its triangles and their
     /// diagonals.
-    pub(super) fn lines(&self) -> &[[u32; 2]] {
+    pub fn lines(&self) -> &[[u32; 2]] {
         if self.has_cells() { &[] } else { &self.edges }
     }
 
     /// True if it has neither cells nor springs.
-    pub(super) fn is_particles(&self) -> bool {
+    pub fn is_particles(&self) -> bool {
         self.edges.is_empty() && !self.has_cells()
     }
 
@@ -47,8 +54,13 @@ impl ExportedBody {
     }
 }
 
-impl Bodies {
-    pub(super) fn read(trajectory: &mut Trajectory, info: &FileInfo) -> Result<Bodies, RecordError> {
+impl RecordedBodies {
+    /// The bodies of a recording that `info` describes.
+    ///
+    /// # Errors
+    /// [`RecordError::Unexpected`] if the cells do not fit the vertices; [`RecordError::Read`],
+    /// [`RecordError::Damaged`].
+    pub fn read(trajectory: &mut Trajectory, info: &FileInfo) -> Result<RecordedBodies, RecordError> {
         let vertex_count = trajectory.vertex_count();
         let mut bodies = Vec::new();
         for summary in &info.bodies {
@@ -68,7 +80,7 @@ impl Bodies {
             // It is not written twice where it is all triangles.
             let surface = if surface.is_empty() { triangles.clone() } else { surface };
             let vertices = summary.first_vertex..last;
-            bodies.push(ExportedBody {
+            bodies.push(RecordedBody {
                 name,
                 vertices,
                 edges,
@@ -80,7 +92,7 @@ impl Bodies {
                 surface,
             });
         }
-        Ok(Bodies { bodies, vertex_count })
+        Ok(RecordedBodies { bodies, vertex_count })
     }
 }
 

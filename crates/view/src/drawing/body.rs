@@ -1,0 +1,56 @@
+//! Bodies as triangles, lines and points.
+
+use std::ops::Range;
+
+use pliant_record::read::RecordedBody;
+
+use super::elements::Elements;
+
+/// One body; vertices are numbered as in the whole recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnBody {
+    /// Name, unique in the recording.
+    pub name: String,
+    /// Its vertices.
+    pub vertices: Range<u32>,
+    /// Triangles of its surface, counter-clockwise seen from outside; of cells of second order four flat
+    /// ones for each curved side.
+    pub triangles: Vec<[u32; 3]>,
+    /// Element of each triangle, by its number in the body; `None` without elements.
+    pub elements: Option<Vec<u32>>,
+    /// Segments of strands and nets: springs of a body without cells.
+    pub lines: Vec<[u32; 2]>,
+    /// Particles: all vertices of a body with neither cells nor springs.
+    pub points: Vec<u32>,
+    /// Vertices of each element, flat.
+    pub element_vertices: Vec<u32>,
+    /// Vertices of one element; 0 without elements.
+    pub element_size: usize,
+}
+
+impl DrawnBody {
+    pub(super) fn new(body: &RecordedBody, dimension: usize) -> DrawnBody {
+        let cells = Elements::of(body, dimension);
+        let is_particles = body.is_particles();
+        DrawnBody {
+            name: body.name.clone(),
+            vertices: body.vertices.clone(),
+            triangles: body.surface.clone(),
+            elements: cells.as_ref().and_then(|cells| cells.of_triangles(&body.surface)),
+            lines: body.lines().to_vec(),
+            points: if is_particles { body.vertices.clone().collect() } else { vec![] },
+            element_size: cells.as_ref().map_or(0, |cells| cells.size),
+            element_vertices: cells.map(|cells| cells.vertices).unwrap_or_default(),
+        }
+    }
+
+    /// Number of cells that may be elements.
+    pub fn element_count(&self) -> usize {
+        if self.element_size == 0 { 0 } else { self.element_vertices.len() / self.element_size }
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.vertices.len()
+    }
+}

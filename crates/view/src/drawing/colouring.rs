@@ -1,0 +1,175 @@
+//! Numbers that colour a body.
+
+use std::fmt;
+
+use pliant::diagnostics::{MEASURES, Measure};
+use pliant_record::read::ElementRows;
+
+use super::{DrawError, Drawing};
+
+/// A quantity that bodies are coloured by.
+#[derive(Clone, Copy, Debug)]
+pub enum Colouring {
+    /// A colour of its own for each body.
+    Body,
+    /// Length of the velocity of a vertex [m/s].
+    Speed,
+    /// Distance of a vertex from its place at rest [m].
+    Displacement,
+    /// One number of a recorded measure of elements.
+    Measure {
+        /// The measure.
+        measure: &'static Measure,
+        /// Number of its field.
+        field: usize,
+    },
+}
+
+impl Colouring {
+    /// Unit, `1` where there is none.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Colouring::Body => "1",
+            Colouring::Speed => "m/s",
+            Colouring::Displacement => "m",
+            Colouring::Measure { measure, .. } => measure.unit,
+        }
+    }
+}
+
+/// The name: `body`, `speed`, `displacement`, `von-mises`, `cauchy-stress xx`.
+impl fmt::Display for Colouring {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Colouring::Body => f.write_str("body"),
+            Colouring::Speed => f.write_str("speed"),
+            Colouring::Displacement => f.write_str("displacement"),
+            Colouring::Measure { measure, field } => match measure.fields {
+                [_] => f.write_str(measure.name),
+                fields => write!(f, "{} {}", measure.name, fields[*field]),
+            },
+        }
+    }
+}
+
+/// Numbers of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scalars {
+    /// Unit, `1` where there is none.
+    pub unit: String,
+    /// For each body, in the order of [`Drawing::bodies`].
+    pub bodies: Vec<BodyScalars>,
+}
+
+/// Numbers of one body.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BodyScalars {
+    /// The body has no such numbers.
+    None,
+    /// One for each of its vertices.
+    Vertices(Vec<f64>),
+    /// One for each of its elements.
+    Elements(Vec<f64>),
+}
+
+impl BodyScalars {
+    /// The numbers; empty if the body has none.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            BodyScalars::None => &[],
+            BodyScalars::Vertices(values) | BodyScalars::Elements(values) => values,
+        }
+    }
+}
+
+impl Scalars {
+    /// Smallest and largest finite number of all bodies; `None` without any.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        let values = self.bodies.iter().flat_map(BodyScalars::values).filter(|value| value.is_finite());
+        values.fold(None, |range, &value| {
+            let (low, high) = range.unwrap_or((value, value));
+            Some((value.min(low), value.max(high)))
+        })
+    }
+}
+
+impl Drawing {
+    /// What this recording can be coloured by: [`Colouring::Body`] first.
+    pub fn colourings(&self) -> Vec<Colouring> {
+        let mut found = vec![Colouring::Body, Colouring::Speed];
+        found.extend(self.rest.is_some().then_some(Colouring::Displacement));
+        for measure in &MEASURES {
+            let topic = format!("/elements/{}", measure.name);
+            if self.topics.contains(&topic) {
+                found.extend((0..measure.fields.len()).map(|field| Colouring::Measure { measure, field }));
+            }
+        }
+        found
+    }
+
+    /// The numbers of a colouring in a frame; of [`Colouring::Body`] the number of the body at its vertices.
+    ///
+    /// # Errors
+    /// [`DrawError::Colouring`] if the recording does not have what it takes; those of
+    /// [`frame`](Self::frame).
+    pub fn scalars(&mut self, colouring: &Colouring, frame: usize) -> Result<Scalars, DrawError> {
+        let bodies = match colouring {
+            Colouring::Body => self.body_numbers(),
+            Colouring::Speed => {
+                let v = self.frame(frame)?.v;
+                self.of_vertices(&lengths(&v))
+            }
+            Colouring::Displacement => {
+                let x = self.frame(frame)?.x;
+                let Some(rest) = &self.rest else {
+                    return Err(self.cannot_colour(colouring, "rest positions were not recorded"));
+                };
+                let moved: Vec<f64> = x.iter().zip(rest).map(|(x, rest)| x - rest).collect();
+                self.of_vertices(&lengths(&moved))
+            }
+            Colouring::Measure { measure, field } => {
+                let rows = self.trajectory.elements(measure, frame)?;
+                self.of_elements(&rows, *field)
+                    .ok_or_else(|| self.cannot_colour(colouring, "its rows are not those of its elements"))?
+            }
+        };
+        Ok(Scalars { unit: colouring.unit().to_owned(), bodies })
+    }
+
+    fn cannot_colour(&self, colouring: &Colouring, reason: &str) -> DrawError {
+        let (path, colouring) = (self.path.clone(), colouring.to_string());
+        DrawError::Colouring { path, colouring, reason: reason.to_owned() }
+    }
+
+    fn body_numbers(&self) -> Vec<BodyScalars> {
+        let of = |(number, body): (usize, &super::DrawnBody)| {
+            BodyScalars::Vertices(vec![number as f64; body.vertex_count()])
+        };
+        self.bodies.iter().enumerate().map(of).collect()
+    }
+
+    fn of_vertices(&self, values: &[f64]) -> Vec<BodyScalars> {
+        let range = |body: &super::DrawnBody| body.vertices.start as usize..body.vertices.end as usize;
+        self.bodies.iter().map(|body| BodyScalars::Vertices(values[range(body)].to_vec())).collect()
+    }
+
+    /// `None` if a body has another number of rows than of elements.
+    fn of_elements(&self, rows: &ElementRows, field: usize) -> Option<Vec<BodyScalars>> {
+        let width = rows.fields.len();
+        let of = |body: &super::DrawnBody| {
+            let Some(found) = rows.bodies.iter().find(|found| found.name == body.name) else {
+                return Some(BodyScalars::None);
+            };
+            let last = found.first.checked_add(found.count)?.checked_mul(width)?;
+            let values = rows.values.get(found.first * width..last)?;
+            let values: Vec<f64> = values.iter().skip(field).step_by(width).copied().collect();
+            (values.len() == body.element_count()).then_some(BodyScalars::Elements(values))
+        };
+        self.bodies.iter().map(of).collect()
+    }
+}
+
+/// Lengths of rows of three.
+fn lengths(rows: &[f64]) -> Vec<f64> {
+    rows.chunks_exact(3).map(|row| row.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
+}

@@ -1,0 +1,181 @@
+//! The model of what is drawn: a recording as bodies of triangles, lines and points, its frames, the
+//! numbers that colour them, and its surroundings (walls, pins, probes).
+
+mod body;
+mod colouring;
+mod elements;
+mod surroundings;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use pliant_record::RecordError;
+use pliant_record::read::{RecordedBodies, Trajectory, in_space, info};
+
+pub use body::DrawnBody;
+pub use colouring::{BodyScalars, Colouring, Scalars};
+pub use surroundings::{DrawnProbe, DrawnWall};
+
+use surroundings::Surroundings;
+
+/// A recording could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DrawError {
+    /// It could not be read.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// It holds no frame.
+    #[error("{} has no frames, so there is nothing to draw", path.display())]
+    NoFrames {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The numbers that shall colour it are not in it.
+    #[error("{} cannot be coloured by {colouring}: {reason}", path.display())]
+    Colouring {
+        /// The file.
+        path: PathBuf,
+        /// Name of the colouring.
+        colouring: String,
+        /// Reason.
+        reason: String,
+    },
+}
+
+/// A recording, ready to be drawn.
+#[derive(Debug)]
+pub struct Drawing {
+    path: PathBuf,
+    trajectory: Trajectory,
+    title: String,
+    topics: Vec<String>,
+    bodies: Vec<DrawnBody>,
+    masses: Option<Vec<f64>>,
+    /// Rest positions, flat `(vertex_count, 3)` [m].
+    rest: Option<Vec<f64>>,
+    surroundings: Surroundings,
+}
+
+/// One frame, in three dimensions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnFrame {
+    /// Simulated time [s].
+    pub time: f64,
+    /// Positions, flat `(vertex_count, 3)` [m]; in 2D `z = 0`.
+    pub x: Vec<f64>,
+    /// Velocities, flat `(vertex_count, 3)` [m/s]; in 2D `z = 0`.
+    pub v: Vec<f64>,
+}
+
+impl Drawing {
+    /// Opens a complete recording.
+    ///
+    /// Walls and pins are those of the attached scene; where that cannot be read, or builds other meshes
+    /// than those recorded (a mesh file that is not beside the recording), there are none.
+    ///
+    /// # Errors
+    /// [`DrawError::Record`] with the errors of [`Trajectory::open`], or without the channel `/state`;
+    /// [`DrawError::NoFrames`].
+    pub fn open(path: &Path) -> Result<Drawing, DrawError> {
+        let mut trajectory = Trajectory::open(path)?;
+        let info = info(path)?;
+        let topics: Vec<String> = info.topics.iter().map(|topic| topic.topic.clone()).collect();
+        if !topics.iter().any(|topic| topic == "/state") {
+            let topic = "/state".to_owned();
+            return Err(RecordError::NoChannel { path: path.to_owned(), topic }.into());
+        }
+        if trajectory.times().is_empty() {
+            return Err(DrawError::NoFrames { path: path.to_owned() });
+        }
+        let recorded = RecordedBodies::read(&mut trajectory, &info)?;
+        let bodies = recorded.bodies.iter().map(|body| DrawnBody::new(body, trajectory.dimension()));
+        let bodies = bodies.collect();
+        let masses = trajectory.masses()?;
+        let dimension = trajectory.dimension();
+        let rest = trajectory.rest_positions()?.map(|rest| in_space(&rest, dimension));
+        let surroundings = Surroundings::read(&mut trajectory, path, &topics)?;
+        let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let title = info.title.filter(|title| !title.is_empty()).unwrap_or_else(stem);
+        Ok(Drawing { path: path.to_owned(), trajectory, title, topics, bodies, masses, rest, surroundings })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// 2 or 3.
+    pub fn dimension(&self) -> usize {
+        self.trajectory.dimension()
+    }
+
+    /// Number of vertices of all bodies.
+    pub fn vertex_count(&self) -> usize {
+        self.trajectory.vertex_count()
+    }
+
+    /// Title of the scene; without one the name of the file.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Simulated time of each frame [s]; at least one.
+    pub fn times(&self) -> &[f64] {
+        self.trajectory.times()
+    }
+
+    /// The bodies, by ascending vertex range.
+    pub fn bodies(&self) -> &[DrawnBody] {
+        &self.bodies
+    }
+
+    /// Masses of the vertices, of shape `(vertex_count,)` [kg]; `None` if they were not recorded.
+    pub fn masses(&self) -> Option<&[f64]> {
+        self.masses.as_deref()
+    }
+
+    /// Rest positions, flat `(vertex_count, 3)` [m]; `None` if they were not recorded.
+    pub fn rest(&self) -> Option<&[f64]> {
+        self.rest.as_deref()
+    }
+
+    /// Walls of the attached scene.
+    pub fn walls(&self) -> &[DrawnWall] {
+        &self.surroundings.walls
+    }
+
+    /// Vertices that a pin of the attached scene holds at the start, ascending.
+    pub fn pins(&self) -> &[u32] {
+        &self.surroundings.pins
+    }
+
+    /// Probes that were recorded.
+    pub fn probes(&self) -> &[DrawnProbe] {
+        &self.surroundings.probes
+    }
+
+    /// Topics of the recording's channels, ascending.
+    pub fn topics(&self) -> &[String] {
+        &self.topics
+    }
+
+    /// One frame, from 0.
+    ///
+    /// # Errors
+    /// [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
+    pub fn frame(&mut self, frame: usize) -> Result<DrawnFrame, DrawError> {
+        let dimension = self.dimension();
+        let x = in_space(&self.trajectory.positions(frame)?, dimension);
+        let v = in_space(&self.trajectory.velocities(frame)?, dimension);
+        // A frame that can be read has a time.
+        let time = self.times().get(frame).copied().unwrap_or(0.0);
+        Ok(DrawnFrame { time, x, v })
+    }
+
+    /// The recording itself, for columns of `/energy`, `/reactions` and `/probe/<name>`.
+    pub fn trajectory(&mut self) -> &mut Trajectory {
+        &mut self.trajectory
+    }
+}

@@ -1,0 +1,98 @@
+//! Walls and pins of the attached scene, and recorded probes.
+
+use std::path::Path;
+
+use pliant::constraint::Wall;
+use pliant_record::RecordError;
+use pliant_record::read::{Column, Trajectory};
+use pliant_scene::{Scene, Source};
+
+/// A rigid half-space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnWall {
+    /// Name, `wall0`, `wall1`, ... in the order of the scene.
+    pub name: String,
+    /// The point of its plane that is nearest to the origin [m].
+    pub point: [f64; 3],
+    /// Unit normal, out of the wall.
+    pub normal: [f64; 3],
+}
+
+/// A point that was followed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnProbe {
+    /// Name.
+    pub name: String,
+    /// Its position in each frame [m].
+    pub positions: Vec<[f64; 3]>,
+}
+
+/// Walls, pins and probes.
+#[derive(Debug, Default)]
+pub(super) struct Surroundings {
+    pub(super) walls: Vec<DrawnWall>,
+    /// Ascending.
+    pub(super) pins: Vec<u32>,
+    pub(super) probes: Vec<DrawnProbe>,
+}
+
+impl Surroundings {
+    pub(super) fn read(
+        trajectory: &mut Trajectory,
+        path: &Path,
+        topics: &[String],
+    ) -> Result<Surroundings, RecordError> {
+        let scene = attached_scene(trajectory, path)?;
+        let probes = probes(trajectory, topics)?;
+        let Some(scene) = scene else { return Ok(Surroundings { probes, ..Surroundings::default() }) };
+        Ok(Surroundings { walls: walls(&scene), pins: pins(&scene, trajectory.vertex_count()), probes })
+    }
+}
+
+/// The scene that the recording was made from; `None` without one that this version reads.
+fn attached_scene(trajectory: &mut Trajectory, path: &Path) -> Result<Option<Scene>, RecordError> {
+    let Some(bytes) = trajectory.attachment("scene.toml")? else { return Ok(None) };
+    let Ok(text) = String::from_utf8(bytes) else { return Ok(None) };
+    let directory = path.parent().unwrap_or(Path::new(""));
+    Ok(Source::new("scene.toml", text).in_directory(directory).scene().ok())
+}
+
+fn walls(scene: &Scene) -> Vec<DrawnWall> {
+    let walls = scene.world.walls.iter().map(|wall| Wall::new(&wall.normal, wall.offset)).enumerate();
+    let drawn = |(number, wall): (usize, Wall)| {
+        let mut normal = [0.0; 3];
+        normal.iter_mut().zip(wall.normal()).for_each(|(n, component)| *n = *component);
+        DrawnWall { name: format!("wall{number}"), point: wall.foot(), normal }
+    };
+    walls.map(drawn).collect()
+}
+
+/// Vertices of all pins, ascending; none where the scene does not build the meshes that were recorded.
+fn pins(scene: &Scene, vertex_count: usize) -> Vec<u32> {
+    let Ok(places) = scene.pin_places() else { return vec![] };
+    if places.vertex_count != vertex_count {
+        return vec![];
+    }
+    let mut pins: Vec<u32> = places.pins.into_iter().flat_map(|pin| pin.vertices).collect();
+    pins.sort_unstable();
+    pins.dedup();
+    pins
+}
+
+fn probes(trajectory: &mut Trajectory, topics: &[String]) -> Result<Vec<DrawnProbe>, RecordError> {
+    let names = topics.iter().filter_map(|topic| topic.strip_prefix("/probe/"));
+    names
+        .map(|name| Ok(DrawnProbe { name: name.to_owned(), positions: positions(&trajectory.probe(name)?) }))
+        .collect()
+}
+
+/// Positions from the columns `position[0]`, `position[1]`, `position[2]`.
+fn positions(columns: &[Column]) -> Vec<[f64; 3]> {
+    let axis = |axis: usize| {
+        let name = format!("position[{axis}]");
+        columns.iter().find(|column| column.name == name).map_or(&[][..], |column| &column.values)
+    };
+    let [x, y, z] = [axis(0), axis(1), axis(2)];
+    let at = |frame: usize| [x, y, z].map(|axis| axis.get(frame).copied().unwrap_or(0.0));
+    (0..x.len()).map(at).collect()
+}

@@ -1,0 +1,65 @@
+//! Numbers over time under the time line: energies, momentum, the smallest J, probes, reactions.
+
+use pliant_record::RecordError;
+use pliant_record::read::Column;
+use serde_json::{Value, json};
+
+use crate::drawing::{DrawError, Drawing};
+
+/// Charts made of columns of `/energy`: name, unit, columns.
+const ENERGY: [(&str, &str, &[&str]); 4] = [
+    ("energy", "J", &["kinetic", "elastic", "gravitational", "loads", "total"]),
+    ("momentum", "kg m/s", &["linear_momentum[0]", "linear_momentum[1]", "linear_momentum[2]"]),
+    ("angular momentum", "kg m^2/s", &["angular_momentum[0]", "angular_momentum[1]", "angular_momentum[2]"]),
+    ("min J", "1", &["min_j"]),
+];
+const PROBE: [(&str, &str); 2] = [("displacement", "m"), ("velocity", "m/s")];
+
+/// The charts that a recording has numbers for, one value for each of these frames.
+pub(super) fn charts(drawing: &mut Drawing, frames: &[usize]) -> Result<Vec<Value>, DrawError> {
+    let mut charts = Vec::new();
+    let energy = recorded(drawing.trajectory().energy())?;
+    for (name, unit, columns) in ENERGY {
+        let of_chart = columns.iter().filter_map(|name| energy.iter().find(|column| column.name == *name));
+        // An energy that a scene does not have is zero in every frame.
+        let of_chart = of_chart.filter(|column| column.values.iter().any(|value| *value != 0.0));
+        charts.extend(chart(name, unit, of_chart, frames));
+    }
+    let probes: Vec<String> = drawing.probes().iter().map(|probe| probe.name.clone()).collect();
+    for probe in probes {
+        let columns = recorded(drawing.trajectory().probe(&probe))?;
+        for (quantity, unit) in PROBE {
+            let of_chart = columns.iter().filter(|column| column.name.starts_with(quantity));
+            charts.extend(chart(&format!("{probe}: {quantity}"), unit, of_chart, frames));
+        }
+    }
+    let reactions = recorded(drawing.trajectory().reactions())?;
+    let forces = reactions.iter().filter(|column| column.name.contains(".force["));
+    charts.extend(chart("reactions", "N", forces, frames));
+    Ok(charts)
+}
+
+/// None where the channel was not recorded.
+fn recorded(columns: Result<Vec<Column>, RecordError>) -> Result<Vec<Column>, RecordError> {
+    match columns {
+        Err(RecordError::NoChannel { .. }) => Ok(vec![]),
+        other => other,
+    }
+}
+
+/// `None` without columns.
+fn chart<'a>(
+    name: &str,
+    unit: &str,
+    columns: impl Iterator<Item = &'a Column>,
+    frames: &[usize],
+) -> Option<Value> {
+    // JSON has no NaN: `null`.
+    let values = |column: &Column| -> Vec<Option<f64>> {
+        let value = |&frame: &usize| column.values.get(frame).copied().filter(|value| value.is_finite());
+        frames.iter().map(value).collect()
+    };
+    let series: Vec<Value> =
+        columns.map(|column| json!({ "name": column.name, "values": values(column) })).collect();
+    (!series.is_empty()).then(|| json!({ "name": name, "unit": unit, "series": series }))
+}

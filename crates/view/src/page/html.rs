@@ -1,0 +1,47 @@
+//! The HTML around the blocks.
+
+use pliant_files::base64;
+
+use super::codec::deflate;
+use super::pack::Packed;
+
+const TEMPLATE: &str = include_str!("../../page/page.html");
+const STYLE: &str = include_str!("../../page/page.css");
+const STARTER: &str = include_str!("../../page/starter.js");
+const CORE: &str = include_str!("../../vendor/three/three.core.min.js");
+const THREE: &str = include_str!("../../vendor/three/three.module.min.js");
+const ORBIT: &str = include_str!("../../vendor/three/OrbitControls.js");
+
+/// Modules of the page, by the names that they import each other by.
+const MODULES: [(&str, &str); 8] = [
+    ("pliant/view", include_str!("../../page/view.js")),
+    ("pliant/data", include_str!("../../page/data.js")),
+    ("pliant/shaders", include_str!("../../page/shaders.js")),
+    ("pliant/body", include_str!("../../page/body.js")),
+    ("pliant/stage", include_str!("../../page/stage.js")),
+    ("pliant/charts", include_str!("../../page/charts.js")),
+    ("pliant/panel", include_str!("../../page/panel.js")),
+    ("pliant/inspector", include_str!("../../page/inspector.js")),
+];
+
+pub(super) fn html(packed: &Packed) -> String {
+    let head = deflate(packed.head.to_string().as_bytes());
+    let mut data = block("data", "head", &head);
+    packed.blocks.iter().for_each(|(name, bytes)| data.push_str(&block("data", name, bytes)));
+    // A module from a blob cannot name another by a relative path.
+    let three = THREE.replace("./three.core.min.js", "three-core");
+    let libraries = [("three-core", CORE), ("three", &three), ("orbit", ORBIT)];
+    let modules: String = libraries
+        .into_iter()
+        .chain(MODULES)
+        .map(|(name, text)| block("module", name, &deflate(text.as_bytes())))
+        .collect();
+    // The blocks last: nothing in them is taken for a place in the template.
+    let page = TEMPLATE.replacen("/*style*/", STYLE, 1).replacen("/*starter*/", STARTER, 1);
+    page.replacen("<!--blocks-->", &(modules + &data), 1)
+}
+
+/// Inert text in the page; names are of this program, and content has the letters of base 64 only.
+fn block(kind: &str, name: &str, bytes: &[u8]) -> String {
+    format!("<script type=\"text/plain\" data-{kind}=\"{name}\">{}</script>\n", base64::encode(bytes))
+}

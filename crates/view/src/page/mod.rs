@@ -1,0 +1,77 @@
+//! The page that plays a recording in a browser: one HTML file with everything in it.
+//!
+//! The modules in `crates/view/page` and three.js travel as base 64 of deflate, the recording as
+//! [blocks](codec) beside them. Names and titles are in such blocks only, and the page shows them as text,
+//! so that no name can become markup. The page's content security policy lets it ask for nothing.
+
+mod charts;
+mod codec;
+mod html;
+mod pack;
+mod shown;
+#[cfg(test)]
+mod tests;
+
+use crate::drawing::{Colouring, DrawError, Drawing};
+
+/// Bounds of a page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget {
+    /// Bytes of the packed recording, before base 64.
+    pub bytes: usize,
+    /// Number of frames.
+    pub frames: usize,
+}
+
+impl Default for Budget {
+    fn default() -> Budget {
+        Budget { bytes: 20_000_000, frames: 300 }
+    }
+}
+
+/// A page, and what of the recording is in it.
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// The file.
+    pub html: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Number of frames of the recording.
+    pub frame_count: usize,
+    /// Names of colourings that found no place.
+    pub left_out: Vec<String>,
+}
+
+impl Page {
+    /// Packs a recording. What is too large loses frames, evenly, until it fits; where two frames are too
+    /// many, it loses its colourings.
+    ///
+    /// # Errors
+    /// The recording cannot be read.
+    pub fn new(drawing: &mut Drawing, budget: &Budget) -> Result<Page, DrawError> {
+        let frame_count = drawing.times().len();
+        let mut colourings = drawing.colourings();
+        let mut left_out = Vec::new();
+        let mut count = frame_count.min(budget.frames.max(1));
+        loop {
+            let frames = evenly(frame_count, count);
+            let mut packed = pack::pack(drawing, &frames, &colourings)?;
+            let bytes = packed.bytes();
+            if bytes > budget.bytes && count > 2 {
+                count = (count as f64 * budget.bytes as f64 / bytes as f64) as usize;
+                count = count.min(frames.len() - 1).max(2);
+            } else if bytes > budget.bytes && colourings.len() > 1 {
+                left_out = colourings.drain(1..).map(|colouring: Colouring| colouring.to_string()).collect();
+            } else {
+                packed.head["left_out"] = left_out.clone().into();
+                let html = html::html(&packed);
+                return Ok(Page { html, frames: frames.len(), frame_count, left_out });
+            }
+        }
+    }
+}
+
+/// Every so many of `total` frames, such that at most `count` remain.
+fn evenly(total: usize, count: usize) -> Vec<usize> {
+    (0..total).step_by(total.div_ceil(count.max(1)).max(1)).collect()
+}

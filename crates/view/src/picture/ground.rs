@@ -1,0 +1,107 @@
+//! Floors and walls: planes with a grid, and the shadows on them.
+
+use super::canvas::{Canvas, SAMPLES};
+use super::image::{Rgb, blended};
+use super::shadow::ShadowMap;
+use super::space::{Vec3, dot, length, minus, plus, smooth_step, tangents, times};
+use super::stage::PictureStage;
+
+/// How far a plane is drawn, and from where on it fades, in sizes of what is on the stage.
+const REACH: f32 = 2.4;
+const FADES: f32 = 0.9;
+/// How dark a shadow is.
+const SHADE: f32 = 0.42;
+/// Distance of grid lines in sizes of what is on the stage, before it is rounded to 1, 2 or 5.
+const GRID: f32 = 0.35;
+
+/// A plane that bodies do not pass.
+pub(super) struct Ground<'a> {
+    stage: &'a PictureStage,
+    point: Vec3,
+    normal: Vec3,
+    /// Nearest point of the plane to the middle of the stage.
+    middle: Vec3,
+    tangents: [Vec3; 2],
+    spacing: f32,
+}
+
+impl<'a> Ground<'a> {
+    /// The plane through a point with this unit normal.
+    pub(super) fn new(stage: &'a PictureStage, [point, normal]: [Vec3; 2]) -> Ground<'a> {
+        let height = dot(minus(stage.center, point), normal);
+        let middle = minus(stage.center, times(normal, height));
+        let spacing = round_number(GRID * stage.radius);
+        Ground { stage, point, normal, middle, tangents: tangents(normal), spacing }
+    }
+
+    /// Draws the plane where nothing is in front of it, if the eye is on the side of the bodies.
+    pub(super) fn draw(&self, canvas: &mut Canvas, shadow: Option<&ShadowMap>) {
+        for row in 0..canvas.size[1] {
+            for column in 0..canvas.size[0] {
+                let at = [column, row].map(|n| (n as f32 + 0.5) / SAMPLES as f32);
+                match shadow {
+                    Some(shadow) => self.sample(canvas, [column, row], at, shadow),
+                    None => self.half_plane(canvas, [column, row], at),
+                }
+            }
+        }
+    }
+
+    fn sample(&self, canvas: &mut Canvas, [column, row]: [usize; 2], at: [f32; 2], shadow: &ShadowMap) {
+        let camera = &self.stage.camera;
+        let (start, along) = camera.ray(at);
+        let approach = dot(along, self.normal);
+        if approach > -1e-4 {
+            return;
+        }
+        let distance = dot(minus(self.point, start), self.normal) / approach;
+        if distance <= 0.0 || !canvas.shows(column, row, camera.nearness(distance)) {
+            return;
+        }
+        let place = plus(start, times(along, distance));
+        let away = length(minus(place, self.middle)) / self.stage.radius;
+        let opacity = 1.0 - smooth_step(FADES, REACH, away);
+        if opacity <= 0.0 {
+            return;
+        }
+        let shade = SHADE * (1.0 - shadow.lit(place, self.normal));
+        if self.stage.style.transparent {
+            canvas.tint(column, row, [0, 0, 0], opacity * shade);
+        } else {
+            let pixel = 1.0 / camera.pixels_per_metre(distance);
+            let color = blended(self.color(place, pixel), [0, 0, 0], shade);
+            canvas.tint(column, row, color, opacity);
+        }
+    }
+
+    /// Colour of the plane at a place where a pixel is so large [m].
+    fn color(&self, place: Vec3, pixel: f32) -> Rgb {
+        let theme = self.stage.style.theme;
+        let from_line = self.tangents.map(|tangent| {
+            let lines = dot(place, tangent) / self.spacing;
+            (lines - lines.round()).abs() * self.spacing
+        });
+        let nearest = from_line[0].min(from_line[1]);
+        blended(theme.ground(), theme.grid(), (1.2 - nearest / pixel).clamp(0.0, 1.0))
+    }
+
+    /// In the plane a wall is everything beyond it.
+    fn half_plane(&self, canvas: &mut Canvas, [column, row]: [usize; 2], at: [f32; 2]) {
+        let camera = &self.stage.camera;
+        let beyond = -dot(minus(camera.ray(at).0, self.point), self.normal) * camera.focal;
+        let behind_all = camera.nearness(f32::MAX);
+        let theme = self.stage.style.theme;
+        if beyond > -1.0 && canvas.shows(column, row, behind_all) {
+            let color = if beyond < 1.0 { theme.faint() } else { theme.ground() };
+            let [r, g, b] = color;
+            canvas.tint(column, row, [r, g, b], 1.0);
+        }
+    }
+}
+
+/// The nearest of 1, 2 and 5 times a power of ten that is no larger.
+pub(super) fn round_number(x: f32) -> f32 {
+    let power = 10_f32.powf(x.max(f32::MIN_POSITIVE).log10().floor());
+    let times = [5.0, 2.0].into_iter().find(|times| times * power <= x);
+    times.unwrap_or(1.0) * power
+}

@@ -1,0 +1,110 @@
+//! Pixels.
+
+pub(super) use crate::colour::Rgb;
+
+/// A picture of 8-bit red, green, blue and opacity; colours are not multiplied by the opacity.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Row by row from the top, `4 width height` bytes.
+    pub rgba: Vec<u8>,
+}
+
+impl Image {
+    /// A picture of one colour.
+    pub fn filled(size: [usize; 2], color: [u8; 4]) -> Image {
+        let [width, height] = size;
+        Image { width, height, rgba: color.repeat(width * height) }
+    }
+
+    /// A pixel.
+    pub fn pixel(&self, column: usize, row: usize) -> [u8; 4] {
+        let at = 4 * (row * self.width + column);
+        [0, 1, 2, 3].map(|i| self.rgba[at + i])
+    }
+
+    /// Lays a colour of this opacity, 0 to 1, over a pixel; outside of the picture nothing happens.
+    pub(crate) fn blend(&mut self, column: i64, row: i64, color: Rgb, opacity: f32) {
+        let inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
+        if inside && opacity > 0.0 {
+            let at = 4 * (row as usize * self.width + column as usize);
+            let below = [0, 1, 2, 3].map(|i| self.rgba[at + i]);
+            self.rgba[at..at + 4].copy_from_slice(&over(below, color, opacity.min(1.0)));
+        }
+    }
+
+    /// Copies another picture to a place where it fits.
+    pub(crate) fn paste(&mut self, other: &Image, column: usize, row: usize) {
+        for (y, line) in other.rgba.chunks_exact(4 * other.width).enumerate() {
+            let at = 4 * ((row + y) * self.width + column);
+            self.rgba[at..at + line.len()].copy_from_slice(line);
+        }
+    }
+
+    /// The part of a picture in a rectangle.
+    pub(crate) fn cut(&self, part: &Rectangle) -> Image {
+        let rows = self.rgba.chunks_exact(4 * self.width).skip(part.top).take(part.height);
+        let columns = 4 * part.left..4 * (part.left + part.width);
+        let rgba = rows.flat_map(|row| row[columns.clone()].iter().copied()).collect();
+        Image { width: part.width, height: part.height, rgba }
+    }
+}
+
+/// `color` over `below`.
+pub(crate) fn over(below: [u8; 4], color: Rgb, opacity: f32) -> [u8; 4] {
+    let under = f32::from(below[3]) / 255.0 * (1.0 - opacity);
+    let total = opacity + under;
+    if total <= 0.0 {
+        return [0; 4];
+    }
+    let mix = |i: usize| (opacity * f32::from(color[i]) + under * f32::from(below[i])) / total;
+    [byte(mix(0)), byte(mix(1)), byte(mix(2)), byte(255.0 * total)]
+}
+
+/// The nearest byte.
+pub(crate) fn byte(x: f32) -> u8 {
+    (x + 0.5).clamp(0.0, 255.0) as u8
+}
+
+/// `a (1 - t) + b t`.
+pub(crate) fn blended(a: Rgb, b: Rgb, t: f32) -> Rgb {
+    [0, 1, 2].map(|i| byte(f32::from(a[i]) + t * (f32::from(b[i]) - f32::from(a[i]))))
+}
+
+/// A part of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Rectangle {
+    pub(crate) left: usize,
+    pub(crate) top: usize,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+impl Rectangle {
+    /// The smallest rectangle that holds all pixels in which two pictures of one size differ; `None` if they
+    /// are equal. Its corner has even coordinates: some formats take no others.
+    pub(crate) fn of_change(before: &Image, after: &Image) -> Option<Rectangle> {
+        let (mut columns, mut rows) = ([usize::MAX, 0], [usize::MAX, 0]);
+        let pairs = before.rgba.chunks_exact(4).zip(after.rgba.chunks_exact(4));
+        for (at, _) in pairs.enumerate().filter(|(_, (a, b))| a != b) {
+            let (column, row) = (at % after.width, at / after.width);
+            columns = [columns[0].min(column), columns[1].max(column)];
+            rows = [rows[0].min(row), rows[1].max(row)];
+        }
+        let (left, top) = (columns[0] & !1, rows[0] & !1);
+        (columns[0] != usize::MAX).then(|| Rectangle {
+            left,
+            top,
+            width: columns[1] + 1 - left,
+            height: rows[1] + 1 - top,
+        })
+    }
+
+    /// All of a picture.
+    pub(crate) fn whole(image: &Image) -> Rectangle {
+        Rectangle { left: 0, top: 0, width: image.width, height: image.height }
+    }
+}

@@ -1,0 +1,94 @@
+//! Picture files.
+
+mod gif;
+mod palette;
+mod png;
+mod svg;
+mod webp;
+
+use std::io::{self, Write};
+
+use super::image::{Image, Rectangle};
+
+pub use self::gif::write as write_gif;
+pub use self::png::{write_animation as write_apng, write_still as write_png};
+pub use self::svg::write as write_svg;
+pub use self::webp::{write_animation as write_webp_animation, write_still as write_webp};
+
+/// Pictures that follow each other.
+#[derive(Clone, Debug)]
+pub struct Animation {
+    /// At least one, all of one size.
+    pub frames: Vec<Image>,
+    /// How long each is shown [ms].
+    pub delays: Vec<u16>,
+}
+
+/// A picture could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PictureError {
+    /// The stream refused it.
+    #[error(transparent)]
+    Write(#[from] io::Error),
+    /// More shapes than an SVG should have.
+    #[error("{count} shapes are too many for an .svg, which holds {most}; name a .png")]
+    TooMany {
+        /// Triangles, lines and points.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// The format cannot hold it.
+    #[error("{format} cannot hold a picture of {} x {} pixels: {message}", size[0], size[1])]
+    Format {
+        /// Name of the format.
+        format: &'static str,
+        /// Width and height.
+        size: [usize; 2],
+        /// What its writer says.
+        message: String,
+    },
+}
+
+impl PictureError {
+    fn format(format: &'static str, image: &Image, message: impl ToString) -> PictureError {
+        PictureError::Format { format, size: [image.width, image.height], message: message.to_string() }
+    }
+}
+
+/// What is written of each frame: the part that differs from the frame before. Frames that do not differ
+/// prolong the one before.
+struct Changes<'a> {
+    frames: Vec<(&'a Image, Rectangle, u16)>,
+}
+
+impl<'a> Changes<'a> {
+    fn of(animation: &'a Animation) -> Changes<'a> {
+        let mut frames: Vec<(&Image, Rectangle, u16)> = Vec::new();
+        for (image, delay) in animation.frames.iter().zip(&animation.delays) {
+            let changed = match frames.last() {
+                None => Some(Rectangle::whole(image)),
+                Some((before, ..)) => Rectangle::of_change(before, image),
+            };
+            match (changed, frames.last_mut()) {
+                (None, Some((.., shown))) => *shown = shown.saturating_add(*delay),
+                (changed, _) => {
+                    let part = changed.unwrap_or_else(|| Rectangle::whole(image));
+                    frames.push((image, part, *delay));
+                }
+            }
+        }
+        Changes { frames }
+    }
+
+    fn first(&self, format: &'static str) -> Result<&'a Image, PictureError> {
+        let first = self.frames.first().map(|(image, ..)| *image);
+        first.ok_or_else(|| PictureError::Format { format, size: [0; 2], message: "no frames".to_owned() })
+    }
+}
+
+/// Writes all bytes of a file that a library made in memory.
+fn pass_on(bytes: &[u8], out: &mut dyn Write) -> Result<(), PictureError> {
+    Ok(out.write_all(bytes)?)
+}

@@ -1,0 +1,156 @@
+//! Which columns of a recording a chart shows.
+
+use std::path::{Path, PathBuf};
+
+use pliant_record::RecordError;
+use pliant_record::read::{Column, Trajectory, info};
+
+use super::chart::{Series, TimeChart};
+
+/// What is drawn over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlotQuantity {
+    /// Kinetic, elastic and other energies, and their sum [J].
+    Energy,
+    /// Energy brought in and taken out since the start, and what the sum of both lacks [J].
+    Balance,
+    /// Components of the linear momentum [kg m/s].
+    Momentum,
+    /// Components of the angular momentum about the origin [kg m^2/s].
+    AngularMomentum,
+    /// Smallest `det F` of any element.
+    MinJ,
+    /// Components of the forces of pins and walls [N].
+    Reactions,
+    /// Components of the positions of probes [m].
+    Probes,
+}
+
+/// A chart could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChartError {
+    /// The recording could not be read.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The recording has no such numbers.
+    #[error("{} has no {what}; {hint}", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// Name of the numbers.
+        what: &'static str,
+        /// What would give them.
+        hint: &'static str,
+    },
+}
+
+/// Columns of `/energy` that are energies of the bodies.
+const ENERGIES: [&str; 5] = ["total", "kinetic", "elastic", "gravitational", "loads"];
+
+impl PlotQuantity {
+    /// The chart of a recording.
+    ///
+    /// # Errors
+    /// The recording cannot be read; [`ChartError::Missing`] without such numbers.
+    pub fn chart(self, path: &Path) -> Result<TimeChart, ChartError> {
+        let mut trajectory = Trajectory::open(path)?;
+        let info = info(path)?;
+        let topics: Vec<&str> = info.topics.iter().map(|topic| topic.topic.as_str()).collect();
+        let series = self.series(&mut trajectory, &topics)?;
+        if !series.iter().flat_map(|series| &series.points).any(|point| point[1].is_finite()) {
+            let (what, hint) = self.absence();
+            return Err(ChartError::Missing { path: path.to_owned(), what, hint });
+        }
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(TimeChart { title: info.title.unwrap_or(stem), name: self.name().to_owned(), series })
+    }
+
+    fn series(self, trajectory: &mut Trajectory, topics: &[&str]) -> Result<Vec<Series>, RecordError> {
+        match self {
+            PlotQuantity::Reactions if topics.contains(&"/reactions") => {
+                Ok(chosen(&trajectory.reactions()?, "", |name| name.contains(".force[")))
+            }
+            PlotQuantity::Reactions => Ok(vec![]),
+            PlotQuantity::Probes => {
+                let mut series = Vec::new();
+                for probe in topics.iter().filter_map(|topic| topic.strip_prefix("/probe/")) {
+                    let of = |name: &str| name.starts_with("position[");
+                    series.extend(chosen(&trajectory.probe(probe)?, &format!("{probe} "), of));
+                }
+                Ok(series)
+            }
+            _ if !topics.contains(&"/energy") => Ok(vec![]),
+            PlotQuantity::Energy => {
+                let columns = trajectory.energy()?;
+                let one = |name: &&str| chosen(&columns, "", |column| column == *name);
+                Ok(ENERGIES.iter().flat_map(one).collect())
+            }
+            PlotQuantity::Balance => balance(&trajectory.energy()?),
+            PlotQuantity::Momentum => {
+                Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("linear_momentum[")))
+            }
+            PlotQuantity::AngularMomentum => {
+                Ok(chosen(&trajectory.energy()?, "", |name| name.starts_with("angular_momentum[")))
+            }
+            PlotQuantity::MinJ => Ok(chosen(&trajectory.energy()?, "", |name| name == "min_j")),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            PlotQuantity::Energy => "energy [J]",
+            PlotQuantity::Balance => "energy brought in since the start [J]",
+            PlotQuantity::Momentum => "linear momentum [kg·m/s]",
+            PlotQuantity::AngularMomentum => "angular momentum [kg·m²/s]",
+            PlotQuantity::MinJ => "smallest J of all elements",
+            PlotQuantity::Reactions => "force [N]",
+            PlotQuantity::Probes => "position [m]",
+        }
+    }
+
+    fn absence(self) -> (&'static str, &'static str) {
+        match self {
+            PlotQuantity::MinJ => ("numbers of elements", "bodies of springs and particles have no J"),
+            PlotQuantity::Reactions => ("reactions", "record them with the channel `reactions`"),
+            PlotQuantity::Probes => ("probes", "name some in the scene with [[probe]]"),
+            _ => ("energies", "record them with the channel `energy`"),
+        }
+    }
+}
+
+/// What was brought in by each, and `total - total(0) - sum`: the error of the scheme.
+fn balance(columns: &[Column]) -> Result<Vec<Series>, RecordError> {
+    let mut series = chosen(columns, "", |name| name.starts_with("balance."));
+    for one in &mut series {
+        one.name = one.name.replace("balance.", "");
+    }
+    let total = chosen(columns, "", |name| name == "total");
+    let error = total.first().map(|total| {
+        let points = total.points.iter().enumerate().map(|(i, [time, value])| {
+            let brought = series.iter().map(|one| one.points[i][1]).filter(|value| value.is_finite());
+            [*time, value - total.points[0][1] - brought.sum::<f64>()]
+        });
+        Series { name: "error of the sum".to_owned(), points: points.collect() }
+    });
+    series.extend(error);
+    Ok(series)
+}
+
+/// Series of the columns whose names are wanted, over the column `time`.
+fn chosen(columns: &[Column], before: &str, wanted: impl Fn(&str) -> bool) -> Vec<Series> {
+    let Some(times) = columns.iter().find(|column| column.name == "time") else { return vec![] };
+    let found = columns.iter().filter(|column| wanted(&column.name));
+    found
+        .map(|column| Series {
+            name: format!("{before}{}", spoken(&column.name)),
+            points: times.values.iter().zip(&column.values).map(|(time, value)| [*time, *value]).collect(),
+        })
+        .collect()
+}
+
+/// `linear momentum x` for `linear_momentum[0]`.
+fn spoken(name: &str) -> String {
+    let axes = [("[0]", " x"), ("[1]", " y"), ("[2]", " z")];
+    axes.iter().fold(name.replace('_', " "), |name, (index, axis)| name.replace(index, axis))
+}
