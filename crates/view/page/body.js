@@ -15,7 +15,7 @@ function texture(array, format, type, internal) {
   made.needsUpdate = true;
   return made;
 }
-const lanes = format => format === THREE.RedIntegerFormat ? 1 : 4;
+const lanes = format => (format === THREE.RedIntegerFormat ? 1 : 4);
 const padded = (Kind, count, width) => new Kind(Math.max(1, Math.ceil(count / WIDTH)) * WIDTH * width);
 
 /** A texture of cells from a function that gives up to four numbers for each. */
@@ -47,7 +47,10 @@ export class Body {
     const found = colouring.bodies[this.number];
     if (!found) return null;
     const of = found.of;
-    return { of, series: orders => new Series(orders, found.orders, k => `body${this.number}.colouring${c}.${k}`) };
+    return {
+      of,
+      series: orders => new Series(orders, found.orders, k => `body${this.number}.colouring${c}.${k}`),
+    };
   }
 
   /** Names the series now that the lists tell their lengths. */
@@ -56,16 +59,35 @@ export class Body {
       colouring.series = colouring.series(colouring.of === 'vertices' ? this.count : this.elements.length);
     }
     const { normals, points } = this.#textures();
-    const uniforms = { ...this.shared, positions: { value: this.positionTexture }, normals: { value: normals },
-      scalars: { value: this.scalarTexture }, low: { value: new THREE.Vector3() },
-      unit: { value: new THREE.Vector3(...this.head.step) }, mode: { value: 0 }, range: { value: new THREE.Vector2() },
-      colour: { value: new THREE.Vector3(...this.head.colour.map(c => c / 255)) }, facets: { value: false },
-      bodyCode: { value: this.number % 254 + 1 } };
+    const uniforms = {
+      ...this.shared,
+      positions: { value: this.positionTexture },
+      normals: { value: normals },
+      scalars: { value: this.scalarTexture },
+      low: { value: new THREE.Vector3() },
+      unit: { value: new THREE.Vector3(...this.head.step) },
+      mode: { value: 0 },
+      range: { value: new THREE.Vector2() },
+      colour: { value: new THREE.Vector3(...this.head.colour.map(c => c / 255)) },
+      facets: { value: false },
+      bodyCode: { value: (this.number % 254) + 1 },
+    };
     this.uniforms = uniforms;
-    const { triangles, lines } = this, element = this.triangleElements;
+    const { triangles, lines } = this,
+      element = this.triangleElements;
     if (triangles.length) {
-      const cells = cellTexture(triangles.length / 3, k => [...triangles.subarray(3 * k, 3 * k + 3), element[k] ?? 0]);
-      this.#add(THREE.Mesh, triangles.length, cells, shaders.TRIANGLE_VERTEX, shaders.TRIANGLE_FRAGMENT, 'triangle');
+      const cells = cellTexture(triangles.length / 3, k => [
+        ...triangles.subarray(3 * k, 3 * k + 3),
+        element[k] ?? 0,
+      ]);
+      this.#add(
+        THREE.Mesh,
+        triangles.length,
+        cells,
+        shaders.TRIANGLE_VERTEX,
+        shaders.TRIANGLE_FRAGMENT,
+        'triangle',
+      );
     }
     if (lines.length) {
       const cells = cellTexture(lines.length / 2, k => [lines[2 * k], lines[2 * k + 1], 0, 0]);
@@ -103,7 +125,14 @@ export class Body {
     const held = this.recording.pins.map(vertex => place.get(vertex)).filter(k => k !== undefined);
     if (!held.length) return;
     const cells = cellTexture(held.length, k => [held[k], 8 * PIN_SIZE, 0, 0]);
-    const pins = this.#add(THREE.Points, held.length, cells, shaders.POINT_VERTEX, shaders.PIN_FRAGMENT, 'pin');
+    const pins = this.#add(
+      THREE.Points,
+      held.length,
+      cells,
+      shaders.POINT_VERTEX,
+      shaders.PIN_FRAGMENT,
+      'pin',
+    );
     pins.material.uniforms.colour = { value: new THREE.Vector3(1, 1, 1) };
     pins.material.polygonOffset = true;
     pins.renderOrder = 2;
@@ -113,8 +142,13 @@ export class Body {
     const geometry = new THREE.BufferGeometry();
     geometry.setDrawRange(0, count);
     const uniforms = { ...this.uniforms, cells: { value: cells } };
-    const material = new THREE.ShaderMaterial({ glslVersion: THREE.GLSL3, vertexShader, fragmentShader, uniforms,
-      side: THREE.DoubleSide });
+    const material = new THREE.ShaderMaterial({
+      glslVersion: THREE.GLSL3,
+      vertexShader,
+      fragmentShader,
+      uniforms,
+      side: THREE.DoubleSide,
+    });
     const object = new Kind(geometry, material);
     object.frustumCulled = false;
     object.userData.role = role;
@@ -123,7 +157,9 @@ export class Body {
   }
 
   /** Whether a frame has been read. */
-  has(frame) { return this.positions.frame(frame, this.recording.chunk) !== undefined; }
+  has(frame) {
+    return this.positions.frame(frame, this.recording.chunk) !== undefined;
+  }
 
   origin(frame) {
     const centre = this.head.centres[frame] ?? [0, 0, 0];
@@ -132,13 +168,15 @@ export class Body {
 
   /** Position of a vertex of this body in a frame [m]. */
   place(vertex, frame) {
-    const codes = this.positions.frame(frame, this.recording.chunk), origin = this.origin(frame);
+    const codes = this.positions.frame(frame, this.recording.chunk),
+      origin = this.origin(frame);
     return origin.map((low, axis) => low + this.head.step[axis] * codes[axis * this.count + vertex]);
   }
 
   /** Puts a frame into the textures, coloured by number `colouring`. */
   show(frame, colouring, playing) {
-    const { count, positionArray } = this, codes = this.positions.frame(frame, this.recording.chunk);
+    const { count, positionArray } = this,
+      codes = this.positions.frame(frame, this.recording.chunk);
     for (let i = 0, o = 0; i < count; i++, o += 4) {
       positionArray[o] = codes[i];
       positionArray[o + 1] = codes[count + i];
@@ -156,7 +194,10 @@ export class Body {
     const { values, of } = this.scalars(frame, number) ?? {};
     this.uniforms.mode.value = !values ? 0 : of === 'vertices' ? 1 : 2;
     if (of === 'vertices') for (let i = 0; i < this.count; i++) this.positionArray[4 * i + 3] = values[i];
-    if (of === 'elements') { this.scalarArray.set(values); this.scalarTexture.needsUpdate = true; }
+    if (of === 'elements') {
+      this.scalarArray.set(values);
+      this.scalarTexture.needsUpdate = true;
+    }
   }
 
   /** Codes of a colouring in a frame, and what they are of; null where the body has none. */
@@ -168,20 +209,40 @@ export class Body {
 
   /** Normals of vertices, weighted by area. */
   #normals(codes) {
-    const { count: n, triangles, normalArray: out, head: { step: [sx, sy, sz] } } = this;
-    const sum = this.normalSum ??= new Float32Array(3 * n);
+    const {
+      count: n,
+      triangles,
+      normalArray: out,
+      head: {
+        step: [sx, sy, sz],
+      },
+    } = this;
+    const sum = (this.normalSum ??= new Float32Array(3 * n));
     sum.fill(0);
     for (let k = 0; k < triangles.length; k += 3) {
-      const a = triangles[k], b = triangles[k + 1], c = triangles[k + 2];
-      const ux = (codes[b] - codes[a]) * sx, vx = (codes[c] - codes[a]) * sx;
-      const uy = (codes[n + b] - codes[n + a]) * sy, vy = (codes[n + c] - codes[n + a]) * sy;
-      const uz = (codes[2 * n + b] - codes[2 * n + a]) * sz, vz = (codes[2 * n + c] - codes[2 * n + a]) * sz;
-      const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
-      for (const v of [3 * a, 3 * b, 3 * c]) { sum[v] += x; sum[v + 1] += y; sum[v + 2] += z; }
+      const a = triangles[k],
+        b = triangles[k + 1],
+        c = triangles[k + 2];
+      const ux = (codes[b] - codes[a]) * sx,
+        vx = (codes[c] - codes[a]) * sx;
+      const uy = (codes[n + b] - codes[n + a]) * sy,
+        vy = (codes[n + c] - codes[n + a]) * sy;
+      const uz = (codes[2 * n + b] - codes[2 * n + a]) * sz,
+        vz = (codes[2 * n + c] - codes[2 * n + a]) * sz;
+      const x = uy * vz - uz * vy,
+        y = uz * vx - ux * vz,
+        z = ux * vy - uy * vx;
+      for (const v of [3 * a, 3 * b, 3 * c]) {
+        sum[v] += x;
+        sum[v + 1] += y;
+        sum[v + 2] += z;
+      }
     }
     for (let i = 0, s = 0, o = 0; i < n; i++, s += 3, o += 4) {
       const scale = 32767 / (Math.hypot(sum[s], sum[s + 1], sum[s + 2]) || 1);
-      out[o] = sum[s] * scale; out[o + 1] = sum[s + 1] * scale; out[o + 2] = sum[s + 2] * scale;
+      out[o] = sum[s] * scale;
+      out[o + 1] = sum[s + 1] * scale;
+      out[o + 2] = sum[s + 2] * scale;
     }
     this.normalTexture.needsUpdate = true;
   }
@@ -190,22 +251,38 @@ export class Body {
   codeRange(frame, number) {
     const { values } = this.scalars(frame, number) ?? {};
     if (!values) return null;
-    let low = MISSING, high = -1;
-    for (const code of values) if (code !== MISSING) { if (code < low) low = code; if (code > high) high = code; }
+    let low = MISSING,
+      high = -1;
+    for (const code of values)
+      if (code !== MISSING) {
+        if (code < low) low = code;
+        if (code > high) high = code;
+      }
     return high < 0 ? null : [low, high];
   }
 
   /** Adds the positions of a frame to a box. */
   extend(box, frame) {
-    const codes = this.positions.frame(frame, this.recording.chunk), origin = this.origin(frame);
+    const codes = this.positions.frame(frame, this.recording.chunk),
+      origin = this.origin(frame);
     for (let axis = 0; axis < 3; axis++) {
-      let low = MISSING, high = 0;
+      let low = MISSING,
+        high = 0;
       for (let i = axis * this.count; i < (axis + 1) * this.count; i++) {
-        if (codes[i] !== MISSING) { low = Math.min(low, codes[i]); high = Math.max(high, codes[i]); }
+        if (codes[i] !== MISSING) {
+          low = Math.min(low, codes[i]);
+          high = Math.max(high, codes[i]);
+        }
       }
       if (low <= high) {
-        box.min.setComponent(axis, Math.min(box.min.getComponent(axis), origin[axis] + this.head.step[axis] * low));
-        box.max.setComponent(axis, Math.max(box.max.getComponent(axis), origin[axis] + this.head.step[axis] * high));
+        box.min.setComponent(
+          axis,
+          Math.min(box.min.getComponent(axis), origin[axis] + this.head.step[axis] * low),
+        );
+        box.max.setComponent(
+          axis,
+          Math.max(box.max.getComponent(axis), origin[axis] + this.head.step[axis] * high),
+        );
       }
     }
   }

@@ -23,9 +23,10 @@ export async function readList(name) {
 
 /** Undoes byte planes, zigzag and differences of `order` in time; frames of `length` codes each. */
 export function decode(bytes, length, order) {
-  const count = bytes.length / 2, codes = new Uint16Array(count);
+  const count = bytes.length / 2,
+    codes = new Uint16Array(count);
   for (let k = 0; k < count; k++) {
-    const zigzag = bytes[k] | bytes[count + k] << 8;
+    const zigzag = bytes[k] | (bytes[count + k] << 8);
     let code = (zigzag >>> 1) ^ -(zigzag & 1);
     if (k >= 2 * length && order === 2) code += 2 * codes[k - length] - codes[k - 2 * length];
     else if (k >= length) code += codes[k - length];
@@ -40,7 +41,9 @@ export class Series {
     Object.assign(this, { length, orders, blockOf, chunks: [] });
   }
 
-  get chunkCount() { return this.orders.length; }
+  get chunkCount() {
+    return this.orders.length;
+  }
 
   async read(chunk) {
     this.chunks[chunk] ??= decode(await inflate(this.blockOf(chunk)), this.length, this.orders[chunk]);
@@ -49,7 +52,7 @@ export class Series {
   /** Codes of a frame; undefined until its chunk is read. */
   frame(frame, chunkSize) {
     const codes = this.chunks[Math.floor(frame / chunkSize)];
-    const first = frame % chunkSize * this.length;
+    const first = (frame % chunkSize) * this.length;
     return codes?.subarray(first, first + this.length);
   }
 }

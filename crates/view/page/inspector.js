@@ -11,7 +11,9 @@ export class Inspector {
     by('inspector-close').addEventListener('click', () => this.close());
     let start = null;
     const { canvas } = view.stage;
-    canvas.addEventListener('pointerdown', event => { start = [event.offsetX, event.offsetY]; });
+    canvas.addEventListener('pointerdown', event => {
+      start = [event.offsetX, event.offsetY];
+    });
     canvas.addEventListener('pointerup', event => {
       const moved = start && Math.hypot(event.offsetX - start[0], event.offsetY - start[1]);
       if (event.button === 0 && moved !== null && moved < 4) this.choose(event.offsetX, event.offsetY);
@@ -22,10 +24,17 @@ export class Inspector {
   choose(x, y) {
     const found = this.view.stage.pick(x, y);
     const body = found && this.view.bodies[found.body];
-    if (!body) { this.close(); return null; }
-    const { triangles, lines } = body, { cell } = found;
-    const corners = triangles.length ? triangles.subarray(3 * cell, 3 * cell + 3)
-      : lines.length ? lines.subarray(2 * cell, 2 * cell + 2) : [cell];
+    if (!body) {
+      this.close();
+      return null;
+    }
+    const { triangles, lines } = body,
+      { cell } = found;
+    const corners = triangles.length
+      ? triangles.subarray(3 * cell, 3 * cell + 3)
+      : lines.length
+        ? lines.subarray(2 * cell, 2 * cell + 2)
+        : [cell];
     const distance = vertex => {
       const [px, py] = this.view.stage.project(body.place(vertex, this.view.frame));
       return Math.hypot(px - x, py - y);
@@ -44,11 +53,16 @@ export class Inspector {
     this.view.stage.ask();
   }
 
-  place() { return this.chosen ? this.chosen.body.place(this.chosen.vertex, this.view.frame) : null; }
+  place() {
+    return this.chosen ? this.chosen.body.place(this.chosen.vertex, this.view.frame) : null;
+  }
 
   /** Velocity from the frames before and after [m/s]. */
   #velocity(body, vertex) {
-    const { frame, recording: { times } } = this.view;
+    const {
+      frame,
+      recording: { times },
+    } = this.view;
     const [a, b] = [Math.max(0, frame - 1), Math.min(times.length - 1, frame + 1)];
     if (a === b || !body.has(a) || !body.has(b)) return null;
     const [x, y] = [body.place(vertex, a), body.place(vertex, b)];
@@ -57,9 +71,14 @@ export class Inspector {
 
   refresh() {
     if (!this.chosen) return;
-    const { body, vertex, element } = this.chosen, { frame, recording } = this.view;
-    const number = body.vertices[vertex], velocity = this.#velocity(body, vertex);
-    const rows = [['body', body.name], ['vertex', `${number} (${number - body.head.first_vertex} of the body)`]];
+    const { body, vertex, element } = this.chosen,
+      { frame, recording } = this.view;
+    const number = body.vertices[vertex],
+      velocity = this.#velocity(body, vertex);
+    const rows = [
+      ['body', body.name],
+      ['vertex', `${number} (${number - body.head.first_vertex} of the body)`],
+    ];
     if (element !== null) rows.push(['element', `${body.elements[element]} of the body`]);
     rows.push(['position', five(body.place(vertex, frame)) + ' m']);
     if (velocity) rows.push(['velocity', five(velocity) + ' m/s, from frames']);

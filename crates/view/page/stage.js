@@ -25,9 +25,17 @@ function roundStep(length) {
 
 /** A length with its unit. */
 export function metres(length) {
-  const [factor, unit] = [[1e3, 'km'], [1, 'm'], [1e-2, 'cm'], [1e-3, 'mm'], [1e-6, 'µm']]
-    .find(([size]) => length >= size * 0.999) ?? [1, 'm'];
-  return `${Number((length / factor).toPrecision(4))} ${length >= 1e6 ? 'Mm' : unit}`.replace(/^(\S+) Mm$/, `${length.toExponential(0)} m`);
+  const [factor, unit] = [
+    [1e3, 'km'],
+    [1, 'm'],
+    [1e-2, 'cm'],
+    [1e-3, 'mm'],
+    [1e-6, 'µm'],
+  ].find(([size]) => length >= size * 0.999) ?? [1, 'm'];
+  return `${Number((length / factor).toPrecision(4))} ${length >= 1e6 ? 'Mm' : unit}`.replace(
+    /^(\S+) Mm$/,
+    `${length.toExponential(0)} m`,
+  );
 }
 
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -36,7 +44,15 @@ export class Stage {
   constructor(canvas, labels, flat) {
     const software = drawsInSoftware();
     if (software === null) throw new Error('this browser has no WebGL 2');
-    Object.assign(this, { canvas, labels, flat, software, marks: [], decor: new THREE.Group(), scene: new THREE.Scene() });
+    Object.assign(this, {
+      canvas,
+      labels,
+      flat,
+      software,
+      marks: [],
+      decor: new THREE.Group(),
+      scene: new THREE.Scene(),
+    });
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !software });
     this.renderer.setPixelRatio(software ? 1 : Math.min(devicePixelRatio, 2));
     this.camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW, 1, 1e-3, 1e3);
@@ -52,11 +68,26 @@ export class Stage {
     this.scene.add(this.decor);
     this.pixel = new THREE.WebGLRenderTarget(1, 1);
     this.edges = { value: 0.4 };
-    this.shared = { viewport: { value: new THREE.Vector2() }, pixelRatio: { value: this.renderer.getPixelRatio() },
-      thickness: { value: 2 }, edges: this.edges, flatLight: { value: flat }, picking: { value: false } };
-    new ResizeObserver(() => { this.resize(); this.draw(); }).observe(canvas.parentElement);
-    canvas.addEventListener('webglcontextlost', event => { event.preventDefault(); this.onLost?.(true); });
-    canvas.addEventListener('webglcontextrestored', () => { this.onLost?.(false); this.ask(); });
+    this.shared = {
+      viewport: { value: new THREE.Vector2() },
+      pixelRatio: { value: this.renderer.getPixelRatio() },
+      thickness: { value: 2 },
+      edges: this.edges,
+      flatLight: { value: flat },
+      picking: { value: false },
+    };
+    new ResizeObserver(() => {
+      this.resize();
+      this.draw();
+    }).observe(canvas.parentElement);
+    canvas.addEventListener('webglcontextlost', event => {
+      event.preventDefault();
+      this.onLost?.(true);
+    });
+    canvas.addEventListener('webglcontextrestored', () => {
+      this.onLost?.(false);
+      this.ask();
+    });
     this.resize();
   }
 
@@ -64,7 +95,9 @@ export class Stage {
   ask() {
     if (this.asked) return;
     this.asked = true;
-    requestAnimationFrame(() => { if (this.asked) this.draw(); });
+    requestAnimationFrame(() => {
+      if (this.asked) this.draw();
+    });
   }
 
   draw() {
@@ -84,12 +117,17 @@ export class Stage {
 
   /** Shows a box whole; `turned` looks from the first direction again. */
   fit(box, turned) {
-    const centre = box.getCenter(new THREE.Vector3()), radius = this.radius = Math.max(box.getSize(new THREE.Vector3()).length() / 2, 1e-9);
-    const half = FIELD_OF_VIEW / 2 * Math.PI / 180, narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
-    const direction = this.flat ? new THREE.Vector3(0, 0, 1)
-      : turned ? new THREE.Vector3(...FIRST_DIRECTION).normalize() : this.camera.position.clone().sub(this.controls.target).normalize();
+    const centre = box.getCenter(new THREE.Vector3()),
+      radius = (this.radius = Math.max(box.getSize(new THREE.Vector3()).length() / 2, 1e-9));
+    const half = ((FIELD_OF_VIEW / 2) * Math.PI) / 180,
+      narrow = Math.atan(Math.tan(half) * Math.min(1, this.camera.aspect));
+    const direction = this.flat
+      ? new THREE.Vector3(0, 0, 1)
+      : turned
+        ? new THREE.Vector3(...FIRST_DIRECTION).normalize()
+        : this.camera.position.clone().sub(this.controls.target).normalize();
     this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(direction, radius * 1.08 / Math.sin(narrow));
+    this.camera.position.copy(centre).addScaledVector(direction, (radius * 1.08) / Math.sin(narrow));
     this.#clip();
     this.controls.update();
     this.ask();
@@ -108,28 +146,54 @@ export class Stage {
     this.camera.updateProjectionMatrix();
   }
 
-  colours() { this.scene.background = new THREE.Color(css('--paper')); }
+  colours() {
+    this.scene.background = new THREE.Color(css('--paper'));
+  }
 
-  /** Grid and walls around the `box` of all frames, with cells for looking at `focus`, in the colours of the theme. */
+  /** Grid and walls around the `box` of all frames, with cells for looking at `focus`. */
   decorate(box, focus, walls) {
     this.decor.clear();
     this.marks.filter(mark => mark.decor).forEach(mark => mark.element.remove());
     this.marks = this.marks.filter(mark => !mark.decor);
     this.colours();
-    const size = box.getSize(new THREE.Vector3()), centre = box.getCenter(new THREE.Vector3());
+    const size = box.getSize(new THREE.Vector3()),
+      centre = box.getCenter(new THREE.Vector3());
     const length = Math.max(size.x, size.y, this.flat ? 0 : size.z * 0.5, 1e-9);
     const seen = Math.max(...focus.getSize(new THREE.Vector3()).toArray(), length / MOST_CELLS);
-    const step = this.step = roundStep(seen / 4), cells = Math.ceil(length / step / 2) + 2, snap = c => Math.round(c / step) * step;
-    const middle = [snap(centre.x), snap(centre.y)], level = this.flat ? -0.002 * length : box.min.z - 1e-3 * length;
-    const line = [], reach = cells * step;
+    const step = (this.step = roundStep(seen / 4)),
+      cells = Math.ceil(length / step / 2) + 2,
+      snap = c => Math.round(c / step) * step;
+    const middle = [snap(centre.x), snap(centre.y)],
+      level = this.flat ? -0.002 * length : box.min.z - 1e-3 * length;
+    const line = [],
+      reach = cells * step;
     for (let k = -cells; k <= cells; k++) {
-      line.push(middle[0] + k * step, middle[1] - reach, level, middle[0] + k * step, middle[1] + reach, level);
-      line.push(middle[0] - reach, middle[1] + k * step, level, middle[0] + reach, middle[1] + k * step, level);
+      line.push(
+        middle[0] + k * step,
+        middle[1] - reach,
+        level,
+        middle[0] + k * step,
+        middle[1] + reach,
+        level,
+      );
+      line.push(
+        middle[0] - reach,
+        middle[1] + k * step,
+        level,
+        middle[0] + reach,
+        middle[1] + k * step,
+        level,
+      );
     }
     this.grid = new THREE.Group();
     this.grid.add(this.#lines(line, css('--grid')));
     const [x, y] = [middle[0] - reach, middle[1] - reach];
-    this.grid.add(this.#lines([x, y, level, x + 2 * reach, y, level, x, y, level, x, y + 2 * reach, level], css('--axis')));
+    this.grid.add(
+      this.#lines(
+        [x, y, level, x + 2 * reach, y, level, x, y, level, x, y + 2 * reach, level],
+        css('--axis'),
+      ),
+    );
     this.decor.add(this.grid);
     this.mark('axis', 'x', () => [x + 2 * reach, y, level], true);
     this.mark('axis', 'y', () => [x, y + 2 * reach, level], true);
@@ -141,18 +205,27 @@ export class Stage {
   }
 
   #lines(points, colour) {
-    const geometry = new THREE.BufferGeometry().setAttribute('position', new THREE.Float32BufferAttribute(points, 3));
+    const geometry = new THREE.BufferGeometry().setAttribute(
+      'position',
+      new THREE.Float32BufferAttribute(points, 3),
+    );
     return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
   }
 
   /** A half-space: in space a pane, in the plane a strip behind its line. */
   #wall(wall, centre, reach) {
-    const normal = new THREE.Vector3(...wall.normal), foot = new THREE.Vector3(...wall.point);
+    const normal = new THREE.Vector3(...wall.normal),
+      foot = new THREE.Vector3(...wall.point);
     const place = centre.clone().addScaledVector(normal, foot.sub(centre).dot(normal));
     const depth = this.flat ? 0.12 * reach : 2 * reach;
     const geometry = new THREE.PlaneGeometry(2 * reach, depth);
-    const material = new THREE.MeshBasicMaterial({ color: css('--axis'), transparent: true, opacity: this.flat ? 0.55 : 0.18,
-      side: THREE.DoubleSide, depthWrite: false });
+    const material = new THREE.MeshBasicMaterial({
+      color: css('--axis'),
+      transparent: true,
+      opacity: this.flat ? 0.55 : 0.18,
+      side: THREE.DoubleSide,
+      depthWrite: false,
+    });
     const pane = new THREE.Mesh(geometry, material);
     if (this.flat) {
       pane.rotation.z = Math.atan2(normal.y, normal.x) - Math.PI / 2;
@@ -178,7 +251,8 @@ export class Stage {
 
   #placeMarks() {
     for (const { element, place, decor, kind } of this.marks) {
-      const at = place(), seen = at && this.project(at);
+      const at = place(),
+        seen = at && this.project(at);
       element.hidden = !seen || seen[2] > 1 || (decor && !this.grid.visible);
       if (element.hidden) continue;
       const back = kind === 'mark' ? '-50%, -50%' : '-4px, -50%';
@@ -190,12 +264,13 @@ export class Stage {
   project(place) {
     const p = new THREE.Vector3(...place).project(this.camera);
     const { clientWidth: w, clientHeight: h } = this.canvas;
-    return [(p.x + 1) / 2 * w, (1 - p.y) / 2 * h, p.z];
+    return [((p.x + 1) / 2) * w, ((1 - p.y) / 2) * h, p.z];
   }
 
-  /** What is drawn at a pixel: the number of a body and of its triangle, segment or vertex; null if nothing is. */
+  /** Number of the body at a pixel, and of its triangle, segment or vertex; null if none is there. */
   pick(x, y) {
-    const { renderer, scene, camera, pixel, shared } = this, { clientWidth: w, clientHeight: h } = this.canvas;
+    const { renderer, scene, camera, pixel, shared } = this,
+      { clientWidth: w, clientHeight: h } = this.canvas;
     const { background } = scene;
     camera.setViewOffset(w, h, Math.floor(x), Math.floor(y), 1, 1);
     scene.background = null;
@@ -212,6 +287,6 @@ export class Stage {
     this.decor.visible = true;
     scene.background = background;
     camera.clearViewOffset();
-    return found[3] ? { body: found[3] - 1, cell: found[0] | found[1] << 8 | found[2] << 16 } : null;
+    return found[3] ? { body: found[3] - 1, cell: found[0] | (found[1] << 8) | (found[2] << 16) } : null;
   }
 }

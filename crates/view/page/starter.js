@@ -2,12 +2,20 @@
 // import map once a module script has begun.
 (async () => {
   'use strict';
-  const say = text => { document.getElementById('message').textContent = text; };
+  const say = text => {
+    document.getElementById('message').textContent = text;
+  };
   window.pliant = { ready: false, faults: [] };
-  const note = fault => { window.pliant.faults.push(String(fault)); say('The page could not start: ' + fault); };
+  const note = fault => {
+    window.pliant.faults.push(String(fault));
+    say('The page could not start: ' + fault);
+  };
   addEventListener('error', event => note(event.message));
   addEventListener('unhandledrejection', event => note(event.reason));
-  if (typeof DecompressionStream === 'undefined') { say('This browser is too old: it has no DecompressionStream.'); return; }
+  if (typeof DecompressionStream === 'undefined') {
+    say('This browser is too old: it has no DecompressionStream.');
+    return;
+  }
   const unpack = async text => {
     const bytes = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));

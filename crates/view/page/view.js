@@ -25,11 +25,17 @@ class View {
     colourMap.needsUpdate = true;
     this.shared = { ...this.stage.shared, colourMap: { value: colourMap } };
     this.bodies = recording.bodies.map((_, number) => new Body(recording, number, this.shared));
-    this.stage.onDrawn = () => { this.drawnFrame = this.frame; };
-    this.stage.onLost = lost => { by('message').textContent = lost ? 'The graphics context was lost; waiting for it.' : ''; };
+    this.stage.onDrawn = () => {
+      this.drawnFrame = this.frame;
+    };
+    this.stage.onLost = lost => {
+      by('message').textContent = lost ? 'The graphics context was lost; waiting for it.' : '';
+    };
   }
 
-  get last() { return this.recording.times.length - 1; }
+  get last() {
+    return this.recording.times.length - 1;
+  }
 
   async start() {
     for (const body of this.bodies) {
@@ -74,15 +80,18 @@ class View {
       if (!count) continue;
       for (const centre of centres.length ? centres : [[0, 0, 0]]) {
         box.expandByPoint(new THREE.Vector3(...low.map((c, axis) => c + centre[axis])));
-        box.expandByPoint(new THREE.Vector3(...low.map((c, axis) => c + centre[axis] + step[axis] * LARGEST)));
+        box.expandByPoint(
+          new THREE.Vector3(...low.map((c, axis) => c + centre[axis] + step[axis] * LARGEST)),
+        );
       }
     }
     return box.isEmpty() ? this.boxOf(0) : box;
   }
 
-  /** The first look: at the whole way of the bodies, or at their start where they go far; then it follows them. */
+  /** First look: at the whole way of the bodies; where they go far, at their start, and it follows them. */
   #look() {
-    const size = box => box.getSize(new THREE.Vector3()).length(), start = this.boxOf(0);
+    const size = box => box.getSize(new THREE.Vector3()).length(),
+      start = this.boxOf(0);
     this.way = this.#wayBox();
     const far = size(this.way) > FAR * size(start);
     by('follow').checked = far;
@@ -97,41 +106,59 @@ class View {
     by('title').textContent = by('title').title = recording.title;
     const notes = [];
     if (recording.frames.length < recording.frame_count) {
-      notes.push(`${recording.frames.length} of ${recording.frame_count} frames: every ${recording.frames[1] - recording.frames[0]}th`);
+      notes.push(
+        `every ${recording.frames[1] - recording.frames[0]}th of ${recording.frame_count} frames`,
+      );
     }
     if (recording.left_out.length) notes.push(`left out: ${recording.left_out.join(', ')}`);
     by('note').textContent = notes.join('; ');
-    choices(by('colouring'), recording.colourings.map(colouring => colouring.name));
+    choices(
+      by('colouring'),
+      recording.colourings.map(colouring => colouring.name),
+    );
     const duration = recording.times.at(-1) - recording.times[0] || 1;
     this.pace = duration > 0.5 && duration < 60 ? 1 : 10 ** Math.round(Math.log10(duration / 6));
-    choices(by('speed'), SPEEDS.map(factor => `${brief(factor * this.pace)}×`));
+    choices(
+      by('speed'),
+      SPEEDS.map(factor => `${brief(factor * this.pace)}×`),
+    );
     by('speed').value = SPEEDS.indexOf(1);
     by('time').max = this.last;
-    this.chart = new Chart(by('chart-picture'), by('chart-legend'), recording.times, frame => this.seek(frame));
-    choices(by('chart'), recording.charts.map(chart => chart.name));
+    this.chart = new Chart(by('chart-picture'), by('chart-legend'), recording.times, frame =>
+      this.seek(frame),
+    );
+    choices(
+      by('chart'),
+      recording.charts.map(chart => chart.name),
+    );
     by('chart').hidden = by('chart-box').hidden = recording.charts.length === 0;
     if (recording.charts.length) this.chart.show(recording.charts[0]);
     const step = Math.max(...recording.bodies.flatMap(body => body.step));
-    fillHelp(`Positions are shown to ${metres(step / 2)}; numbers at vertices and elements to 1e-5 of their range.`);
+    fillHelp(
+      `Positions are shown to ${metres(step / 2)}; numbers at vertices and elements to 1e-5 of their range.`,
+    );
     paintBar(recording.colour_map);
   }
 
   #probes() {
     this.recording.probes.forEach((name, k) =>
-      this.stage.mark('probe', name, () => this.recording.probe_positions[this.frame][k]));
+      this.stage.mark('probe', name, () => this.recording.probe_positions[this.frame][k]),
+    );
   }
 
   /** Value of a code. */
   value(colouring, code) {
     const [low, high] = colouring.range;
-    return code === MISSING ? NaN : low + (high - low) * code / LARGEST;
+    return code === MISSING ? NaN : low + ((high - low) * code) / LARGEST;
   }
 
   /** Codes between which colours are spread. */
   #codeRange() {
     if (by('range').value === 'fixed') return [0, LARGEST];
     const ranges = this.bodies.map(body => body.codeRange(this.frame, this.colouring)).filter(Boolean);
-    return ranges.length ? [Math.min(...ranges.map(r => r[0])), Math.max(...ranges.map(r => r[1]))] : [0, LARGEST];
+    return ranges.length
+      ? [Math.min(...ranges.map(r => r[0])), Math.max(...ranges.map(r => r[1]))]
+      : [0, LARGEST];
   }
 
   /** Shows a frame. */
@@ -139,15 +166,21 @@ class View {
     const before = this.frame;
     this.frame = Math.min(this.last, Math.max(0, frame));
     if (!this.bodies.every(body => body.has(this.frame))) return;
-    const [low, high] = this.#codeRange(), colouring = this.recording.colourings[this.colouring];
+    const [low, high] = this.#codeRange(),
+      colouring = this.recording.colourings[this.colouring];
     for (const body of this.bodies) {
       body.uniforms.range.value.set(low, high);
       body.show(this.frame, this.colouring, this.playing);
     }
     if (by('follow').checked && before !== this.frame) this.#follow(before);
-    showLegend(colouring, colouring.range && [low, high].map(code => this.value(colouring, code)), this.recording.bodies);
+    showLegend(
+      colouring,
+      colouring.range && [low, high].map(code => this.value(colouring, code)),
+      this.recording.bodies,
+    );
     by('time').value = this.frame;
-    by('clock').textContent = `${brief(this.recording.times[this.frame])} s · frame ${this.recording.frames[this.frame]}`;
+    by('clock').textContent =
+      `${brief(this.recording.times[this.frame])} s · frame ${this.recording.frames[this.frame]}`;
     this.chart.frame = this.frame;
     this.chart.draw();
     this.inspector.refresh();
@@ -168,7 +201,10 @@ class View {
     if (this.playing === on) return;
     this.playing = on;
     by('play').textContent = on ? '❚❚' : '▶';
-    if (!on) { this.show(this.frame); return; }
+    if (!on) {
+      this.show(this.frame);
+      return;
+    }
     if (this.frame === this.last) this.seek(0);
     this.playhead = this.recording.times[this.frame];
     this.clock = undefined;
@@ -177,11 +213,16 @@ class View {
 
   #tick(now) {
     if (!this.playing) return;
-    const { times } = this.recording, elapsed = this.clock === undefined ? 0 : Math.min(0.25, (now - this.clock) / 1000);
+    const { times } = this.recording,
+      elapsed = this.clock === undefined ? 0 : Math.min(0.25, (now - this.clock) / 1000);
     this.clock = now;
     this.playhead += elapsed * this.pace * SPEEDS[by('speed').value];
     if (this.playhead > times.at(-1)) {
-      if (!by('loop').checked) { this.show(this.last); this.play(false); return; }
+      if (!by('loop').checked) {
+        this.show(this.last);
+        this.play(false);
+        return;
+      }
       this.playhead = times[0];
     }
     let frame = this.frame;
@@ -213,17 +254,25 @@ class View {
     on('time', 'input', () => this.seek(Number(by('time').value)));
     on('colouring', 'change', () => this.colourBy(Number(by('colouring').value)));
     on('range', 'change', () => this.show(this.frame));
-    on('edges', 'change', () => { this.stage.edges.value = by('edges').checked ? EDGES : 0; this.stage.ask(); });
+    on('edges', 'change', () => {
+      this.stage.edges.value = by('edges').checked ? EDGES : 0;
+      this.stage.ask();
+    });
     on('grid', 'change', () => this.redecorate());
     on('fit', 'click', () => this.stage.fit(this.boxOf(this.frame), false));
-    on('theme', 'click', () => { turnTheme(); this.redecorate(); });
+    on('theme', 'click', () => {
+      turnTheme();
+      this.redecorate();
+    });
     on('help-button', 'click', () => this.help());
     on('chart', 'change', () => this.chart.show(this.recording.charts[by('chart').value]));
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.redecorate());
     addEventListener('keydown', event => this.#key(event));
   }
 
-  help() { by('help').hidden = !by('help').hidden; }
+  help() {
+    by('help').hidden = !by('help').hidden;
+  }
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === 'SELECT') return;
@@ -232,13 +281,31 @@ class View {
       by('speed').value = Math.min(SPEEDS.length - 1, Math.max(0, Number(by('speed').value) + step));
     };
     const keys = {
-      ' ': () => this.play(!this.playing), ArrowRight: () => this.seek(this.frame + 1), ArrowLeft: () => this.seek(this.frame - 1),
-      Home: () => this.seek(0), End: () => this.seek(this.last), '+': () => faster(1), '=': () => faster(1), '-': () => faster(-1),
-      l: () => toggle('loop'), f: () => toggle('fit'), o: () => toggle('follow'), e: () => toggle('edges'), g: () => toggle('grid'),
+      ' ': () => this.play(!this.playing),
+      ArrowRight: () => this.seek(this.frame + 1),
+      ArrowLeft: () => this.seek(this.frame - 1),
+      Home: () => this.seek(0),
+      End: () => this.seek(this.last),
+      '+': () => faster(1),
+      '=': () => faster(1),
+      '-': () => faster(-1),
+      l: () => toggle('loop'),
+      f: () => toggle('fit'),
+      o: () => toggle('follow'),
+      e: () => toggle('edges'),
+      g: () => toggle('grid'),
       c: () => this.colourBy((this.colouring + 1) % this.recording.colourings.length),
-      r: () => { by('range').value = by('range').value === 'fixed' ? 'frame' : 'fixed'; this.show(this.frame); },
-      t: () => toggle('theme'), '?': () => this.help(), h: () => this.help(),
-      Escape: () => { by('help').hidden = true; this.inspector.close(); },
+      r: () => {
+        by('range').value = by('range').value === 'fixed' ? 'frame' : 'fixed';
+        this.show(this.frame);
+      },
+      t: () => toggle('theme'),
+      '?': () => this.help(),
+      h: () => this.help(),
+      Escape: () => {
+        by('help').hidden = true;
+        this.inspector.close();
+      },
     };
     const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;
@@ -253,11 +320,22 @@ class View {
       ready: true,
       faults: window.pliant.faults,
       view,
-      get frame() { return view.frame; },
-      get drawn() { return view.drawnFrame; },
-      get frames() { return view.recording.times.length; },
-      get colouring() { return view.recording.colourings[view.colouring].name; },
-      show(frame) { view.seek(frame); view.stage.draw(); },
+      get frame() {
+        return view.frame;
+      },
+      get drawn() {
+        return view.drawnFrame;
+      },
+      get frames() {
+        return view.recording.times.length;
+      },
+      get colouring() {
+        return view.recording.colourings[view.colouring].name;
+      },
+      show(frame) {
+        view.seek(frame);
+        view.stage.draw();
+      },
       /** Pixel of the canvas at which a vertex of a body is seen. */
       project: (body, vertex) => view.stage.project(view.bodies[body].place(vertex, view.frame)),
       pick: (x, y) => view.stage.pick(x, y),

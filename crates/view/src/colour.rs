@@ -10,7 +10,8 @@ pub use pliant_record::BODY_COLOURS;
 pub type Rgb = [u8; 3];
 
 /// Viridis at `0, 1/9, .., 1`: `viridis(10)` of the R package viridisLite 0.4 (MIT), the colour map of
-/// matplotlib by S. van der Walt and N. Smith (CC0). Perceptually uniform, and readable without colour vision.
+/// matplotlib by S. van der Walt and N. Smith (CC0). Perceptually uniform, and readable without colour
+/// vision.
 const VIRIDIS: [Rgb; 10] = [
     [0x44, 0x01, 0x54],
     [0x48, 0x28, 0x78],

@@ -1,5 +1,5 @@
-// Opens pages of `pliant view` in a headless Chromium and looks at them: node view_page.mjs FOLDER, which holds
-// two_bodies.html, flat.html and hair.html. Waits for what the page publishes, never for a time.
+// Opens pages of `pliant view` in a headless Chromium and looks at them: node view_page.mjs FOLDER, which
+// holds two_bodies.html, flat.html and hair.html. Waits for what the page publishes, never for a time.
 import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
 import chromium from '@sparticuz/chromium';
@@ -7,9 +7,14 @@ import puppeteer from 'puppeteer-core';
 
 const folder = process.argv[2];
 const browser = await puppeteer.launch({
-  executablePath: process.env.CHROMIUM ?? await chromium.executablePath(),
+  executablePath: process.env.CHROMIUM ?? (await chromium.executablePath()),
   headless: 'shell',
-  args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--force-device-scale-factor=1'],
+  args: [
+    '--no-sandbox',
+    '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader',
+    '--force-device-scale-factor=1',
+  ],
   protocolTimeout: 120000,
 });
 
@@ -20,13 +25,20 @@ async function open(name, { width = 800, height = 700, scheme = 'light' } = {}) 
   page.faults = [];
   page.asked = [];
   // Reading pixels stalls the software renderer, and the driver says so.
-  page.on('console', m => { if (['error', 'warn'].includes(m.type()) && !/GPU stall/.test(m.text())) page.faults.push(m.text()); });
+  page.on('console', m => {
+    if (['error', 'warn'].includes(m.type()) && !/GPU stall/.test(m.text())) page.faults.push(m.text());
+  });
   page.on('pageerror', fault => page.faults.push(String(fault)));
-  page.on('request', request => { if (!/^(blob|data):/.test(request.url())) page.asked.push(request.url()); });
+  page.on('request', request => {
+    if (!/^(blob|data):/.test(request.url())) page.asked.push(request.url());
+  });
   const address = `file://${folder}/${name}.html`;
   await page.goto(address);
-  await page.waitForFunction(() => window.pliant?.ready, { timeout: 60000, polling: 50 })
-    .catch(fault => { throw new Error([name, fault.message, ...page.faults].join('; ')); });
+  await page
+    .waitForFunction(() => window.pliant?.ready, { timeout: 60000, polling: 50 })
+    .catch(fault => {
+      throw new Error([name, fault.message, ...page.faults].join('; '));
+    });
   page.close_clean = async () => {
     writeFileSync(`${folder}/${name}-${scheme}-${width}.png`, await page.screenshot());
     assert.deepEqual(page.faults, [], `${name}: console`);
@@ -38,43 +50,68 @@ async function open(name, { width = 800, height = 700, scheme = 'light' } = {}) 
 }
 
 /** Box and number of pixels that are drawn by bodies: where picking without decoration would find them. */
-const drawn = (page, colour) => page.evaluate(wanted => {
-  const { stage } = pliant.view, gl = stage.renderer.getContext();
-  stage.decor.visible = false;
-  stage.draw();
-  const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], pixels = new Uint8Array(4 * w * h);
-  gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-  stage.decor.visible = true;
-  // Shades of one colour keep their ratios.
-  const near = k => { const s = Math.max(...[0, 1, 2].map(c => pixels[4 * k + c])) / Math.max(...wanted);
-    return s > 0.2 && [0, 1, 2].every(c => Math.abs(pixels[4 * k + c] - s * wanted[c]) < 12); };
-  const box = [w, h, 0, 0];
-  let count = 0;
-  for (let k = 0; k < w * h; k++) if (near(k)) {
-    const x = k % w, y = h - 1 - Math.floor(k / w);
-    count++;
-    box[0] = Math.min(box[0], x); box[1] = Math.min(box[1], y); box[2] = Math.max(box[2], x); box[3] = Math.max(box[3], y);
-  }
-  return { count, box };
-}, colour);
+const drawn = (page, colour) =>
+  page.evaluate(wanted => {
+    const { stage } = pliant.view,
+      gl = stage.renderer.getContext();
+    stage.decor.visible = false;
+    stage.draw();
+    const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight],
+      pixels = new Uint8Array(4 * w * h);
+    gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    stage.decor.visible = true;
+    // Shades of one colour keep their ratios.
+    const near = k => {
+      const s = Math.max(...[0, 1, 2].map(c => pixels[4 * k + c])) / Math.max(...wanted);
+      return s > 0.2 && [0, 1, 2].every(c => Math.abs(pixels[4 * k + c] - s * wanted[c]) < 12);
+    };
+    const box = [w, h, 0, 0];
+    let count = 0;
+    for (let k = 0; k < w * h; k++)
+      if (near(k)) {
+        const x = k % w,
+          y = h - 1 - Math.floor(k / w);
+        count++;
+        box[0] = Math.min(box[0], x);
+        box[1] = Math.min(box[1], y);
+        box[2] = Math.max(box[2], x);
+        box[3] = Math.max(box[3], y);
+      }
+    return { count, box };
+  }, colour);
 
 /** Box of the projected vertices of a body. */
-const expected = (page, body) => page.evaluate(number => {
-  const body = pliant.view.bodies[number], box = [1e9, 1e9, -1e9, -1e9];
-  for (let v = 0; v < body.count; v++) {
-    const [x, y] = pliant.project(number, v);
-    box[0] = Math.min(box[0], x); box[1] = Math.min(box[1], y); box[2] = Math.max(box[2], x); box[3] = Math.max(box[3], y);
-  }
-  return box;
-}, body);
+const expected = (page, body) =>
+  page.evaluate(number => {
+    const body = pliant.view.bodies[number],
+      box = [1e9, 1e9, -1e9, -1e9];
+    for (let v = 0; v < body.count; v++) {
+      const [x, y] = pliant.project(number, v);
+      box[0] = Math.min(box[0], x);
+      box[1] = Math.min(box[1], y);
+      box[2] = Math.max(box[2], x);
+      box[3] = Math.max(box[3], y);
+    }
+    return box;
+  }, body);
 
 function sameBox(found, wanted, within, message) {
-  found.forEach((c, k) => assert.ok(Math.abs(c - wanted[k]) < within, `${message}: ${found} instead of ${wanted}`));
+  found.forEach((c, k) =>
+    assert.ok(Math.abs(c - wanted[k]) < within, `${message}: ${found} instead of ${wanted}`),
+  );
 }
 
-const state = page => page.evaluate(() => ({ frame: pliant.frame, drawn: pliant.drawn, colouring: pliant.colouring,
-  frames: pliant.frames, title: document.title, playing: pliant.view.playing }));
-const until = (page, test, ...given) => page.waitForFunction(test, { timeout: 20000, polling: 30 }, ...given);
+const state = page =>
+  page.evaluate(() => ({
+    frame: pliant.frame,
+    drawn: pliant.drawn,
+    colouring: pliant.colouring,
+    frames: pliant.frames,
+    title: document.title,
+    playing: pliant.view.playing,
+  }));
+const until = (page, test, ...given) =>
+  page.waitForFunction(test, { timeout: 20000, polling: 30 }, ...given);
 
 async function bodiesAreWhereTheyAre() {
   const page = await open('two_bodies');
@@ -88,7 +125,8 @@ async function bodiesAreWhereTheyAre() {
   for (const frame of [0, 25, 50]) {
     await page.evaluate(f => pliant.show(f), frame);
     assert.equal((await state(page)).drawn, frame);
-    const falling = await drawn(page, orange), held = await drawn(page, blue);
+    const falling = await drawn(page, orange),
+      held = await drawn(page, blue);
     assert.ok(falling.count > 500 && held.count > 500, `${falling.count} and ${held.count} pixels`);
     sameBox(falling.box, await expected(page, 1), 3, `the falling body in frame ${frame}`);
     if (last) assert.ok(falling.box[3] > last[3] + 3, `it does not fall: ${last} ${falling.box}`);
@@ -100,7 +138,9 @@ async function bodiesAreWhereTheyAre() {
 async function coloursAreThoseOfNumbers() {
   const page = await open('two_bodies');
   await page.evaluate(() => pliant.show(50));
-  const names = await page.evaluate(() => pliant.view.recording.colourings.map(colouring => colouring.name));
+  const names = await page.evaluate(() =>
+    pliant.view.recording.colourings.map(colouring => colouring.name),
+  );
   assert.deepEqual(names, ['body', 'speed', 'displacement', 'jacobian', 'von-mises']);
   await page.select('#colouring', '1');
   await until(page, () => pliant.colouring === 'speed' && pliant.drawn === 50);
@@ -112,8 +152,12 @@ async function coloursAreThoseOfNumbers() {
   assert.ok((await drawn(page, [0xfd, 0xe7, 0x25])).count > 500, 'the falling body is not yellow');
   // All of it is as fast: one colour on the range of this frame is its end still.
   await page.select('#range', 'frame');
-  assert.equal(await page.$eval('#legend-high', end => end.textContent), await page.evaluate(() =>
-    String(Number((pliant.view.value(pliant.view.recording.colourings[1], 65534)).toPrecision(4)))));
+  assert.equal(
+    await page.$eval('#legend-high', end => end.textContent),
+    await page.evaluate(() =>
+      String(Number(pliant.view.value(pliant.view.recording.colourings[1], 65534).toPrecision(4))),
+    ),
+  );
   // The stress of what falls freely is small, so it is dark; what is held is stressed most.
   await page.select('#range', 'fixed');
   await page.select('#colouring', '4');
@@ -154,7 +198,10 @@ async function keysAndScrubbing() {
   await until(page, () => Math.abs(pliant.frame - 25) <= 2);
   await at('#chart-picture', 0.98);
   await until(page, () => pliant.frame >= 48);
-  await page.evaluate(() => { document.activeElement.blur(); pliant.show(0); });
+  await page.evaluate(() => {
+    document.activeElement.blur();
+    pliant.show(0);
+  });
   await page.keyboard.press(' ');
   await until(page, () => pliant.view.playing && pliant.drawn > 3);
   await page.keyboard.press(' ');
@@ -167,7 +214,8 @@ async function clicksFindVertices() {
   const hits = await page.evaluate(() => {
     let hits = 0;
     for (let v = 0; v < pliant.view.bodies[1].count; v++) {
-      const [x, y] = pliant.project(1, v), chosen = pliant.view.inspector.choose(x, y);
+      const [x, y] = pliant.project(1, v),
+        chosen = pliant.view.inspector.choose(x, y);
       hits += chosen?.body.name === 'falling' && chosen.vertex === v;
     }
     pliant.view.inspector.close();
@@ -176,7 +224,8 @@ async function clicksFindVertices() {
   // Of 26 vertices 19 are on the three sides that are seen; those of the outline may lie a pixel beside it.
   assert.ok(hits >= 8 && hits <= 19, `${hits} vertices found`);
   await page.evaluate(() => pliant.show(50));
-  const box = await (await page.$('#picture')).boundingBox(), [x0, y0, x1, y1] = await expected(page, 1);
+  const box = await (await page.$('#picture')).boundingBox(),
+    [x0, y0, x1, y1] = await expected(page, 1);
   await page.mouse.click(box.x + (x0 + x1) / 2, box.y + (y0 + y1) / 2);
   await page.waitForSelector('#inspector:not([hidden])');
   const text = await page.$eval('#inspector-rows', rows => rows.textContent);
@@ -190,23 +239,31 @@ async function clicksFindVertices() {
 }
 
 async function everyKindInBothThemesAndThreeSizes() {
-  for (const name of ['two_bodies', 'flat', 'hair']) for (const scheme of ['light', 'dark']) for (const width of [1200, 800, 400]) {
-    const page = await open(name, { width, scheme });
-    await page.evaluate(() => pliant.show(pliant.frames >> 1));
-    const colour = await page.evaluate(() => pliant.view.recording.bodies[0].colour);
-    const found = await drawn(page, colour), wanted = await expected(page, 0);
-    assert.ok(found.count > 50, `${name}: ${found.count} pixels`);
-    // Overlays of HTML are not in the picture; pins are, and lines have a width.
-    sameBox(found.box, wanted, 8, `${name}, ${scheme}, ${width}`);
-    const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
-    assert.equal(wide, 0, `${name} is wider than ${width}`);
-    await page.close_clean();
-  }
+  for (const name of ['two_bodies', 'flat', 'hair'])
+    for (const scheme of ['light', 'dark'])
+      for (const width of [1200, 800, 400]) {
+        const page = await open(name, { width, scheme });
+        await page.evaluate(() => pliant.show(pliant.frames >> 1));
+        const colour = await page.evaluate(() => pliant.view.recording.bodies[0].colour);
+        const found = await drawn(page, colour),
+          wanted = await expected(page, 0);
+        assert.ok(found.count > 50, `${name}: ${found.count} pixels`);
+        // Overlays of HTML are not in the picture; pins are, and lines have a width.
+        sameBox(found.box, wanted, 8, `${name}, ${scheme}, ${width}`);
+        const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+        assert.equal(wide, 0, `${name} is wider than ${width}`);
+        await page.close_clean();
+      }
 }
 
 try {
-  for (const check of [bodiesAreWhereTheyAre, coloursAreThoseOfNumbers, keysAndScrubbing, clicksFindVertices,
-    everyKindInBothThemesAndThreeSizes]) {
+  for (const check of [
+    bodiesAreWhereTheyAre,
+    coloursAreThoseOfNumbers,
+    keysAndScrubbing,
+    clicksFindVertices,
+    everyKindInBothThemesAndThreeSizes,
+  ]) {
     await check();
     console.log('ok', check.name);
   }

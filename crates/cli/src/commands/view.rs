@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use pliant_view::drawing::{DrawError, Drawing};
-use pliant_view::page::{Budget, Page};
+use pliant_view::page::{PageBudget, ViewerPage};
 use serde_json::{Value, json};
 
 use super::export::replace;
@@ -33,8 +33,9 @@ pub(crate) fn page_of(recording: &Path) -> PathBuf {
 pub(crate) fn refuse_existing(path: &Path, force: bool) -> Result<(), Failure> {
     Failure::unless_file(path)?;
     if path.exists() && !force {
-        let message = format!("{} exists; choose another name with `-o`, or replace it with `--force`", path.display());
-        return Err(Failure::usage(message));
+        let path = path.display();
+        let advice = "choose another name with `-o`, or replace it with `--force`";
+        return Err(Failure::usage(format!("{path} exists; {advice}")));
     }
     Ok(())
 }
@@ -50,17 +51,18 @@ pub(crate) fn show(recording: &Path, page: &Path, open: bool, terminal: Terminal
     if open && !opened {
         terminal.note(&format!("no browser could be opened; open {} in one", page.display()));
     }
-    let (frames, of) = (written.frames, written.frame_count);
-    Ok(json!({ "page": page, "bytes": written.html.len(), "frames": frames, "of_frames": of, "opened": opened }))
+    let (bytes, frames, of) = (written.html.len(), written.frames, written.frame_count);
+    Ok(json!({ "page": page, "bytes": bytes, "frames": frames, "of_frames": of, "opened": opened }))
 }
 
 /// Writes the page of a recording.
 ///
 /// # Errors
 /// The recording cannot be read, or the page not be written.
-pub(crate) fn write(recording: &Path, page: &Path) -> Result<Page, Failure> {
+pub(crate) fn write(recording: &Path, page: &Path) -> Result<ViewerPage, Failure> {
     Failure::unless_file(recording)?;
-    let made = Drawing::open(recording).and_then(|mut drawing| Page::new(&mut drawing, &Budget::default()));
+    let made = Drawing::open(recording)
+        .and_then(|mut drawing| ViewerPage::new(&mut drawing, &PageBudget::default()));
     let made = made.map_err(|error| failure(&error))?;
     replace(page, |out| Ok(out.write_all(made.html.as_bytes())?))?;
     Ok(made)
@@ -78,7 +80,7 @@ trait Described {
     fn described(&self, path: &Path) -> String;
 }
 
-impl Described for Page {
+impl Described for ViewerPage {
     fn described(&self, path: &Path) -> String {
         let frames = counted(self.frame_count as u64, "frame", "frames");
         let shown = match self.frames == self.frame_count {

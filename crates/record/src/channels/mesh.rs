@@ -41,13 +41,13 @@ pub const BODY_COLOURS: [[f64; 3]; 6] = [
 
 /// Encoder of `/mesh`.
 struct MeshChannel {
-    bodies: Vec<DrawnBody>,
+    bodies: Vec<MeshBody>,
     vertex_count: u128,
     next_slot: u128,
 }
 
 /// Surface and lines of one body.
-struct DrawnBody {
+struct MeshBody {
     name: String,
     /// Red, green, blue.
     colour: [f64; 3],
@@ -70,9 +70,9 @@ fn encoders(options: &Options, topology: &Topology) -> Encoders {
 impl MeshChannel {
     fn new(topology: &Topology) -> Self {
         let drawn = topology.bodies.iter().filter(|body| !body.surface.is_empty() || !body.edges.is_empty());
-        let bodies: Vec<DrawnBody> =
-            drawn.zip(BODY_COLOURS.iter().cycle()).map(|(body, c)| DrawnBody::new(body, c)).collect();
-        let count = |body: &DrawnBody| body.triangles.vertices.len() + body.lines.vertices.len();
+        let bodies: Vec<MeshBody> =
+            drawn.zip(BODY_COLOURS.iter().cycle()).map(|(body, c)| MeshBody::new(body, c)).collect();
+        let count = |body: &MeshBody| body.triangles.vertices.len() + body.lines.vertices.len();
         let vertex_count = bodies.iter().map(count).sum::<usize>() as u128;
         MeshChannel { bodies, vertex_count, next_slot: 0 }
     }
@@ -108,9 +108,9 @@ impl ChannelEncoder for MeshChannel {
     }
 }
 
-impl DrawnBody {
+impl MeshBody {
     fn new(body: &BodyTopology, colour: &[f64; 3]) -> Self {
-        DrawnBody {
+        MeshBody {
             name: body.name.clone(),
             colour: *colour,
             triangles: DrawnCells::new(body.surface.as_flattened()),

@@ -46,7 +46,7 @@ impl DrawnBody {
 
     /// Number of cells that may be elements.
     pub fn element_count(&self) -> usize {
-        if self.element_size == 0 { 0 } else { self.element_vertices.len() / self.element_size }
+        self.element_vertices.len().checked_div(self.element_size).unwrap_or(0)
     }
 
     /// Number of vertices.

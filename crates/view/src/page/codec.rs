@@ -58,7 +58,11 @@ impl Quantiser {
         if !value.is_finite() {
             return LARGEST + 1;
         }
-        if self.step > 0.0 { ((value - self.low) / self.step).round().min(f64::from(LARGEST)) as u16 } else { 0 }
+        if self.step > 0.0 {
+            ((value - self.low) / self.step).round().min(f64::from(LARGEST)) as u16
+        } else {
+            0
+        }
     }
 }
 

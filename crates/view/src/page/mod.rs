@@ -16,22 +16,22 @@ use crate::drawing::{Colouring, DrawError, Drawing};
 
 /// Bounds of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Budget {
+pub struct PageBudget {
     /// Bytes of the packed recording, before base 64.
     pub bytes: usize,
     /// Number of frames.
     pub frames: usize,
 }
 
-impl Default for Budget {
-    fn default() -> Budget {
-        Budget { bytes: 20_000_000, frames: 300 }
+impl Default for PageBudget {
+    fn default() -> PageBudget {
+        PageBudget { bytes: 20_000_000, frames: 300 }
     }
 }
 
 /// A page, and what of the recording is in it.
 #[derive(Clone, Debug)]
-pub struct Page {
+pub struct ViewerPage {
     /// The file.
     pub html: String,
     /// Number of frames.
@@ -42,13 +42,13 @@ pub struct Page {
     pub left_out: Vec<String>,
 }
 
-impl Page {
+impl ViewerPage {
     /// Packs a recording. What is too large loses frames, evenly, until it fits; where two frames are too
     /// many, it loses its colourings.
     ///
     /// # Errors
     /// The recording cannot be read.
-    pub fn new(drawing: &mut Drawing, budget: &Budget) -> Result<Page, DrawError> {
+    pub fn new(drawing: &mut Drawing, budget: &PageBudget) -> Result<ViewerPage, DrawError> {
         let frame_count = drawing.times().len();
         let mut colourings = drawing.colourings();
         let mut left_out = Vec::new();
@@ -65,7 +65,7 @@ impl Page {
             } else {
                 packed.head["left_out"] = left_out.clone().into();
                 let html = html::html(&packed);
-                return Ok(Page { html, frames: frames.len(), frame_count, left_out });
+                return Ok(ViewerPage { html, frames: frames.len(), frame_count, left_out });
             }
         }
     }

@@ -69,7 +69,7 @@ fn probe_positions(drawing: &Drawing, frame: usize) -> Vec<[f64; 3]> {
 }
 
 /// How positions of a body are coded.
-struct Motion {
+struct CodedMotion {
     /// Of x, y, z.
     axes: [Quantiser; 3],
     /// Centroid in each frame; empty where the box does not follow the body.
@@ -100,12 +100,12 @@ impl Boxes {
         self.centres.push(centre);
     }
 
-    fn motion(self) -> Motion {
+    fn motion(self) -> CodedMotion {
         let size = |extents: &[Extent; 3]| extents.iter().map(Extent::length).fold(0.0, f64::max);
         let flies = size(&self.fixed) > FLIGHT * size(&self.centred);
         let extents = if flies { self.centred } else { self.fixed };
         let centres = if flies { self.centres } else { vec![] };
-        Motion { axes: extents.map(Quantiser::of), centres, orders: vec![] }
+        CodedMotion { axes: extents.map(Quantiser::of), centres, orders: vec![] }
     }
 }
 
@@ -127,13 +127,13 @@ fn motions(
     shown: &[ShownBody],
     frames: &[usize],
     blocks: &mut Vec<(String, Vec<u8>)>,
-) -> Result<Vec<Motion>, DrawError> {
+) -> Result<Vec<CodedMotion>, DrawError> {
     let mut boxes = vec![Boxes::EMPTY; shown.len()];
     for &frame in frames {
         let x = drawing.frame(frame)?.x;
         boxes.iter_mut().zip(shown).for_each(|(boxes, body)| boxes.add(&x, &body.vertices));
     }
-    let mut motions: Vec<Motion> = boxes.into_iter().map(Boxes::motion).collect();
+    let mut motions: Vec<CodedMotion> = boxes.into_iter().map(Boxes::motion).collect();
     for (k, chunk) in frames.chunks(CHUNK).enumerate() {
         let mut codes = vec![Vec::new(); shown.len()];
         for (offset, &frame) in chunk.iter().enumerate() {
@@ -151,7 +151,7 @@ fn motions(
     Ok(motions)
 }
 
-impl Motion {
+impl CodedMotion {
     /// All x, then all y, then all z.
     fn codes(&self, x: &[f64], vertices: &[u32], frame: usize) -> Vec<u16> {
         let centre = self.centres.get(frame).copied().unwrap_or_default().map(f64::from);
@@ -167,7 +167,7 @@ fn body(
     drawing: &Drawing,
     shown: &ShownBody,
     number: usize,
-    motion: &Motion,
+    motion: &CodedMotion,
     blocks: &mut Vec<(String, Vec<u8>)>,
 ) -> Value {
     let drawn = &drawing.bodies()[number];

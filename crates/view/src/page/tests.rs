@@ -37,13 +37,13 @@ channels = ['state', 'energy', 'von-mises']
 }
 
 /// The bytes of a block.
-fn block(page: &Page, name: &str) -> Vec<u8> {
+fn block(page: &ViewerPage, name: &str) -> Vec<u8> {
     let start = format!("data-data=\"{name}\">");
     let text = page.html.split(&start).nth(1).unwrap().split('<').next().unwrap();
     base64::decode(text.as_bytes()).0
 }
 
-fn head(page: &Page) -> Value {
+fn head(page: &ViewerPage) -> Value {
     let text = miniz_oxide::inflate::decompress_to_vec(&block(page, "head")).unwrap();
     serde_json::from_slice(&text).unwrap()
 }
@@ -55,7 +55,7 @@ fn numbers(value: &Value) -> Vec<f64> {
 #[test]
 fn positions_come_back_within_half_a_step_of_the_box() {
     let mut drawing = drawing("flight");
-    let page = Page::new(&mut drawing, &Budget::default()).unwrap();
+    let page = ViewerPage::new(&mut drawing, &PageBudget::default()).unwrap();
     let head = head(&page);
     assert_eq!((page.frames, page.frame_count, page.left_out.len()), (41, 41, 0));
     for (b, name) in ["ball", "dust"].iter().enumerate() {
@@ -86,35 +86,35 @@ fn positions_come_back_within_half_a_step_of_the_box() {
 
 #[test]
 fn markup_in_titles_and_names_stays_data() {
-    let page = Page::new(&mut drawing(TITLE), &Budget::default()).unwrap();
+    let page = ViewerPage::new(&mut drawing(TITLE), &PageBudget::default()).unwrap();
     assert_eq!(head(&page)["title"], TITLE);
     assert!(!page.html.contains("broken") && !page.html.contains("onerror=alert"));
-    let clean = Page::new(&mut drawing("clean"), &Budget::default()).unwrap();
-    let count = |page: &Page| page.html.matches("<script").count();
+    let clean = ViewerPage::new(&mut drawing("clean"), &PageBudget::default()).unwrap();
+    let count = |page: &ViewerPage| page.html.matches("<script").count();
     assert_eq!(count(&page), count(&clean));
 }
 
 #[test]
 fn too_many_frames_are_thinned_evenly() {
     let mut drawing = drawing("thin");
-    let page = Page::new(&mut drawing, &Budget { frames: 10, ..Budget::default() }).unwrap();
+    let page = ViewerPage::new(&mut drawing, &PageBudget { frames: 10, ..PageBudget::default() }).unwrap();
     let frames = numbers(&head(&page)["frames"]);
     assert_eq!(frames, [0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0]);
     assert_eq!((page.frames, page.frame_count), (9, 41));
-    let whole = Page::new(&mut drawing, &Budget::default()).unwrap();
+    let whole = ViewerPage::new(&mut drawing, &PageBudget::default()).unwrap();
     let blocks = whole.html.split("data-data=\"body").skip(1);
     let bytes: usize = blocks.map(|block| block.split('<').next().unwrap().len() * 3 / 4).sum();
     let bytes = bytes * 3 / 4;
-    let small = Page::new(&mut drawing, &Budget { bytes, ..Budget::default() }).unwrap();
+    let small = ViewerPage::new(&mut drawing, &PageBudget { bytes, ..PageBudget::default() }).unwrap();
     assert!(small.frames < 41 && small.frames > 2, "{}", small.frames);
-    let tiny = Page::new(&mut drawing, &Budget { bytes: 1, frames: 300 }).unwrap();
+    let tiny = ViewerPage::new(&mut drawing, &PageBudget { bytes: 1, frames: 300 }).unwrap();
     assert_eq!((tiny.frames, tiny.left_out.len()), (2, 3));
     assert_eq!(head(&tiny)["left_out"][2], "von-mises");
 }
 
 #[test]
 fn the_page_asks_for_nothing() {
-    let page = Page::new(&mut drawing("quiet"), &Budget::default()).unwrap();
+    let page = ViewerPage::new(&mut drawing("quiet"), &PageBudget::default()).unwrap();
     assert!(page.html.contains("default-src 'none'"));
     let outside = ["src=\"http", "href=\"http", "url(http", "@import"];
     let asked: Vec<&str> = outside.into_iter().filter(|text| page.html.contains(text)).collect();
