@@ -1,7 +1,7 @@
 //! The page that plays a recording in a browser: one HTML file with everything in it.
 //!
 //! The modules in `crates/view/page` and three.js travel as base 64 of deflate, the recording as
-//! [blocks](codec) beside them. Names and titles are in such blocks only, and the page shows them as text,
+//! blocks beside them. Names and titles are in such blocks only, and the page shows them as text,
 //! so that no name can become markup. The page's content security policy lets it ask for nothing.
 
 mod charts;
