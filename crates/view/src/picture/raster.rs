@@ -47,7 +47,7 @@ impl Covered {
 /// Visits every sample whose centre is inside of a triangle, row by row. Of the samples on an edge that two
 /// triangles share, each belongs to exactly one of them: the one that has it to its right or below.
 pub(super) fn triangle(corners: &[Corner; 3], size: [usize; 2], mut visit: impl FnMut(Covered)) {
-    if corners.iter().flat_map(|corner| corner.at).any(|x| !(x.abs() < FARTHEST)) {
+    if corners.iter().flat_map(|corner| corner.at).any(|x| !x.is_finite() || x.abs() >= FARTHEST) {
         return;
     }
     let at = corners.map(|corner| corner.at.map(|x| (x * GRAIN).round() as i64));
