@@ -261,6 +261,15 @@ export class Body {
     return high < 0 ? null : [low, high];
   }
 
+  /** Sum of the positions in a frame [m]. */
+  sum(frame) {
+    const codes = this.positions.frame(frame, this.recording.chunk),
+      n = this.count;
+    const of = axis => codes.subarray(axis * n, (axis + 1) * n).reduce((total, code) => total + code, 0);
+    const axes = this.origin(frame).map((low, axis) => n * low + this.head.step[axis] * of(axis));
+    return new THREE.Vector3(...axes);
+  }
+
   /** Adds the positions of a frame to a box. */
   extend(box, frame) {
     const codes = this.positions.frame(frame, this.recording.chunk),

@@ -106,9 +106,7 @@ class View {
     by('title').textContent = by('title').title = recording.title;
     const notes = [];
     if (recording.frames.length < recording.frame_count) {
-      notes.push(
-        `every ${recording.frames[1] - recording.frames[0]}th of ${recording.frame_count} frames`,
-      );
+      notes.push(`every ${recording.frames[1] - recording.frames[0]}th of ${recording.frame_count} frames`);
     }
     if (recording.left_out.length) notes.push(`left out: ${recording.left_out.join(', ')}`);
     by('note').textContent = notes.join('; ');
@@ -188,7 +186,9 @@ class View {
   }
 
   #follow(before) {
-    const centre = frame => this.boxOf(frame).getCenter(new THREE.Vector3());
+    const sum = frame => this.bodies.map(body => body.sum(frame)).reduce((a, b) => a.add(b));
+    const count = this.bodies.reduce((total, body) => total + body.count, 0) || 1;
+    const centre = frame => sum(frame).divideScalar(count);
     this.stage.move(centre(this.frame).sub(centre(before)));
   }
 
