@@ -110,7 +110,7 @@ pub(crate) enum Command {
     Recover(RecoverArguments),
     /// Look at a recording: write a page that plays it, and open it in the browser
     View(ViewArguments),
-    /// Write a recording for ParaView, PyVista or meshio (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
+    /// Write a recording for ParaView and PyVista (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
     Export(ExportArguments),
     /// Draw a recording: a still, frames side by side, an animation
     Render(Box<RenderArguments>),

@@ -45,8 +45,8 @@ pub(crate) fn execute(arguments: &ExportArguments, terminal: Terminal) -> Result
     Ok(ExitStatus::Done)
 }
 
-/// `pliant export file --to to`: frames `start`, `start + step`, ... below `end`, all without them, to a folder
-/// or to a file ending in `.html`, `.pvd`, `.vtu`, `.obj`, `.glb`, `.npz` or `.csv`. Returns the files of the
+/// `pliant export file --to to`: frames `start`, `start + step`, ... below `end`, all without them, to a
+/// folder or to a file ending in `.html`, `.pvd`, `.vtu`, `.obj`, `.glb`, `.npz` or `.csv`. Returns the files of the
 /// frames, and the collection last.
 ///
 /// # Errors
@@ -137,8 +137,8 @@ fn chosen(range: Option<FrameRange>, count: usize, file: &Path) -> Result<Vec<us
 }
 
 /// Advice for places that are none.
-const POSSIBLE: &str = "name a file ending in .html, .pvd, .vtu, .obj, .glb, .npz or .csv, or a folder (one that \
-                        exists, or a name without an ending); `pliant render` draws pictures";
+const POSSIBLE: &str = "name a file ending in .html, .pvd, .vtu, .obj, .glb, .npz or .csv, or a folder \
+                        (one that exists, or a name without an ending); `pliant render` draws pictures";
 
 /// Files to write, and their contents.
 struct ExportPlan {

@@ -7,7 +7,7 @@ use crate::RecordError;
 use crate::read::Column;
 
 impl Export {
-    /// Writes everything that `/energy` and `/reactions` hold, one row per frame, the column `time` [s] first.
+    /// Writes everything that `/energy` and `/reactions` hold, one row per frame, `time` [s] first.
     /// Numbers are as short as they read back to the same double; a number that a frame does not have is
     /// empty.
     ///

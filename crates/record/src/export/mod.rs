@@ -42,7 +42,10 @@ pub enum ExportError {
     #[error(transparent)]
     Write(#[from] io::Error),
     /// More frames than the format should hold.
-    #[error("a .glb holds {most} frames, not {count}; choose some with `--frames`, like ..:{}", count.div_ceil(*most))]
+    #[error(
+        "a .glb holds {most} frames, not {count}; choose some with `--frames`, like ..:{}",
+        count.div_ceil(*most)
+    )]
     TooManyFrames {
         /// How many were asked for.
         count: usize,
