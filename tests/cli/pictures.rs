@@ -285,7 +285,10 @@ fn gltf_holds_the_motion_as_morph_targets() {
         let fallen: f64 = last.iter().skip(1).step_by(3).sum::<f64>() * scale / (last.len() / 3) as f64;
         assert!((fallen + 0.5 * 9.81 * 0.04).abs() < 2e-3, "{fallen}");
         let indices = accessor(&file, number(&primitive["indices"]));
-        assert!(indices.iter().all(|index| (*index as usize) < start.len() / 3) && indices.len() % 3 == 0);
+        assert!(
+            indices.iter().all(|index| (*index as usize) < start.len() / 3)
+                && indices.len().is_multiple_of(3)
+        );
         let sampler = &file.0["animations"][0]["samplers"][0];
         let (times, weights) =
             (accessor(&file, number(&sampler["input"])), accessor(&file, number(&sampler["output"])));
