@@ -12,8 +12,6 @@
 
 mod energy;
 
-use nalgebra::DMatrix;
-
 use super::Integrator;
 use super::equations::acceleration;
 use super::implicit::NextState;
@@ -72,11 +70,31 @@ impl Collocation {
     }
 }
 
-/// The inverse of a tableau's matrix, by rows.
+/// The inverse of a small matrix, by Gauss-Jordan elimination with row exchanges.
 fn inverse(a: &[&[f64]]) -> Vec<Vec<f64>> {
-    let matrix = DMatrix::from_fn(a.len(), a.len(), |i, j| a[i][j]);
-    let Some(inverse) = matrix.try_inverse() else { unreachable!("a singular tableau") };
-    inverse.row_iter().map(|row| row.iter().copied().collect()).collect()
+    let n = a.len();
+    let mut left: Vec<Vec<f64>> = a.iter().map(|row| row.to_vec()).collect();
+    let mut right: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| if i == j { 1.0 } else { 0.0 }).collect()).collect();
+    for k in 0..n {
+        let pivot = (k..n).fold(k, |p, i| if left[i][k].abs() > left[p][k].abs() { i } else { p });
+        assert!(left[pivot][k] != 0.0, "the tableau is not singular");
+        left.swap(k, pivot);
+        right.swap(k, pivot);
+        let scale = 1.0 / left[k][k];
+        for j in 0..n {
+            left[k][j] *= scale;
+            right[k][j] *= scale;
+        }
+        for i in (0..n).filter(|i| *i != k) {
+            let factor = left[i][k];
+            for j in 0..n {
+                left[i][j] -= factor * left[k][j];
+                right[i][j] -= factor * right[k][j];
+            }
+        }
+    }
+    right
 }
 
 impl Integrator for Collocation {
