@@ -7,6 +7,8 @@ pliant=$(realpath "$1")
 root=$(realpath "$(dirname "$0")/../..")
 folder=${2:-$root/target/ci/page}
 mkdir -p "$folder"
+# Absolute, because the browser is given addresses of files in it.
+folder=$(realpath "$folder")
 cd "$folder"
 cp "$root"/tests/tools/view_page/{package.json,view_page.mjs,two_bodies.toml} .
 npm install --silent --no-audit --no-fund
