@@ -1,4 +1,4 @@
-//! Energies are measured where somebody reads them, and nowhere else.
+//! Energies are measured where they are read, and nowhere else.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! A mesh whose neighbours have far-apart numbers is renumbered inside a simulation; nobody outside notices.
+//! A mesh whose neighbours have far-apart numbers is renumbered inside a simulation; its users do not notice.
 
 use std::sync::atomic::AtomicBool;
 

@@ -60,7 +60,7 @@ fn list_shows_every_registry() {
         let alone = bench.pliant(["list", family]).succeeded().stdout;
         assert!(text.contains(alone.trim()), "{alone}");
     }
-    // Nothing is wider than a terminal that nobody knows the width of.
+    // Nothing is wider than a terminal of unknown width.
     assert!(text.lines().all(|line| line.chars().count() <= 100));
 }
 

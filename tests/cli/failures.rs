@@ -94,7 +94,7 @@ fn what_is_no_regular_file_is_not_read() {
     let bench = Bench::new(super::SPRING);
     let made = std::process::Command::new("mkfifo").arg(bench.path("pipe")).status().unwrap();
     assert!(made.success());
-    // Whoever opened the pipe would wait for ever, whoever read the device to its end too.
+    // Opening the pipe would wait for ever, reading the device to its end too.
     for command in ["run", "check", "modes", "study", "stability"] {
         bench.pliant([command, "pipe"]).ended_with(2).says(&["cannot read pipe", "named pipe"]);
         bench.pliant([command, "/dev/zero"]).ended_with(2).says(&["cannot read /dev/zero", "device"]);

@@ -185,7 +185,7 @@ velocity = { per_vertex = [[0.0, 0.0], [0.0, 0.16]] }
     let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
     assert_eq!(json["warnings"].as_array().unwrap().len(), 1);
     assert!(json["summary"]["relative_energy_error"].as_f64().unwrap() > 1e-3);
-    // What drag takes is known, and is no error; where nobody asks for it, it excuses a loss, but no gain.
+    // What drag takes is known, and is no error; where it is not asked for, it excuses a loss, but no gain.
     let changed = |changes: &[&str]| {
         let sets = changes.iter().flat_map(|change| ["--set", *change]);
         bench.pliant(["scene.toml", "--force"].into_iter().chain(sets)).succeeded()

@@ -121,7 +121,7 @@ fn a_material_set_between_implicit_steps_is_that_of_the_next() {
 
 const ALL: [(usize, usize); 4] = [(2, 1), (2, 2), (3, 1), (3, 2)];
 
-// lecture 18, 19: the same elements, whoever evaluates their material.
+// lecture 18, 19: the same elements, evaluated by either material.
 #[test]
 fn elements_are_those_of_the_library() {
     for (dimension, order) in ALL {

@@ -311,7 +311,7 @@ fn forces_from_outside_are_forces() {
     go(&mut pushed, 100);
     go(&mut falling, 100);
     assert_eq!(pushed.positions(), falling.positions());
-    // Work that came in is what there is now: 6 vertices of 0.5 kg.
+    // Work that came in is the present energy: 6 vertices of 0.5 kg.
     let measured = pushed.diagnostics();
     assert!((measured.kinetic - 0.5 * 3.0 * 0.2 * 0.2).abs() < 1e-9);
     assert!((measured.balance.unwrap().loads.unwrap() - measured.kinetic).abs() < 1e-9);

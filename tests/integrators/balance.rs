@@ -1,4 +1,4 @@
-//! Where energy comes from and where it goes: what there is, less what came in, plus what was lost, stays the same to the order of the
+//! Where energy comes from and where it goes: present energy, less what came in, plus what was lost, stays the same to the order of the
 //! scheme, whatever a scene has in it.
 
 use pliant::simulation::Simulation;

@@ -360,7 +360,7 @@ fn the_energy_of_the_symplectic_schemes_oscillates_between_the_predicted_bounds(
     }
 }
 
-// lecture 7: a run looks at its energy also where frames that nobody measures fall on the very steps it looks at.
+// lecture 7: a run looks at its energy also where frames that are not measured fall on the very steps it looks at.
 #[test]
 fn a_run_without_measured_frames_still_notices_that_it_blows_up() {
     let step = 2.001;

@@ -123,7 +123,7 @@ def test_a_cluster_that_loses_a_worker_loses_nothing(tmp_path: Path) -> None:
     assert [one.error for one in outcomes] == [None] * 6
     for one, other in zip(outcomes, expected):
         assert one.parameters == other.parameters and one.positions.tobytes() == other.positions.tobytes()
-    # Somebody else has done what the killed one was doing.
+    # Another worker has done what the killed one was doing.
     victim = next(iter(pids.values()))
     assert killed.exists() and victim not in {one.result for one in outcomes} and not alive(victim)
 

@@ -51,7 +51,7 @@ def test_it_has_a_numpydoc_docstring(name: str) -> None:
     validate = pytest.importorskip("numpydoc.validate").validate
     found = [(code, text) for code, text in validate(f"pliant.{name}")["errors"] if code in CODES]
     if inspect.isclass(NAMES[name]) and "Attributes\n-----" in docstring(name):
-        # What is handed to users, and made by nobody else, says what it has in place of what it takes.
+        # What is handed to users, and not made by them, says what it has in place of what it takes.
         found = [(code, text) for code, text in found if code != "PR01"]
     assert not found
 

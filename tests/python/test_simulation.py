@@ -58,7 +58,7 @@ def test_views_follow_and_outlive_the_simulation() -> None:
     del simulation, change
     gc.collect()
     assert gone() is None
-    # Whoever gets its memory next writes something else there.
+    # The next owner of its memory writes something else there.
     others = [pliant.Simulation(beam(**{"body.0.pin": []})) for _ in range(20)]
     [other.step(10) for other in others]
     np.testing.assert_array_equal(x, last)
@@ -380,7 +380,7 @@ def test_python_goes_on_while_a_simulation_steps(simulation: pliant.Simulation) 
         ticks += 1
         refused += is_stepping(simulation)
         thread.join(0.001)
-    # Somebody who held the lock of the interpreter would have let nobody else count.
+    # A holder of the interpreter's lock would have let no other thread count.
     assert ticks > 3 and refused > 0 and simulation.steps == 400_000
 
 

@@ -90,7 +90,7 @@ fn implicit_steps_with_an_energy_alone_are_those_with_closed_forms() {
     }
 }
 
-// lecture 1: an anisotropic model that nobody differentiated stands where its own two equations of
+// lecture 1: an anisotropic model without derivatives by hand stands where its own two equations of
 // equilibrium say.
 #[test]
 fn fibres_that_give_their_energy_alone_stretch_as_their_equations_say() {

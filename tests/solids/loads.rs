@@ -56,7 +56,7 @@ fn momentum_is_the_impulse_of_the_loads() {
     }
 }
 
-/// Loads of every kind, with and without a potential, steady and not: what there is, less what they brought in, is constant to
+/// Loads of every kind, with and without a potential, steady and not: present energy, less what they brought in, is constant to
 /// the order of the scheme.
 #[test]
 fn the_balance_of_energy_closes_for_every_load_and_scheme() {

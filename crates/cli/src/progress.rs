@@ -9,7 +9,7 @@ use pliant::observer::{Frame, Observer, ObserverError};
 use crate::terminal::Terminal;
 use crate::text::{self, number};
 
-/// A line on standard error that says what is being done; none where nobody would see it.
+/// A line on standard error that says what is being done; none where it would not be seen.
 pub(crate) fn spinner(terminal: Terminal) -> Option<ProgressBar> {
     let wanted = std::io::stderr().is_terminal() && !terminal.quiet && !terminal.json;
     wanted.then(|| {
@@ -37,7 +37,7 @@ impl RunProgress {
         // The template is a constant; a mistake in it costs the looks, not the run.
         let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
         let eta = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-            // Before the first frames nobody knows.
+            // Before the first frames the rate is unknown.
             let known = state.pos() > 0;
             let _ = if known { out.write_str(&text::duration(state.eta())) } else { out.write_str("?") };
         };
@@ -58,7 +58,7 @@ impl RunProgress {
 }
 
 impl Observer for RunProgress {
-    // Does not ask for diagnostics, only shows them: a run must not depend on whether somebody watches.
+    // Does not ask for diagnostics, only shows them: a run must not depend on being watched.
     fn frame(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.bar.set_position(frame.index);
         let mut message = format!("t = {} of {} s", number(frame.time), number(self.duration));

@@ -6,7 +6,7 @@ use crate::arguments::{ColorChoice, CommonArguments};
 use crate::failure::{Failure, label};
 use crate::printable;
 
-/// Width where nobody knows it: a pipe, a file.
+/// Width where it is unknown: a pipe, a file.
 const DEFAULT_WIDTH: usize = 100;
 /// Longer lines are tiring to read.
 const LARGEST_WIDTH: usize = 120;

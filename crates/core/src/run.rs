@@ -27,7 +27,7 @@ const ENERGY_GROWTH_BOUND: f64 = 1e3;
 ///
 /// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one
 /// whatever the outcome. Where a step cannot be taken, it is the state before that step. What is lost is
-/// counted as `simulation` was told to: [`count_losses_for`] asks for it only where somebody looks.
+/// counted as `simulation` was told to: [`count_losses_for`] asks for it only where it is read.
 pub fn run(
     simulation: &mut Simulation,
     plan: &Plan,

@@ -82,7 +82,7 @@ pub struct Simulation {
     jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
     points: Vec<(usize, Barycentric)>,
-    /// The stability limit at the start, once somebody has asked for it.
+    /// The stability limit at the start, once it has been asked for.
     stability: Option<StabilityLimit>,
     /// The term of [`Simulation::set_external_forces`].
     external_forces: Option<TermId>,

@@ -384,7 +384,7 @@ impl System {
         self.rest_positions = Some(rest);
     }
 
-    /// Where vertices are at rest, if anybody said.
+    /// Positions of vertices at rest, where given.
     pub(crate) fn rest_positions(&self) -> Option<&[f64]> {
         self.rest_positions.as_deref()
     }

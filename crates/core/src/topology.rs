@@ -103,7 +103,7 @@ pub struct Topology {
     pub vertex_count: usize,
     /// Rest positions, flat `(vertex_count, dimension)` [m].
     pub rest_positions: Vec<f64>,
-    /// Mass of each vertex [kg]; empty if nobody needs to know.
+    /// Mass of each vertex [kg]; empty where it is not needed.
     pub masses: Vec<f64>,
     /// The bodies, by ascending vertex range.
     pub bodies: Vec<BodyTopology>,

@@ -1,4 +1,4 @@
-//! Files that can be read to their end: a named pipe keeps whoever opens it waiting, a device may have no
+//! Files that can be read to their end: a named pipe keeps its reader waiting, a device may have no
 //! end.
 
 use std::fs::{File, FileType};

@@ -198,7 +198,7 @@ impl Element {
         if self.count > 0 {
             self.complete(tokens, &roles)?;
         }
-        // Without properties there is nothing in the file, however many there are said to be.
+        // An element without properties takes no bytes, however large its count.
         for i in 0..if self.properties.is_empty() { 0 } else { self.count } {
             let (mut x, mut ends, mut polygon, mut place) = ([0.0; 3], [0.0; 2], Vec::new(), None);
             for (property, &role) in self.properties.iter().zip(&roles) {

@@ -40,7 +40,7 @@ impl MeshSize {
             ("lines", lines),
             ("cells", blocks),
         ] {
-            // u32::MAX itself stays free, for whoever needs a "no vertex".
+            // u32::MAX itself stays free, as a mark of "no vertex".
             if count > u64::from(u32::MAX) {
                 return Err(MeshError::TooMany { what, count });
             }

@@ -12,7 +12,7 @@ use super::tokens::{FileFault, Tokens, excerpt};
 
 /// Bytes before the facets of a binary file: 80 of any content, and their number.
 const HEADER: u64 = 84;
-/// Bytes of a facet: normal, three vertices, two bytes that nobody agrees on.
+/// Bytes of a facet: normal, three vertices, two bytes of no agreed meaning.
 const FACET: u64 = 50;
 
 /// Reads the facets. Corners with the same coordinates, bit by bit, become one vertex; nothing else is merged. Normals

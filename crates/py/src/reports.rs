@@ -253,7 +253,7 @@ fn described<T: JsonSchema>() -> Vec<(String, String)> {
     fields.iter().map(|(name, field)| (name.clone(), text(field))).collect()
 }
 
-/// What there is of each family that scenes can name.
+/// Members of each family that scenes can name.
 #[pyfunction]
 pub(crate) fn _catalogue<'py>(py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
     let families =

@@ -86,7 +86,7 @@ pub(super) fn inside(text: &str, span: Range<usize>, inside: Option<Range<usize>
     if !whole || quotes.starts_with('"') && value.contains('\\') {
         return span;
     }
-    // The end of the text is the closing quote: there is nothing else to underline.
+    // The end of the text is the closing quote: no other place can be underlined.
     start + inside.start..start + inside.end.max(inside.start + 1)
 }
 

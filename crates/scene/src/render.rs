@@ -5,7 +5,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normali
 use super::error::Problem;
 use super::source::Source;
 
-/// More problems than this are counted, not shown: nobody reads them, and the first ones explain the rest.
+/// More problems than this are counted, not shown: the first ones explain the rest.
 const SHOWN: usize = 50;
 
 /// Fixed, so that the same error has the same text everywhere.
@@ -22,7 +22,7 @@ pub(super) fn render(problems: &[Problem], source: Option<&Source>, color: bool)
 }
 
 fn one(renderer: &Renderer, problem: &Problem, source: Option<&Source>) -> String {
-    // Without a text there is nothing to underline, and the path is the only place there is.
+    // Without a text the path is the only place.
     let snippet = source.zip(problem.span.clone()).zip(problem.line);
     let title = match snippet {
         None if !problem.path.segments().is_empty() => format!("{}: {}", problem.path, problem.message),

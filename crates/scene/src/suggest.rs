@@ -19,7 +19,7 @@ pub(super) fn help(name: &str, expected: &[&str], what: &str) -> Vec<String> {
 pub(super) fn nearest<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
     let plain = |text: &str| text.to_lowercase().replace('_', "-");
     let name = plain(name);
-    // The distance is quadratic in the length, and nobody mistypes a short name into a very long one.
+    // The distance is quadratic in the length, and a short name is not mistyped into a very long one.
     if name.len() > 64 {
         return None;
     }

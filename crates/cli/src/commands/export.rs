@@ -244,7 +244,7 @@ pub(super) fn replace(
         Ok(fs::rename(&part, path)?)
     });
     written.map_err(|error| {
-        // Half a file is of no use to anybody.
+        // Half a file is of no use.
         let _ = fs::remove_file(&part);
         match error {
             ExportError::Record(error) => Failure::recording(&error),

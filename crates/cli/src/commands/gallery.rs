@@ -100,7 +100,7 @@ struct SceneRecording {
 impl Drop for SceneRecording {
     fn drop(&mut self) {
         if self.temporary {
-            // A file that stays is in nobody's way.
+            // A file that stays does no harm.
             let _ = fs::remove_file(&self.path);
         }
     }

@@ -66,7 +66,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
 fn give_up(failure: &Failure, terminal: Terminal) -> ExitStatus {
     terminal.complain(&failure.render(terminal.color));
     let document = json!({ "status": failure.status, "problems": failure.problems() });
-    // If standard output is the failure, there is nobody left to tell.
+    // A failure of standard output can be told nowhere.
     let _ = terminal.document(&document);
     failure.status
 }

@@ -1,11 +1,11 @@
 //! Where energy comes from and where it goes.
 
 /// Energy brought into a system and taken out of it since the start, or since its state or its equations
-/// were last changed by hand [J]: what there is now, kinetic and potential, less [`net`](Self::net), stays
+/// were last changed by hand [J]: the present energy, kinetic and potential, less [`net`](Self::net), stays
 /// what it was then, to the order of the scheme, and at most to fourth order; to second with ether drag,
 /// which schemes treat to that order, and where walls act, which they do at the ends of steps. What still
 /// changes is the error of the scheme: an implicit one that damps numerically loses energy that nothing here
-/// accounts for. `None` where a scene has no such thing, and where nobody asked.
+/// accounts for. `None` where a scene has no such thing, and where it was not asked for.
 ///
 /// Rates are known at the end of every step, and integrated to fourth order. A rate that jumps within a step (a formula or
 /// keyframes with a kink) costs one order for each.

@@ -46,7 +46,7 @@ pub enum ExpressionError {
         /// Where.
         place: Range<usize>,
     },
-    /// More parentheses in parentheses than anybody can read.
+    /// More parentheses in parentheses than are read.
     #[error("the formula nests too deeply")]
     TooDeep {
         /// Where.

@@ -39,7 +39,7 @@ impl Bdf2Parameters {
     /// Started by TR-BDF2.
     pub const DEFAULT: Self = Bdf2Parameters { start: Bdf2Start::TrBdf2 };
 
-    /// There is nothing to be wrong.
+    /// It cannot be wrong.
     ///
     /// # Errors
     /// None.

@@ -4,7 +4,7 @@
 //! bits are the same everywhere, the speed is not.
 //!
 //! On x86-64 this path serves processors older than AVX2 and the tests. Its operations are calls there, not inlined: eight
-//! scalar instructions for each would make every kernel huge, and compiling them slow, for hardly anybody. Elsewhere (NEON)
+//! scalar instructions for each would make every kernel huge, and compiling them slow, for hardly any machine. Elsewhere (NEON)
 //! it is the main path, and is inlined and vectorised.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};

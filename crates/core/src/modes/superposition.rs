@@ -171,7 +171,7 @@ fn residual<const D: usize>(
     let shift = match (is_held, last > 0.0) {
         (true, _) => 0.0,
         (false, true) => last,
-        // Rigid motion alone was asked for: what is above it nobody knows.
+        // Rigid motion alone was asked for: the modes above it are unknown.
         (false, false) => {
             return Ok(Residual { kinetic, kinetic_total, elastic: f64::NAN, elastic_total: f64::NAN });
         }

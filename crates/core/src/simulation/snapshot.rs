@@ -142,7 +142,7 @@ impl Simulation {
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
         self.set_positions(x);
         self.set_velocities(v);
-        // Nobody reads its balance.
+        // Its balance is not read.
         self.opens_ledger = false;
         let end = self.step();
         if end.is_ok() {

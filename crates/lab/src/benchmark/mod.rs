@@ -205,7 +205,7 @@ pub trait Workload: Send {
         seconds
     }
 
-    /// Bytes that a repetition passes through at least once; 0 where nobody counts them.
+    /// Bytes that a repetition passes through at least once; 0 where they are not counted.
     fn bytes(&self) -> usize {
         0
     }

@@ -18,7 +18,7 @@ use pliant_scene::{KeyPath, Problem, Scene, SceneError, Solver, Source};
 /// Steps of a run.
 const IMPLICIT_STEPS: u64 = 20;
 const EXPLICIT_STEPS: u64 = 200;
-/// How much energy may grow, over what there is.
+/// Largest growth of energy over the energy at the start.
 const GROWTH: f64 = 10.0;
 
 /// Treatment of a scene.
@@ -109,7 +109,7 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
     Ok(cases)
 }
 
-/// The scene with other values; `None` where there is nothing to alter.
+/// The scene with other values; `None` where it has no such value.
 fn altered(source: &Source, perturbation: Perturbation) -> Result<Option<Scene>, SceneError> {
     let scene = source.scene()?;
     let changes = match perturbation {

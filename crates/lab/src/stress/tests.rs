@@ -114,7 +114,7 @@ fn findings_do_not_depend_on_the_run_or_on_threads() {
     assert_eq!(once, pool.install(run));
 }
 
-/// A block that nobody holds up, of a material that has no inverted states.
+/// A block without support, of a material that has no inverted states.
 const BLOCK: &str = "dimension = 2
     time = { integrator = 'velocity-verlet', step = 0.02, duration = 1.0, allow_unstable = true }
     world = { gravity = [0, -9.81] }
@@ -176,7 +176,7 @@ fn a_suite_keeps_its_budget_and_stops_when_it_is_told_to() {
             }
         });
     assert_eq!(all.len(), count);
-    // Nobody knows how long it takes before the first case.
+    // The time it takes is unknown before the first case.
     assert_eq!((begun[0], begun[1]), ((0, count, false), (1, count, true)));
     assert!(run_all(scene(BLOCK, &[], &[]), Some(0.0), &AtomicBool::new(false), &mut |_, _| {}).is_empty());
     let interrupt = AtomicBool::new(false);

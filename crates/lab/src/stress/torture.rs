@@ -271,7 +271,7 @@ impl TortureCell {
         findings
     }
 
-    /// A step that was not taken: it is reported, which is allowed where nobody got there, or where the material has no such state.
+    /// A step that was not taken: it is reported, which is allowed where no scheme got there, or where the material has no such state.
     fn failed(&self, findings: &mut CaseResult, error: &StepError) {
         let nobody = self.known.is_none_or(|known| known == 0);
         let capped = matches!(error, StepError::Unsolved { verdict: Solved::IterationCap, .. });

@@ -65,7 +65,7 @@ impl Runner<'_> {
     ) -> Result<Assembly, Vec<Problem>> {
         let scene = self.paced(scene, scheme, pace);
         let mut assembly = scene.assemble(UnstableStep::Accept)?;
-        // The same, unless somebody tests a scheme that is not in the registry.
+        // The same, unless a test has a scheme that is not in the registry.
         if scheme.method != scheme.spec.method() {
             assembly.simulation.set_method(scheme.method);
         }

@@ -10,7 +10,7 @@ from ._pliant import _catalogue
 def catalogue(
     family: Literal["integrators", "materials", "presets", "elements", "meshes", "channels"],
 ) -> dict[str, dict[str, Any]]:
-    """What there is of a family of things that scenes can name, as ``pliant list``: from the documentation of the library itself.
+    """Members of a family of things that scenes can name, as ``pliant list``: from the documentation of the library itself.
 
     Parameters
     ----------

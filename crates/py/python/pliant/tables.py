@@ -92,7 +92,7 @@ class Table(Mapping[str, Array]):
 
 
 def _column(values: npt.ArrayLike) -> Array:
-    """None among numbers is NaN, among texts it is empty; where there is nothing else it is NaN."""
+    """None among numbers is NaN, among texts it is empty; where all are None it is NaN."""
     if not isinstance(values, list) or None not in values:
         return np.asarray(values)
     nothing: Any = "" if any(isinstance(value, str) for value in values) else float("nan")

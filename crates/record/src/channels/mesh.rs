@@ -61,7 +61,7 @@ struct DrawnCells {
     indices: Vec<u32>,
 }
 
-/// None where there is nothing to draw.
+/// None where nothing is drawn.
 fn encoders(options: &Options, topology: &Topology) -> Encoders {
     let is_asked = options.channels.contains(&pliant_scene::Channel::Mesh);
     single(is_asked.then(|| MeshChannel::new(topology)).filter(|mesh| !mesh.bodies.is_empty()))

@@ -1,4 +1,4 @@
-//! Nothing is destroyed that nobody asked to be, and nothing is recorded that makes no sense.
+//! Files are replaced on request only, and recordings that make no sense are refused.
 
 use std::fs;
 

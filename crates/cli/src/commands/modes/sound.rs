@@ -96,7 +96,7 @@ fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).inspect_err(|_| {
-        // Half a file is of no use to anybody.
+        // Half a file is of no use.
         let _ = std::fs::remove_file(&part);
     })
 }

@@ -127,7 +127,7 @@ impl<'a> Closing<'a> {
 
     /// Energy that is not what it was, where all losses are known.
     fn energy_off(&self) -> Option<String> {
-        // What a scene brings in and takes away is known, but for losses that nobody asked for.
+        // What a scene brings in and takes away is known, but for losses that were not asked for.
         let known = !self.takes_energy() || self.loses_known();
         let (error, drift) = (self.summary.relative_energy_error()?, self.summary.relative_energy_drift()?);
         // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.

@@ -12,7 +12,7 @@ use crate::arguments::RunArguments;
 use crate::failure::Failure;
 use crate::recording;
 
-/// The table, begun; `None` if nobody wants one.
+/// The table, begun; `None` where none is wanted.
 ///
 /// # Errors
 /// The scene has no probes; the file exists, is a directory, the scene or the recording, or cannot be

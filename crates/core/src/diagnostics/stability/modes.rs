@@ -159,7 +159,7 @@ impl Boundary<'_> {
     fn touch(&mut self, normal: Point) -> Option<Point> {
         self.count += 1;
         let (x, v, largest) = (self.x, self.v, self.largest);
-        // Without any stiffness there is nothing to divide by.
+        // Without any stiffness the divisor is zero.
         let weight = |normal: f64, largest: f64| if largest > 0.0 { normal / largest } else { 0.0 };
         let weights = [weight(normal[0], largest.stiffness), weight(normal[1], largest.damping)];
         let mut damped = vec![0.0; self.scale.len()];

@@ -126,10 +126,10 @@ impl<M: Material<D>, const D: usize, const N: usize> Kernel for GradientKernel<'
         let packs = &self.packs[self.patch.packs.clone()];
         // One of the two loops is compiled, so that a material's stress is inlined once.
         if L::PAIRS_PAY {
-            // The last pack of an odd number goes with itself, and is added a second time where nobody looks. Not left out: around
+            // The last pack of an odd number goes with itself, and is added a second time where nothing is read. Not left out: around
             // a branch the compiler moves all of the second pack's work behind it, and the two no longer overlap.
             let nowhere = [[Rows::<D>::SPARE; WIDTH]; N];
-            // Beyond the end there is nothing to ask for.
+            // Nothing lies beyond the end.
             let mut ahead =
                 if self.patches.exceed_caches() { self.patch.packs.start + AHEAD } else { self.packs.len() };
             // In the plane, where a pack is little work and a scene may have few, a pack too many costs more than compiling a second

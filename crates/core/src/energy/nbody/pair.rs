@@ -5,7 +5,7 @@ use crate::lanes::{Lanes, WIDTH};
 /// `WIDTH` vectors, `v[component][lane]`.
 pub(super) type Block<const D: usize> = [[f64; WIDTH]; D];
 
-/// Where the lanes are that fill up a pack, in every component [m]: apart from each other and so far away that nobody else is there.
+/// Where the lanes are that fill up a pack, in every component [m]: apart from each other and far away from all particles.
 /// Padding particles have mass zero and their pair terms are finite numbers, so that nothing comes of them
 /// without a comparison in any inner loop.
 pub(super) const FAR: [f64; WIDTH] = [1e100, 2e100, 3e100, 4e100, 5e100, 6e100, 7e100, 8e100];

@@ -19,7 +19,7 @@ type Rows<const D: usize> = [[f64; D]; WIDTH];
 /// Springs in a layout, and the memory that their sums are computed in.
 ///
 /// Every vertex adds up its own springs, in the order of its slots: nothing is scattered, a tension has the same bits at both ends
-/// of its spring whoever computes it, and no sum depends on the number of threads.
+/// of its spring on every thread, and no sum depends on the number of threads.
 pub(super) struct Arrangement<const D: usize, N: Neighbours<D>> {
     neighbours: N,
     slots: Slots,

@@ -13,7 +13,7 @@ const TASK_ROWS: usize = 512;
 /// Where every product of `P^T A P` goes.
 ///
 /// A task makes some rows of the coarse matrix, from all fine rows that they reach; a fine row that reaches rows of two tasks is
-/// multiplied twice. Every entry is a sum in the order of the fine rows, whoever makes it.
+/// multiplied twice. Every entry is a sum in the order of the fine rows, on every thread.
 #[derive(Debug)]
 pub struct Galerkin<const D: usize> {
     /// The columns of row `i` of `A P` are `start[i]..start[i + 1]`.

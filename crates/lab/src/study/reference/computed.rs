@@ -157,7 +157,7 @@ fn tableau(last: &[StateSamples], run: WatchedRun, order: u32, symmetric: bool) 
     let mut row = vec![run.trajectory];
     for (j, coarse) in last.iter().enumerate() {
         let power = order + if symmetric { 2 } else { 1 } * j as u32;
-        // Higher powers of rounding errors help nobody.
+        // Higher powers of rounding errors carry no information.
         if power > 12 {
             break;
         }
