@@ -33,9 +33,11 @@ pub struct Arap {
 pub struct WithoutPoisson {
     /// Young's modulus E [Pa], positive.
     #[serde(with = "As::<Pressure>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young: f64,
     /// Poisson's ratio; 0, which it is without this key too, is all that the model can do.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 0.0))]
     pub poisson: f64,
 }
 

@@ -60,9 +60,11 @@ pub struct PlaneIsotropic {
 struct PlaneIsotropicTable {
     /// Young's modulus E [Pa], positive; that of the preset without it.
     #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     young: Option<f64>,
     /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D. That of the preset without it.
     #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     poisson: Option<f64>,
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
     #[serde(default)]

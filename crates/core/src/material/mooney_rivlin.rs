@@ -37,8 +37,10 @@ pub struct TwoConstants {
     /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so that
     /// `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
+    #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     pub poisson: f64,
     /// Weight of the first invariant [Pa].
     #[serde(with = "As::<Pressure>")]

@@ -148,9 +148,11 @@ pub struct Isotropic {
 struct IsotropicTable {
     /// Young's modulus E [Pa], positive; that of the preset without it.
     #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     young: Option<f64>,
     /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain. That of the preset without it.
     #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     poisson: Option<f64>,
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
     #[serde(default)]
@@ -240,6 +242,7 @@ impl Parameters for Isotropic {
 pub struct Stiffness {
     /// Stiffness k [Pa], positive.
     #[serde(with = "As::<Pressure>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema};
 use serde::{Deserialize, Serialize};
 
 use pliant::element::{CellBlock, CellKind, HEXAHEDRON, QUADRILATERAL};
@@ -15,6 +15,13 @@ mod transform;
 pub use selection::*;
 pub use shapes::*;
 pub use transform::*;
+
+/// Bound of the schema on each entry of a list: above 0.
+fn positive_entries(schema: &mut Schema) {
+    if let Some(entries) = schema.get_mut("items").and_then(|items| items.as_object_mut()) {
+        entries.insert("exclusiveMinimum".to_owned(), 0.0.into());
+    }
+}
 
 /// The mesh of a body: its shape, and how that is refined, moved and repeated.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +88,7 @@ pub struct GridSpec {
     pub spacing: Option<f64>,
     /// Size of the box [m].
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]
-    #[schemars(length(min = 2, max = 3))]
+    #[schemars(length(min = 2, max = 3), transform = positive_entries)]
     pub size: Option<Vec<f64>>,
     /// Lower corner [m]; the origin without it.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Vec<Length>>>")]

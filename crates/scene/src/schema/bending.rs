@@ -26,6 +26,7 @@ pub struct BendingSpec {
     pub young: Option<f64>,
     /// Poisson's ratio, 0 without it; sheets only.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Number>>")]
+    #[schemars(extend("exclusiveMinimum" = -1.0), range(max = 0.5))]
     pub poisson: Option<f64>,
     /// Thickness `h` [m]: of a sheet, `D = E h^3 / (12 (1 - nu^2))`; of a strand in 2D, `B = E h^3 / 12`; in 3D the diameter,
     /// `B = E pi h^4 / 64`.

@@ -81,6 +81,7 @@ pub struct Body {
 pub struct SpringsSpec {
     /// Spring constant `k` [N/m]: one for all or one per edge.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Stiffness>>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]
     pub stiffness: Option<OneOrMany>,
     /// `Y` with `k = Y l0` [N/m^2], as the lecture's program has it.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
@@ -104,7 +105,11 @@ pub enum MassSpec {
         Quantity,
     ),
     /// Mass of each vertex [kg]: one number for all or a list.
-    PerVertex(#[serde(with = "As::<OneOrManyOf<Mass>>")] OneOrMany),
+    PerVertex(
+        #[serde(with = "As::<OneOrManyOf<Mass>>")]
+        #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]
+        OneOrMany,
+    ),
     /// Total mass [kg], shared equally between the vertices.
     Total(
         #[serde(with = "As::<Mass>")]

@@ -107,7 +107,7 @@ pub struct RotationSpec {
 pub struct KeyframesSpec {
     /// The times, ascending [s].
     #[serde(with = "As::<Vec<Duration>>")]
-    #[schemars(length(min = 2))]
+    #[schemars(length(min = 2), inner(range(min = 0.0)))]
     pub times: Vec<f64>,
     /// The displacement at each time [m].
     #[serde(with = "As::<Vec<Vec<Length>>>")]

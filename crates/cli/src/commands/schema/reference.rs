@@ -103,7 +103,7 @@ impl Writer<'_> {
         if let Some(alternatives) = schema["anyOf"].as_array() {
             let some = alternatives.iter().filter(|alternative| alternative["type"] != "null");
             let kinds: Vec<String> = some.map(|alternative| self.kind(alternative, path)).collect();
-            return kinds.join(" or ");
+            return kinds.join(" or ") + &range(schema);
         }
         let types: Vec<&str> = match &schema["type"] {
             Value::String(one) => vec![one.as_str()],
@@ -194,7 +194,8 @@ fn range(schema: &Value) -> String {
     let least = plain(&schema["minimum"]).map(|value| format!("{value} or more"));
     let above = plain(&schema["exclusiveMinimum"]).map(|value| format!("above {value}"));
     let most = plain(&schema["maximum"]).map(|value| format!("at most {value}"));
-    let bounds: Vec<String> = [least, above, most].into_iter().flatten().collect();
+    let below = plain(&schema["exclusiveMaximum"]).map(|value| format!("below {value}"));
+    let bounds: Vec<String> = [least, above, most, below].into_iter().flatten().collect();
     if bounds.is_empty() { String::new() } else { format!(", {}", bounds.join(", ")) }
 }
 
