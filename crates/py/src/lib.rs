@@ -12,6 +12,7 @@ mod state;
 mod threads;
 mod topology;
 mod trajectory;
+mod view;
 
 use pyo3::prelude::*;
 
@@ -32,6 +33,8 @@ mod _pliant {
     use super::threads::{_after_fork, _rollout};
     #[pymodule_export]
     use super::trajectory::{_recover, PyRecording};
+    #[pymodule_export]
+    use super::view::{_page, _picture};
     use super::*;
 
     #[pymodule_init]

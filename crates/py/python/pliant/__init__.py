@@ -17,6 +17,7 @@ import os as _os
 from . import _pliant
 from ._errors import SceneError, StepError
 from ._pliant import Frame, Scene, Simulation, State, Superposition, __version__
+from ._rerun import to_rerun
 from ._run import Summary
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
@@ -25,6 +26,7 @@ from .reports import Stability, StabilityMap, Stress, Study, stability, stress, 
 from .tables import Table
 from .trajectory import Frames, Trajectory, load, recover
 from .vibration import Modes, Sound, modes, sound
+from .view import View
 
 __all__ = [
     "Frame",
@@ -46,6 +48,7 @@ __all__ = [
     "Superposition",
     "Table",
     "Trajectory",
+    "View",
     "__version__",
     "catalogue",
     "combinations",
@@ -58,6 +61,7 @@ __all__ = [
     "stress",
     "study",
     "sweep",
+    "to_rerun",
 ]
 
 if hasattr(_os, "register_at_fork"):

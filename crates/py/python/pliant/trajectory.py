@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._pliant import Recording, Scene, _recover
+from .view import View
 
 if TYPE_CHECKING:
     import meshio as _meshio  # type: ignore[import-untyped]
@@ -28,6 +29,8 @@ _CELLS = {
     "tet": (4, "tetra", 10),
     "tri6": (6, "triangle6", 22),
     "tet10": (10, "tetra10", 24),
+    "quad": (4, "quad", 9),
+    "hex": (8, "hexahedron", 12),
 }
 
 
@@ -251,7 +254,10 @@ class Trajectory:
 
     @property
     def topology(self) -> dict[str, dict[str, npt.NDArray[np.uint32]]]:
-        """dict of str to dict: The cells of each body by its name: ``edge``, ``tri``, ``tet``, ``tri6``, ``tet10``, ``surface``, rows of vertex numbers."""
+        """dict of str to dict: The cells of each body by its name, rows of vertex numbers.
+
+        Kinds of cells are ``edge``, ``tri``, ``tet``, ``tri6``, ``tet10``, ``quad``, ``hex``, and ``surface``, the triangles of a solid's skin.
+        """
         topology: dict[str, dict[str, npt.NDArray[np.uint32]]] = {}
         for body in self.metadata["bodies"]:
             cells = {}
@@ -266,7 +272,7 @@ class Trajectory:
         """Cells of all bodies as `export` writes them: finite elements and triangles, else springs, else the vertices themselves."""
         blocks = []
         for number, (body, cells) in enumerate(zip(self.metadata["bodies"], self.topology.values(), strict=True)):
-            kind = next((kind for kind in ("tet10", "tet", "tri6", "tri", "edge") if kind in cells), "vertex")
+            kind = next((kind for kind in ("tet10", "tet", "hex", "tri6", "tri", "quad", "edge") if kind in cells), "vertex")
             first = body["first_vertex"]
             vertices = np.arange(first, first + body["vertices"], dtype=np.uint32)[:, None]
             blocks.append(_Block(number, body["name"], kind, cells.get(kind, vertices)))
@@ -347,15 +353,41 @@ class Trajectory:
         grid.field_data["TimeValue"] = [mesh.time]
         return grid
 
+    def view(self, *, max_bytes: int = 2_000_000, height: int = 480) -> View:
+        """The recording as a page that plays it, for notebooks and files, as ``pliant view``.
+
+        Parameters
+        ----------
+        max_bytes : int, default 2000000
+            Bytes of data in the page, before it is encoded. What does not fit is left out: frames first, evenly; the page says so.
+        height : int, default 480
+            Height in a notebook [pixel].
+
+        Returns
+        -------
+        View
+            Shown by a notebook where it is the last of a cell; ``.save("run.html")`` and ``.open()`` elsewhere.
+
+        Raises
+        ------
+        ValueError
+            A number is below 1.
+        """
+        return View(self.path, max_bytes, height)
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+        return self.view()._repr_mimebundle_()
+
     def export(
         self, to: str | PathLike[str], frames: int | slice = slice(None), *, overwrite: bool = False
     ) -> list[Path]:
-        """Write frames for ParaView, PyVista, meshio (``.vtu``), or as surfaces (``.obj``), as ``pliant export``.
+        """Write frames for ParaView, PyVista, meshio (``.vtu``), Blender (``.glb``), NumPy (``.npz``), as ``pliant export``.
 
         Parameters
         ----------
         to : str or os.PathLike
-            A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a single frame.
+            A folder, or a file: ``.pvd`` for a series of ``.vtu`` beside it, ``.vtu`` or ``.obj`` for a single frame, ``.html``
+            for a page that plays it, ``.glb`` for an animation, ``.npz`` for arrays, ``.csv`` for energies and reactions.
         frames : int or slice, default all
             Which.
         overwrite : bool, default False

@@ -1,0 +1,116 @@
+"""Recordings and states as pages and pictures, in notebooks and files."""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+import warnings
+import webbrowser
+from html import escape
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from ._pliant import Simulation, _page, _picture
+
+
+class View:
+    """A recording as the page that ``pliant view`` makes, with a picture where pages are not shown.
+
+    A notebook shows it where it is the last of a cell: the page in a frame of its own without network, cookies or
+    server; where pages are not shown (GitHub, untrusted notebooks), the picture.
+
+    Attributes
+    ----------
+    html : str
+        The page.
+    png : bytes
+        The picture.
+    frames, frame_count : int
+        Frames in the page, and of the recording.
+    left_out : list of str
+        Colourings that found no place in the page.
+    height : int
+        Height in a notebook [pixel].
+    """
+
+    def __init__(self, path: str | PathLike[str], max_bytes: int = 2_000_000, height: int = 480) -> None:
+        for name, number in (("max_bytes", max_bytes), ("height", height)):
+            if number < 1:
+                raise ValueError(f"`{name}` must be 1 or more, got {number}")
+        self.html, self.frames, self.frame_count, self.left_out = _page(fspath(path), max_bytes)
+        self.png = _picture(fspath(path))
+        self.height = height
+
+    def __repr__(self) -> str:
+        return f"<pliant.View of {self.frames} of {self.frame_count} frames, {len(self.html)} bytes>"
+
+    def _repr_html_(self) -> str:
+        # An attribute of a frame without an origin: nothing in the page reaches the notebook.
+        return (
+            f'<iframe srcdoc="{escape(self.html)}" sandbox="allow-scripts" '
+            f'style="width: 100%; height: {self.height}px; border: 0" title="pliant"></iframe>'
+        )
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
+        return {
+            "text/plain": repr(self),
+            "text/html": self._repr_html_(),
+            "image/png": base64.b64encode(self.png).decode(),
+        }
+
+    def save(self, to: str | PathLike[str], *, overwrite: bool = False) -> Path:
+        """Write the page (``.html``) or the picture (``.png``).
+
+        Parameters
+        ----------
+        to : str or os.PathLike
+            The file; its ending says which.
+        overwrite : bool, default False
+            Whether it may be there already.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+
+        Raises
+        ------
+        FileExistsError
+            It is there.
+        ValueError
+            The ending is neither.
+        """
+        path = Path(to)
+        content = {".html": self.html.encode(), ".png": self.png}.get(path.suffix.lower())
+        if content is None:
+            raise ValueError(f"{path} ends in neither .html nor .png")
+        with path.open("wb" if overwrite else "xb") as file:
+            file.write(content)
+        return path
+
+    def open(self) -> Path:
+        """Show the page in the browser, from a temporary file that stays.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+        """
+        with tempfile.NamedTemporaryFile(suffix=".html", prefix="pliant-", delete=False) as file:
+            file.write(self.html.encode())
+        webbrowser.open(Path(file.name).as_uri())
+        return Path(file.name)
+
+
+def _of_state(simulation: Simulation, max_bytes: int, height: int) -> View:
+    """The present state, by way of a recording of one frame that is removed."""
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        # They are said by runs; no step is taken here.
+        warnings.simplefilter("ignore", RuntimeWarning)
+        path = Path(folder, "state.mcap")
+        simulation.run(simulation.time, record=path)
+        return View(path, max_bytes, height)

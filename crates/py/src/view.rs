@@ -1,0 +1,95 @@
+//! Recordings as pages and pictures, for notebooks.
+
+use std::path::PathBuf;
+
+use pliant_view::drawing::{Colouring, DrawError, Drawing};
+use pliant_view::page::{PageBudget, ViewerPage};
+use pliant_view::picture::{Film, Fit, Image, RenderOptions, Style, Theme, ViewDirection, write_png};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::errors;
+use crate::simulation::PySimulation;
+
+/// Frames of the picture beside a page.
+const SHOWN: usize = 3;
+/// Width and height of each of its frames [pixel].
+const SIZE: [usize; 2] = [400, 300];
+
+fn failure(error: &DrawError) -> PyErr {
+    match error {
+        DrawError::Record(error) => errors::record(error),
+        error => PyValueError::new_err(error.to_string()),
+    }
+}
+
+/// The page that plays a recording, of at most `max_bytes` of packed data: text, number of frames in it, number
+/// of frames of the recording, names of colourings that found no place.
+#[pyfunction]
+pub(crate) fn _page(
+    py: Python<'_>,
+    path: PathBuf,
+    max_bytes: usize,
+) -> PyResult<(String, usize, usize, Vec<String>)> {
+    let budget = PageBudget { bytes: max_bytes, ..PageBudget::default() };
+    let page = py.detach(|| ViewerPage::new(&mut Drawing::open(&path)?, &budget));
+    let ViewerPage { html, frames, frame_count, left_out } = page.map_err(|error| failure(&error))?;
+    Ok((html, frames, frame_count, left_out))
+}
+
+/// A picture of a recording as PNG: its only frame, or a few of them side by side.
+#[pyfunction]
+pub(crate) fn _picture(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyBytes>> {
+    let image = py.detach(|| drawn(&path)).map_err(|error| failure(&error))?;
+    let mut content = Vec::new();
+    write_png(&image, &mut content).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    Ok(PyBytes::new(py, &content))
+}
+
+fn drawn(path: &std::path::Path) -> Result<Image, DrawError> {
+    let mut drawing = Drawing::open(path)?;
+    let last = drawing.times().len() - 1;
+    let mut frames: Vec<usize> = (0..SHOWN).map(|i| i * last / (SHOWN - 1)).collect();
+    frames.dedup();
+    let options = RenderOptions {
+        style: Style { size: SIZE, theme: Theme::Light, transparent: false },
+        direction: ViewDirection::default(),
+        fit: Fit::Auto,
+        colouring: Colouring::Body,
+        range: None,
+        labels: true,
+    };
+    let film = Film::read(&mut drawing, &frames, options)?;
+    Ok(if film.len() == 1 { film.draw().swap_remove(0) } else { film.contact_sheet() })
+}
+
+#[pymethods]
+impl PySimulation {
+    /// The present state as a page that can be turned and asked, for notebooks and files.
+    ///
+    /// Parameters
+    /// ----------
+    /// max_bytes : int, default 2000000
+    ///     Bytes of data in the page, before it is encoded; what does not fit is left out, and the page says so.
+    /// height : int, default 480
+    ///     Height in a notebook [pixel].
+    ///
+    /// Returns
+    /// -------
+    /// View
+    ///     Shown by a notebook where it is the last of a cell; ``.save("state.html")`` elsewhere.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     A number is below 1.
+    #[pyo3(signature = (*, max_bytes = 2_000_000, height = 480))]
+    fn view<'py>(slf: &Bound<'py, Self>, max_bytes: i64, height: i64) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let bounds = PyDict::new(py);
+        bounds.set_item("max_bytes", max_bytes)?;
+        bounds.set_item("height", height)?;
+        py.import("pliant.view")?.call_method("_of_state", (slf,), Some(&bounds))
+    }
+}
