@@ -5,6 +5,7 @@ mod check;
 mod export;
 mod info;
 mod list;
+mod live;
 mod modes;
 mod recover;
 mod render;
@@ -28,6 +29,7 @@ pub(crate) use check::CheckArguments;
 pub(crate) use export::{ExportArguments, ExportFormat, FrameRange};
 pub(crate) use info::InfoArguments;
 pub(crate) use list::{Family, ListArguments};
+pub(crate) use live::LiveArguments;
 pub(crate) use modes::{ModesArguments, VertexChoice};
 pub(crate) use recover::RecoverArguments;
 pub(crate) use render::{GalleryArguments, PlotArguments, QuantityArgument, RenderArguments};
@@ -110,6 +112,8 @@ pub(crate) enum Command {
     Recover(RecoverArguments),
     /// Look at a recording: write a page that plays it, and open it in the browser
     View(ViewArguments),
+    /// Run a scene in the browser, and touch it while it runs
+    Live(LiveArguments),
     /// Write a recording for ParaView and PyVista (.vtu), Blender (.glb, .obj), NumPy (.npz), tables (.csv)
     Export(ExportArguments),
     /// Draw a recording: a still, frames side by side, an animation

@@ -5,6 +5,7 @@ mod change;
 mod checkpoint;
 mod drives;
 mod error;
+mod grab;
 mod material;
 mod matrices;
 mod retry;
@@ -16,6 +17,7 @@ pub use crate::deadline::Stopped;
 pub use checkpoint::Checkpoint;
 pub use drives::MoveError;
 pub use error::{Retried, StepError};
+pub use grab::{GrabError, Grip};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
 pub use retry::RetriedSteps;
@@ -86,6 +88,8 @@ pub struct Simulation {
     stability: Option<StabilityLimit>,
     /// The term of [`Simulation::set_external_forces`].
     external_forces: Option<TermId>,
+    /// The terms of [`Simulation::grab`].
+    grab: Option<grab::GrabTerms>,
 }
 
 impl Simulation {
@@ -131,6 +135,7 @@ impl Simulation {
             points: vec![],
             stability: None,
             external_forces: None,
+            grab: None,
         }
     }
 

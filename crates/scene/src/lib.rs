@@ -16,6 +16,7 @@ pub mod assembly;
 mod deserialize;
 mod document;
 mod error;
+pub mod experiment;
 mod json_schema;
 mod key_path;
 mod overrides;

@@ -6,6 +6,7 @@ mod export;
 mod gallery;
 mod info;
 mod list;
+mod live;
 mod modes;
 mod plot;
 mod recover;
@@ -49,6 +50,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::Info(arguments) => info::execute(&arguments, terminal),
         Command::Recover(arguments) => recover::execute(&arguments, terminal),
         Command::View(arguments) => view::execute(&arguments, terminal),
+        Command::Live(arguments) => live::execute(&arguments, terminal),
         Command::Export(arguments) => export::execute(&arguments, terminal),
         Command::Render(arguments) => render::execute(&arguments, terminal),
         Command::Plot(arguments) => plot::execute(&arguments, terminal),

@@ -95,8 +95,8 @@ impl Described for ViewerPage {
     }
 }
 
-/// Opens a file as the desktop does. Whether that could be begun.
-fn opened(page: &Path) -> bool {
+/// Opens a file, or an address, as the desktop does. Whether that could be begun.
+pub(crate) fn opened(page: &Path) -> bool {
     let has_screen = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
     let mut command = if cfg!(target_os = "macos") {
         Command::new("open")

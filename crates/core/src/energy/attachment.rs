@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::load::add_rows;
-use super::{EnergyKind, EnergyTerm, Fault, Stencils, TermProperties, TermViews};
+use super::{EnergyKind, EnergyTerm, Fault, MovablePlaces, Stencils, TermProperties, TermViews};
 use crate::dissipation::DissipativeTerm;
 use crate::material::Psd;
 
@@ -235,7 +235,17 @@ impl EnergyTerm for Attachment {
     }
 }
 
-impl TermViews for Attachment {}
+impl TermViews for Attachment {
+    fn places(&mut self) -> Option<&mut dyn MovablePlaces> {
+        Some(self)
+    }
+}
+
+impl MovablePlaces for Attachment {
+    fn move_places(&mut self, place: [f64; 3]) {
+        self.ties.ties.iter_mut().for_each(|(_, of_tie)| *of_tie = place);
+    }
+}
 
 /// Dashpots beside ties: `R = sum c/2 (d|d|/dt)^2`, a force `c (e . w) e` with `e = d/|d|` and `w` the rate of `d`. Where the ends meet,
 /// `d = 0`, they part along `w`, and the force is `c w`. As that of the ties, it keeps momentum and angular momentum.
@@ -243,6 +253,8 @@ pub struct AttachmentDashpots {
     ties: Ties,
     /// `c` [N s/m].
     constant: f64,
+    /// True if the dashpots act on the whole rate of `d`, `R = sum c/2 |w|^2`.
+    in_all_directions: bool,
     /// `dR/dv` of the vertices, by slot.
     gradient: Vec<f64>,
 }
@@ -251,13 +263,26 @@ impl AttachmentDashpots {
     /// Dashpots of `constant` [N s/m] each.
     pub fn new(name: String, dimension: usize, ties: &[Tie], constant: f64) -> Self {
         let ties = Ties::new(name, dimension, ties);
-        AttachmentDashpots { gradient: vec![0.0; dimension * ties.vertices.len()], ties, constant }
+        let gradient = vec![0.0; dimension * ties.vertices.len()];
+        AttachmentDashpots { gradient, ties, constant, in_all_directions: false }
+    }
+
+    /// The same on the whole rate of `d`, not only along it: `R = sum c/2 |w|^2`. That of ties between bodies
+    /// does not keep angular momentum.
+    #[must_use]
+    pub fn in_all_directions(self) -> Self {
+        AttachmentDashpots { in_all_directions: true, ..self }
+    }
+
+    /// True if the force of a tie with this `|d|^2` [m^2] is `c w`.
+    fn is_isotropic(&self, squared: f64) -> bool {
+        self.in_all_directions || squared == 0.0
     }
 
     fn force(&self, i: usize, x: &[f64], v: &[f64]) -> [f64; 3] {
         let (d, w) = (self.ties.difference(i, x), self.ties.mix(i, v));
         let squared = dot(d, d);
-        if squared == 0.0 {
+        if self.is_isotropic(squared) {
             scaled(w, self.constant)
         } else {
             scaled(d, self.constant * (dot(d, w) / squared))
@@ -292,7 +317,7 @@ impl DissipativeTerm for AttachmentDashpots {
         self.ties.blocks(stencils, out, |i| {
             let d = self.ties.difference(i, x);
             let squared = dot(d, d);
-            if squared == 0.0 {
+            if self.is_isotropic(squared) {
                 matrix(self.constant, 0.0, d)
             } else {
                 matrix(0.0, self.constant / squared, d)

@@ -16,7 +16,9 @@ mod views;
 use std::ops::Range;
 
 use crate::material::Psd;
-pub use views::{ChangingStencils, Driven, ElementTerm, ForceLayout, Measurements, StepLimit, TermViews};
+pub use views::{
+    ChangingStencils, Driven, ElementTerm, ForceLayout, Measurements, MovablePlaces, StepLimit, TermViews,
+};
 
 /// Which sum of the diagnostics an energy belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

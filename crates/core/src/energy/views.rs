@@ -33,6 +33,11 @@ pub trait TermViews {
         None
     }
 
+    /// Its places, where it ties vertices to places that move.
+    fn places(&mut self) -> Option<&mut dyn MovablePlaces> {
+        None
+    }
+
     /// Its stencils that change from one matrix to the next.
     fn changing(&self) -> Option<&dyn ChangingStencils> {
         None
@@ -173,4 +178,10 @@ pub trait ChangingStencils: Sync {
     /// `d2R/dv2` [N s/m] for a dissipation function. `v` is empty where nothing dissipates. Called from
     /// several threads.
     fn blocks(&self, list: usize, stencils: Range<usize>, at: (&[f64], &[f64]), psd: Psd, out: &mut [f64]);
+}
+
+/// A term that ties vertices to places.
+pub trait MovablePlaces {
+    /// Moves all of its places to `place` [m].
+    fn move_places(&mut self, place: [f64; 3]);
 }

@@ -62,6 +62,23 @@ impl System {
         id
     }
 
+    /// Moves the places of a term that ties vertices to them; its structure stays.
+    pub(crate) fn move_places(&mut self, id: TermId, place: [f64; 3]) {
+        let found = self.ids.iter().position(|other| *other == id);
+        if let Some(places) = found.and_then(|i| self.terms[i].places()) {
+            places.move_places(place);
+            self.force = ForceId::NONE;
+            self.energies.clear();
+        }
+    }
+
+    /// Removes the dissipative term at this place.
+    pub(crate) fn remove_dissipation(&mut self, place: usize) {
+        self.dissipation.remove(place);
+        self.structure = fresh();
+        self.terms_changed();
+    }
+
     /// True if any term guards the ways of vertices: every motion must then ask how far it may go.
     pub(crate) fn has_guards(&self) -> bool {
         self.has_guards

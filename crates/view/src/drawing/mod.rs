@@ -79,6 +79,14 @@ impl Drawing {
     /// [`DrawError::Record`] with the errors of [`Trajectory::open`], or without the channel `/state`;
     /// [`DrawError::NoFrames`].
     pub fn open(path: &Path) -> Result<Drawing, DrawError> {
+        Drawing::open_in(path, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// The same, where files that the attached scene names are relative to `directory`.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_in(path: &Path, directory: &Path) -> Result<Drawing, DrawError> {
         let mut trajectory = Trajectory::open(path)?;
         let info = info(path)?;
         let topics: Vec<String> = info.topics.iter().map(|topic| topic.topic.clone()).collect();
@@ -95,7 +103,7 @@ impl Drawing {
         let masses = trajectory.masses()?;
         let dimension = trajectory.dimension();
         let rest = trajectory.rest_positions()?.map(|rest| in_space(&rest, dimension));
-        let surroundings = Surroundings::read(&mut trajectory, path, &topics)?;
+        let surroundings = Surroundings::read(&mut trajectory, directory, &topics)?;
         let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = info.title.filter(|title| !title.is_empty()).unwrap_or_else(stem);
         Ok(Drawing { path: path.to_owned(), trajectory, title, topics, bodies, masses, rest, surroundings })

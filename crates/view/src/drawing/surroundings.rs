@@ -39,10 +39,10 @@ pub(super) struct Surroundings {
 impl Surroundings {
     pub(super) fn read(
         trajectory: &mut Trajectory,
-        path: &Path,
+        directory: &Path,
         topics: &[String],
     ) -> Result<Surroundings, RecordError> {
-        let scene = attached_scene(trajectory, path)?;
+        let scene = attached_scene(trajectory, directory)?;
         let probes = probes(trajectory, topics)?;
         let Some(scene) = scene else { return Ok(Surroundings { probes, ..Surroundings::default() }) };
         Ok(Surroundings { walls: walls(&scene), pins: pins(&scene, trajectory.vertex_count()), probes })
@@ -50,10 +50,9 @@ impl Surroundings {
 }
 
 /// The scene that the recording was made from; `None` without one that this version reads.
-fn attached_scene(trajectory: &mut Trajectory, path: &Path) -> Result<Option<Scene>, RecordError> {
+fn attached_scene(trajectory: &mut Trajectory, directory: &Path) -> Result<Option<Scene>, RecordError> {
     let Some(bytes) = trajectory.attachment("scene.toml")? else { return Ok(None) };
     let Ok(text) = String::from_utf8(bytes) else { return Ok(None) };
-    let directory = path.parent().unwrap_or(Path::new(""));
     Ok(Source::new("scene.toml", text).in_directory(directory).scene().ok())
 }
 

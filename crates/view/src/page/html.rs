@@ -2,9 +2,14 @@
 
 use pliant_files::base64;
 
+use serde_json::json;
+
+use super::LiveSocket;
 use super::codec::deflate;
 use super::pack::Packed;
 
+/// The last directive of the template's content security policy.
+const IMAGES: &str = "img-src data: blob:";
 const TEMPLATE: &str = include_str!("../../page/page.html");
 const STYLE: &str = include_str!("../../page/page.css");
 const STARTER: &str = include_str!("../../page/starter.js");
@@ -24,7 +29,8 @@ const MODULES: [(&str, &str); 8] = [
     ("pliant/inspector", include_str!("../../page/inspector.js")),
 ];
 
-pub(super) fn html(packed: &Packed) -> String {
+/// The page; where it is `live`, with the path of its socket, which it may ask for.
+pub(super) fn html(packed: &Packed, live: Option<&LiveSocket>) -> String {
     let head = deflate(packed.head.to_string().as_bytes());
     let mut data = block("data", "head", &head);
     packed.blocks.iter().for_each(|(name, bytes)| data.push_str(&block("data", name, bytes)));
@@ -38,7 +44,19 @@ pub(super) fn html(packed: &Packed) -> String {
         .collect();
     // The blocks last: nothing in them is taken for a place in the template.
     let page = TEMPLATE.replacen("/*style*/", STYLE, 1).replacen("/*starter*/", STARTER, 1);
-    page.replacen("<!--blocks-->", &(modules + &data), 1)
+    let page = match live {
+        Some(socket) => page.replacen(IMAGES, &format!("{IMAGES}; connect-src ws://{}", socket.host), 1),
+        None => page,
+    };
+    page.replacen("<!--blocks-->", &(element(live) + &modules + &data), 1)
+}
+
+/// The element that says where the socket is; its path has letters, digits and slashes only.
+fn element(live: Option<&LiveSocket>) -> String {
+    live.map_or(String::new(), |socket| {
+        let socket = json!({ "socket": socket.path });
+        format!("<script type=\"application/json\" id=\"live\">{socket}</script>\n")
+    })
 }
 
 /// Inert text in the page; names are of this program, and content has the letters of base 64 only.

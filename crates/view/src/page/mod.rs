@@ -42,6 +42,15 @@ pub struct ViewerPage {
     pub left_out: Vec<String>,
 }
 
+/// Socket of a page that shows a running simulation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LiveSocket {
+    /// Host and port, `127.0.0.1:8080`.
+    pub host: String,
+    /// Path on it, of letters, digits and slashes.
+    pub path: String,
+}
+
 impl ViewerPage {
     /// Packs a recording. What is too large loses frames, evenly, until it fits; where two frames are too
     /// many, it loses its colourings.
@@ -49,6 +58,26 @@ impl ViewerPage {
     /// # Errors
     /// The recording cannot be read.
     pub fn new(drawing: &mut Drawing, budget: &PageBudget) -> Result<ViewerPage, DrawError> {
+        ViewerPage::packed(drawing, budget, None)
+    }
+
+    /// The same for a simulation that goes on behind `socket`; `drawing` is of its present state.
+    ///
+    /// # Errors
+    /// The recording cannot be read.
+    pub fn live(
+        drawing: &mut Drawing,
+        budget: &PageBudget,
+        socket: &LiveSocket,
+    ) -> Result<ViewerPage, DrawError> {
+        ViewerPage::packed(drawing, budget, Some(socket))
+    }
+
+    fn packed(
+        drawing: &mut Drawing,
+        budget: &PageBudget,
+        live: Option<&LiveSocket>,
+    ) -> Result<ViewerPage, DrawError> {
         let frame_count = drawing.times().len();
         let mut colourings = drawing.colourings();
         let mut left_out = Vec::new();
@@ -64,7 +93,7 @@ impl ViewerPage {
                 left_out = colourings.drain(1..).map(|colouring: Colouring| colouring.to_string()).collect();
             } else {
                 packed.head["left_out"] = left_out.clone().into();
-                let html = html::html(&packed);
+                let html = html::html(&packed, live);
                 return Ok(ViewerPage { html, frames: frames.len(), frame_count, left_out });
             }
         }

@@ -1,0 +1,120 @@
+//! Heads of requests, and the answers to them.
+
+use std::io::{self, Read, Write};
+use std::net::{IpAddr, TcpStream};
+use std::time::{Duration, Instant};
+
+/// Longest head [bytes].
+const LONGEST: usize = 8 << 10;
+/// Time for all of it.
+const TIME: Duration = Duration::from_secs(5);
+
+/// The first line and the fields of a request.
+#[derive(Debug)]
+pub(crate) struct RequestHead {
+    /// Method, as `GET`.
+    pub(crate) method: String,
+    /// Path, with a query if there is one.
+    pub(crate) path: String,
+    fields: Vec<(String, String)>,
+}
+
+impl RequestHead {
+    /// Reads up to the empty line, byte for byte: what follows belongs to the socket.
+    ///
+    /// # Errors
+    /// It is too long, too slow, or no head.
+    pub(crate) fn read(stream: &mut TcpStream) -> io::Result<RequestHead> {
+        let (until, mut bytes, mut byte) = (Instant::now() + TIME, vec![], [0u8]);
+        while !bytes.ends_with(b"\r\n\r\n") {
+            let left = until.saturating_duration_since(Instant::now());
+            if bytes.len() == LONGEST || left.is_zero() {
+                return Err(io::Error::new(io::ErrorKind::InvalidData, "the head is too long or too slow"));
+            }
+            stream.set_read_timeout(Some(left))?;
+            stream.read_exact(&mut byte)?;
+            bytes.push(byte[0]);
+        }
+        RequestHead::parsed(&bytes).ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "no head"))
+    }
+
+    fn parsed(bytes: &[u8]) -> Option<RequestHead> {
+        let text = std::str::from_utf8(bytes).ok()?;
+        let mut lines = text.trim_end().split("\r\n");
+        let mut words = lines.next()?.split(' ');
+        let (method, path) = (words.next()?.to_owned(), words.next()?.to_owned());
+        let field = |line: &str| {
+            let (name, value) = line.split_once(':')?;
+            Some((name.to_ascii_lowercase(), value.trim().to_owned()))
+        };
+        Some(RequestHead { method, path, fields: lines.map(field).collect::<Option<_>>()? })
+    }
+
+    /// The value of the field of this name, in small letters; `None` without it, or where it is given twice.
+    pub(crate) fn field(&self, name: &str) -> Option<&str> {
+        let mut found = self.fields.iter().filter(|(field, _)| field == name);
+        let (_, value) = found.next()?;
+        found.next().is_none().then_some(value)
+    }
+
+    /// The host that was asked for, if it is one that names this server at `address` and `port`: `localhost`
+    /// or, beyond loopback, any address. A name could have been made to lead here.
+    pub(crate) fn host(&self, address: IpAddr, port: u16) -> Option<&str> {
+        let host = self.field("host")?;
+        let name = host.strip_suffix(&format!(":{port}")).or_else(|| Some(host).filter(|_| port == 80))?;
+        let asked = name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
+        let is_own = match asked {
+            Ok(asked) => asked.is_loopback() || !address.is_loopback(),
+            Err(_) => name == "localhost",
+        };
+        is_own.then_some(host)
+    }
+}
+
+/// Answers with a status alone.
+pub(crate) fn refuse(stream: &mut TcpStream, status: &str) -> io::Result<()> {
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Length: 0\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
+    )
+}
+
+/// Answers with the page.
+pub(crate) fn answer(stream: &mut TcpStream, page: &str) -> io::Result<()> {
+    write!(
+        stream,
+        "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=utf-8\r\nContent-Length: {}\r\n\
+         Cache-Control: no-store\r\nReferrer-Policy: no-referrer\r\nX-Frame-Options: DENY\r\n\
+         X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
+        page.len()
+    )?;
+    stream.write_all(page.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn host(text: &str, address: &str) -> bool {
+        let head = RequestHead::parsed(format!("GET / HTTP/1.1\r\nHost: {text}\r\n\r\n").as_bytes()).unwrap();
+        head.host(address.parse().unwrap(), 8080).is_some()
+    }
+
+    #[test]
+    fn only_hosts_that_cannot_be_made_to_lead_here_are_taken() {
+        for own in ["127.0.0.1:8080", "localhost:8080", "[::1]:8080"] {
+            assert!(host(own, "127.0.0.1"), "{own}");
+        }
+        for foreign in ["evil.example:8080", "127.0.0.1:8081", "127.0.0.1", "192.168.0.7:8080", ""] {
+            assert!(!host(foreign, "127.0.0.1"), "{foreign}");
+        }
+        assert!(host("192.168.0.7:8080", "0.0.0.0") && !host("evil.example:8080", "0.0.0.0"));
+    }
+
+    #[test]
+    fn fields_given_twice_are_none() {
+        let head = RequestHead::parsed(b"GET / HTTP/1.1\r\nHost: a\r\nhost: b\r\nOrigin: c\r\n\r\n").unwrap();
+        assert_eq!((head.field("host"), head.field("origin")), (None, Some("c")));
+        assert!(RequestHead::parsed(b"nothing\r\n\r\n").is_none());
+    }
+}

@@ -1,0 +1,155 @@
+//! Recordings of a running scene, and their logs of commands.
+
+use std::path::{Component, Path, PathBuf};
+
+use pliant::observer::{Frame, Quantities};
+use pliant_files::durable_file;
+use pliant_record::RecordError;
+use pliant_record::{MAX_LOSS, McapRecorder, Options, Recorded, RecordedOutcome, RecordedStatus};
+use pliant_scene::Channel;
+use pliant_scene::experiment::Experiment;
+
+use crate::LiveError;
+
+/// Ending of the log beside a recording.
+const LOG: &str = ".commands.jsonl";
+
+/// A recording from some step on, with the rate and the channels of the scene.
+pub(crate) struct LiveRecording {
+    recorder: McapRecorder,
+    /// Path as it was given.
+    pub(crate) path: PathBuf,
+    /// Time of the first frame [s].
+    begin: f64,
+}
+
+impl LiveRecording {
+    /// Begins a recording at the present state; `path` is below `folder`.
+    ///
+    /// # Errors
+    /// [`LiveError::Outside`]; the file is there, or cannot be written.
+    pub(crate) fn begin(folder: &Path, path: &Path, experiment: &mut Experiment) -> Result<Self, LiveError> {
+        let full = folder.join(confined(path)?);
+        let mut channels = experiment.scene().output.channels.clone();
+        if !channels.contains(&Channel::State) {
+            channels.push(Channel::State);
+        }
+        let log = log_of(&full);
+        if log.exists() {
+            return Err(RecordError::Exists { path: log }.into());
+        }
+        let recorder = McapRecorder::create(&full, &options(experiment, channels), experiment.topology())?;
+        let begin = experiment.simulation().state().time;
+        let mut recording = LiveRecording { recorder, path: path.to_owned(), begin };
+        recording.after_step(experiment)?;
+        Ok(recording)
+    }
+
+    /// Records the present state if its time has come.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn after_step(&mut self, experiment: &mut Experiment) -> Result<(), LiveError> {
+        let (index, rate) = (self.recorder.frames(), experiment.scene().output.rate);
+        let (time, h) = (experiment.simulation().state().time, experiment.simulation().step_size());
+        // The step nearest to the time of the frame; a product, so that no rounding accumulates.
+        if time + 0.5 * h >= self.begin + index as f64 / rate {
+            record(&mut self.recorder, experiment)?;
+        }
+        Ok(())
+    }
+
+    /// Ends the file, and writes the log of all commands beside it.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub(crate) fn end(self, experiment: &Experiment) -> Result<Recorded, LiveError> {
+        let state = experiment.simulation().state();
+        let message = experiment.failure().map(|failure| failure.message.clone());
+        let status = match message {
+            Some(_) => RecordedStatus::Failed,
+            None => RecordedStatus::Completed,
+        };
+        let (step, time) = (Some(state.step), state.time);
+        let outcome = RecordedOutcome { status, step, time, message: message.unwrap_or_default() };
+        let recorded = self.recorder.finish_with(&outcome)?;
+        let log = log_of(&recorded.path);
+        let what = || format!("cannot write {}", log.display());
+        let text = experiment.log().to_json_lines().map_err(std::io::Error::from);
+        let written = text.and_then(|text| durable_file::replace(&log, text.as_bytes()));
+        written.map_err(LiveError::system(what()))?;
+        Ok(recorded)
+    }
+}
+
+/// The log beside a recording.
+fn log_of(recording: &Path) -> PathBuf {
+    durable_file::with_suffix(&recording.with_extension(""), LOG)
+}
+
+/// The path, if it stays below the folder that it is relative to.
+fn confined(path: &Path) -> Result<&Path, LiveError> {
+    let is_confined = path.components().all(|part| matches!(part, Component::Normal(_)));
+    if is_confined && path.file_name().is_some() {
+        return Ok(path);
+    }
+    Err(LiveError::Outside { path: path.to_owned() })
+}
+
+/// What a recording of an experiment holds.
+pub(crate) fn options(experiment: &Experiment, channels: Vec<Channel>) -> Options {
+    Options {
+        channels,
+        title: experiment.scene().title.clone(),
+        probes: experiment.probes().to_vec(),
+        reactions: experiment.simulation().reaction_names(),
+        scene_text: experiment.source().text().to_owned(),
+        max_loss: MAX_LOSS,
+        ..Options::default()
+    }
+}
+
+/// Records the present state.
+///
+/// # Errors
+/// It cannot be written.
+pub(crate) fn record(recorder: &mut McapRecorder, experiment: &mut Experiment) -> Result<(), RecordError> {
+    use pliant::observer::Observer;
+    let needs = recorder.quantities();
+    let reads = |quantity| needs.contains(quantity);
+    let simulation = experiment.simulation_mut();
+    let diagnostics = reads(Quantities::DIAGNOSTICS).then(|| simulation.diagnostics());
+    let reactions = reads(Quantities::REACTIONS).then(|| simulation.reactions());
+    let points = reads(Quantities::POINTS).then(|| simulation.point_states());
+    let elements = reads(Quantities::ELEMENTS).then(|| simulation.element_states());
+    let (x, v, state) = (simulation.positions(), simulation.velocities(), simulation.state());
+    recorder.record(&Frame {
+        index: recorder.frames(),
+        step: state.step,
+        time: state.time,
+        dimension: simulation.system().dimension(),
+        x: &x,
+        v: &v,
+        diagnostics: diagnostics.as_ref(),
+        elements: elements.as_deref(),
+        points: points.as_deref(),
+        reactions: reactions.as_deref(),
+        work: simulation.work(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn recordings_stay_below_the_working_folder() {
+        for inside in ["a.mcap", "runs/a.mcap"] {
+            assert!(confined(Path::new(inside)).is_ok(), "{inside}");
+        }
+        for outside in ["", "/tmp/a.mcap", "../a.mcap", "runs/../../a.mcap", "./a.mcap", ".."] {
+            assert!(confined(Path::new(outside)).is_err(), "{outside}");
+        }
+        assert_eq!(log_of(Path::new("a/run.mcap")), Path::new("a/run.commands.jsonl"));
+    }
+}

@@ -1,0 +1,289 @@
+//! The port with the page and its socket.
+
+use std::io::{self, Read, Write};
+use std::net::{IpAddr, Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::time::Duration;
+
+use pliant_record::Recorded;
+use pliant_scene::Source;
+use pliant_scene::experiment::Experiment;
+use pliant_view::page::LiveSocket;
+use tungstenite::handshake::derive_accept_key;
+use tungstenite::protocol::{Role, WebSocketConfig};
+use tungstenite::{Message, WebSocket};
+
+use crate::LiveError;
+use crate::head::{RequestHead, answer, refuse};
+use crate::outbox::{Outbox, Outgoing};
+use crate::page::LivePage;
+use crate::protocol::Request;
+use crate::session::{Incoming, LiveSession, LiveSettings};
+use crate::token::Token;
+
+/// Commands that may wait before no more are read.
+const COMMANDS: usize = 256;
+/// Longest command [bytes].
+const LONGEST: usize = 64 << 10;
+/// Longest message that is read to be refused [bytes]; a longer one ends the socket.
+const LARGEST: usize = 1 << 20;
+/// Connections served at once.
+const CONNECTIONS: usize = 32;
+/// Time that a page may leave what was sent to it lie.
+const STALLED: Duration = Duration::from_secs(30);
+
+/// How a scene is served.
+#[derive(Clone, Debug)]
+pub struct LiveOptions {
+    /// Address to listen at.
+    pub address: IpAddr,
+    /// Port; 0 for a random one.
+    pub port: u16,
+    /// Simulated seconds a second; `None` as fast as it goes.
+    pub speed: Option<f64>,
+    /// True to begin paused.
+    pub paused: bool,
+    /// Recording from the start on, below `folder`.
+    pub record: Option<PathBuf>,
+    /// Folder that recordings are below.
+    pub folder: PathBuf,
+}
+
+impl Default for LiveOptions {
+    fn default() -> LiveOptions {
+        LiveOptions {
+            address: Ipv4Addr::LOCALHOST.into(),
+            port: 0,
+            speed: Some(1.0),
+            paused: false,
+            record: None,
+            folder: PathBuf::new(),
+        }
+    }
+}
+
+/// How a served scene ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveSummary {
+    /// Steps that were tried, over all resets.
+    pub steps: u64,
+    /// Simulated time at the end [s].
+    pub time: f64,
+    /// Recordings that were made.
+    pub recorded: Vec<Recorded>,
+}
+
+/// A scene behind a port, before it runs.
+pub struct LiveServer {
+    listener: TcpListener,
+    door: Arc<Door>,
+    session: LiveSession,
+}
+
+/// What requests are answered from.
+struct Door {
+    own: SocketAddr,
+    token: Token,
+    socket: LiveSocket,
+    page: String,
+    outbox: Arc<Outbox>,
+    commands: SyncSender<Incoming>,
+    connections: AtomicUsize,
+    closed: AtomicBool,
+}
+
+impl LiveServer {
+    /// Assembles the scene and listens.
+    ///
+    /// # Errors
+    /// [`LiveError`]: the scene cannot be simulated, its page not be made, the recording not be begun, or the
+    /// port is taken.
+    pub fn new(source: Source, options: &LiveOptions) -> Result<LiveServer, LiveError> {
+        let mut experiment = Experiment::new(source)?;
+        let address = SocketAddr::new(options.address, options.port);
+        let what = || format!("cannot listen at {address}");
+        let listener = TcpListener::bind(address).map_err(LiveError::system(what()))?;
+        let bound = listener.local_addr().map_err(LiveError::system(what()))?;
+        let own = match bound.ip().is_unspecified() {
+            true => SocketAddr::new(Ipv4Addr::LOCALHOST.into(), bound.port()),
+            false => bound,
+        };
+        let token = Token::random()?;
+        let socket = LiveSocket { host: own.to_string(), path: format!("/{}/socket", token.text()) };
+        let LivePage { html: page, title, measures } = LivePage::new(&mut experiment, &socket)?;
+        let (commands, queue) = sync_channel(COMMANDS);
+        let outbox = Arc::new(Outbox::default());
+        let LiveOptions { speed, paused, folder, .. } = options.clone();
+        let settings = LiveSettings { title, measures, speed, paused, folder };
+        let mut session = LiveSession::new(experiment, settings, Arc::clone(&outbox), queue);
+        if let Some(path) = &options.record {
+            session.record(path)?;
+        }
+        let (connections, closed) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let door = Door { own: bound, token, socket, page, outbox, commands, connections, closed };
+        Ok(LiveServer { listener, door: Arc::new(door), session })
+    }
+
+    /// The address of the page.
+    pub fn url(&self) -> String {
+        format!("http://{}/{}/", self.door.socket.host, self.door.token.text())
+    }
+
+    /// Runs the scene and answers requests until `stop` is set.
+    ///
+    /// # Errors
+    /// The last recording cannot be ended.
+    pub fn run(self, stop: &Arc<AtomicBool>) -> Result<LiveSummary, LiveError> {
+        let LiveServer { listener, door, session } = self;
+        let accepting = Arc::clone(&door);
+        let accepts = std::thread::spawn(move || accept(&listener, &accepting));
+        let summary = session.run(stop);
+        door.closed.store(true, Ordering::Relaxed);
+        door.outbox.close();
+        // Wakes it; where that cannot be, the thread ends with the process.
+        let socket: Option<SocketAddr> = door.socket.host.parse().ok();
+        if socket.is_some_and(|socket| TcpStream::connect(socket).is_ok()) {
+            let _ = accepts.join();
+        }
+        summary
+    }
+}
+
+fn accept(listener: &TcpListener, door: &Arc<Door>) {
+    for stream in listener.incoming() {
+        if door.closed.load(Ordering::Relaxed) {
+            return;
+        }
+        let Ok(stream) = stream else { continue };
+        if door.connections.fetch_add(1, Ordering::Relaxed) >= CONNECTIONS {
+            door.connections.fetch_sub(1, Ordering::Relaxed);
+            continue;
+        }
+        let door = Arc::clone(door);
+        std::thread::spawn(move || {
+            // A connection that ends early has no one left to tell.
+            let _ = door.serve(stream);
+            door.connections.fetch_sub(1, Ordering::Relaxed);
+        });
+    }
+}
+
+impl Door {
+    fn serve(self: &Arc<Door>, mut stream: TcpStream) -> io::Result<()> {
+        stream.set_nodelay(true)?;
+        stream.set_write_timeout(Some(STALLED))?;
+        let head = RequestHead::read(&mut stream)?;
+        let Some(host) = head.host(self.own.ip(), self.own.port()) else {
+            return refuse(&mut stream, "421 Misdirected Request");
+        };
+        let (token, rest) = head.path.trim_start_matches('/').split_once('/').unwrap_or_default();
+        if head.method != "GET" || !self.token.is(token) || !["", "socket"].contains(&rest) {
+            return refuse(&mut stream, "404 Not Found");
+        }
+        if rest.is_empty() {
+            let asks = |host: &str| format!("connect-src ws://{host}");
+            let page = match host == self.socket.host {
+                true => return answer(&mut stream, &self.page),
+                false => self.page.replacen(&asks(&self.socket.host), &asks(host), 1),
+            };
+            return answer(&mut stream, &page);
+        }
+        if head.field("origin") != Some(&format!("http://{host}")) {
+            return refuse(&mut stream, "403 Forbidden");
+        }
+        let Some(key) = head.field("sec-websocket-key") else {
+            return refuse(&mut stream, "426 Upgrade Required");
+        };
+        let Some(page) = self.outbox.connect() else { return refuse(&mut stream, "409 Conflict") };
+        let talked = self.talk(stream, key, page);
+        self.outbox.disconnect(page);
+        talked
+    }
+
+    /// Sends and receives until the page is gone.
+    fn talk(self: &Arc<Door>, mut stream: TcpStream, key: &str, page: u64) -> io::Result<()> {
+        write!(
+            stream,
+            "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+             Sec-WebSocket-Accept: {}\r\n\r\n",
+            derive_accept_key(key.as_bytes())
+        )?;
+        stream.set_read_timeout(None)?;
+        let outgoing = stream.try_clone()?;
+        let door = Arc::clone(self);
+        std::thread::spawn(move || {
+            let ended = outgoing.try_clone();
+            door.send(outgoing, page);
+            // The other half waits for what the page sends.
+            let _ = ended.map(|stream| stream.shutdown(Shutdown::Both));
+        });
+        self.receive(stream, page);
+        Ok(())
+    }
+
+    /// Sends what is for `page` until one of them is gone.
+    fn send(&self, stream: TcpStream, page: u64) {
+        let mut socket = WebSocket::from_raw_socket(stream, Role::Server, None);
+        while let Some(message) = self.outbox.next(page) {
+            let message = match message {
+                Outgoing::Text(text) => Message::text(text),
+                Outgoing::Frame(frame) => Message::binary(frame),
+                Outgoing::Pong(data) => Message::Pong(data.into()),
+            };
+            if socket.send(message).is_err() {
+                break;
+            }
+        }
+        let _ = socket.close(None);
+        let _ = socket.flush();
+        self.outbox.disconnect(page);
+    }
+
+    /// Hands on what `page` sends until it is gone.
+    fn receive(&self, stream: TcpStream, page: u64) {
+        let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
+        let mut socket = WebSocket::from_raw_socket(ReadHalf(stream), Role::Server, Some(config));
+        while let Ok(message) = socket.read() {
+            let request = match message {
+                Message::Text(text) if text.len() <= LONGEST => Request::read(&text),
+                Message::Text(text) => {
+                    Err((None, format!("{} bytes are too many: {LONGEST} at most", text.len())))
+                }
+                Message::Binary(_) => Err((None, "a command is a text".into())),
+                Message::Ping(data) => {
+                    self.outbox.push(Outgoing::Pong(data.to_vec()));
+                    continue;
+                }
+                _ => continue,
+            };
+            // A full queue stops reading: the page then waits, and no command is lost.
+            let incoming = Incoming { page, request };
+            if !self.outbox.has_room(page) || self.commands.send(incoming).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// The half of a stream that is read. What the protocol would answer on its own is dropped: only one half may
+/// write, or frames would tear.
+struct ReadHalf(TcpStream);
+
+impl Read for ReadHalf {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.read(buffer)
+    }
+}
+
+impl Write for ReadHalf {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        Ok(buffer.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
