@@ -181,6 +181,24 @@ fn titles_are_text_in_svg() {
 }
 
 #[test]
+fn walls_and_the_color_bar_are_in_svg() {
+    let bench = recorded(BALL);
+    let paths = |options: &[&str]| {
+        let line = ["render", "scene.mcap", "-o", "a.svg", "-q", "--force"];
+        bench.pliant(line.iter().chain(options)).succeeded();
+        let svg = std::fs::read_to_string(bench.path("a.svg")).unwrap();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let named = |name: &str| document.descendants().filter(|node| node.has_tag_name(name)).count();
+        let walls = document.descendants().filter(|node| node.attribute("class") == Some("wall")).count();
+        let words = document.descendants().filter(|node| node.text() == Some("speed [m/s]")).count();
+        (walls, named("linearGradient"), words)
+    };
+    assert_eq!(paths(&["--colour-by", "speed"]), (1, 1, 1));
+    assert_eq!(paths(&[]), (1, 0, 0));
+    assert_eq!(paths(&["--colour-by", "speed", "--bare"]), (1, 0, 0));
+}
+
+#[test]
 fn charts_are_drawn_to_files_and_in_the_terminal() {
     let bench = recorded(SPRING);
     bench.pliant(["plot", "scene.mcap"]).succeeded().prints(&["energy [J]", "kinetic", "elastic", "total"]);

@@ -43,7 +43,11 @@ fn export_writes_the_same_page_and_names_what_it_can_write() {
     bench.pliant(["view", "scene.mcap", "--no-open", "-q"]).succeeded();
     let page = |name: &str| std::fs::read(bench.path(name)).unwrap();
     assert!(page("a.html") == page("scene.html"));
-    bench.pliant(["export", "scene.mcap", "--to", "a.html"]).ended_with(2).says(&["a.html exists"]);
+    bench.pliant(["export", "scene.mcap", "--to", "a.html"]).ended_with(2).says(&[
+        "a.html exists",
+        "`--to`",
+        "`--force`",
+    ]);
     bench
         .pliant(["export", "scene.mcap", "--to", "b.html", "--frames", "1"])
         .ended_with(2)
@@ -66,6 +70,10 @@ fn a_run_can_end_with_its_page() {
     std::fs::write(bench.path("scene.html"), "mine").unwrap();
     bench.pliant(["run", "scene.toml", "--view"]).ended_with(2).says(&["scene.html exists"]);
     assert_eq!(bench.files(), ["scene.html"]);
+    let json = bench.pliant(["run", "scene.toml", "--view", "--force", "--json"]).succeeded().json();
+    assert_eq!((&json["file"], &json["view"]["page"]), (&"scene.mcap".into(), &"scene.html".into()));
+    assert_eq!(json["view"]["frames"].as_u64(), Some(11));
+    std::fs::remove_file(bench.path("scene.mcap")).unwrap();
     let run = bench.pliant(["run", "scene.toml"]).succeeded();
     let first = run.stdout.split("opens in\n").nth(1).unwrap().lines().next().unwrap();
     assert!(first.ends_with("pliant view scene.mcap"), "{first}");

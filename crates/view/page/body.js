@@ -134,7 +134,7 @@ export class Body {
       'pin',
     );
     pins.material.uniforms.colour = { value: new THREE.Vector3(1, 1, 1) };
-    pins.material.polygonOffset = true;
+    pins.material.polygonOffset = pins.material.transparent = true;
     pins.renderOrder = 2;
   }
 

@@ -118,7 +118,10 @@ export const PIN_FRAGMENT =
   `
 in float smoothValue; flat in int id; out vec4 shown;
 void main() {
-  vec2 p = abs(gl_PointCoord * 2.0 - 1.0);
-  if (p.x + p.y > 1.0) discard;
-  shown = vec4(p.x + p.y > 0.6 ? vec3(0.0) : colour, 1.0);
+  vec2 p = abs(gl_PointCoord * 2.0 - 1.0); float r = p.x + p.y, pixel = fwidth(r);
+  // What is held is picked, not its mark.
+  if (picking || r > 1.0) discard;
+  // Soft by its own width: in software there is no antialiasing.
+  float inside = 1.0 - smoothstep(0.6 - 0.5 * pixel, 0.6 + 0.5 * pixel, r);
+  shown = vec4(colour * inside, 1.0 - smoothstep(1.0 - pixel, 1.0, r));
 }`;

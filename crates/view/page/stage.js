@@ -51,6 +51,7 @@ export class Stage {
       software,
       marks: [],
       decor: new THREE.Group(),
+      arrows: new THREE.Group(),
       scene: new THREE.Scene(),
     });
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !software });
@@ -65,7 +66,7 @@ export class Stage {
       this.controls.touches.ONE = THREE.TOUCH.PAN;
     }
     this.controls.addEventListener('change', () => this.ask());
-    this.scene.add(this.decor);
+    this.scene.add(this.decor, this.arrows);
     this.pixel = new THREE.WebGLRenderTarget(1, 1);
     this.edges = { value: 0.4 };
     this.shared = {
@@ -188,6 +189,7 @@ export class Stage {
     this.grid = new THREE.Group();
     this.grid.add(this.#lines(line, css('--grid')));
     const [x, y] = [middle[0] - reach, middle[1] - reach];
+    this.corner = [x, y, level];
     this.grid.add(
       this.#lines(
         [x, y, level, x + 2 * reach, y, level, x, y, level, x, y + 2 * reach, level],
@@ -274,7 +276,7 @@ export class Stage {
     const { background } = scene;
     camera.setViewOffset(w, h, Math.floor(x), Math.floor(y), 1, 1);
     scene.background = null;
-    this.decor.visible = false;
+    this.decor.visible = this.arrows.visible = false;
     shared.picking.value = true;
     renderer.setRenderTarget(pixel);
     renderer.setClearColor(0, 0);
@@ -284,7 +286,7 @@ export class Stage {
     renderer.readRenderTargetPixels(pixel, 0, 0, 1, 1, found);
     renderer.setRenderTarget(null);
     shared.picking.value = false;
-    this.decor.visible = true;
+    this.decor.visible = this.arrows.visible = true;
     scene.background = background;
     camera.clearViewOffset();
     return found[3] ? { body: found[3] - 1, cell: found[0] | (found[1] << 8) | (found[2] << 16) } : null;

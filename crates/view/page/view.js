@@ -4,6 +4,7 @@ import { readHead, MISSING } from 'pliant/data';
 import { Body } from 'pliant/body';
 import { Stage, metres } from 'pliant/stage';
 import { Chart, brief } from 'pliant/charts';
+import { Loads } from 'pliant/loads';
 import { Inspector } from 'pliant/inspector';
 import { by, choices, fillHelp, paintBar, showLegend, turnTheme } from 'pliant/panel';
 
@@ -47,6 +48,7 @@ class View {
     this.stage.shared.thickness.value = this.bodies.some(body => body.lines.length > 4000) ? 1.2 : 2.2;
     this.#describe();
     this.inspector = new Inspector(this);
+    this.loads = new Loads(this.recording, this.bodies, this.stage);
     this.#probes();
     this.#look();
     await this.#readAll(0);
@@ -170,6 +172,7 @@ class View {
       body.uniforms.range.value.set(low, high);
       body.show(this.frame, this.colouring, this.playing);
     }
+    this.loads.show(this.frame);
     if (by('follow').checked && before !== this.frame) this.#follow(before);
     showLegend(
       colouring,
@@ -242,6 +245,7 @@ class View {
     this.stage.decorate(this.way, this.focus, this.recording.walls);
     by('scale').textContent = `grid ${metres(this.stage.step)}`;
     this.stage.grid.visible = by('grid').checked;
+    this.loads.show(this.frame);
     this.chart.draw();
     this.stage.ask();
   }

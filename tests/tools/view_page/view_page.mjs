@@ -54,12 +54,12 @@ const drawn = (page, colour) =>
   page.evaluate(wanted => {
     const { stage } = pliant.view,
       gl = stage.renderer.getContext();
-    stage.decor.visible = false;
+    stage.decor.visible = stage.arrows.visible = false;
     stage.draw();
     const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight],
       pixels = new Uint8Array(4 * w * h);
     gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-    stage.decor.visible = true;
+    stage.decor.visible = stage.arrows.visible = true;
     // Shades of one colour keep their ratios.
     const near = k => {
       const s = Math.max(...[0, 1, 2].map(c => pixels[4 * k + c])) / Math.max(...wanted);
@@ -238,6 +238,81 @@ async function clicksFindVertices() {
   await page.close_clean();
 }
 
+async function loadsAreArrows() {
+  const page = await open('two_bodies');
+  const arrows = frame =>
+    page.evaluate(f => {
+      pliant.show(f);
+      const down = arrow => arrow.children[0].localToWorld(arrow.position.clone().set(0, 1, 0)).sub(arrow.position);
+      const { loads, gravity } = pliant.view.loads;
+      const shown = loads[0].arrows.filter(arrow => arrow.visible);
+      return {
+        places: shown.map(arrow => arrow.position.toArray()),
+        ways: [...shown, gravity].map(arrow => down(arrow).toArray()),
+        label: loads[0].label.element.textContent,
+        g: gravity.visible,
+      };
+    }, frame);
+  assert.equal((await arrows(0)).places.length, 0, 'nothing presses at t = 0');
+  const half = await arrows(25),
+    end = await arrows(50);
+  assert.equal(end.places.length, 8);
+  assert.ok(end.g);
+  assert.equal(end.label, 'traction 20 Pa');
+  end.places.forEach(place => assert.ok(Math.abs(place[2] - 1) < 0.05, `on the top, not at ${place}`));
+  end.ways.forEach(([x, y, z]) => assert.ok(z < 0 && Math.hypot(x, y) < 1e-6 * -z, `down, not ${[x, y, z]}`));
+  const share = half.ways[0][2] / end.ways[0][2];
+  assert.ok(Math.abs(share - 0.5) < 0.01, `half as long after half the time: ${share}`);
+  await page.close_clean();
+}
+
+async function fingersTurnAndZoom() {
+  const page = await open('two_bodies');
+  const client = await page.createCDPSession();
+  const touch = (type, ...points) =>
+    client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const camera = () =>
+    page.evaluate(() => {
+      const { camera, controls } = pliant.view.stage,
+        from = camera.position.clone().sub(controls.target);
+      return { azimuth: Math.atan2(from.y, from.x), distance: from.length() };
+    });
+  const { x, y, width, height } = await (await page.$('#picture')).boundingBox(),
+    at = dx => [x + width / 2 + dx, y + height / 2];
+  const before = await camera();
+  await touch('touchStart', at(0));
+  for (let k = 1; k <= 6; k++) await touch('touchMove', at(10 * k));
+  await touch('touchEnd');
+  const turned = await camera();
+  assert.ok(Math.abs(turned.azimuth - before.azimuth) > 0.1, 'one finger turns');
+  assert.ok(Math.abs(turned.distance / before.distance - 1) < 1e-6, 'and keeps the distance');
+  await touch('touchStart', at(-50), at(50));
+  for (let k = 1; k <= 5; k++) await touch('touchMove', at(-50 - 10 * k), at(50 + 10 * k));
+  await touch('touchEnd');
+  // Twice as far apart, half as far away.
+  const ratio = (await camera()).distance / turned.distance;
+  assert.ok(ratio > 0.4 && ratio < 0.65, `two fingers: ${ratio}`);
+  await page.close_clean();
+}
+
+async function lostContextComesBack() {
+  const page = await open('two_bodies');
+  const blue = await page.evaluate(() => pliant.view.recording.bodies[0].colour);
+  const before = await drawn(page, blue);
+  const message = () => page.$eval('#message', place => place.textContent);
+  await page.evaluate(() => {
+    const { renderer } = pliant.view.stage;
+    window.loss = renderer.getContext().getExtension('WEBGL_lose_context');
+    window.loss.loseContext();
+  });
+  await until(page, () => /context was lost/.test(document.getElementById('message').textContent));
+  await page.evaluate(() => window.loss.restoreContext());
+  await until(page, () => document.getElementById('message').textContent === '');
+  assert.equal(await message(), '');
+  assert.deepEqual(await drawn(page, blue), before);
+  await page.close_clean();
+}
+
 async function everyKindInBothThemesAndThreeSizes() {
   for (const name of ['two_bodies', 'flat', 'hair'])
     for (const scheme of ['light', 'dark'])
@@ -262,6 +337,9 @@ try {
     coloursAreThoseOfNumbers,
     keysAndScrubbing,
     clicksFindVertices,
+    loadsAreArrows,
+    fingersTurnAndZoom,
+    lostContextComesBack,
     everyKindInBothThemesAndThreeSizes,
   ]) {
     await check();

@@ -84,7 +84,7 @@ fn is_page(arguments: &ExportArguments) -> Result<bool, Failure> {
         let message = format!("{} plays the whole recording", arguments.to.display());
         return Err(Failure::usage(format!("{message}; leave out `--frames` and `--format`")));
     }
-    super::view::refuse_existing(&arguments.to, arguments.force)?;
+    super::view::refuse_existing(&arguments.to, arguments.force, "--to")?;
     Ok(true)
 }
 

@@ -7,7 +7,6 @@ pub(super) mod session;
 mod statics;
 
 use std::num::NonZeroU16;
-use std::path::Path;
 use std::time::Duration;
 
 use pliant::run::Summary;
@@ -40,7 +39,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     let keeper = keeper(arguments, &input)?;
     let page = arguments.view.then(|| view::page_of(&recording::output(arguments)));
     if let Some(page) = &page {
-        view::refuse_existing(page, arguments.options.force)?;
+        view::refuse_existing(page, arguments.options.force, "-o")?;
     }
     let table = probes::table(arguments, &assembly)?;
     let recording = RunRecorder::open(arguments, &input, &assembly)?;
@@ -49,13 +48,8 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     }
     let keeper = keeper.map(|keeper| keeper.with_table(table.as_ref().map(|(file, _)| file)));
     let table = table.map(|(_, table)| table);
-    let recorded = recording.path().map(Path::to_owned);
-    let session = Session { input, assembly, recording, table, keeper, from: None, interrupted };
-    let status = session.run(terminal)?;
-    if let (Some(page), Some(recorded)) = (page, recorded.filter(|path| path.exists())) {
-        view::show(&recorded, &page, true, terminal)?;
-    }
-    Ok(status)
+    let session = Session { input, assembly, recording, table, keeper, from: None, page, interrupted };
+    session.run(terminal)
 }
 
 /// The keeper of checkpoints; `None` without `--checkpoint`.

@@ -15,7 +15,7 @@ use crate::text::{self, counted};
 
 pub(crate) fn execute(arguments: &ViewArguments, terminal: Terminal) -> Result<ExitStatus, Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| page_of(&arguments.file));
-    refuse_existing(&path, arguments.force)?;
+    refuse_existing(&path, arguments.force, "-o")?;
     let viewed = show(&arguments.file, &path, !arguments.no_open, terminal)?;
     terminal.document(&json!({ "status": ExitStatus::Done, "view": viewed }))?;
     Ok(ExitStatus::Done)
@@ -26,15 +26,15 @@ pub(crate) fn page_of(recording: &Path) -> PathBuf {
     recording.with_extension("html")
 }
 
-/// Refuses a page that is there, unless it may be replaced.
+/// Refuses a page that is there, unless it may be replaced; `option` names another place.
 ///
 /// # Errors
 /// It exists and `force` is not set, or it is no file.
-pub(crate) fn refuse_existing(path: &Path, force: bool) -> Result<(), Failure> {
+pub(crate) fn refuse_existing(path: &Path, force: bool, option: &str) -> Result<(), Failure> {
     Failure::unless_file(path)?;
     if path.exists() && !force {
         let path = path.display();
-        let advice = "choose another name with `-o`, or replace it with `--force`";
+        let advice = format!("choose another name with `{option}`, or replace it with `--force`");
         return Err(Failure::usage(format!("{path} exists; {advice}")));
     }
     Ok(())

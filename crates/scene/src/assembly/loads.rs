@@ -109,6 +109,23 @@ impl LoadPlan {
         format!("{}: {} faces{kind}", self.name, faces.len())
     }
 
+    /// The load as the scene has it.
+    pub(super) fn spec(&self) -> &Load {
+        &self.spec
+    }
+
+    /// Where it acts: single vertices, or the corners of faces, numbered from `first` on.
+    pub(super) fn places(&self, first: u32) -> Vec<Vec<u32>> {
+        match &self.on {
+            LoadTarget::Vertices(vertices) => vertices.iter().map(|vertex| vec![first + vertex]).collect(),
+            LoadTarget::Edges(faces) => corners(faces, 2, first),
+            LoadTarget::Triangles(faces) => corners(faces, 3, first),
+            LoadTarget::Quadrilaterals(faces) => corners(faces, 4, first),
+            LoadTarget::QuadraticEdges(faces) => corners(faces, 2, first),
+            LoadTarget::QuadraticTriangles(faces) => corners(faces, 3, first),
+        }
+    }
+
     fn changes(&self) -> bool {
         let formula = |value: &OverTime| value.constant().is_none();
         self.spec.vectors().iter().any(|(_, _, vector)| vector.iter().any(formula))
@@ -208,6 +225,11 @@ impl LoadPlan {
         });
         Box::new(DeadLoad::new(self.name.clone(), dimension, vertices, rest, samples, field, self.changes()))
     }
+}
+
+/// The first `count` nodes of each face, numbered from `first` on.
+fn corners<const N: usize>(faces: &[[u32; N]], count: usize, first: u32) -> Vec<Vec<u32>> {
+    faces.iter().map(|face| face.iter().take(count).map(|vertex| first + vertex).collect()).collect()
 }
 
 fn point(rest: &[f64], vertex: u32, dimension: usize) -> [f64; 3] {

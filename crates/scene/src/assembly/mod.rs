@@ -39,7 +39,7 @@ use pliant::state::State;
 use pliant::system::System;
 use pliant::topology::Topology;
 
-pub use places::{PinPlaces, PinnedVertices};
+pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
 pub use report::{BodyReport, Report};
 
 /// A simulation ready to run, and what it was made of.

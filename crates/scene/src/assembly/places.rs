@@ -1,7 +1,7 @@
-//! Where the pins of a scene are, found from its meshes alone.
+//! Where the pins and loads of a scene are, found from its meshes alone.
 
 use super::{build_bodies, memory};
-use crate::{Problem, Scene};
+use crate::{Load, Problem, Scene};
 
 /// Vertices that one pin of a scene holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -12,31 +12,50 @@ pub struct PinnedVertices {
     pub vertices: Vec<u32>,
 }
 
-/// Pins of a scene, and the number of vertices that their numbers count.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PinPlaces {
+/// Vertices that one load of a scene acts on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadedVertices {
+    /// Name of the load, as ``traction 0 on `beam` ``.
+    pub name: String,
+    /// The load.
+    pub load: Load,
+    /// Single vertices, or the corners of faces, out of the body as in
+    /// [`vector_area`](pliant::element::vector_area); numbered as in recordings.
+    pub on: Vec<Vec<u32>>,
+}
+
+/// Pins and loads of a scene, and the number of vertices that their numbers count.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScenePlaces {
     /// The pins, body after body.
     pub pins: Vec<PinnedVertices>,
+    /// The loads, body after body.
+    pub loads: Vec<LoadedVertices>,
     /// Number of vertices of all bodies.
     pub vertex_count: usize,
 }
 
 impl Scene {
-    /// Finds the vertices of all pins; meshes are built for that, terms and matrices are not.
+    /// Finds the vertices of all pins and loads; meshes are built for that, terms and matrices are not.
     ///
     /// # Errors
     /// Every problem with a mesh, a selection or a mass.
-    pub fn pin_places(&self) -> Result<PinPlaces, Vec<Problem>> {
+    pub fn places(&self) -> Result<ScenePlaces, Vec<Problem>> {
         memory::check(self)?;
         let bodies = build_bodies(self, &self.directory)?;
-        let mut pins = vec![];
+        let (mut pins, mut loads) = (vec![], vec![]);
         for body in &bodies {
             for pin in &body.held {
                 let name = format!("{}/{}", body.name, pin.name);
                 let vertices = pin.vertices.iter().map(|vertex| body.first_vertex + vertex).collect();
                 pins.push(PinnedVertices { name, vertices });
             }
+            loads.extend(body.loads.iter().map(|load| LoadedVertices {
+                name: load.name.clone(),
+                load: load.spec().clone(),
+                on: load.places(body.first_vertex),
+            }));
         }
-        Ok(PinPlaces { pins, vertex_count: bodies.iter().map(|body| body.mass.len()).sum() })
+        Ok(ScenePlaces { pins, loads, vertex_count: bodies.iter().map(|body| body.mass.len()).sum() })
     }
 }

@@ -1,9 +1,10 @@
 //! The model of what is drawn: a recording as bodies of triangles, lines and points, its frames, the
-//! numbers that colour them, and its surroundings (walls, pins, probes).
+//! numbers that colour them, and its surroundings (walls, pins, loads, probes).
 
 mod body;
 mod colouring;
 mod elements;
+mod loads;
 mod surroundings;
 #[cfg(test)]
 mod tests;
@@ -15,6 +16,7 @@ use pliant_record::read::{RecordedBodies, Trajectory, in_space, info};
 
 pub use body::DrawnBody;
 pub use colouring::{BodyScalars, Colouring, Scalars};
+pub use loads::DrawnLoad;
 pub use surroundings::{DrawnProbe, DrawnWall};
 
 use surroundings::Surroundings;
@@ -72,7 +74,7 @@ pub struct DrawnFrame {
 impl Drawing {
     /// Opens a complete recording.
     ///
-    /// Walls and pins are those of the attached scene; where that cannot be read, or builds other meshes
+    /// Walls, pins and loads are those of the attached scene; where that cannot be read, or builds other meshes
     /// than those recorded (a mesh file that is not beside the recording), there are none.
     ///
     /// # Errors
@@ -157,6 +159,19 @@ impl Drawing {
     /// Vertices that a pin of the attached scene holds at the start, ascending.
     pub fn pins(&self) -> &[u32] {
         &self.surroundings.pins
+    }
+
+    /// Loads of the attached scene.
+    pub fn loads(&self) -> &[DrawnLoad] {
+        &self.surroundings.loads
+    }
+
+    /// Gravity of the attached scene at a time [s], [m/s^2]; zero without one.
+    pub fn gravity(&self, time: f64) -> [f64; 3] {
+        let mut gravity = [0.0; 3];
+        let components = gravity.iter_mut().zip(&self.surroundings.gravity);
+        components.for_each(|(g, component)| *g = component.value([0.0; 3], time));
+        gravity
     }
 
     /// Probes that were recorded.

@@ -1,11 +1,14 @@
-//! Walls and pins of the attached scene, and recorded probes.
+//! Walls, pins, loads and gravity of the attached scene, and recorded probes.
 
 use std::path::Path;
 
 use pliant::constraint::Wall;
 use pliant_record::RecordError;
 use pliant_record::read::{Column, Trajectory};
-use pliant_scene::{Scene, Source};
+use pliant_scene::assembly::PinnedVertices;
+use pliant_scene::{OverTime, Scene, Source};
+
+use super::loads::{self, DrawnLoad};
 
 /// A rigid half-space.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,12 +30,15 @@ pub struct DrawnProbe {
     pub positions: Vec<[f64; 3]>,
 }
 
-/// Walls, pins and probes.
+/// Walls, pins, loads, gravity and probes.
 #[derive(Debug, Default)]
 pub(super) struct Surroundings {
     pub(super) walls: Vec<DrawnWall>,
     /// Ascending.
     pub(super) pins: Vec<u32>,
+    pub(super) loads: Vec<DrawnLoad>,
+    /// Components of gravity; empty without it.
+    pub(super) gravity: Vec<OverTime>,
     pub(super) probes: Vec<DrawnProbe>,
 }
 
@@ -45,7 +51,12 @@ impl Surroundings {
         let scene = attached_scene(trajectory, directory)?;
         let probes = probes(trajectory, topics)?;
         let Some(scene) = scene else { return Ok(Surroundings { probes, ..Surroundings::default() }) };
-        Ok(Surroundings { walls: walls(&scene), pins: pins(&scene, trajectory.vertex_count()), probes })
+        let gravity = scene.world.gravity.clone().unwrap_or_default();
+        // None where the scene does not build the meshes that were recorded.
+        let places = scene.places().ok().filter(|found| found.vertex_count == trajectory.vertex_count());
+        let (pins, loads) =
+            places.map(|found| (pins(found.pins), loads::drawn(found.loads))).unwrap_or_default();
+        Ok(Surroundings { walls: walls(&scene), pins, loads, gravity, probes })
     }
 }
 
@@ -66,13 +77,9 @@ fn walls(scene: &Scene) -> Vec<DrawnWall> {
     walls.map(drawn).collect()
 }
 
-/// Vertices of all pins, ascending; none where the scene does not build the meshes that were recorded.
-fn pins(scene: &Scene, vertex_count: usize) -> Vec<u32> {
-    let Ok(places) = scene.pin_places() else { return vec![] };
-    if places.vertex_count != vertex_count {
-        return vec![];
-    }
-    let mut pins: Vec<u32> = places.pins.into_iter().flat_map(|pin| pin.vertices).collect();
+/// Vertices of all pins, ascending.
+fn pins(pins: Vec<PinnedVertices>) -> Vec<u32> {
+    let mut pins: Vec<u32> = pins.into_iter().flat_map(|pin| pin.vertices).collect();
     pins.sort_unstable();
     pins.dedup();
     pins

@@ -139,3 +139,22 @@ fn a_recording_of_an_unreadable_scene_is_drawn_without_walls() {
     assert!(drawing.walls().is_empty() && drawing.pins().is_empty());
     assert_eq!(drawing.bodies().len(), 1);
 }
+
+#[test]
+fn loads_act_where_the_scene_says_and_change_with_time() {
+    let load = "load = [{ half_space = { normal = [-1.0, 0.0], offset = -1.0 }, traction = [0.0, '30 * t'] },
+    { vertices = [0], force = ['2 * X + 1', 3.0] }]\n[[probe]]";
+    let drawing = drawing(&SQUARE.replacen("[[probe]]", load, 1));
+    let [traction, force] = drawing.loads() else { panic!("{:?}", drawing.loads()) };
+    assert_eq!((traction.key, traction.unit, force.key, force.unit), ("traction", "Pa", "force", "N"));
+    let rest = drawing.rest().unwrap();
+    let [edge] = &traction.on[..] else { panic!("{:?}", traction.on) };
+    // The right side, upwards: counter-clockwise about the body.
+    let places: Vec<&[f64]> = edge.iter().map(|v| &rest[3 * *v as usize..3 * *v as usize + 2]).collect();
+    assert_eq!(places, [[1.0, 0.0], [1.0, 1.0]]);
+    assert_eq!(traction.value([0.0; 3], 0.5), [0.0, 15.0, 0.0]);
+    assert!(traction.changes() && !traction.depends_on_place() && !traction.follows());
+    assert_eq!((&force.on[..], force.value([2.0, 0.0, 0.0], 9.0)), (&[vec![0]][..], [5.0, 3.0, 0.0]));
+    assert!(force.depends_on_place());
+    assert_eq!(drawing.gravity(0.01), [0.0, -9.8, 0.0]);
+}

@@ -18,12 +18,13 @@ const THREE: &str = include_str!("../../vendor/three/three.module.min.js");
 const ORBIT: &str = include_str!("../../vendor/three/OrbitControls.js");
 
 /// Modules of the page, by the names that they import each other by.
-const MODULES: [(&str, &str); 8] = [
+const MODULES: [(&str, &str); 9] = [
     ("pliant/view", include_str!("../../page/view.js")),
     ("pliant/data", include_str!("../../page/data.js")),
     ("pliant/shaders", include_str!("../../page/shaders.js")),
     ("pliant/body", include_str!("../../page/body.js")),
     ("pliant/stage", include_str!("../../page/stage.js")),
+    ("pliant/loads", include_str!("../../page/loads.js")),
     ("pliant/charts", include_str!("../../page/charts.js")),
     ("pliant/panel", include_str!("../../page/panel.js")),
     ("pliant/inspector", include_str!("../../page/inspector.js")),

@@ -7,6 +7,7 @@
 mod charts;
 mod codec;
 mod html;
+mod loads;
 mod pack;
 mod shown;
 #[cfg(test)]

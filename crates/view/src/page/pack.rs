@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::charts;
 use super::codec::{Chunk, Extent, LARGEST, Quantiser, deflate, encode};
+use super::loads;
 use super::shown::ShownBody;
 use crate::colour;
 use crate::drawing::{BodyScalars, Colouring, DrawError, Drawing};
@@ -59,6 +60,8 @@ pub(super) fn pack(
         "probes": probes,
         "probe_positions": frames.iter().map(|&frame| probe_positions(drawing, frame)).collect::<Vec<_>>(),
         "walls": walls.collect::<Vec<_>>(),
+        "loads": loads::loads(drawing, &shown, frames),
+        "gravity": loads::gravity(drawing, frames),
         "charts": charts::charts(drawing, frames)?,
     });
     Ok(Packed { head, blocks })

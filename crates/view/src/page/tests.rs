@@ -120,3 +120,42 @@ fn the_page_asks_for_nothing() {
     let asked: Vec<&str> = outside.into_iter().filter(|text| page.html.contains(text)).collect();
     assert!(asked.is_empty(), "{asked:?}");
 }
+
+#[test]
+fn arrows_of_loads_are_on_what_is_seen_and_few() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let scene = "dimension = 3
+time = { integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }
+world = { gravity = [0.0, 0.0, -2.0] }
+[[body]]
+name = 'block'
+mesh = { grid = { size = [1.0, 1.0, 1.0], cells = [3, 3, 3] } }
+elastic = { neo-hookean = { young = 1e6, poisson = 0.3 } }
+mass = { density = 1000.0 }
+load = [{ pressure = '10 * t' }, { force = [1.0, 0.0, 'Z'] }]
+[output]
+rate = 100.0
+channels = ['state']
+";
+    recorded(scene, &file);
+    let page = ViewerPage::new(&mut Drawing::open(&file).unwrap(), &PageBudget::default()).unwrap();
+    let head = head(&page);
+    let loads = head["loads"].as_array().unwrap();
+    let (pressure, force) = (&loads[0], &loads[1]);
+    assert_eq!((&pressure["follows"], &force["follows"]), (&true.into(), &false.into()));
+    // Of 108 triangles every third; of 64 vertices the 56 on the surface, every second.
+    let count = |load: &Value| load["on"].as_array().unwrap().len();
+    assert_eq!((count(pressure), count(force)), (36, 28));
+    // One value for all triangles in each of the frames; one for each vertex at all times.
+    let shape = |load: &Value| {
+        (load["values"].as_array().unwrap().len(), load["values"][0].as_array().unwrap().len())
+    };
+    assert_eq!((shape(pressure), shape(force)), ((11, 1), (1, 28)));
+    let last = pressure["values"][10][0][0].as_f64().unwrap();
+    assert!((last - 1.0).abs() < 1e-6, "{last}");
+    assert_eq!(head["gravity"], serde_json::json!([[0.0, 0.0, -2.0]]));
+    // Without them there are none.
+    let free = self::head(&ViewerPage::new(&mut drawing("free"), &PageBudget::default()).unwrap());
+    assert_eq!((&free["loads"], &free["gravity"]), (&serde_json::json!([]), &serde_json::json!([])));
+}

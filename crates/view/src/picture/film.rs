@@ -225,6 +225,11 @@ impl Film {
         vec![self.headline(width, legend::letters(height)), self.time(number, height)]
     }
 
+    /// The colour bar, where one is drawn.
+    pub(crate) fn scale(&self) -> Option<&legend::ColorScale> {
+        self.cast.scale.as_ref().filter(|_| self.options.labels)
+    }
+
     /// Pixels at the left, top, right and bottom that bodies are kept out of.
     fn margins(&self) -> [f32; 4] {
         let height = self.options.style.size[1];

@@ -14,6 +14,11 @@ const SHADE: f32 = 0.42;
 /// Distance of grid lines in sizes of what is on the stage, before it is rounded to 1, 2 or 5.
 const GRID: f32 = 0.35;
 
+/// Reach and corners of planes as shapes: a disc in space, a strip in the plane.
+const DISC: f32 = 1.6;
+const STRIP: f32 = 20.0;
+const CORNERS: usize = 48;
+
 /// A plane that bodies do not pass.
 pub(super) struct Ground<'a> {
     stage: &'a PictureStage,
@@ -45,6 +50,27 @@ impl<'a> Ground<'a> {
                 }
             }
         }
+    }
+
+    /// Its corners in a picture of shapes: a strip in the plane, in space a disc that does not fade; none where
+    /// the eye is behind it.
+    pub(super) fn outline(&self, dimension: usize) -> Vec<[f32; 2]> {
+        let camera = &self.stage.camera;
+        if dimension == 3 && dot(minus(camera.eye, self.point), self.normal) <= 0.0 {
+            return vec![];
+        }
+        let reach = self.stage.radius * if dimension == 3 { DISC } else { STRIP };
+        let corner = |[x, y]: [f32; 2]| match dimension {
+            3 => plus(times(self.tangents[0], x * reach), times(self.tangents[1], y * reach)),
+            _ => plus(times(self.tangents[0], x * reach), times(self.normal, y.min(0.0) * reach)),
+        };
+        let rim = (0..CORNERS).map(|k| (k as f32 / CORNERS as f32 * std::f32::consts::TAU).sin_cos());
+        let around: Vec<[f32; 2]> = match dimension {
+            3 => rim.map(|(sin, cos)| [cos, sin]).collect(),
+            _ => vec![[-1.0, 0.0], [1.0, 0.0], [1.0, -1.0], [-1.0, -1.0]],
+        };
+        let places = around.into_iter().map(|place| plus(self.middle, corner(place)));
+        places.filter_map(|place| Some(camera.project(place)?.at)).collect()
     }
 
     fn sample(&self, canvas: &mut Canvas, [column, row]: [usize; 2], at: [f32; 2], shadow: &ShadowMap) {

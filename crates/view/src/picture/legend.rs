@@ -16,6 +16,9 @@ pub struct ColorScale {
     pub color: fn(f32) -> Rgb,
 }
 
+/// Upper end of the bar, at least, in heights of letters: the title and the name of the bar are above it.
+const UNDER_TITLE: f32 = 6.2;
+
 /// Room to the right of bodies for a bar in a picture of this height [pixel].
 pub(crate) fn room(height: usize) -> f32 {
     9.0 * letters(height)
@@ -26,27 +29,63 @@ pub(crate) fn letters(height: usize) -> f32 {
     (0.0185 * height as f32).clamp(6.5, 40.0)
 }
 
+/// Places of the bar and its words, at the right side of a picture [pixel].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BarLayout {
+    /// Height of letters.
+    pub(crate) size: f32,
+    /// Left and right side of the bar.
+    pub(crate) sides: [f32; 2],
+    /// Its upper and lower end.
+    pub(crate) ends: [f32; 2],
+    /// End of its name's base line.
+    pub(crate) name: [f32; 2],
+}
+
+impl BarLayout {
+    pub(crate) fn new(width: usize, height: usize) -> BarLayout {
+        let size = letters(height);
+        let (bar, margin) = (1.3 * size, 1.6 * size);
+        let right = width as f32 - margin;
+        let left = right - bar - 4.6 * size;
+        // Below the title, which small pictures have less room under: their letters do not shrink.
+        let top = (0.24 * height as f32).max(UNDER_TITLE * size);
+        let bottom = (0.80 * height as f32).max(top + size);
+        BarLayout { size, sides: [left, left + bar], ends: [top, bottom], name: [right, top - 1.6 * size] }
+    }
+
+    /// The name, as much of it as fits.
+    pub(crate) fn name_of(&self, scale: &ColorScale) -> String {
+        text::shortened(&scale.name, self.size, self.name[0] - 1.6 * self.size)
+    }
+
+    /// Numbers beside the bar and how high their marks are, from below; few where the bar is short.
+    pub(crate) fn ticks(&self, [low, high]: [f64; 2]) -> Vec<(f32, String)> {
+        let [top, bottom] = self.ends;
+        let place = |value: f64| bottom - ((value - low) / (high - low)) as f32 * (bottom - top);
+        let all: Vec<(f32, String)> =
+            ticks(low, high).into_iter().map(|(value, label)| (place(value), label)).collect();
+        let room = ((bottom - top) / (1.5 * self.size)) as usize;
+        let step = all.len().div_ceil(room.max(1)).max(1);
+        all.into_iter().step_by(step).collect()
+    }
+}
+
 /// Draws the bar at the right side of a picture.
 pub(crate) fn draw(image: &mut Image, scale: &ColorScale, theme: Theme) {
-    let size = letters(image.height);
-    let (bar, margin) = (1.3 * size, 1.6 * size);
-    let left = image.width as f32 - margin - bar - 4.6 * size;
-    let (top, bottom) = (0.24 * image.height as f32, 0.80 * image.height as f32);
+    let layout = BarLayout::new(image.width, image.height);
+    let BarLayout { size, sides: [left, right], ends: [top, bottom], name } = layout;
     for row in top as i64..bottom as i64 {
         let color = (scale.color)((bottom - row as f32 - 0.5) / (bottom - top));
-        for column in left as i64..(left + bar) as i64 {
+        for column in left as i64..right as i64 {
             image.blend(column, row, color, 1.0);
         }
     }
-    let right = image.width as f32 - margin;
-    text::write(image, &scale.name, [right, top - 1.6 * size], size, theme.ink(), Anchor::Right);
-    let [low, high] = scale.range;
-    for (value, label) in ticks(low, high) {
-        let share = ((value - low) / (high - low)) as f32;
-        let y = bottom - share * (bottom - top);
-        let ends = [[left + bar, y], [left + bar + 0.4 * size, y]];
+    text::write(image, &layout.name_of(scale), name, size, theme.ink(), Anchor::Right);
+    for (y, label) in layout.ticks(scale.range) {
+        let ends = [[right, y], [right + 0.4 * size, y]];
         text::stroke(image, ends, 1.0, theme.faint(), 1.0);
-        let at = [left + bar + 0.8 * size, y + 0.5 * size];
+        let at = [right + 0.8 * size, y + 0.5 * size];
         text::write(image, &label, at, size, theme.ink(), Anchor::Left);
     }
 }
@@ -74,5 +113,63 @@ fn written(value: f64, step: f64) -> String {
     } else {
         let decimals = (value.abs().log10().floor() - step.log10().floor()).clamp(0.0, 6.0) as usize;
         format!("{value:.decimals$e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colour;
+
+    fn scale() -> ColorScale {
+        let color = |share| colour::of_value(f64::from(share), (0.0, 1.0));
+        ColorScale { name: "speed [m/s]".to_owned(), range: [0.0, 2.0], color }
+    }
+
+    #[test]
+    fn bar_runs_from_the_lowest_color_to_the_highest() {
+        let mut image = Image::filled([320, 240], [255, 255, 255, 255]);
+        draw(&mut image, &scale(), Theme::Light);
+        let BarLayout { sides, ends, .. } = BarLayout::new(320, 240);
+        let column = (0.5 * (sides[0] + sides[1])) as usize;
+        let at = |row: f32| {
+            let [r, g, b, _] = image.pixel(column, row as usize);
+            [r, g, b]
+        };
+        let near = |seen: Rgb, share: f64| {
+            let meant = colour::of_value(share, (0.0, 1.0));
+            (0..3).all(|i| seen[i].abs_diff(meant[i]) <= 4)
+        };
+        assert!(near(at(ends[0] + 0.5), 1.0) && near(at(ends[1] - 1.5), 0.0), "ends");
+        assert!(near(at(0.5 * (ends[0] + ends[1])), 0.5), "middle");
+        assert_eq!(at(ends[0] - 1.5), [255; 3], "above");
+    }
+
+    #[test]
+    fn numbers_stand_beside_their_colors() {
+        let layout = BarLayout::new(320, 240);
+        let ticks = layout.ticks([0.0, 2.0]);
+        let [top, bottom] = layout.ends;
+        let labels: Vec<&str> = ticks.iter().map(|(_, label)| label.as_str()).collect();
+        assert_eq!(labels, ["0.0", "0.5", "1.0", "1.5", "2.0"]);
+        for (k, (y, _)) in ticks.iter().enumerate() {
+            let expected = bottom - 0.25 * k as f32 * (bottom - top);
+            assert!((y - expected).abs() < 1e-3, "{k}: {y} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn name_of_the_bar_is_below_the_title() {
+        for height in [60, 90, 120, 180, 240, 720] {
+            let layout = BarLayout::new(height * 4 / 3, height);
+            let size = letters(height);
+            // Base line of the title, and how far its letters reach below.
+            let title = (2.3 + 0.35) * 1.15 * size;
+            assert!(layout.name[1] - size > title, "{height}: {} under {title}", layout.name[1]);
+            assert!(layout.ends[1] > layout.ends[0]);
+            let ticks = layout.ticks([0.0, 1.0]);
+            let apart = ticks.windows(2).map(|pair| pair[0].0 - pair[1].0).fold(f32::INFINITY, f32::min);
+            assert!(apart > size, "{height}: numbers overlap, {apart} apart");
+        }
     }
 }

@@ -113,7 +113,10 @@ impl PictureStage {
         let (ink, size) = (self.style.theme.ink(), self.scaled(9.0));
         for mark in figure.marks.iter().filter(|mark| !mark.name.is_empty()) {
             if let Some(Projected { at: [x, y], .. }) = self.camera.project(mark.at) {
-                text::write(image, &mark.name, [x + 0.8 * size, y - 0.8 * size], size, ink, Anchor::Left);
+                // To the left of what is at the right side, where it would be cut.
+                let is_cut = x + 0.8 * size + text::width(&mark.name, size) > image.width as f32;
+                let (aside, anchor) = if is_cut { (-0.8, Anchor::Right) } else { (0.8, Anchor::Left) };
+                text::write(image, &mark.name, [x + aside * size, y - 0.8 * size], size, ink, anchor);
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::IsTerminal;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -14,6 +15,7 @@ use pliant_scene::assembly::Assembly;
 
 use super::closing::{self, Closing};
 use super::keeper::CheckpointKeeper;
+use crate::commands::view;
 use crate::failure::{ExitStatus, Failure, label};
 use crate::input::Input;
 use crate::progress::RunProgress;
@@ -30,6 +32,8 @@ pub(crate) struct Session {
     pub(crate) keeper: Option<CheckpointKeeper>,
     /// The checkpoint to go on from.
     pub(crate) from: Option<CheckpointFile>,
+    /// Page of the recording, to be written at the end.
+    pub(crate) page: Option<PathBuf>,
     /// Set by the signals that end a run.
     pub(crate) interrupted: &'static Arc<AtomicBool>,
 }
@@ -50,7 +54,7 @@ impl Session {
             progress.clear();
         }
 
-        let Session { input, mut assembly, recording, keeper, .. } = self;
+        let Session { input, mut assembly, recording, keeper, page, .. } = self;
         let statics = assembly.simulation.static_state(&assembly.topology);
         let closing =
             Closing::new(&input.scene, &assembly.report, &summary, &statistics, statics.as_ref(), wall);
@@ -79,7 +83,11 @@ impl Session {
         if let Some(recorded) = &recorded {
             terminal.report(&closing::how_to_open(recorded))?;
         }
-        terminal.document(&closing.document(input.source.name(), recorded.as_ref()))?;
+        let mut document = closing.document(input.source.name(), recorded.as_ref());
+        if let (Some(page), Some(recorded)) = (page, &recorded) {
+            document["view"] = view::show(&recorded.path, &page, true, terminal)?;
+        }
+        terminal.document(&document)?;
         Ok(closing.status())
     }
 

@@ -6,13 +6,18 @@ use std::io::Write;
 use super::PictureError;
 use crate::picture::figure::DrawnFigure;
 use crate::picture::film::Film;
+use crate::picture::ground::Ground;
 use crate::picture::image::{Rgb, blended};
+use crate::picture::legend::{BarLayout, ColorScale};
 use crate::picture::shading::LitSurface;
 use crate::picture::space::{Vec3, cross, dot, minus, times, unit};
 use crate::picture::stage::PictureStage;
 
 /// Shapes in one file, at most: beyond it browsers and editors are slow, and a .png is smaller.
 const MOST: usize = 50_000;
+
+/// Stops of the colour bar's gradient.
+const STOPS: usize = 16;
 
 /// Writes the first frame of a film as SVG. Triangles are flat and sorted by their middles, so those that
 /// pierce each other overlap wrongly; there are no shadows.
@@ -35,6 +40,7 @@ pub fn write(film: &Film, out: &mut dyn Write) -> Result<(), PictureError> {
         let background = hex(stage.style.theme.background());
         let _ = writeln!(text, "<rect width=\"{width}\" height=\"{height}\" fill=\"{background}\"/>");
     }
+    walls(figure, stage).into_iter().for_each(|wall| text += &wall);
     for (_, shape) in shapes(figure, stage) {
         text += &shape;
     }
@@ -47,8 +53,57 @@ pub fn write(film: &Film, out: &mut dyn Write) -> Result<(), PictureError> {
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size:.1}\" fill=\"{ink}\">{words}</text>"
         );
     }
+    if let Some(scale) = film.scale() {
+        text += &bar(scale, stage);
+    }
     text += "</svg>\n";
     Ok(out.write_all(text.as_bytes())?)
+}
+
+/// Walls, behind everything.
+fn walls(figure: &DrawnFigure, stage: &PictureStage) -> Vec<String> {
+    let theme = stage.style.theme;
+    let (fill, line) = (hex(theme.ground()), hex(theme.faint()));
+    let outlines = figure.walls.iter().map(|wall| Ground::new(stage, *wall).outline(figure.dimension));
+    let shape = |corners: Vec<[f32; 2]>| {
+        let places: Vec<String> = corners.iter().map(|[x, y]| format!("{x:.1} {y:.1}")).collect();
+        format!("<path class=\"wall\" d=\"M{}Z\" fill=\"{fill}\" stroke=\"{line}\"/>\n", places.join("L"))
+    };
+    outlines.filter(|corners| corners.len() > 2).map(shape).collect()
+}
+
+/// The colour bar: a gradient, its name and its numbers.
+fn bar(scale: &ColorScale, stage: &PictureStage) -> String {
+    let [width, height] = stage.style.size;
+    let layout = BarLayout::new(width, height);
+    let BarLayout { size, sides: [left, right], ends: [top, bottom], name } = layout;
+    let (ink, line) = (hex(stage.style.theme.ink()), hex(stage.style.theme.faint()));
+    let mut text = "<linearGradient id=\"scale\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">".to_owned();
+    for stop in 0..=STOPS {
+        let share = stop as f32 / STOPS as f32;
+        let color = hex((scale.color)(share));
+        let _ = write!(text, "<stop offset=\"{share}\" stop-color=\"{color}\"/>");
+    }
+    let (across, high) = (right - left, bottom - top);
+    let _ = writeln!(
+        text,
+        "</linearGradient>\n<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{across:.1}\" \
+         height=\"{high:.1}\" fill=\"url(#scale)\"/>"
+    );
+    let font = 1.4 * size;
+    let mut words = |words: &str, [x, y]: [f32; 2], anchor: &str| {
+        let words = escaped(words);
+        let _ = writeln!(
+            text,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{font:.1}\" fill=\"{ink}\" \
+             text-anchor=\"{anchor}\">{words}</text>"
+        );
+    };
+    words(&layout.name_of(scale), name, "end");
+    let ticks = layout.ticks(scale.range);
+    ticks.iter().for_each(|(y, label)| words(label, [right + 0.8 * size, y + 0.5 * size], "start"));
+    let marks: String = ticks.iter().map(|(y, _)| format!("M{right:.1} {y:.1}h{:.1}", 0.4 * size)).collect();
+    text + &format!("<path d=\"{marks}\" stroke=\"{line}\"/>\n")
 }
 
 /// All shapes with their depths, the farthest first.

@@ -1,0 +1,54 @@
+//! Loads of the attached scene.
+
+use pliant_scene::Load;
+use pliant_scene::assembly::LoadedVertices;
+
+/// A force from outside on vertices or faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnLoad {
+    /// Key of the scene: `force`, `force_per_vertex`, `body_force`, `traction`, `pressure`.
+    pub key: &'static str,
+    /// Unit of its values.
+    pub unit: &'static str,
+    /// Single vertices, or the corners of faces, whose vector area is out of the body.
+    pub on: Vec<Vec<u32>>,
+    load: Load,
+}
+
+impl DrawnLoad {
+    /// Whether it is a pressure, against the normal of each face as it is now.
+    pub fn follows(&self) -> bool {
+        self.load.pressure.is_some()
+    }
+
+    /// Whether it is not the same on all its vertices and faces.
+    pub fn depends_on_place(&self) -> bool {
+        let (vectors, pressure) = (self.load.vectors(), &self.load.pressure);
+        vectors.iter().flat_map(|(_, _, vector)| *vector).chain(pressure).any(|x| x.depends_on_place())
+    }
+
+    /// Whether it is not the same at all times.
+    pub fn changes(&self) -> bool {
+        let (vectors, pressure) = (self.load.vectors(), &self.load.pressure);
+        vectors.iter().flat_map(|(_, _, vector)| *vector).chain(pressure).any(|x| x.constant().is_none())
+    }
+
+    /// Its value at a place of the rest shape [m] at a time [s], in [`unit`](Self::unit); of a pressure the
+    /// first number alone.
+    pub fn value(&self, place: [f64; 3], time: f64) -> [f64; 3] {
+        let mut value = [0.0; 3];
+        let vectors = self.load.vectors();
+        let components = vectors.iter().flat_map(|(_, _, vector)| *vector).chain(&self.load.pressure);
+        value.iter_mut().zip(components).for_each(|(value, component)| *value = component.value(place, time));
+        value
+    }
+}
+
+/// The loads of a scene.
+pub(super) fn drawn(loads: Vec<LoadedVertices>) -> Vec<DrawnLoad> {
+    let one = |LoadedVertices { load, on, .. }: LoadedVertices| {
+        let (key, unit) = load.vectors().first().map_or(("pressure", "Pa"), |(key, unit, _)| (*key, *unit));
+        DrawnLoad { key, unit, on, load }
+    };
+    loads.into_iter().map(one).collect()
+}
