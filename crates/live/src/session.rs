@@ -165,6 +165,8 @@ impl LiveSession {
             .map(|i| is_drag(&waiting[i]) && waiting.get(i + 1).is_some_and(is_drag))
             .collect();
         for (incoming, superseded) in waiting.into_iter().zip(superseded) {
+            // A page may have come, and asked for something, while the queue was waited for.
+            self.greet();
             if incoming.page == self.page && !superseded {
                 self.answer(incoming.request);
             }
