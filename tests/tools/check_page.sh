@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The pages of `pliant view` and `pliant live` in a real headless Chromium: check_page.sh PLIANT [FOLDER]. PLIANT is the program,
-# FOLDER (target/ci/page) takes recordings, pages, screenshots and what npm installs. CHROMIUM names another
-# browser than the one that npm brings.
+# The pages of `pliant view` and `pliant live` in a real headless Chromium: check_page.sh PLIANT [FOLDER].
+# PLIANT is the program, FOLDER (target/ci/page) takes recordings, pages, screenshots and what npm installs.
+# CHROMIUM names another browser than the one that npm brings.
 set -euo pipefail
 pliant=$(realpath "$1")
 root=$(realpath "$(dirname "$0")/../..")

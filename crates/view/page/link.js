@@ -25,8 +25,8 @@ export function readFrame(buffer) {
 }
 
 /**
- * Calls `take[type](message)` for what comes, `take.frame(frame)` for frames, `take.refused(reply)` for refused
- * commands whose reply is not awaited, and `take.lost(opened, again)`.
+ * Calls `take[type](message)` for what comes, `take.frame(frame)` for frames, `take.refused(reply)` for
+ * refused commands whose reply is not awaited, and `take.lost(opened, again)`.
  */
 export class Link {
   constructor(path, take) {

@@ -56,7 +56,7 @@ async function settle(page) {
   await page.select('#speed', '7');
   const { step: from } = await state(page);
   await page.until(
-    first => pliant.view.state.step > first + 100 && pliant.view.state.energy.kinetic < 1e-9,
+    first => pliant.view.state.step > first + 100 && pliant.view.state.energy.kinetic < 1e-6,
     from,
   );
   await page.select('#speed', '3');
