@@ -28,7 +28,7 @@ async function serve(scene) {
 
 /** The page with the helpers that checks need. */
 async function open(browser, address) {
-  const page = await watched(browser, address, { width: 1280, height: 800 });
+  const page = await watched(browser, address, { width: 800, height: 600 });
   page.until = (test, ...given) =>
     page.waitForFunction(test, { timeout: 60000, polling: 20 }, ...given).catch(async fault => {
       const state = JSON.stringify(await page.evaluate(() => pliant.view.state));
@@ -56,7 +56,7 @@ async function settle(page) {
   await page.select('#speed', '7');
   const { step: from } = await state(page);
   await page.until(
-    first => pliant.view.state.step > first + 100 && pliant.view.state.energy.kinetic < 1e-6,
+    first => pliant.view.state.step > first + 40 && pliant.view.state.energy.kinetic < 1e-5,
     from,
   );
   await page.select('#speed', '3');
@@ -201,7 +201,7 @@ async function everySizeInBothThemes(page) {
       assert.equal(wide, 0, `the page is wider than ${width}`);
       writeFileSync(`${folder}/live-${scheme}-${width}.png`, await page.screenshot());
     }
-  await page.setViewport({ width: 1280, height: 800 });
+  await page.setViewport({ width: 800, height: 600 });
 }
 
 async function aSecondPageIsRefused(page) {
@@ -252,6 +252,10 @@ try {
     await check(page, program);
     console.log('ok', check.name);
   }
+} catch (fault) {
+  // At once: what closes below may fail too.
+  console.error(fault);
+  process.exitCode = 1;
 } finally {
   program.kill();
   await browser.close();
