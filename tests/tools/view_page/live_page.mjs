@@ -62,14 +62,16 @@ async function settle(page) {
   await page.select('#speed', '3');
 }
 
-/** Types a number into the field of a control. */
-async function type(page, path, value) {
-  const field = await page.$(`[data-path="${path}"] input[type=number]`);
-  await field.click({ clickCount: 3 });
-  await page.keyboard.type(String(value));
-  await page.keyboard.press('Enter');
-  await page.evaluate(() => document.activeElement.blur());
-}
+/** Puts a number into the field of a control. */
+const type = (page, path, value) =>
+  page.$eval(
+    `[data-path="${path}"] input[type=number]`,
+    (field, wanted) => {
+      field.value = wanted;
+      field.dispatchEvent(new Event('change'));
+    },
+    value,
+  );
 const control = (page, path) =>
   page.evaluate(wanted => pliant.view.controls.rows.get(wanted).control.value, path);
 
