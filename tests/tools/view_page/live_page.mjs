@@ -29,11 +29,13 @@ async function serve(scene) {
 /** The page with the helpers that checks need. */
 async function open(browser, address) {
   const page = await watched(browser, address, { width: 800, height: 600 });
-  page.until = (test, ...given) =>
-    page.waitForFunction(test, { timeout: 60000, polling: 20 }, ...given).catch(async fault => {
+  // Asked from here: timers of a page that draws without a pause may wait long.
+  page.until = async (test, ...given) => {
+    for (const end = Date.now() + 60000; !(await page.evaluate(test, ...given)); ) {
       const state = JSON.stringify(await page.evaluate(() => pliant.view.state));
-      throw new Error(`${test}: ${fault.message}; ${state}; ${page.faults.join('; ')}`);
-    });
+      if (Date.now() > end) throw new Error(`${test}: ${state}; ${page.faults.join('; ')}`);
+    }
+  };
   await page.until(() => pliant.view.shown && pliant.drawn === 0);
   return page;
 }
