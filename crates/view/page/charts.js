@@ -71,7 +71,7 @@ export class Chart {
       ratio = devicePixelRatio,
       w = canvas.clientWidth,
       h = canvas.clientHeight;
-    if (!chart || !w) return;
+    if (!chart || !w || !this.times.length) return;
     canvas.width = w * ratio;
     canvas.height = h * ratio;
     const pen = canvas.getContext('2d');

@@ -20,14 +20,23 @@ export class Inspector {
     });
   }
 
-  /** Chooses what is drawn at a pixel: of a cell its nearest vertex. */
+  /** Chooses what is drawn at a pixel. */
   choose(x, y) {
-    const found = this.view.stage.pick(x, y);
-    const body = found && this.view.bodies[found.body];
-    if (!body) {
+    this.chosen = this.find(x, y);
+    if (!this.chosen) {
       this.close();
       return null;
     }
+    this.refresh();
+    this.view.stage.ask();
+    return this.chosen;
+  }
+
+  /** What is drawn at a pixel: of a cell its nearest vertex; null if nothing is. */
+  find(x, y) {
+    const found = this.view.stage.pick(x, y);
+    const body = found && this.view.bodies[found.body];
+    if (!body) return null;
     const { triangles, lines } = body,
       { cell } = found;
     const corners = triangles.length
@@ -41,10 +50,7 @@ export class Inspector {
     };
     const vertex = [...corners].sort((a, b) => distance(a) - distance(b))[0];
     const element = triangles.length && body.elements.length ? body.triangleElements[cell] : null;
-    this.chosen = { body, vertex, element };
-    this.refresh();
-    this.view.stage.ask();
-    return this.chosen;
+    return { body, vertex, element };
   }
 
   close() {

@@ -3,7 +3,7 @@ import { brief } from 'pliant/charts';
 
 export const by = id => document.getElementById(id);
 
-const HELP = [
+export const HELP = [
   ['drag', 'turn (in the plane: move)'],
   ['right button, two fingers', 'move'],
   ['wheel, pinch', 'closer, farther'],
@@ -24,7 +24,7 @@ const HELP = [
   ['Esc', 'close'],
 ];
 
-const element = (name, text) => {
+export const element = (name, text) => {
   const made = document.createElement(name);
   made.textContent = text;
   return made;
@@ -35,8 +35,8 @@ export function terms(list, rows) {
   list.replaceChildren(...rows.flatMap(([term, text]) => [element('dt', term), element('dd', text)]));
 }
 
-export function fillHelp(precision) {
-  terms(by('help-rows'), HELP);
+export function fillHelp(precision, rows = HELP) {
+  terms(by('help-rows'), rows);
   by('precision').textContent = precision;
 }
 
@@ -88,4 +88,10 @@ export function turnTheme() {
     dark = matchMedia('(prefers-color-scheme: dark)').matches;
   const now = root.dataset.theme ?? (dark ? 'dark' : 'light');
   root.dataset.theme = now === 'dark' ? 'light' : 'dark';
+}
+
+/** Whether a key belongs to the field that has the focus: text is typed, a choice is chosen. */
+export function takesKey({ target, key }) {
+  const typed = target.tagName === 'INPUT' && ['text', 'number'].includes(target.type);
+  return typed || target.tagName === 'SELECT' || (key === ' ' && target.dataset?.space !== undefined);
 }

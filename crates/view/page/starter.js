@@ -31,5 +31,5 @@
   map.type = 'importmap';
   map.textContent = JSON.stringify({ imports });
   document.head.append(map);
-  await import('pliant/view').catch(note);
+  await import('pliant/main').catch(note);
 })();

@@ -1,22 +1,22 @@
-// The page: reads the packed recording, plays it, and keeps picture, chart and controls together.
+// A recording that is played: keeps picture, chart and controls together.
 import * as THREE from 'three';
-import { readHead, MISSING } from 'pliant/data';
+import { MISSING } from 'pliant/data';
 import { Body } from 'pliant/body';
 import { Stage, metres } from 'pliant/stage';
 import { Chart, brief } from 'pliant/charts';
 import { Loads } from 'pliant/loads';
 import { Inspector } from 'pliant/inspector';
-import { by, choices, fillHelp, paintBar, showLegend, turnTheme } from 'pliant/panel';
+import { by, choices, fillHelp, paintBar, showLegend, takesKey, turnTheme } from 'pliant/panel';
 
 /** Largest code of a number. */
-const LARGEST = MISSING - 1;
+export const LARGEST = MISSING - 1;
 /** Darkness of edges. */
 const EDGES = 0.4;
 /** Bodies go far whose way is so many times as large as they are. */
 const FAR = 3;
 const SPEEDS = [1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 16];
 
-class View {
+export class View {
   constructor(recording) {
     Object.assign(this, { recording, frame: 0, colouring: 0, playing: false, drawnFrame: -1 });
     this.stage = new Stage(by('picture'), by('labels'), recording.dimension === 2);
@@ -179,25 +179,36 @@ class View {
       colouring.range && [low, high].map(code => this.value(colouring, code)),
       this.recording.bodies,
     );
+    this.showTime();
+    this.inspector.refresh();
+    this.stage.ask();
+  }
+
+  showTime() {
     by('time').value = this.frame;
     by('clock').textContent =
       `${brief(this.recording.times[this.frame])} s · frame ${this.recording.frames[this.frame]}`;
     this.chart.frame = this.frame;
     this.chart.draw();
-    this.inspector.refresh();
-    this.stage.ask();
+  }
+
+  /** Mean of all vertices in a frame [m]. */
+  centre(frame) {
+    const sum = this.bodies.map(body => body.sum(frame)).reduce((a, b) => a.add(b));
+    return sum.divideScalar(this.bodies.reduce((total, body) => total + body.count, 0) || 1);
   }
 
   #follow(before) {
-    const sum = frame => this.bodies.map(body => body.sum(frame)).reduce((a, b) => a.add(b));
-    const count = this.bodies.reduce((total, body) => total + body.count, 0) || 1;
-    const centre = frame => sum(frame).divideScalar(count);
-    this.stage.move(centre(this.frame).sub(centre(before)));
+    this.stage.move(this.centre(this.frame).sub(this.centre(before)));
   }
 
   seek(frame) {
     this.show(frame);
     this.playhead = this.recording.times[this.frame];
+  }
+
+  forward() {
+    this.seek(this.frame + 1);
   }
 
   play(on) {
@@ -254,7 +265,7 @@ class View {
     const on = (id, event, act) => by(id).addEventListener(event, act);
     on('play', 'click', () => this.play(!this.playing));
     on('back', 'click', () => this.seek(this.frame - 1));
-    on('forward', 'click', () => this.seek(this.frame + 1));
+    on('forward', 'click', () => this.forward());
     on('time', 'input', () => this.seek(Number(by('time').value)));
     on('colouring', 'change', () => this.colourBy(Number(by('colouring').value)));
     on('range', 'change', () => this.show(this.frame));
@@ -278,32 +289,29 @@ class View {
     by('help').hidden = !by('help').hidden;
   }
 
-  #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName === 'SELECT') return;
-    const toggle = id => by(id).click();
-    const faster = step => {
+  /** Actions by key. */
+  keys() {
+    const toggle = id => () => by(id).click();
+    const faster = step => () => {
       by('speed').value = Math.min(SPEEDS.length - 1, Math.max(0, Number(by('speed').value) + step));
     };
-    const keys = {
+    return {
       ' ': () => this.play(!this.playing),
-      ArrowRight: () => this.seek(this.frame + 1),
+      ArrowRight: () => this.forward(),
       ArrowLeft: () => this.seek(this.frame - 1),
       Home: () => this.seek(0),
       End: () => this.seek(this.last),
-      '+': () => faster(1),
-      '=': () => faster(1),
-      '-': () => faster(-1),
-      l: () => toggle('loop'),
-      f: () => toggle('fit'),
-      o: () => toggle('follow'),
-      e: () => toggle('edges'),
-      g: () => toggle('grid'),
+      '+': faster(1),
+      '=': faster(1),
+      '-': faster(-1),
+      l: toggle('loop'),
+      f: toggle('fit'),
+      o: toggle('follow'),
+      e: toggle('edges'),
+      g: toggle('grid'),
       c: () => this.colourBy((this.colouring + 1) % this.recording.colourings.length),
-      r: () => {
-        by('range').value = by('range').value === 'fixed' ? 'frame' : 'fixed';
-        this.show(this.frame);
-      },
-      t: () => toggle('theme'),
+      r: () => this.turnRange(),
+      t: toggle('theme'),
       '?': () => this.help(),
       h: () => this.help(),
       Escape: () => {
@@ -311,7 +319,17 @@ class View {
         this.inspector.close();
       },
     };
-    const act = keys[event.key] ?? keys[event.key.toLowerCase()];
+  }
+
+  turnRange() {
+    by('range').value = by('range').value === 'fixed' ? 'frame' : 'fixed';
+    this.show(this.frame);
+  }
+
+  #key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey || takesKey(event)) return;
+    const keys = this.keys(),
+      act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();
     act();
@@ -346,7 +364,3 @@ class View {
     };
   }
 }
-
-const view = new View(await readHead());
-await view.start();
-view.publish();

@@ -2,43 +2,15 @@
 // holds two_bodies.html, flat.html and hair.html. Waits for what the page publishes, never for a time.
 import assert from 'node:assert/strict';
 import { writeFileSync } from 'node:fs';
-import chromium from '@sparticuz/chromium';
-import puppeteer from 'puppeteer-core';
+import { launch, watched } from './browser.mjs';
 
 const folder = process.argv[2];
-const browser = await puppeteer.launch({
-  executablePath: process.env.CHROMIUM ?? (await chromium.executablePath()),
-  headless: 'shell',
-  args: [
-    '--no-sandbox',
-    '--use-angle=swiftshader',
-    '--enable-unsafe-swiftshader',
-    '--force-device-scale-factor=1',
-  ],
-  protocolTimeout: 120000,
-});
+const browser = await launch();
 
-async function open(name, { width = 800, height = 700, scheme = 'light' } = {}) {
-  const page = await browser.newPage();
-  await page.setViewport({ width, height });
-  await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
-  page.faults = [];
-  page.asked = [];
-  // Reading pixels stalls the software renderer, and the driver says so.
-  page.on('console', m => {
-    if (['error', 'warn'].includes(m.type()) && !/GPU stall/.test(m.text())) page.faults.push(m.text());
-  });
-  page.on('pageerror', fault => page.faults.push(String(fault)));
-  page.on('request', request => {
-    if (!/^(blob|data):/.test(request.url())) page.asked.push(request.url());
-  });
-  const address = `file://${folder}/${name}.html`;
-  await page.goto(address);
-  await page
-    .waitForFunction(() => window.pliant?.ready, { timeout: 60000, polling: 50 })
-    .catch(fault => {
-      throw new Error([name, fault.message, ...page.faults].join('; '));
-    });
+async function open(name, size = {}) {
+  const { width = 800, scheme = 'light' } = size,
+    address = `file://${folder}/${name}.html`;
+  const page = await watched(browser, address, size);
   page.close_clean = async () => {
     writeFileSync(`${folder}/${name}-${scheme}-${width}.png`, await page.screenshot());
     assert.deepEqual(page.faults, [], `${name}: console`);
@@ -110,8 +82,7 @@ const state = page =>
     title: document.title,
     playing: pliant.view.playing,
   }));
-const until = (page, test, ...given) =>
-  page.waitForFunction(test, { timeout: 20000, polling: 30 }, ...given);
+const until = (page, test, ...given) => page.waitForFunction(test, { timeout: 20000, polling: 30 }, ...given);
 
 async function bodiesAreWhereTheyAre() {
   const page = await open('two_bodies');
@@ -138,9 +109,7 @@ async function bodiesAreWhereTheyAre() {
 async function coloursAreThoseOfNumbers() {
   const page = await open('two_bodies');
   await page.evaluate(() => pliant.show(50));
-  const names = await page.evaluate(() =>
-    pliant.view.recording.colourings.map(colouring => colouring.name),
-  );
+  const names = await page.evaluate(() => pliant.view.recording.colourings.map(colouring => colouring.name));
   assert.deepEqual(names, ['body', 'speed', 'displacement', 'jacobian', 'von-mises']);
   await page.select('#colouring', '1');
   await until(page, () => pliant.colouring === 'speed' && pliant.drawn === 50);

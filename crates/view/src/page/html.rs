@@ -11,14 +11,15 @@ use super::pack::Packed;
 /// The last directive of the template's content security policy.
 const IMAGES: &str = "img-src data: blob:";
 const TEMPLATE: &str = include_str!("../../page/page.html");
-const STYLE: &str = include_str!("../../page/page.css");
+const STYLE: &str = concat!(include_str!("../../page/page.css"), include_str!("../../page/live.css"));
 const STARTER: &str = include_str!("../../page/starter.js");
 const CORE: &str = include_str!("../../vendor/three/three.core.min.js");
 const THREE: &str = include_str!("../../vendor/three/three.module.min.js");
 const ORBIT: &str = include_str!("../../vendor/three/OrbitControls.js");
 
 /// Modules of the page, by the names that they import each other by.
-const MODULES: [(&str, &str); 9] = [
+const MODULES: [(&str, &str); 17] = [
+    ("pliant/main", include_str!("../../page/main.js")),
     ("pliant/view", include_str!("../../page/view.js")),
     ("pliant/data", include_str!("../../page/data.js")),
     ("pliant/shaders", include_str!("../../page/shaders.js")),
@@ -28,6 +29,13 @@ const MODULES: [(&str, &str); 9] = [
     ("pliant/charts", include_str!("../../page/charts.js")),
     ("pliant/panel", include_str!("../../page/panel.js")),
     ("pliant/inspector", include_str!("../../page/inspector.js")),
+    ("pliant/live", include_str!("../../page/live.js")),
+    ("pliant/link", include_str!("../../page/link.js")),
+    ("pliant/numbers", include_str!("../../page/numbers.js")),
+    ("pliant/controls", include_str!("../../page/controls.js")),
+    ("pliant/grab", include_str!("../../page/grab.js")),
+    ("pliant/rolling", include_str!("../../page/rolling.js")),
+    ("pliant/fault", include_str!("../../page/fault.js")),
 ];
 
 /// The page; where it is `live`, with the path of its socket, which it may ask for.

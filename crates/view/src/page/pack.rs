@@ -193,6 +193,7 @@ fn body(
         "colour": colour::of_body(number),
         "first_vertex": drawn.vertices.start,
         "vertex_count": shown.vertices.len(),
+        "element_count": drawn.element_count(),
         "particles": shown.is_particles,
         "masses": masses,
         "low": motion.axes.map(|axis| axis.low),
