@@ -5,13 +5,17 @@ import { validateBytes } from 'gltf-validator';
 
 let failed = false;
 for (const file of process.argv.slice(2)) {
-  const { issues, info } = await validateBytes(new Uint8Array(await readFile(file)), { maxIssues: 20 });
+  const bytes = new Uint8Array(await readFile(file));
+  const { issues, info } = await validateBytes(bytes, { maxIssues: 20 });
   const { numErrors, numWarnings, numHints, messages } = issues;
-  for (const { code, message, pointer } of messages) console.error(`${file}: ${code} at ${pointer}: ${message}`);
+  for (const { code, message, pointer } of messages) {
+    console.error(`${file}: ${code} at ${pointer}: ${message}`);
+  }
   const moves = info.hasMorphTargets && info.animationCount > 0;
   if (!moves) console.error(`${file}: nothing moves in it`);
   const valid = numErrors + numWarnings + numHints === 0 && moves;
   failed ||= !valid;
-  console.log(`${file}: ${info.totalVertexCount} vertices, ${info.totalTriangleCount} triangles, valid: ${valid}`);
+  const { totalVertexCount: vertices, totalTriangleCount: triangles } = info;
+  console.log(`${file}: ${vertices} vertices, ${triangles} triangles, valid: ${valid}`);
 }
 process.exit(failed ? 1 : 0);

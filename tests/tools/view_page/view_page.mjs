@@ -212,7 +212,8 @@ async function loadsAreArrows() {
   const arrows = frame =>
     page.evaluate(f => {
       pliant.show(f);
-      const down = arrow => arrow.children[0].localToWorld(arrow.position.clone().set(0, 1, 0)).sub(arrow.position);
+      const tip = arrow => arrow.children[0].localToWorld(arrow.position.clone().set(0, 1, 0)),
+        down = arrow => tip(arrow).sub(arrow.position);
       const { loads, gravity } = pliant.view.loads;
       const shown = loads[0].arrows.filter(arrow => arrow.visible);
       return {
@@ -239,7 +240,10 @@ async function fingersTurnAndZoom() {
   const page = await open('two_bodies');
   const client = await page.createCDPSession();
   const touch = (type, ...points) =>
-    client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+    client.send('Input.dispatchTouchEvent', {
+      type,
+      touchPoints: points.map(([x, y], id) => ({ x, y, id })),
+    });
   const camera = () =>
     page.evaluate(() => {
       const { camera, controls } = pliant.view.stage,

@@ -74,8 +74,8 @@ pub struct DrawnFrame {
 impl Drawing {
     /// Opens a complete recording.
     ///
-    /// Walls, pins and loads are those of the attached scene; where that cannot be read, or builds other meshes
-    /// than those recorded (a mesh file that is not beside the recording), there are none.
+    /// Walls, pins and loads are those of the attached scene; where that cannot be read, or builds other
+    /// meshes than those recorded (a mesh file that is not beside the recording), there are none.
     ///
     /// # Errors
     /// [`DrawError::Record`] with the errors of [`Trajectory::open`], or without the channel `/state`;

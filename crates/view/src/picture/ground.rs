@@ -52,8 +52,8 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Its corners in a picture of shapes: a strip in the plane, in space a disc that does not fade; none where
-    /// the eye is behind it.
+    /// Its corners in a picture of shapes: a strip in the plane, in space a disc that does not fade; none
+    /// where the eye is behind it.
     pub(super) fn outline(&self, dimension: usize) -> Vec<[f32; 2]> {
         let camera = &self.stage.camera;
         if dimension == 3 && dot(minus(camera.eye, self.point), self.normal) <= 0.0 {
