@@ -6,6 +6,7 @@ import re
 import runpy
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pliant
@@ -59,6 +60,12 @@ def test_a_dataset_is_the_same_for_the_same_seed() -> None:
     np.testing.assert_array_equal(one["positions"][2, -1], simulation.positions)
 
 
+def pictures(notebook: Any) -> int:
+    """Number of outputs that have a picture."""
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    return sum("image/png" in output.get("data", {}) for output in outputs)
+
+
 def test_the_notebook_of_the_lecture_runs() -> None:
     """Its cells assert what they claim."""
     nbclient = pytest.importorskip("nbclient")
@@ -66,10 +73,12 @@ def test_the_notebook_of_the_lecture_runs() -> None:
     pytest.importorskip("matplotlib")
     notebook = nbformat.read(EXAMPLES / "lecture.ipynb", as_version=4)
     nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
-    pictures = [
-        output
-        for cell in notebook.cells
-        for output in cell.get("outputs", [])
-        if "image/png" in output.get("data", {})
-    ]
-    assert len(pictures) == 5
+    assert pictures(notebook) == 5
+
+
+def test_the_notebook_of_the_lecture_is_kept_with_its_pictures() -> None:
+    nbformat = pytest.importorskip("nbformat")
+    path = EXAMPLES / "lecture.ipynb"
+    assert pictures(nbformat.read(path, as_version=4)) == 5
+    # GitHub does not draw notebooks of some megabytes.
+    assert path.stat().st_size < 1_500_000
