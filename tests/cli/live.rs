@@ -221,7 +221,7 @@ fn a_stiffer_beam_rises_and_a_dragged_one_follows() {
     let bench = Bench::new(BEAM);
     let served = Served::start(&bench, &["--paused"]);
     let mut page = served.page();
-    let mut after = |page: &mut Page, commands: &[Value], steps: u64| {
+    let after = |page: &mut Page, commands: &[Value], steps: u64| {
         commands.iter().for_each(|command| page.send(command.clone()));
         page.ok(json!({ "do": "step", "count": steps }));
         page.state(|state| state["paused"] == true && state["fault"].is_null());
