@@ -29,11 +29,13 @@ async function serve(scene) {
 /** The page with the helpers that checks need. */
 async function open(browser, address) {
   const page = await watched(browser, address, { width: 800, height: 600 });
-  // Asked from here: timers of a page that draws without a pause may wait long.
+  // Asked from here: timers of a page that draws without a pause may wait long. Not without a pause: questions go
+  // before pictures.
   page.until = async (test, ...given) => {
     for (const end = Date.now() + 60000; !(await page.evaluate(test, ...given)); ) {
       const state = JSON.stringify(await page.evaluate(() => pliant.view.state));
       if (Date.now() > end) throw new Error(`${test}: ${state}; ${page.faults.join('; ')}`);
+      await new Promise(go => setTimeout(go, 30));
     }
   };
   await page.until(() => pliant.view.shown && pliant.drawn === 0);
@@ -196,6 +198,9 @@ async function schemesAreChosenAndRunsRecorded(page) {
 }
 
 async function everySizeInBothThemes(page) {
+  // A screenshot waits for a page that draws without a pause.
+  await page.keyboard.press(' ');
+  await page.until(() => pliant.view.state.paused && !pliant.view.playing);
   for (const scheme of ['light', 'dark'])
     for (const width of [1280, 800, 400]) {
       await page.setViewport({ width, height: 800 });
@@ -206,6 +211,8 @@ async function everySizeInBothThemes(page) {
       writeFileSync(`${folder}/live-${scheme}-${width}.png`, await page.screenshot());
     }
   await page.setViewport({ width: 800, height: 600 });
+  await page.click('#play');
+  await page.until(() => pliant.view.playing);
 }
 
 async function aSecondPageIsRefused(page) {
@@ -220,7 +227,8 @@ async function aSecondPageIsRefused(page) {
 
 async function aBodyThatIsReleasedFalls(page) {
   const [, , before] = await tip(page);
-  await page.click(`[data-path="${PIN}"] input`);
+  // Not by the mouse, which waits for a page that draws without a pause.
+  await page.$eval(`[data-path="${PIN}"] input`, box => box.click());
   await page.until(old => pliant.view.bodies[0].place(window.tip, 0)[2] < old - 1, before);
   assert.equal(await control(page, PIN), false);
 }
