@@ -42,6 +42,8 @@ async function open(browser, address) {
   return page;
 }
 
+/** Clicks, but not by the mouse, which waits for a page that draws without a pause. */
+const press = (page, selector) => page.$eval(selector, found => found.click());
 const state = page => page.evaluate(() => pliant.view.state);
 /** Step of the frame that is shown. */
 const step = page => page.evaluate(() => pliant.view.shown.step);
@@ -108,7 +110,7 @@ async function pauseStepAndResetDoWhatTheySay(page) {
   const [, , again] = await tip(page);
   page.start = again;
   assert.ok(again - start > -1e-4, `after a reset the tip is at ${again}, not at or above ${start}`);
-  await page.click('#play');
+  await press(page, '#play');
   await page.until(() => pliant.view.playing && pliant.view.shown.step > 3);
 }
 
@@ -188,11 +190,11 @@ async function schemesAreChosenAndRunsRecorded(page) {
   const file = `${folder}/live.mcap`;
   rmSync(file, { force: true });
   await page.$eval('.recording input', field => (field.value = 'live.mcap'));
-  await page.click('.recording button');
+  await press(page, '.recording button');
   await page.until(() => pliant.view.state.recording !== null);
   await page.select('[data-path=integrator] select', 'implicit-midpoint');
   await page.until(() => pliant.view.controls.rows.get('integrator').control.value === 'implicit-midpoint');
-  await page.click('.recording button');
+  await press(page, '.recording button');
   await page.until(() => pliant.view.state.recording === null);
   assert.ok(existsSync(file), 'no recording');
 }
@@ -205,13 +207,13 @@ async function everySizeInBothThemes(page) {
     for (const width of [1280, 800, 400]) {
       await page.setViewport({ width, height: 800 });
       await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
-      await page.click('#fit');
+      await press(page, '#fit');
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert.equal(wide, 0, `the page is wider than ${width}`);
       writeFileSync(`${folder}/live-${scheme}-${width}.png`, await page.screenshot());
     }
   await page.setViewport({ width: 800, height: 600 });
-  await page.click('#play');
+  await press(page, '#play');
   await page.until(() => pliant.view.playing);
 }
 
@@ -227,8 +229,7 @@ async function aSecondPageIsRefused(page) {
 
 async function aBodyThatIsReleasedFalls(page) {
   const [, , before] = await tip(page);
-  // Not by the mouse, which waits for a page that draws without a pause.
-  await page.$eval(`[data-path="${PIN}"] input`, box => box.click());
+  await press(page, `[data-path="${PIN}"] input`);
   await page.until(old => pliant.view.bodies[0].place(window.tip, 0)[2] < old - 1, before);
   assert.equal(await control(page, PIN), false);
 }
