@@ -21,7 +21,7 @@ TRIED = [-1.0, 0.0, 0.25, 0.5, 1.0, 2.0, 2.5, 1e3]
 # Words with which the reader refuses a value for itself, and not because of another.
 OF_ITSELF = (
     *("must be positive", "must be 0 or more", "must be 1 or more", "must be between", "must be above"),
-    *("makes the bulk modulus", "makes the shear modulus"),
+    *("makes the bulk modulus", "makes the shear modulus infinite"),
 )
 
 Schema = dict[str, Any]
@@ -38,6 +38,10 @@ def solid(dimension: int, mesh: dict[str, Any], **other: Any) -> dict[str, Any]:
     return {"dimension": dimension, **copy.deepcopy(HEADER), "body": [{"mesh": mesh, **SOLID}], **other}
 
 
+def made_of(elastic: dict[str, Any]) -> dict[str, Any]:
+    return {**solid(2, GRID), "body": [{"mesh": GRID, "mass": {"density": 1e3}, "elastic": elastic}]}
+
+
 GRID = {"grid": {"cells": [2, 2], "spacing": 0.1}}
 TIE = {"vertices": [0], "points": [[0.0, 0.1]], "total_stiffness": 10.0, "rest_length": 0.1}
 # Keys with bounds that no shipped scene names.
@@ -51,6 +55,10 @@ MORE: list[dict[str, Any]] = [
     solid(2, GRID, time={**HEADER["time"], "integrator": {"newmark": {"beta": 0.25, "gamma": 0.5}}}),
     solid(2, GRID, time={**HEADER["time"], "integrator": {"generalised-alpha": {"rho": 0.5}}}),
     solid(2, GRID, time={"integrator": "dormand-prince5", "duration": 1.0, "adaptive": {"position": 1.0, "velocity": 1.0}}),
+    made_of({"mooney-rivlin": {"young": 1e5, "poisson": 0.3, "c10": 0.4, "c01": 0.1}}),
+    made_of({"ogden": {"young": 1e5, "poisson": 0.3, "mu": [1.0], "alpha": [2.0]}}),
+    made_of({"arap": {"young": 1e5, "poisson": 0.0}}),
+    made_of({"dirichlet": {"stiffness": 1e5}}),
     {
         **solid(2, GRID),
         "body": [{"mesh": GRID, "springs": {"stiffness": 9.0}, "mass": {"total": 1.0}, "damping": {"dashpot": 0.1}}],
@@ -143,6 +151,6 @@ def test_the_schema_and_the_reader_refuse_the_same_numbers(schema: Schema) -> No
                 changed = with_value(tables, path, value)
                 said, allowed = refusal(changed), judge.is_valid(changed)
                 # A relation between two values is the reader's alone.
-                agree = not any(words in said for words in OF_ITSELF) if allowed else said
+                agree = not any(words in said.split("\n")[0] for words in OF_ITSELF) if allowed else said
                 assert agree, f"{name} at {path} = {value}: schema {allowed}, reader {said!r}"
     assert names(schema) <= seen, "a bounded key that no scene here names"
