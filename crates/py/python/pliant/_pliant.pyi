@@ -26,6 +26,8 @@ __all__ = [
     "_catalogue",
     "_columns",
     "_command",
+    "_page",
+    "_picture",
     "_recover",
     "_rollout",
     "_stability",
