@@ -190,7 +190,10 @@ fn walls_and_the_color_bar_are_in_svg() {
         let document = roxmltree::Document::parse(&svg).unwrap();
         let named = |name: &str| document.descendants().filter(|node| node.has_tag_name(name)).count();
         let walls = document.descendants().filter(|node| node.attribute("class") == Some("wall")).count();
-        let words = document.descendants().filter(|node| node.text() == Some("speed [m/s]")).count();
+        let words = document
+            .descendants()
+            .filter(|node| node.is_element() && node.text() == Some("speed [m/s]"))
+            .count();
         (walls, named("linearGradient"), words)
     };
     assert_eq!(paths(&["--colour-by", "speed"]), (1, 1, 1));
