@@ -189,7 +189,7 @@ async function coloursAreThoseOfTheRun(page) {
 
 async function schemesAreChosenAndRunsRecorded(page) {
   const file = `${folder}/live.mcap`;
-  rmSync(file, { force: true });
+  for (const old of ['live.mcap', 'live.commands.jsonl']) rmSync(`${folder}/${old}`, { force: true });
   await page.$eval('.recording input', field => (field.value = 'live.mcap'));
   await press(page, '.recording button');
   await page.until(() => pliant.view.state.recording !== null);

@@ -37,7 +37,11 @@ fn arrows(drawing: &Drawing, load: &DrawnLoad, shown: &[ShownBody], frames: &[us
     let times = frames.iter().map(|&frame| drawing.times()[frame]);
     let times = times.take(if load.changes() { frames.len() } else { 1 });
     let at = |time: f64| places.iter().map(|x| load.value(*x, time).map(|c| c as f32)).collect::<Vec<_>>();
-    let values: Vec<Vec<[f32; 3]>> = times.map(at).collect();
+    let mut values: Vec<Vec<[f32; 3]>> = times.map(at).collect();
+    // A formula of the place alone has one value for all times.
+    if values.iter().all(|value| Some(value) == values.first()) {
+        values.truncate(1);
+    }
     (!on.is_empty()).then(|| {
         json!({ "key": load.key, "unit": load.unit, "follows": load.follows(), "on": on, "values": values })
     })

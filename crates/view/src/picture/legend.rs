@@ -151,7 +151,7 @@ mod tests {
         let ticks = layout.ticks([0.0, 2.0]);
         let [top, bottom] = layout.ends;
         let labels: Vec<&str> = ticks.iter().map(|(_, label)| label.as_str()).collect();
-        assert_eq!(labels, ["0.0", "0.5", "1.0", "1.5", "2.0"]);
+        assert_eq!(labels, ["0", "0.5", "1.0", "1.5", "2.0"]);
         for (k, (y, _)) in ticks.iter().enumerate() {
             let expected = bottom - 0.25 * k as f32 * (bottom - top);
             assert!((y - expected).abs() < 1e-3, "{k}: {y} instead of {expected}");
