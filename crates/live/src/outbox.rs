@@ -6,7 +6,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 /// Texts that may wait before commands are no longer read.
 const TEXTS: usize = 256;
 
-/// What is to be sent next.
+/// Message that is sent next.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Outgoing {
     Text(String),

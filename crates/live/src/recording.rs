@@ -96,7 +96,7 @@ fn confined(path: &Path) -> Result<&Path, LiveError> {
     Err(LiveError::Outside { path: path.to_owned() })
 }
 
-/// What a recording of an experiment holds.
+/// Content of a recording of an experiment.
 pub(crate) fn options(experiment: &Experiment, channels: Vec<Channel>) -> Options {
     Options {
         channels,

@@ -35,7 +35,7 @@ const CONNECTIONS: usize = 32;
 /// Time that a page may leave what was sent to it lie.
 const STALLED: Duration = Duration::from_secs(30);
 
-/// How a scene is served.
+/// Options of serving a scene.
 #[derive(Clone, Debug)]
 pub struct LiveOptions {
     /// Address to listen at.
@@ -65,7 +65,7 @@ impl Default for LiveOptions {
     }
 }
 
-/// How a served scene ended.
+/// End of a served scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveSummary {
     /// Steps that were tried, over all resets.
@@ -83,7 +83,7 @@ pub struct LiveServer {
     session: LiveSession,
 }
 
-/// What requests are answered from.
+/// State that requests are answered from.
 struct Door {
     own: SocketAddr,
     token: Token,

@@ -9,7 +9,7 @@ const GRAB: &str = "grab";
 /// Frequency [rad/s] that a spring gives at least the mass it moves: its sag in gravity of 9.81 m/s^2 is
 /// 2.5 cm.
 const SLOWEST: f64 = 20.0;
-/// How often a spring is made four times as soft for an explicit scheme to stand it.
+/// Number of times that a spring is made four times as soft for an explicit scheme to stand it.
 const SOFTENINGS: u32 = 12;
 /// Part of the velocity that the dashpot of an explicit scheme may take in a step.
 const LARGEST_LOSS: f64 = 0.25;

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::{Scene, Source};
 
-/// How a slider maps its length to values.
+/// Map from the length of a slider to values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SliderScale {
@@ -53,7 +53,7 @@ pub struct Control {
     pub value: ControlValue,
 }
 
-/// What is known of a key of a body.
+/// Description of a key of a body.
 struct BodyKey {
     path: &'static str,
     label: &'static str,
