@@ -27,6 +27,7 @@ mod elliptic_membrane;
 mod error;
 mod extrude;
 mod faces;
+mod facets;
 mod file;
 #[cfg(test)]
 mod file_tests;

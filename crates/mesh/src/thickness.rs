@@ -1,6 +1,7 @@
 //! Thickness of solids, in metres and in cells: from their surface along the inward normal to the other side.
 
 use super::Mesh;
+use super::facets::for_each_equal;
 use pliant::algebra::{Mat, Vect};
 use pliant::element::simplex_rest;
 
@@ -51,23 +52,20 @@ fn chords<const D: usize, const N: usize>(mesh: &Mesh, cells: &[[u32; N]], most:
 
 /// The element across the face opposite each vertex of each element.
 fn neighbours<const N: usize>(cells: &[[u32; N]]) -> Vec<[u32; N]> {
-    let mut faces: Vec<([u32; N], u32)> = vec![];
-    for (e, cell) in cells.iter().enumerate() {
-        for i in 0..N {
-            let mut key = *cell;
-            // First after sorting.
-            key[i] = 0;
-            key.swap(0, i);
-            key[1..].sort_unstable();
-            faces.push((key, (e * N + i) as u32));
-        }
-    }
-    faces.sort_unstable();
+    let face = |i: usize| {
+        let mut key = cells[i / N];
+        // Last after sorting: no vertex has this number.
+        key[i % N] = u32::MAX;
+        key.sort_unstable();
+        key
+    };
     let mut across = vec![[NONE; N]; cells.len()];
-    for pair in faces.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-        let (a, b) = (pair[0].1 as usize, pair[1].1 as usize);
-        (across[a / N][a % N], across[b / N][b % N]) = ((b / N) as u32, (a / N) as u32);
-    }
+    for_each_equal(N * cells.len(), face, |run| {
+        for pair in run.windows(2) {
+            let (a, b) = (pair[0] as usize, pair[1] as usize);
+            (across[a / N][a % N], across[b / N][b % N]) = ((b / N) as u32, (a / N) as u32);
+        }
+    });
     across
 }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::Mesh;
+use super::facets::for_each_equal;
 use pliant::element::CellBlock;
 
 /// Corners of the faces of a positive tetrahedron, each counter-clockwise seen from outside.
@@ -19,22 +20,21 @@ fn append_edges<const N: usize>(edges: &mut Vec<[u32; 2]>, cells: &[[u32; N]]) {
     }
 }
 
-/// The entries that occur once, by the key of their sorted vertices, in their first order.
-fn unpaired<const N: usize>(facets: Vec<[u32; N]>) -> Vec<[u32; N]> {
-    let mut keys: Vec<([u32; N], usize)> = facets
-        .iter()
-        .enumerate()
-        .map(|(i, facet)| {
-            let mut key = *facet;
-            key.sort_unstable();
-            (key, i)
-        })
-        .collect();
-    keys.sort_unstable();
-    let mut once: Vec<usize> =
-        keys.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() == 1).map(|run| run[0].1).collect();
+/// Those of `count` facets that occur once, by their sorted vertices, in their first order.
+fn unpaired<const N: usize>(count: usize, facet: impl Fn(usize) -> [u32; N]) -> Vec<[u32; N]> {
+    let key = |i: usize| {
+        let mut key = facet(i);
+        key.sort_unstable();
+        key
+    };
+    let mut once: Vec<u32> = vec![];
+    for_each_equal(count, key, |run| {
+        if let [single] = run {
+            once.push(*single);
+        }
+    });
     once.sort_unstable();
-    once.into_iter().map(|i| facets[i]).collect()
+    once.into_iter().map(|i| facet(i as usize)).collect()
 }
 
 /// For each cell the first with the same vertices, in whatever order; cells that `of` leaves out stand for
@@ -57,7 +57,8 @@ pub(super) fn firsts<const N: usize>(cells: &[[u32; N]], of: &[bool]) -> Vec<u32
 
 /// Edges that only one of these triangles has, directed as that triangle runs through them: none for a closed surface.
 pub(super) fn open_edges(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
-    unpaired(triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect())
+    let side = |i: usize| [triangles[i / 3][i % 3], triangles[i / 3][(i + 1) % 3]];
+    unpaired(3 * triangles.len(), side)
 }
 
 impl Mesh {
@@ -127,7 +128,8 @@ impl Mesh {
         if self.tetrahedra.is_empty() {
             return self.triangles.clone();
         }
-        unpaired(self.tetrahedra.iter().flat_map(|tet| FACES.map(|face| face.map(|i| tet[i]))).collect())
+        let face = |i: usize| FACES[i % 4].map(|corner| self.tetrahedra[i / 4][corner]);
+        unpaired(4 * self.tetrahedra.len(), face)
     }
 
     /// The quadrilaterals that a surface of these cells is made of, counter-clockwise seen from outside;
@@ -136,7 +138,8 @@ impl Mesh {
         if block.kind.dimension == 2 {
             block.of::<4>().to_vec()
         } else {
-            unpaired(block.sides::<4>().collect())
+            let sides: Vec<[u32; 4]> = block.sides().collect();
+            unpaired(sides.len(), |i| sides[i])
         }
     }
 
