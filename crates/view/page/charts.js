@@ -51,11 +51,12 @@ export class Chart {
     return this.canvas.clientWidth - MARGIN.left - MARGIN.right;
   }
 
-  #x(frame) {
+  /** Place of a frame on the time axis, as a function: the canvas is measured once. */
+  #axis() {
     const { times } = this,
       first = times[0],
-      span = times.at(-1) - first || 1;
-    return MARGIN.left + ((times[frame] - first) / span) * this.#inner();
+      scale = this.#inner() / (times.at(-1) - first || 1);
+    return frame => MARGIN.left + (times[frame] - first) * scale;
   }
 
   /** The frame nearest to a place on the time axis. */
@@ -84,6 +85,7 @@ export class Chart {
       low -= room;
       high += room;
     }
+    const x = this.#axis();
     const y = value => MARGIN.top + ((high - value) / (high - low)) * (h - MARGIN.top - MARGIN.bottom);
     pen.strokeStyle = css('--rule');
     pen.strokeRect(MARGIN.left + 0.5, MARGIN.top + 0.5, this.#inner(), h - MARGIN.top - MARGIN.bottom);
@@ -105,15 +107,15 @@ export class Chart {
       );
     chart.series.forEach((series, k) => {
       const points = series.values.map((value, frame) =>
-        value === null ? null : [this.#x(frame), y(value)],
+        value === null ? null : [x(frame), y(value)],
       );
       this.#line(pen, points, COLOURS[k % COLOURS.length], 1.6);
     });
     this.#line(
       pen,
       [
-        [this.#x(this.frame), MARGIN.top],
-        [this.#x(this.frame), h - MARGIN.bottom],
+        [x(this.frame), MARGIN.top],
+        [x(this.frame), h - MARGIN.bottom],
       ],
       css('--ink'),
       1,

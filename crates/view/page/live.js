@@ -150,21 +150,35 @@ export class LiveView extends View {
     if (fresh) this.numbers.forget();
     this.grabbed = state.grabbed;
     this.playing = !state.paused;
+    this.rolling.add(state);
+    this.#soon();
+  }
+
+  /** Refreshes the page with the next picture of the browser, however many messages come until then. */
+  #soon() {
+    this.due ??= requestAnimationFrame(() => {
+      this.due = null;
+      this.#refresh();
+    });
+  }
+
+  #refresh() {
+    const { state } = this;
     by('play').textContent = state.paused ? '▶' : '❚❚';
     by('play').setAttribute('aria-label', state.paused ? 'continue' : 'pause');
     if (document.activeElement !== by('speed')) by('speed').value = nearest(state.speed);
     by('pace').textContent = state.paused ? 'paused' : `${brief(state.pace)} s a second`;
     this.controls.recording.show(state.recording);
     this.fault.show(state);
-    this.rolling.add(state);
-    this.grab.draw();
+    this.rolling.show();
     this.showTime();
+    if (this.newest) this.#take();
+    else this.grab.draw();
   }
 
   #frame(frame) {
-    const first = !this.newest;
     this.newest = frame;
-    if (first) requestAnimationFrame(() => this.#take());
+    this.#soon();
   }
 
   /** Newest frame into the picture; those between two pictures of the browser are never shown. */
@@ -185,6 +199,9 @@ export class LiveView extends View {
   }
 
   #lost(opened, again) {
+    // What is due would show a run that goes on.
+    cancelAnimationFrame(this.due);
+    this.due = null;
     this.grab.release();
     this.playing = false;
     by('pace').textContent = 'no connection';

@@ -22,7 +22,6 @@ export class Rolling {
     // A name that is missing now has a gap.
     for (const values of this.series.values()) if (values.length < this.times.length) values.push(null);
     while (this.times.length > MOST) this.#drop('shift');
-    this.#show();
   }
 
   #of(name) {
@@ -35,7 +34,8 @@ export class Rolling {
     for (const values of this.series.values()) values[end]();
   }
 
-  #show() {
+  /** Draws what was added. */
+  show() {
     const names = [...this.series.keys()];
     this.chart.frame = this.times.length - 1;
     if (this.chart.chart?.series.length === names.length) {
