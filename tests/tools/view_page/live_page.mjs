@@ -202,7 +202,8 @@ async function schemesAreChosenAndRunsRecorded(page) {
   for (const old of ['live.mcap', 'live.commands.jsonl']) rmSync(`${folder}/${old}`, { force: true });
   await page.$eval('.recording input', field => (field.value = 'live.mcap'));
   await press(page, '.recording button');
-  await page.until(() => pliant.view.state.recording !== null);
+  // The button follows with the next picture.
+  await page.until(() => document.querySelector('.recording button').textContent === 'stop');
   await page.select('[data-path=integrator] select', 'implicit-midpoint');
   await page.until(() => pliant.view.controls.rows.get('integrator').control.value === 'implicit-midpoint');
   await press(page, '.recording button');
