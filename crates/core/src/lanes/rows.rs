@@ -1,44 +1,48 @@
 //! Scratch rows: the local copy of vertex positions or forces that packs gather from and add to.
 #![allow(unsafe_code)]
 
+use std::alloc::{Layout, handle_alloc_error};
 use std::ops::{Deref, DerefMut};
+
+use memmap2::MmapMut;
 
 /// One row for every `u16`.
 const CAPACITY: usize = 1 << 16;
 /// Numbers in a buffer, enough for rows of four.
 const LENGTH: usize = 4 * CAPACITY;
-/// Numbers in a cache line, where the first row begins.
-const LINE: usize = 8;
 
-/// Memory for [`RowSlice`], beginning at a cache line.
+/// Memory for [`RowSlice`], beginning at a page.
 ///
 /// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use occupies 16 kB, not the
-/// 2 MB it may grow to.
+/// 2 MB it may grow to. The pages are asked of the system itself: an allocator would clear what it has been given back before,
+/// tens of megabytes after a mesh has been read, and hold it from then on.
 pub struct Rows<const D: usize> {
-    memory: Box<[f64; LENGTH + LINE]>,
-    /// Where the first row is; below `LINE`.
-    start: usize,
+    memory: MmapMut,
 }
 
 impl<const D: usize> Rows<D> {
     /// Numbers per row: a power of two, so that a row is one vector load.
     pub const STRIDE: usize = RowSlice::<D>::STRIDE;
     /// Bytes reserved.
-    pub const BYTES: usize = 8 * (LENGTH + LINE);
+    pub const BYTES: usize = 8 * LENGTH;
     /// Rows to be used.
     pub const CAPACITY: usize = CAPACITY - 1;
     /// One more, for what has to be added somewhere but is not wanted.
     pub const SPARE: u16 = u16::MAX;
 
     /// All rows zero.
+    ///
+    /// # Panics
+    /// Ends the program, as any allocation does, if the system has no address space left.
     pub fn new() -> Self {
-        // No type with an alignment of its own: the standard library zeroes those by hand, which touches every page.
-        let Ok(memory) = vec![0.0; LENGTH + LINE].into_boxed_slice().try_into() else {
-            unreachable!("the slice has this length")
+        let Ok(memory) = MmapMut::map_anon(Self::BYTES) else {
+            handle_alloc_error(Layout::new::<RowSlice<D>>())
         };
-        let memory: Box<[f64; LENGTH + LINE]> = memory;
-        let start = memory.as_ptr().align_offset(64) % LINE;
-        Rows { memory, start }
+        // A huge page would back all of a buffer of which little is in use.
+        #[cfg(target_os = "linux")]
+        let _ = memory.advise(memmap2::Advice::NoHugePage);
+        assert!(memory.len() >= Self::BYTES && memory.as_ptr().cast::<RowSlice<D>>().is_aligned());
+        Rows { memory }
     }
 }
 
@@ -46,21 +50,17 @@ impl<const D: usize> Deref for Rows<D> {
     type Target = RowSlice<D>;
     #[inline(always)]
     fn deref(&self) -> &RowSlice<D> {
-        // The remainder tells the compiler that this is never out of bounds.
-        let numbers: &[f64; LENGTH] =
-            self.memory[self.start % LINE..].first_chunk().expect("LENGTH numbers follow any start");
-        // SAFETY: `RowSlice` is a transparent wrapper of the array.
-        unsafe { &*std::ptr::from_ref(numbers).cast() }
+        // SAFETY: `RowSlice` is a transparent wrapper of `LENGTH` numbers, any bits of which are a number. `new` has checked
+        // that the memory is so long and aligned; it stays where it is and is borrowed as long as what is returned.
+        unsafe { &*self.memory.as_ptr().cast() }
     }
 }
 
 impl<const D: usize> DerefMut for Rows<D> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut RowSlice<D> {
-        let numbers: &mut [f64; LENGTH] =
-            self.memory[self.start % LINE..].first_chunk_mut().expect("LENGTH numbers follow any start");
-        // SAFETY: as above.
-        unsafe { &mut *std::ptr::from_mut(numbers).cast() }
+        // SAFETY: as above, and borrowed for writing.
+        unsafe { &mut *self.memory.as_mut_ptr().cast() }
     }
 }
 
