@@ -5,6 +5,7 @@ mod quantities;
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{Diagnostics, ElementState, Reaction};
+use crate::simulation::Simulation;
 pub use crate::simulation::Work;
 pub use quantities::Quantities;
 
@@ -35,6 +36,37 @@ pub struct Frame<'a> {
     pub reactions: Option<&'a [Reaction]>,
     /// Work counters.
     pub work: Work,
+}
+
+impl Frame<'_> {
+    /// Frame number `index` of the present state, for as long as `show` looks at it, with those of
+    /// `quantities` that are asked for here; `diagnostics` are computed before, for they judge a state.
+    pub fn of_state<R>(
+        simulation: &mut Simulation,
+        index: u64,
+        quantities: Quantities,
+        diagnostics: Option<&Diagnostics>,
+        show: impl FnOnce(&Frame<'_>) -> R,
+    ) -> R {
+        let reads = |quantity| quantities.contains(quantity);
+        let reactions = reads(Quantities::REACTIONS).then(|| simulation.reactions());
+        let points = reads(Quantities::POINTS).then(|| simulation.point_states());
+        let elements = reads(Quantities::ELEMENTS).then(|| simulation.element_states());
+        let (x, v, state) = (simulation.positions(), simulation.velocities(), simulation.state());
+        show(&Frame {
+            index,
+            step: state.step,
+            time: state.time,
+            dimension: simulation.system().dimension(),
+            x: &x,
+            v: &v,
+            diagnostics,
+            elements: elements.as_deref(),
+            points: points.as_deref(),
+            reactions: reactions.as_deref(),
+            work: simulation.work(),
+        })
+    }
 }
 
 impl<'a> Frame<'a> {

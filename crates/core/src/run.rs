@@ -276,31 +276,13 @@ impl<'a, 'b> Run<'a, 'b> {
     /// none: an element may have left the domain of its material in the last drift.
     fn show(&mut self) -> Result<(), Outcome> {
         let diagnostics = self.judge_frame().map_err(Outcome::Failed)?;
-        let reads = |quantity| self.quantities.contains(quantity);
-        let reactions = reads(Quantities::REACTIONS).then(|| self.simulation.reactions());
-        let state = self.simulation.state();
-        let points = reads(Quantities::POINTS).then(|| self.simulation.point_states());
-        let elements = reads(Quantities::ELEMENTS).then(|| self.simulation.element_states());
-        let (x, v) = (self.simulation.positions(), self.simulation.velocities());
-        let frame = Frame {
-            index: self.state.frames,
-            step: state.step,
-            time: state.time,
-            dimension: self.simulation.system().dimension(),
-            x: &x,
-            v: &v,
-            diagnostics: diagnostics.as_ref(),
-            elements: elements.as_deref(),
-            points: points.as_deref(),
-            reactions: reactions.as_deref(),
-            work: self.simulation.work(),
-        };
-        for observer in self.observers.iter_mut() {
-            observer.frame(&frame).map_err(Outcome::ObserverFailed)?;
-        }
-        self.state.frames += 1;
-        self.state.last_frame_time = frame.time;
-        self.shown = Some(frame.step);
+        let Run { simulation, observers, quantities, state, .. } = self;
+        let show = |frame: &Frame<'_>| observers.iter_mut().try_for_each(|observer| observer.frame(frame));
+        Frame::of_state(simulation, state.frames, *quantities, diagnostics.as_ref(), show)
+            .map_err(Outcome::ObserverFailed)?;
+        let shown = simulation.state();
+        (state.frames, state.last_frame_time) = (state.frames + 1, shown.time);
+        self.shown = Some(shown.step);
         Ok(())
     }
 

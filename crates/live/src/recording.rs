@@ -115,27 +115,11 @@ pub(crate) fn options(experiment: &Experiment, channels: Vec<Channel>) -> Option
 /// It cannot be written.
 pub(crate) fn record(recorder: &mut McapRecorder, experiment: &mut Experiment) -> Result<(), RecordError> {
     use pliant::observer::Observer;
-    let needs = recorder.quantities();
-    let reads = |quantity| needs.contains(quantity);
+    let (quantities, index) = (recorder.quantities(), recorder.frames());
     let simulation = experiment.simulation_mut();
-    let diagnostics = reads(Quantities::DIAGNOSTICS).then(|| simulation.diagnostics());
-    let reactions = reads(Quantities::REACTIONS).then(|| simulation.reactions());
-    let points = reads(Quantities::POINTS).then(|| simulation.point_states());
-    let elements = reads(Quantities::ELEMENTS).then(|| simulation.element_states());
-    let (x, v, state) = (simulation.positions(), simulation.velocities(), simulation.state());
-    recorder.record(&Frame {
-        index: recorder.frames(),
-        step: state.step,
-        time: state.time,
-        dimension: simulation.system().dimension(),
-        x: &x,
-        v: &v,
-        diagnostics: diagnostics.as_ref(),
-        elements: elements.as_deref(),
-        points: points.as_deref(),
-        reactions: reactions.as_deref(),
-        work: simulation.work(),
-    })
+    let diagnostics = quantities.contains(Quantities::DIAGNOSTICS).then(|| simulation.diagnostics());
+    let show = |frame: &Frame<'_>| recorder.record(frame);
+    Frame::of_state(simulation, index, quantities, diagnostics.as_ref(), show)
 }
 
 #[cfg(test)]
