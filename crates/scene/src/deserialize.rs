@@ -1,15 +1,15 @@
 //! Reads plain data from a TOML document, strictly, with the path of what is wrong.
 //!
 //! `toml` has a deserializer of its own. It takes lists for tables, ignores what follows the last entry of a list of
-//! fixed length, stops at the first unknown field, and reports in prose; here each of these is a [`Problem`] with a
-//! path.
+//! fixed length, stops at the first mistake, and reports in prose; here each of these is a [`Problem`] with a path.
 
 mod failure;
+mod onward;
 mod variant;
 
 use std::cell::RefCell;
 
-use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
@@ -20,23 +20,31 @@ use super::key_path::{KeyPath, KeySegment};
 use super::text;
 use pliant::value::TextForm;
 
+/// A document, read as far as it can be.
+pub(super) struct Reading<T> {
+    /// The document without the values that cannot be read, if it is one without them.
+    pub(super) value: Option<T>,
+    /// Every unknown field and every value that cannot be read.
+    pub(super) problems: Vec<Problem>,
+    /// True if entries of a list are left out in `value`: those behind them have other numbers there.
+    pub(super) renumbered: bool,
+}
+
 /// Reads `T` from a document.
-///
-/// # Errors
-/// Every unknown field up to the first value that cannot be read, and that one.
-pub(super) fn from_table<T: serde::de::DeserializeOwned>(root: &DeTable<'_>) -> Result<T, Vec<Problem>> {
+pub(super) fn read<T: DeserializeOwned>(root: &DeTable<'_>) -> Reading<T> {
+    let (result, problems) = read_once(root);
+    match result {
+        Ok(value) => Reading { value: Some(value), problems, renumbered: false },
+        Err(first) => onward::read(root, first, problems),
+    }
+}
+
+/// `T` or the first value that cannot be read; every unknown field up to there.
+fn read_once<T: DeserializeOwned>(root: &DeTable<'_>) -> (Result<T, Problem>, Vec<Problem>) {
     let unknown = RefCell::new(Vec::new());
     let trail = Trail { parent: None, step: TrailStep::Root };
     let result = T::deserialize(TableReader { table: root, trail: &trail, unknown: &unknown });
-    let mut problems = unknown.into_inner();
-    match result {
-        Ok(value) if problems.is_empty() => Ok(value),
-        Ok(_) => Err(problems),
-        Err(failure) => {
-            problems.push(failure.into_problem());
-            Err(problems)
-        }
-    }
+    (result.map_err(ReadFailure::into_problem), unknown.into_inner())
 }
 
 /// The path so far, on the stack: a path on the heap for each of a million numbers would cost more than reading them.

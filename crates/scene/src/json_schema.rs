@@ -13,3 +13,21 @@ pub fn schema() -> Schema {
     schema.insert("title".to_owned(), "pliant scene".into());
     schema
 }
+
+/// The place of the table that has a key of this name, for messages: "in `[world]`".
+pub(super) fn table_with(name: &str) -> Option<String> {
+    let schema = schema();
+    let top = schema.as_value()["properties"].as_object()?;
+    if top.contains_key(name) {
+        return Some("at the top of the file".to_owned());
+    }
+    let of = |value: &serde_json::Value| {
+        let reference = value.pointer("/$ref").or_else(|| value.pointer("/items/$ref"))?.as_str()?;
+        schema.as_value().pointer(&format!("{}/properties", reference.strip_prefix('#')?)).cloned()
+    };
+    top.iter().find_map(|(table, value)| {
+        of(value)?.get(name)?;
+        let is_list = value.get("items").is_some();
+        Some(if is_list { format!("in `[[{table}]]`") } else { format!("in `[{table}]`") })
+    })
+}

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::error::{Problem, ProblemKind, SceneError};
-use super::key_path::KeyPath;
-use super::{Scene, deserialize, document};
+use super::deserialize::{self, Reading};
+use super::key_path::{KeyPath, KeySegment};
+use super::{Scene, document};
 use pliant_files::regular_file;
 
 /// The text of a scene and where it comes from: what errors point into, and what a recording keeps.
@@ -82,18 +83,32 @@ impl Source {
     /// # Errors
     /// The text is not TOML, not a scene, or not one that can be simulated; each problem with line and column.
     pub fn scene(&self) -> Result<Scene, SceneError> {
-        let scene = self.scene_unchecked()?;
-        let problems = scene.validate();
+        let reading = self.read()?;
+        let Some(scene) = reading.value else { return Err(self.error(reading.problems)) };
+        let mut problems = reading.problems;
+        if !reading.renumbered {
+            // In what can be read all through: the rest may contradict itself because a part of it is left out.
+            let sound = |found: &Problem| !problems.iter().any(|told| item(&told.path) == item(&found.path));
+            let found: Vec<Problem> = scene.validate().into_iter().filter(sound).collect();
+            problems.extend(found);
+        }
         if problems.is_empty() { Ok(scene) } else { Err(self.error(problems)) }
     }
 
     /// As [`scene`](Self::scene), without validation.
+    #[cfg(test)]
     pub(super) fn scene_unchecked(&self) -> Result<Scene, SceneError> {
+        let reading = self.read()?;
+        reading.value.filter(|_| reading.problems.is_empty()).ok_or_else(|| self.error(reading.problems))
+    }
+
+    fn read(&self) -> Result<Reading<Scene>, SceneError> {
         let document = document::parse(&self.text).map_err(|error| self.error(vec![syntax(&error)]))?;
-        let mut scene: Scene =
-            deserialize::from_table(document.get_ref()).map_err(|problems| self.error(problems))?;
-        scene.directory = self.directory.clone();
-        Ok(scene)
+        let mut reading: Reading<Scene> = deserialize::read(document.get_ref());
+        if let Some(scene) = &mut reading.value {
+            scene.directory.clone_from(&self.directory);
+        }
+        Ok(reading)
     }
 
     /// Problems with their lines and columns in this text, from top to bottom; what `--set` brought in is marked so.
@@ -138,6 +153,13 @@ impl Source {
             .find(|(set, _)| path.starts_with(set) || set.starts_with(path))
             .map(|(_, text)| text.as_str())
     }
+}
+
+/// The part of a scene that a path lies in: `time`, or one of the bodies.
+fn item(path: &KeyPath) -> &[KeySegment] {
+    let segments = path.segments();
+    let of_list = matches!(segments.get(1), Some(KeySegment::Index(_)));
+    &segments[..segments.len().min(1 + usize::from(of_list))]
 }
 
 pub(super) fn syntax(error: &toml::de::Error) -> Problem {

@@ -1,10 +1,61 @@
 //! "Did you mean".
 
+/// Names that other programs and papers use, in small letters without separators, for what scenes call otherwise.
+const SYNONYMS: &[(&str, &[&str])] = &[
+    ("step", &["dt", "h", "timestep", "stepsize", "deltat"]),
+    ("duration", &["tend", "tmax", "endtime", "tfinal", "time", "length"]),
+    ("integrator", &["scheme", "method", "stepper", "timeintegrator", "timestepper", "solver"]),
+    ("young", &["e", "ymod", "youngmodulus", "youngsmodulus", "modulus", "stiffness"]),
+    ("poisson", &["nu", "poissonratio", "poissonsratio", "v"]),
+    ("density", &["rho", "massdensity"]),
+    ("total", &["mass"]),
+    ("per_vertex", &["pointmass", "nodalmass"]),
+    ("stiffness", &["k", "ks", "springconstant"]),
+    ("rest_length", &["l0", "restlen"]),
+    ("pin", &["fixed", "fix", "anchor", "anchors", "boundary", "dirichlet", "bc", "constraint", "constraints", "clamp"]),
+    ("walls", &["wall", "floor", "ground", "plane", "groundplane", "boundaries", "obstacles"]),
+    ("elastic", &["material", "constitutive", "model", "energy", "hyperelastic"]),
+    ("gravity", &["g", "gravitationalacceleration"]),
+    ("ether_drag", &["airdrag", "drag", "viscousdrag"]),
+    ("nbody", &["gravitation", "newtoniangravity", "mutualgravity"]),
+    ("softening", &["eps", "epsilon", "plummer"]),
+    ("constant", &["g", "bigg"]),
+    ("rate", &["fps", "framerate", "framespersecond", "frequency", "interval"]),
+    ("channels", &["fields", "outputs", "quantities", "record"]),
+    ("dimension", &["dim", "ndim", "d", "dimensions"]),
+    ("body", &["object", "objects", "bodies", "entity", "actor"]),
+    ("load", &["force", "forces", "loads", "neumann", "externalforce"]),
+    ("velocity", &["v", "v0", "initialvelocity", "speed"]),
+    ("position", &["x0", "initialposition", "initialpositions"]),
+    ("damping", &["viscosity", "rayleigh", "damp"]),
+    ("mass_proportional", &["alpha", "massdamping", "rayleighalpha"]),
+    ("stiffness_proportional", &["beta", "stiffnessdamping", "rayleighbeta"]),
+    ("springs", &["spring", "edges"]),
+    ("membrane", &["shell", "sheet", "clothmaterial"]),
+    ("thickness", &["t", "shellthickness"]),
+    ("cells", &["resolution", "n", "elements", "divisions", "subdivisions"]),
+    ("size", &["extent", "extents", "dimensions", "lengths"]),
+    ("origin", &["corner", "offset", "center", "centre"]),
+    ("path", &["file", "filename", "url"]),
+    ("nodal_integration", &["meandilatation", "fbar", "bbar"]),
+    ("tolerance", &["tol", "rtol", "atol", "newtontol"]),
+    ("linear", &["linearsolver", "preconditioner"]),
+];
+
+/// What scenes call `name`, among `expected`.
+fn synonym<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
+    let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    let knows = |field: &&str| SYNONYMS.iter().any(|(of, names)| of == field && names.contains(&plain.as_str()));
+    expected.iter().copied().find(knows)
+}
+
 /// Lines of help for a name that is none of `expected`.
 pub(super) fn help(name: &str, expected: &[&str], what: &str) -> Vec<String> {
     let mut lines = Vec::new();
-    if let Some(nearest) = nearest(name, expected) {
+    if let Some(nearest) = synonym(name, expected).or_else(|| nearest(name, expected)) {
         lines.push(format!("did you mean `{nearest}`?"));
+    } else if let Some(table) = crate::json_schema::table_with(name) {
+        lines.push(format!("`{name}` stands {table}"));
     }
     lines.push(if expected.is_empty() {
         format!("{what}: none")
@@ -53,6 +104,33 @@ mod tests {
         ] {
             assert_eq!(nearest(typed, &fields), Some(meant), "{typed}");
         }
+    }
+
+    #[test]
+    fn knows_the_names_of_other_programs() {
+        let fields = ["young", "poisson", "step", "duration", "density", "rate", "pin", "walls"];
+        for (typed, meant) in [
+            ("dt", "step"),
+            ("time_step", "step"),
+            ("nu", "poisson"),
+            ("E", "young"),
+            ("youngs_modulus", "young"),
+            ("rho", "density"),
+            ("fps", "rate"),
+            ("fixed", "pin"),
+            ("floor", "walls"),
+        ] {
+            assert_eq!(help(typed, &fields, "fields here")[0], format!("did you mean `{meant}`?"), "{typed}");
+        }
+    }
+
+    #[test]
+    fn knows_the_table_of_a_key() {
+        for (key, table) in [("gravity", "[world]"), ("integrator", "[time]"), ("elastic", "[[body]]")] {
+            let help = help(key, &["young", "poisson"], "fields here");
+            assert_eq!(help[0], format!("`{key}` stands in `{table}`"));
+        }
+        assert_eq!(help("dimension", &["young"], "fields here")[0], "`dimension` stands at the top of the file");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::KeyPath;
+use crate::Problem;
 use crate::ProblemKind;
 
 /// The first line of each problem of `GOOD` with `old` replaced by `new`.
@@ -175,6 +176,45 @@ fn columns_are_those_of_an_editor() {
         ("title = 'ü\u{1F600}' x", 1, 14),
     ] {
         let failed = error(text);
-        assert_eq!((failed.line(), failed.column()), (Some(line), Some(column)), "{text:?}: {failed}");
+        // Before it, at the top, stands what is missing.
+        let there = |found: &&Problem| (found.line, found.column) != (Some(1), Some(1));
+        let found = failed.problems().iter().find(there).unwrap();
+        assert_eq!((found.line, found.column), (Some(line), Some(column)), "{text:?}: {failed}");
     }
+}
+
+/// Values of the wrong type in several places, one of them that its table cannot do without, and mistakes of
+/// meaning in a part that can be read: told at once, and nothing that only follows from them.
+#[test]
+fn every_mistake_is_told_at_once() {
+    let text = "
+dimension = 3
+time = { integrator = 'velocity-verlet', step = 'soon', duration = 1.0 }
+world = { walls = [{ normal = [0, 0, 0], offset = 0 }] }
+[[body]]
+mesh = { grid = { cells = 'many', size = [1, 1, 1] } }
+elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }
+mass = { density = 1000.0 }
+[[body]]
+mesh = { grid = { cells = [1, 1, 1], size = [1, 1, 1] } }
+elastic = { neo-hookean = { young = true, nu = 0.3 } }
+mass = { density = 1000.0 }
+";
+    let expected = [
+        "3:49 time.step: \"soon\"",
+        "6:27 body.0.mesh.grid.cells: `cells` takes a list",
+        "11:37 body.1.elastic.neo-hookean.young: `young` takes",
+        "11:43 body.1.elastic.neo-hookean.nu: unknown field `nu`",
+    ];
+    let found = briefly(&error(text));
+    for expected in expected {
+        let place = expected.split(": ").next().unwrap();
+        assert!(found.iter().any(|told| told.starts_with(place)), "{expected} is not in {found:#?}");
+    }
+    assert_eq!(found.len(), expected.len(), "{found:#?}");
+    // With all bodies readable, the wall without a normal is told too.
+    let text = text.replace("'many'", "[1, 1, 1]").replace("true, nu", "1e5, poisson");
+    let found = briefly(&error(&text));
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[1].contains("world.walls.0.normal"), "{found:#?}");
 }
