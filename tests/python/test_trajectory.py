@@ -238,3 +238,20 @@ MEASURES = {
     "von-mises",
     "energy-density",
 }
+
+
+def test_quantities_over_time_are_drawn(recorded: tuple[pliant.Trajectory, list[pliant.Frame]]) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    trajectory = recorded[0]
+    drawn = trajectory.plot()
+    lines = {line.get_label(): line for line in drawn.get_lines()}
+    assert {"total", "kinetic", "elastic"} <= lines.keys() and drawn.get_ylabel() == "energy [J]"
+    for name, line in lines.items():
+        np.testing.assert_array_equal(line.get_xdata(), trajectory.energy["time"])
+        np.testing.assert_array_equal(line.get_ydata(), trajectory.energy[name])
+    forces = trajectory.plot("reactions").get_lines()
+    assert forces and all(".force[" in str(line.get_label()) for line in forces)
+    momentum = trajectory.plot("linear_momentum", axes=drawn)
+    assert momentum is drawn and "linear_momentum[1]" in [line.get_label() for line in drawn.get_lines()]
+    with pytest.raises(ValueError, match="no `speed` to draw; it has energy, reactions"):
+        trajectory.plot("speed")

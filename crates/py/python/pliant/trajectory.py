@@ -12,12 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ._pliant import Recording, Scene, _recover
+from .tables import axes_or_new
 from .view import View
 
 if TYPE_CHECKING:
     import meshio as _meshio  # type: ignore[import-untyped]
     import pandas as _pandas
     import pyvista as _pyvista
+    from matplotlib.axes import Axes as _Axes
 
 Array = npt.NDArray[np.float64]
 
@@ -32,6 +34,10 @@ _CELLS = {
     "quad": (4, "quad", 9),
     "hex": (8, "hexahedron", 12),
 }
+
+
+#: Energies of the bodies, in the order in which they are drawn.
+_ENERGIES = ("total", "kinetic", "elastic", "gravitational", "loads")
 
 
 @dataclass(frozen=True)
@@ -374,6 +380,61 @@ class Trajectory:
             A number is below 1.
         """
         return View(self.path, max_bytes, height)
+
+    def plot(self, quantity: str = "energy", *, axes: _Axes | None = None) -> _Axes:
+        """Draw energies, reactions or a probe over time, by matplotlib, which must be installed.
+
+        Parameters
+        ----------
+        quantity : str, default "energy"
+            ``"energy"`` for what the bodies have, ``"reactions"`` for forces of pins and walls, another name of `energy`, or
+            the name of a probe for its way.
+        axes : matplotlib.axes.Axes, optional
+            Where; new ones by default.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            What was drawn into.
+
+        Raises
+        ------
+        ValueError
+            The recording has no such quantity.
+
+        Examples
+        --------
+        >>> trajectory.plot()  # doctest: +SKIP
+        >>> trajectory.plot("reactions")  # doctest: +SKIP
+        """
+        times, columns, label = self._columns(quantity)
+        drawn = axes_or_new(axes)
+        for name, values in columns.items():
+            drawn.plot(times, values, label=name)
+        drawn.set_xlabel("time [s]")
+        drawn.set_ylabel(label)
+        drawn.legend()
+        return drawn
+
+    def _columns(self, quantity: str) -> tuple[Array, dict[str, Array], str]:
+        """Times, series by name and the label of their axis."""
+        topics = {topic["topic"] for topic in self.metadata["topics"]}
+        if quantity == "energy" and "/energy" in topics:
+            found, names, label = self.energy, [name for name in _ENERGIES if name in self.energy], "energy [J]"
+        elif quantity == "reactions" and "/reactions" in topics:
+            found, label = self.reactions, "force [N]"
+            names = [name for name in found if ".force[" in name]
+        elif f"/probe/{quantity}" in topics:
+            found, label = self.probe(quantity), "position [m]"
+            names = [name for name in found if name.startswith("position[")]
+        else:
+            found, label = (self.energy if "/energy" in topics else {}), quantity
+            names = [name for name in found if name.split("[")[0] == quantity]
+        if not names:
+            known = {"energy", "reactions"} & {topic[1:] for topic in topics}
+            known |= {topic[len("/probe/") :] for topic in topics if topic.startswith("/probe/")}
+            raise ValueError(f"the recording has no `{quantity}` to draw; it has {', '.join(sorted(known)) or 'nothing'}")
+        return found["time"], {name: found[name] for name in names}, label
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, str]:
         return self.view()._repr_mimebundle_()
