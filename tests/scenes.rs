@@ -45,7 +45,10 @@ fn every_scene_opens_with_a_comment_and_its_first_steps_can_be_taken() {
             continue;
         }
         let text = std::fs::read_to_string(&path).unwrap();
-        let comment: Vec<&str> = text.lines().map_while(|line| line.strip_prefix("# ")).collect();
+        let schema = path.parent().map(|folder| if folder.ends_with("study") { "../" } else { "" }).unwrap();
+        let (first, rest) = text.split_once('\n').unwrap();
+        assert_eq!(first, format!("#:schema {schema}schema.json"), "{}", path.display());
+        let comment: Vec<&str> = rest.lines().map_while(|line| line.strip_prefix("# ")).collect();
         let comment = comment.join(" ");
         assert!(comment.contains("What one should see: "), "{} says what one should see", path.display());
         let (_, mut assembly) = assembled(path.strip_prefix(folder()).unwrap().to_str().unwrap());

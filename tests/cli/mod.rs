@@ -8,6 +8,7 @@ mod live;
 mod memory;
 mod meshes;
 mod modes;
+mod new;
 mod pictures;
 mod reference;
 mod resume;

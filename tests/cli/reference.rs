@@ -22,6 +22,17 @@ fn the_page_is_what_the_program_prints() {
     );
 }
 
+/// The schema that the first line of a scene names for editors.
+#[test]
+fn the_schema_beside_the_scenes_is_what_the_program_prints() {
+    let printed = Bench::new(SPRING).pliant(["schema"]).succeeded().stdout;
+    let stored = std::fs::read_to_string(root().join("scenes/schema.json")).unwrap();
+    assert!(
+        stored == printed,
+        "scenes/schema.json is out of date; write it anew: cargo run -- schema > scenes/schema.json"
+    );
+}
+
 /// Every key and every choice of a definition of the schema.
 fn names(definition: &Value) -> Vec<String> {
     let list = |key: &str| definition[key].as_array().cloned().unwrap_or_default();

@@ -7,11 +7,13 @@ mod info;
 mod list;
 mod live;
 mod modes;
+mod new;
 mod recover;
 mod render;
 mod resume;
 mod run;
 mod schema;
+mod shell;
 mod stability;
 mod stress;
 mod study;
@@ -31,11 +33,13 @@ pub(crate) use info::InfoArguments;
 pub(crate) use list::{Family, ListArguments};
 pub(crate) use live::LiveArguments;
 pub(crate) use modes::{ModesArguments, VertexChoice};
+pub(crate) use new::NewArguments;
 pub(crate) use recover::RecoverArguments;
 pub(crate) use render::{GalleryArguments, PlotArguments, QuantityArgument, RenderArguments};
 pub(crate) use resume::ResumeArguments;
 pub(crate) use run::RunArguments;
 pub(crate) use schema::{SchemaArguments, SchemaFormat};
+pub(crate) use shell::{CompletionsArguments, ManArguments};
 pub(crate) use stability::{AgainstArgument, StabilityArguments};
 pub(crate) use stress::StressArguments;
 pub(crate) use study::{ReferenceFrom, StudyArguments};
@@ -96,6 +100,8 @@ pub(crate) enum ColorChoice {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Write a commented scene to begin with
+    New(NewArguments),
     /// Simulate a scene and record it
     Run(RunArguments),
     /// Go on with a run from its last checkpoint
@@ -124,6 +130,10 @@ pub(crate) enum Command {
     Gallery(GalleryArguments),
     /// Print the format of scenes: the JSON schema for editors, or a page to read
     Schema(SchemaArguments),
+    /// Print what makes a shell complete commands and options: bash, zsh, fish, powershell
+    Completions(CompletionsArguments),
+    /// Print the manual as a page of man, or write a page for every command
+    Man(ManArguments),
     /// Measure how fast this machine takes steps
     Bench(BenchArguments),
     /// Put the solvers, or a scene, through what breaks simulators, and tell what stands

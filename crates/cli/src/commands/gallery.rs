@@ -160,6 +160,8 @@ fn animation(drawing: &mut Drawing, arguments: &GalleryArguments) -> Result<Vec<
 /// The comment that a scene begins with, without its marks.
 fn first_comment(text: &str) -> String {
     let lines = text.lines().take_while(|line| line.starts_with('#'));
+    // `#:schema` is for editors.
+    let lines = lines.filter(|line| !line.starts_with("#:"));
     let words: Vec<&str> = lines.map(|line| line.trim_start_matches('#').trim()).collect();
     words.join("\n").trim().to_owned()
 }

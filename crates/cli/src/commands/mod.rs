@@ -8,12 +8,14 @@ mod info;
 mod list;
 mod live;
 mod modes;
+mod new;
 mod plot;
 mod recover;
 mod render;
 mod resume;
 mod run;
 mod schema;
+mod shell;
 mod stability;
 mod stress;
 mod study;
@@ -42,6 +44,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
     };
     let terminal = Terminal::new(&common);
     let result = match command {
+        Command::New(arguments) => new::execute(&arguments, terminal),
         Command::Run(arguments) => run::execute(&arguments, terminal),
         Command::Resume(arguments) => resume::execute(&arguments, terminal),
         Command::Check(arguments) => check::execute(&arguments, terminal),
@@ -56,6 +59,8 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::Plot(arguments) => plot::execute(&arguments, terminal),
         Command::Gallery(arguments) => gallery::execute(&arguments, terminal),
         Command::Schema(arguments) => schema::execute(&arguments, terminal),
+        Command::Completions(arguments) => shell::completions(&arguments, terminal),
+        Command::Man(arguments) => shell::man(&arguments, terminal),
         Command::Bench(arguments) => bench::execute(&arguments, terminal),
         Command::Stress(arguments) => stress::execute(&arguments, terminal),
         Command::Stability(arguments) => stability::execute(&arguments, terminal),
