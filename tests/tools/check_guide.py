@@ -1,16 +1,17 @@
 """Run every command and snippet of the guide: ``check_guide.py PLIANT [--show] [PAGE...]``.
 
 Runs under a Python that has the package. The pages are those of ``docs/guide``. Each has a folder of its
-own under ``target/ci/guide``, with links to ``scenes``, ``crates`` and ``docs``, and its blocks run there from top
-to bottom. The words after the opening fence say what a block is:
+own under ``target/ci/guide``, with links to ``scenes``, ``crates`` and ``docs``, and its blocks run there
+from top to bottom. The words after the opening fence say what a block is:
 
 - ``sh``: run by bash, ``pliant`` being the program PLIANT; ``sh exits=1``: it has to end with this code;
   ``sh unchecked``: not run (installations, Ctrl-C, what opens a browser or costs minutes).
 - ``python``: run in this process; the blocks of a page share their names.
 - ``toml NAME.toml``: a scene, written to this file and checked by ``pliant check``;
-  ``toml into=NAME.toml``: tables that are put into that scene, which is assembled; ``toml``: a document that parses.
-- ``text output``: lines of the output of the block before, in this order, blanks aside; ``...`` stands for any
-  others, and in a line for any text.
+  ``toml into=NAME.toml``: tables that are put into that scene, which is assembled;
+  ``toml``: a document that parses.
+- ``text output``: lines of the output of the block before, in this order, blanks aside; ``...`` stands for
+  any others, and in a line for any text.
 - ``rust FILE``: consecutive lines of a file that CI compiles, an example in its documentation included;
   ``rust``: not checked, as ``text``.
 
@@ -100,7 +101,7 @@ class Page:
         # Nothing that a page opens shall open a window here.
         environment = {**os.environ, "PATH": ":".join(path), "BROWSER": "true"}
         command = ["bash", "-euo", "pipefail", "-c", body]
-        ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)  # noqa: PLW1510
+        ran = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
         self.output = ran.stdout + ran.stderr
         if ran.returncode != code:
             raise Wrong(f"ended with {ran.returncode}, not {code}:\n{body}\n{self.output}")
@@ -182,7 +183,7 @@ def pages() -> list[Path]:
     for page in guide:
         if str(page.relative_to(ROOT / "docs")) not in contents:
             sys.exit(f"docs/SUMMARY.md does not list {page}")
-    return [ROOT / "docs" / "SUMMARY.md", *guide]
+    return [*(ROOT / "docs" / name for name in ("README.md", "SUMMARY.md")), *guide]
 
 
 def main() -> None:
