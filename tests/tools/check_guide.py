@@ -1,8 +1,8 @@
 """Run every command and snippet of the guide: ``check_guide.py PLIANT [--show] [PAGE...]``.
 
-Runs under a Python that has the package. The pages are those of ``docs/guide``. Each has a folder of its
-own under ``target/ci/guide``, with links to ``scenes``, ``crates`` and ``docs``, and its blocks run there
-from top to bottom. The words after the opening fence say what a block is:
+Runs under a Python that has the package. The pages are ``README.md`` and those of ``docs/guide``. Each has a
+folder of its own under ``target/ci/guide``, with links to ``scenes``, ``crates`` and ``docs``, and its blocks
+run there from top to bottom. The words after the opening fence say what a block is:
 
 - ``sh``: run by bash, ``pliant`` being the program PLIANT; ``sh exits=1``: it has to end with this code;
   ``sh unchecked``: not run (installations, Ctrl-C, what opens a browser or costs minutes).
@@ -183,7 +183,7 @@ def pages() -> list[Path]:
     for page in guide:
         if str(page.relative_to(ROOT / "docs")) not in contents:
             sys.exit(f"docs/SUMMARY.md does not list {page}")
-    return [*(ROOT / "docs" / name for name in ("README.md", "SUMMARY.md")), *guide]
+    return [ROOT / "README.md", *(ROOT / "docs" / name for name in ("README.md", "SUMMARY.md")), *guide]
 
 
 def main() -> None:
