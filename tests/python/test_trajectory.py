@@ -255,3 +255,21 @@ def test_quantities_over_time_are_drawn(recorded: tuple[pliant.Trajectory, list[
     assert momentum is drawn and "linear_momentum[1]" in [line.get_label() for line in drawn.get_lines()]
     with pytest.raises(ValueError, match="no `speed` to draw; it has energy, reactions"):
         trajectory.plot("speed")
+
+
+def test_recordings_are_drawn(recorded: tuple[pliant.Trajectory, list[pliant.Frame]], tmp_path: Path) -> None:
+    trajectory = recorded[0]
+    still = trajectory.render(tmp_path / "still.png", at=0.0, size=(120, 90), colour_by="von-mises", bare=True)
+    content = still.read_bytes()
+    assert content.startswith(b"\x89PNG") and int.from_bytes(content[16:20], "big") == 120
+    moving = trajectory.render(tmp_path / "moving.gif", frames=3, size=(64, 48))
+    assert moving.read_bytes().startswith(b"GIF89a")
+    with pytest.raises(FileExistsError, match="overwrite"):
+        trajectory.render(still)
+    trajectory.render(still, size=(60, 45), overwrite=True)
+    assert int.from_bytes(still.read_bytes()[16:20], "big") == 60
+    with pytest.raises(ValueError, match="heat"):
+        trajectory.render(tmp_path / "other.png", colour_by="heat")
+    with pytest.raises(ValueError, match="bmp"):
+        trajectory.render(tmp_path / "other.bmp")
+    assert {path.name for path in tmp_path.iterdir()} == {"still.png", "moving.gif"}

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 import numpy.typing as npt
 
+from ._command import run_command
 from ._pliant import Recording, Scene, _recover
 from .tables import axes_or_new
 from .view import View
@@ -415,6 +416,90 @@ class Trajectory:
         drawn.set_ylabel(label)
         drawn.legend()
         return drawn
+
+    def render(
+        self,
+        to: str | PathLike[str],
+        *,
+        at: float | None = None,
+        frames: int | None = None,
+        fps: int | None = None,
+        speed: float = 1.0,
+        size: tuple[int, int] | None = None,
+        colour_by: str = "body",
+        value_range: tuple[float, float] | None = None,
+        camera: tuple[float, float] | None = None,
+        theme: str = "light",
+        transparent: bool = False,
+        bare: bool = False,
+        overwrite: bool = False,
+    ) -> Path:
+        """Draw a still, frames side by side or an animation, as ``pliant render``.
+
+        Parameters
+        ----------
+        to : str or os.PathLike
+            The picture: ``.png``, ``.apng``, ``.gif``, ``.webp`` or ``.svg``.
+        at : float, optional
+            The frame nearest to this time [s] alone; by default the last one for ``.png`` and ``.svg``, an animation else.
+        frames : int, optional
+            How many, evenly spread: side by side in a ``.png``, one after the other in an animation.
+        fps : int, optional
+            Frames a second of an animation.
+        speed : float, default 1
+            How much faster than the motion an animation is.
+        size : (int, int), optional
+            Width and height of a frame [pixel].
+        colour_by : str, default "body"
+            ``"body"``, ``"speed"``, ``"displacement"`` or a recorded measure.
+        value_range : (float, float), optional
+            Numbers at the ends of the colour scale; by default the least and the largest that occur.
+        camera : (float, float), optional
+            Turn from the front towards +x and height above the horizon [degree].
+        theme : {"light", "dark"}
+            Colours of the background.
+        transparent : bool, default False
+            Whether the background is left out.
+        bare : bool, default False
+            Whether title, time and colour scale are left out.
+        overwrite : bool, default False
+            Whether the picture may be there already.
+
+        Returns
+        -------
+        pathlib.Path
+            The picture.
+
+        Raises
+        ------
+        FileExistsError
+            It is there.
+        ValueError
+            A number or a name is none that can be drawn; what would be right is said.
+
+        Examples
+        --------
+        >>> trajectory.render("beam.gif", colour_by="von-mises")  # doctest: +SKIP
+        """
+        path = Path(to)
+        if path.exists() and not overwrite:
+            raise FileExistsError(f"{path} is there; `overwrite=True` replaces it")
+        given: dict[str, object] = {
+            "--at": at,
+            "--frames": frames,
+            "--fps": fps,
+            "--speed": speed,
+            "--size": size and "x".join(map(str, size)),
+            "--colour-by": colour_by,
+            "--range": value_range and ",".join(map(repr, value_range)),
+            "--camera": camera and ",".join(map(repr, camera)),
+            "--theme": theme,
+        }
+        options = [f"{name}={value}" for name, value in given.items() if value is not None]
+        flags = {"--transparent": transparent, "--bare": bare, "--force": overwrite}
+        options += [name for name, is_on in flags.items() if is_on]
+        run_command("render", fspath(self.path), f"--output={path}", *options)
+        return path
 
     def _columns(self, quantity: str) -> tuple[Array, dict[str, Array], str]:
         """Times, series by name and the label of their axis."""
