@@ -9,7 +9,10 @@ mod variant;
 
 use std::cell::RefCell;
 
-use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{
+    DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, SeqAccess,
+    Visitor,
+};
 use toml::Spanned;
 use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 
@@ -21,7 +24,7 @@ use super::text;
 use pliant::value::TextForm;
 
 /// A document, read as far as it can be.
-pub(super) struct Reading<T> {
+pub(super) struct ReadDocument<T> {
     /// The document without the values that cannot be read, if it is one without them.
     pub(super) value: Option<T>,
     /// Every unknown field and every value that cannot be read.
@@ -31,10 +34,10 @@ pub(super) struct Reading<T> {
 }
 
 /// Reads `T` from a document.
-pub(super) fn read<T: DeserializeOwned>(root: &DeTable<'_>) -> Reading<T> {
+pub(super) fn read<T: DeserializeOwned>(root: &DeTable<'_>) -> ReadDocument<T> {
     let (result, problems) = read_once(root);
     match result {
-        Ok(value) => Reading { value: Some(value), problems, renumbered: false },
+        Ok(value) => ReadDocument { value: Some(value), problems, renumbered: false },
         Err(first) => onward::read(root, first, problems),
     }
 }

@@ -6,7 +6,9 @@
 //! ```
 //! use pliant_scene::Scene;
 //! let error = Scene::from_toml("dimension = 2\n[time]\nstep = 'small'").unwrap_err();
-//! assert_eq!((error.line(), error.column()), (Some(3), Some(8)));
+//! // Every mistake is told; this one beside what `[time]` lacks.
+//! let step = error.problems().iter().find(|problem| problem.path.to_string() == "time.step").unwrap();
+//! assert_eq!((step.line, step.column), (Some(3), Some(8)));
 //! ```
 
 // Loops over small fixed ranges index several arrays at once.

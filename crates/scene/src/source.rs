@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::deserialize::{self, ReadDocument};
 use super::error::{Problem, ProblemKind, SceneError};
-use super::deserialize::{self, Reading};
 use super::key_path::{KeyPath, KeySegment};
 use super::{Scene, document};
 use pliant_files::regular_file;
@@ -102,9 +102,9 @@ impl Source {
         reading.value.filter(|_| reading.problems.is_empty()).ok_or_else(|| self.error(reading.problems))
     }
 
-    fn read(&self) -> Result<Reading<Scene>, SceneError> {
+    fn read(&self) -> Result<ReadDocument<Scene>, SceneError> {
         let document = document::parse(&self.text).map_err(|error| self.error(vec![syntax(&error)]))?;
-        let mut reading: Reading<Scene> = deserialize::read(document.get_ref());
+        let mut reading: ReadDocument<Scene> = deserialize::read(document.get_ref());
         if let Some(scene) = &mut reading.value {
             scene.directory.clone_from(&self.directory);
         }

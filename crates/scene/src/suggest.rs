@@ -12,7 +12,21 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("per_vertex", &["pointmass", "nodalmass"]),
     ("stiffness", &["k", "ks", "springconstant"]),
     ("rest_length", &["l0", "restlen"]),
-    ("pin", &["fixed", "fix", "anchor", "anchors", "boundary", "dirichlet", "bc", "constraint", "constraints", "clamp"]),
+    (
+        "pin",
+        &[
+            "fixed",
+            "fix",
+            "anchor",
+            "anchors",
+            "boundary",
+            "dirichlet",
+            "bc",
+            "constraint",
+            "constraints",
+            "clamp",
+        ],
+    ),
     ("walls", &["wall", "floor", "ground", "plane", "groundplane", "boundaries", "obstacles"]),
     ("elastic", &["material", "constitutive", "model", "energy", "hyperelastic"]),
     ("gravity", &["g", "gravitationalacceleration"]),
@@ -45,7 +59,8 @@ const SYNONYMS: &[(&str, &[&str])] = &[
 /// What scenes call `name`, among `expected`.
 fn synonym<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
-    let knows = |field: &&str| SYNONYMS.iter().any(|(of, names)| of == field && names.contains(&plain.as_str()));
+    let knows =
+        |field: &&str| SYNONYMS.iter().any(|(of, names)| of == field && names.contains(&plain.as_str()));
     expected.iter().copied().find(knows)
 }
 
@@ -130,7 +145,10 @@ mod tests {
             let help = help(key, &["young", "poisson"], "fields here");
             assert_eq!(help[0], format!("`{key}` stands in `{table}`"));
         }
-        assert_eq!(help("dimension", &["young"], "fields here")[0], "`dimension` stands at the top of the file");
+        assert_eq!(
+            help("dimension", &["young"], "fields here")[0],
+            "`dimension` stands at the top of the file"
+        );
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-use super::{Reading, read_once};
+use super::{ReadDocument, read_once};
 use crate::error::Problem;
 use crate::key_path::{KeyPath, KeySegment};
 
@@ -16,7 +16,7 @@ pub(super) fn read<T: DeserializeOwned>(
     root: &DeTable<'_>,
     first: Problem,
     mut problems: Vec<Problem>,
-) -> Reading<T> {
+) -> ReadDocument<T> {
     let mut rest = RemainingDocument { table: root.clone(), left_out: vec![], removed: vec![] };
     let mut next = first;
     loop {
@@ -28,7 +28,7 @@ pub(super) fn read<T: DeserializeOwned>(
         }
         let renumbered = !rest.removed.is_empty();
         if !taken_out || problems.len() >= MOST {
-            return Reading { value: None, problems, renumbered };
+            return ReadDocument { value: None, problems, renumbered };
         }
         let (result, unknown) = read_once(&rest.table);
         for unknown in unknown {
@@ -38,7 +38,7 @@ pub(super) fn read<T: DeserializeOwned>(
             }
         }
         match result {
-            Ok(value) => return Reading { value: Some(value), problems, renumbered },
+            Ok(value) => return ReadDocument { value: Some(value), problems, renumbered },
             Err(problem) => next = problem,
         }
     }
