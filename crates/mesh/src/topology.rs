@@ -20,7 +20,7 @@ fn append_edges<const N: usize>(edges: &mut Vec<[u32; 2]>, cells: &[[u32; N]]) {
     }
 }
 
-/// Those of `count` facets that occur once, by their sorted vertices, in their first order.
+/// Facets, of `count`, that occur once by their sorted vertices, in their first order.
 fn unpaired<const N: usize>(count: usize, facet: impl Fn(usize) -> [u32; N]) -> Vec<[u32; N]> {
     let key = |i: usize| {
         let mut key = facet(i);

@@ -1,7 +1,8 @@
 //! Reads plain data from a TOML document, strictly, with the path of what is wrong.
 //!
 //! `toml` has a deserializer of its own. It takes lists for tables, ignores what follows the last entry of a list of
-//! fixed length, stops at the first mistake, and reports in prose; here each of these is a [`Problem`] with a path.
+//! fixed length, stops at the first mistake, and reports in prose; here each of these is a [`Problem`] with a
+//! path.
 
 mod failure;
 mod onward;

@@ -1,5 +1,7 @@
 //! The JSON Schema of a scene, for editors.
 
+use std::sync::OnceLock;
+
 use schemars::{Schema, generate::SchemaSettings};
 
 use super::schema::Scene;
@@ -16,7 +18,9 @@ pub fn schema() -> Schema {
 
 /// The place of the table that has a key of this name, for messages: "in `[world]`".
 pub(super) fn table_with(name: &str) -> Option<String> {
-    let schema = schema();
+    // Made once: a text may have thousands of unknown keys.
+    static SCHEMA: OnceLock<Schema> = OnceLock::new();
+    let schema = SCHEMA.get_or_init(schema);
     let top = schema.as_value()["properties"].as_object()?;
     if top.contains_key(name) {
         return Some("at the top of the file".to_owned());

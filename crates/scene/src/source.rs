@@ -87,7 +87,7 @@ impl Source {
         let Some(scene) = reading.value else { return Err(self.error(reading.problems)) };
         let mut problems = reading.problems;
         if !reading.renumbered {
-            // In what can be read all through: the rest may contradict itself because a part of it is left out.
+            // Parts that can be read all through: others may contradict themselves because something is left out.
             let sound = |found: &Problem| !problems.iter().any(|told| item(&told.path) == item(&found.path));
             let found: Vec<Problem> = scene.validate().into_iter().filter(sound).collect();
             problems.extend(found);

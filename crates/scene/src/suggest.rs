@@ -1,6 +1,6 @@
 //! "Did you mean".
 
-/// Names that other programs and papers use, in small letters without separators, for what scenes call otherwise.
+/// Keys of scenes with their names in other programs and papers, in small letters without separators.
 const SYNONYMS: &[(&str, &[&str])] = &[
     ("step", &["dt", "h", "timestep", "stepsize", "deltat"]),
     ("duration", &["tend", "tmax", "endtime", "tfinal", "time", "length"]),
@@ -56,7 +56,7 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("linear", &["linearsolver", "preconditioner"]),
 ];
 
-/// What scenes call `name`, among `expected`.
+/// Key of scenes, among `expected`, that is called `name` elsewhere.
 fn synonym<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
     let knows =

@@ -10,7 +10,7 @@ pub(crate) struct NewArguments {
     /// Scene to write; `.toml` is added
     #[arg(required_unless_present = "list")]
     pub(crate) name: Option<PathBuf>,
-    /// What it is to be: a name that `--list` prints
+    /// Kind of scene: a name that `--list` prints
     #[arg(long, value_name = "KIND", default_value = "jelly")]
     pub(crate) kind: String,
     /// Print the kinds of scenes

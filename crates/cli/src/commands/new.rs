@@ -15,7 +15,7 @@ struct SceneKind {
     text: &'static str,
 }
 
-/// One file and one line here for each.
+/// Kinds of scenes: one file and one line here for each.
 const KINDS: &[SceneKind] = &[
     SceneKind { name: "jelly", text: include_str!("new/jelly.toml") },
     SceneKind { name: "cloth", text: include_str!("new/cloth.toml") },

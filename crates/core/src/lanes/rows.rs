@@ -13,9 +13,9 @@ const LENGTH: usize = 4 * CAPACITY;
 
 /// Memory for [`RowSlice`], beginning at a page.
 ///
-/// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use occupies 16 kB, not the
-/// 2 MB it may grow to. The pages are asked of the system itself: an allocator would clear what it has been given back before,
-/// tens of megabytes after a mesh has been read, and hold it from then on.
+/// Memory is taken page by page as rows are first written, so a buffer whose first 500 rows are in use occupies
+/// 16 kB, not the 2 MB it may grow to. The pages are asked of the system itself: an allocator would clear what it
+/// has been given back before, tens of megabytes after a mesh has been read, and hold it from then on.
 pub struct Rows<const D: usize> {
     memory: MmapMut,
 }
@@ -50,8 +50,9 @@ impl<const D: usize> Deref for Rows<D> {
     type Target = RowSlice<D>;
     #[inline(always)]
     fn deref(&self) -> &RowSlice<D> {
-        // SAFETY: `RowSlice` is a transparent wrapper of `LENGTH` numbers, any bits of which are a number. `new` has checked
-        // that the memory is so long and aligned; it stays where it is and is borrowed as long as what is returned.
+        // SAFETY: `RowSlice` is a transparent wrapper of `LENGTH` numbers, any bits of which are a number. `new`
+        // has checked that the memory is so long and aligned; it stays where it is and is borrowed as long as
+        // what is returned.
         unsafe { &*self.memory.as_ptr().cast() }
     }
 }
