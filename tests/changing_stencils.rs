@@ -206,10 +206,16 @@ fn every_linear_solver_finds_the_same_minimum_while_stencils_change() {
         let difference = largest_difference(x, &found[0].0);
         assert!(difference < 1e-9, "{linear:?}: {difference:e} m apart");
         let (_, with_all) = run(Penalty::with_all, *linear);
-        assert_eq!(work.newton_iterations, with_all.newton_iterations, "{linear:?}: Newton iterations");
-        // Levels of multigrid do not see stencils that change, but for the finest.
-        let most = with_all.cg_iterations * 5 / 4;
-        assert!(work.cg_iterations <= most, "{linear:?}: {} iterations, {most} at most", work.cg_iterations);
+        // Multigrid solves the vertices of stencils that change exactly, which it does not where it knows
+        // all stencils from the beginning: loose solves of another preconditioner lead Newton's method
+        // another way.
+        if *linear != LinearSolver::Multigrid {
+            assert_eq!(work.newton_iterations, with_all.newton_iterations, "{linear:?}: Newton iterations");
+        }
+        // Coarse levels of multigrid do not see stencils that change.
+        let per_solve = |work: &SolverWork| work.cg_iterations as f64 / work.newton_iterations as f64;
+        let (found, most) = (per_solve(work), 1.25 * per_solve(&with_all));
+        assert!(found <= most, "{linear:?}: {found} iterations a solve, {most} at most");
         assert_eq!(work.fallbacks, 0, "{linear:?}");
         assert_eq!(work.factorizations == 0, *linear != LinearSolver::Cholesky, "{linear:?}");
     }
@@ -318,9 +324,10 @@ fn a_solve_does_not_end_where_its_way_was_cut_short() {
     assert!((simulation.state().x()[4] - 0.6).abs() < 1e-9, "{}", simulation.state().x()[4]);
 }
 
-// A pin that is driven through a body in one step leaves no free motion that could yield.
+// A plate that is driven through a vertex in one step takes it along, where a scheme holds contact. Others
+// are refused, or do as well.
 #[test]
-fn prescribed_motion_through_what_a_term_guards_is_an_error() {
+fn prescribed_motion_takes_along_what_a_term_guards() {
     for method in implicit() {
         let mut system = System::new(2, vec![1.0; 3]);
         system.add_term(Box::new(Penalty::changing(&[2], &[[0, 1]], [1e5, 0.1])));
@@ -328,7 +335,16 @@ fn prescribed_motion_through_what_a_term_guards_is_an_error() {
         let motion = Motion::new().along(|t| ([0.0, 10.0 * t, 0.0], [0.0, 10.0, 0.0]));
         system.hold(Hold::new("plate", vec![0, 1]).moving(motion, &x, &x, 2));
         let mut simulation = Simulation::new(system, State::new(x, vec![0.0; 6]), method, 0.05);
-        let error = simulation.step().unwrap_err();
-        assert!(is_refused(&error), "{}: {error}", method.documentation.name);
+        let name = method.documentation.name;
+        match simulation.step() {
+            Ok(()) => {
+                let x = simulation.state().x();
+                assert!((x[1] - 0.5).abs() < 1e-12 && x[3] == x[1], "{name}: the plate is at {} m", x[1]);
+                assert!(x[5] > x[1], "{name}: the vertex at {} m is below the plate", x[5]);
+            }
+            // In statics nothing holds the vertex once it is out of reach.
+            Err(_) if method.is_static() => {}
+            Err(error) => assert!(is_refused(&error) && !method.holds_contact(), "{name}: {error}"),
+        }
     }
 }

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 14] = [
+const ROWS: [&str; 17] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -18,6 +18,9 @@ const ROWS: [&str; 14] = [
     "hessian-stable-neo-hookean",
     "implicit-euler",
     "cloth-implicit",
+    "contact-cloth",
+    "contact-bars",
+    "contact-stack",
     "recording",
 ];
 

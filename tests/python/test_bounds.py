@@ -58,6 +58,20 @@ MORE: list[dict[str, Any]] = [
     made_of({"mooney-rivlin": {"young": 1e5, "poisson": 0.3, "c10": 0.4, "c01": 0.1}}),
     made_of({"ogden": {"young": 1e5, "poisson": 0.3, "mu": [1.0], "alpha": [2.0]}}),
     made_of({"arap": {"young": 1e5, "poisson": 0.0}}),
+    made_of({"neo-hookean": {"bulk": 1e5, "shear": 5e4}}),
+    made_of({"neo-hookean": {"lambda": 1e5, "mu": 5e4}}),
+    made_of({"linear": {"bulk": 1e5, "shear": 5e4}}),
+    made_of({"linear": {"lambda": 1e5, "mu": 5e4}}),
+    made_of({"mooney-rivlin": {"c10": 1e4, "c01": 1e3, "d1": 1e-5}}),
+    {
+        **solid(2, GRID),
+        "body": [{"mesh": GRID, **SOLID, "contact": {"radius": 1e-3}}],
+        "contact": {
+            **{"distance": 1e-3, "stiffness": 1e5, "friction": 0.3, "threshold_speed": 1e-3},
+            **{"friction_iterations": 5, "pairs": [{"between": ["body0", "body0"], "friction": 0.1}]},
+        },
+        "obstacle": [{"shape": {"ball": {"centre": [9.0, 9.0], "radius": 1.0}}}],
+    },
     made_of({"dirichlet": {"stiffness": 1e5}}),
     {
         **solid(2, GRID),

@@ -36,7 +36,7 @@ use crate::diagnostics::{
     reactions, stability_limit,
 };
 use crate::element::Barycentric;
-use crate::energy::Fault;
+use crate::energy::{Fault, SurfaceContact};
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
@@ -389,6 +389,12 @@ impl Simulation {
         self.method
     }
 
+    /// Velocities of the stages of the last step, flat [m/s], vertices in the order of the
+    /// [`numbering`](Self::numbering); see [`Integrator::stage_velocities`].
+    pub fn stage_velocities(&self) -> &[Vec<f64>] {
+        self.integrator.stage_velocities()
+    }
+
     /// Step size [s]; where it follows the error, that to be tried next.
     pub fn step_size(&self) -> f64 {
         self.step_size
@@ -441,6 +447,12 @@ impl Simulation {
             return vec![];
         }
         reactions(&mut self.system, time, self.step_size, self.state.x(), self.state.v())
+    }
+
+    /// Surfaces that touch, now, in a fixed order; empty without contact.
+    pub fn contacts(&self) -> Vec<SurfaceContact> {
+        let terms = self.system.terms().iter().filter_map(|term| term.touching());
+        terms.flat_map(|term| term.contacts(self.state.x())).collect()
     }
 
     /// The largest component of the force that is left at a free coordinate, now [N], velocities being what

@@ -399,6 +399,11 @@ impl System {
         &self.dissipation
     }
 
+    /// The dissipative terms, to be evaluated one by one.
+    pub fn dissipation_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn DissipativeTerm>> {
+        self.dissipation.iter_mut()
+    }
+
     /// True if any force depends on velocities, ether drag excepted.
     pub fn is_damped(&self) -> bool {
         !self.dissipation.is_empty()
@@ -652,6 +657,13 @@ impl System {
         for term in &mut self.dissipation {
             term.add_damping_product(x, v, p, y);
         }
+    }
+
+    /// `y = (d2R/dx dv)^T p` [N] at `(x, v)`, written over `y`; pinned vertices included. False where a
+    /// dissipative term does not know its part.
+    pub fn position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        y.fill(0.0);
+        self.dissipation.iter_mut().fold(true, |known, term| known & term.add_position_product(x, v, p, y))
     }
 
     /// The dissipation functions `R(x, v)` [W] together.

@@ -22,6 +22,8 @@ pub enum BodyKind {
     Springs,
     /// Vertices without any connection.
     Particles,
+    /// Held, and nothing inside: what others cannot enter.
+    Obstacle,
 }
 
 /// One body. All indices count the vertices of the whole simulation, not those of the body.

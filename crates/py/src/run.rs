@@ -29,6 +29,19 @@ pub(crate) struct PyFrame {
     dimension: usize,
 }
 
+impl PyFrame {
+    /// A state without its energies.
+    pub(crate) fn state(
+        index: u64,
+        step: u64,
+        time: f64,
+        (x, v): (&[f64], &[f64]),
+        dimension: usize,
+    ) -> Self {
+        PyFrame { index, step, time, x: x.to_vec(), v: v.to_vec(), diagnostics: None, dimension }
+    }
+}
+
 #[pymethods]
 impl PyFrame {
     /// int: Number of the frame, from 0.

@@ -1,5 +1,6 @@
 //! The stepper.
 
+mod gradient;
 mod measure;
 mod parameters;
 mod state;

@@ -14,6 +14,9 @@ pub struct Diagnostics {
     /// Potential energy of loads [J]; `None` without loads.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<f64>,
+    /// Energy stored between surfaces that touch [J]; `None` without contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<f64>,
     /// Sum of the above [J].
     pub total: f64,
     /// Energy brought in from outside and taken out since the start; `None` where there is none.
@@ -70,8 +73,11 @@ impl Diagnostics {
         let kinetic = system.kinetic(v);
         let elastic = system.potential_with_force(EnergyKind::Elastic, x, force);
         let gravitational = system.potential_with_force(EnergyKind::Gravitational, x, force);
-        let has_loads = system.terms().iter().any(|term| term.properties().kind == EnergyKind::Load);
-        let loads = has_loads.then(|| system.potential_with_force(EnergyKind::Load, x, force));
+        let mut of_kind = |kind| {
+            let is_there = system.terms().iter().any(|term| term.properties().kind == kind);
+            is_there.then(|| system.potential_with_force(kind, x, force))
+        };
+        let (loads, contact) = (of_kind(EnergyKind::Load), of_kind(EnergyKind::Contact));
         let (linear_momentum, angular_momentum) = match system.dimension() {
             2 => momenta::<2>(system.mass(), x, v),
             _ => momenta::<3>(system.mass(), x, v),
@@ -83,7 +89,8 @@ impl Diagnostics {
             elastic,
             gravitational,
             loads,
-            total: kinetic + elastic + gravitational + loads.unwrap_or(0.0),
+            contact,
+            total: kinetic + elastic + gravitational + loads.unwrap_or(0.0) + contact.unwrap_or(0.0),
             balance: None,
             linear_momentum,
             angular_momentum,

@@ -41,6 +41,10 @@ impl DissipativeTerm for AtRest {
         self.term.add_damping_product(&self.rest, v, p, y);
     }
 
+    fn add_position_product(&mut self, _x: &[f64], _v: &[f64], _p: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+
     fn stencils(&mut self) -> Stencils {
         self.term.stencils()
     }

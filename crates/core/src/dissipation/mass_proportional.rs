@@ -83,6 +83,14 @@ impl DissipativeTerm for MassProportional {
         }
     }
 
+    fn add_position_product(&mut self, _x: &[f64], _v: &[f64], _p: &[f64], _y: &mut [f64]) -> bool {
+        true
+    }
+
+    fn scales_with_mass(&self) -> bool {
+        true
+    }
+
     fn stencils(&mut self) -> Stencils {
         Stencils { size: 1, vertices: (self.vertices.start as u32..self.vertices.end as u32).collect() }
     }

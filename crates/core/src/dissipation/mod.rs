@@ -41,6 +41,19 @@ pub trait DissipativeTerm: Send + Sync {
     /// `R` is quadratic in `v` it is the damping matrix `C(x)`, whatever `v`. The derivative last evaluated is lost.
     fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]);
 
+    /// Adds the product `(d2R/dx dv)^T p` [N] at `(x, v)` to `y`, `p` [m/s]: the derivative of `p . dR/dv` by
+    /// the positions. False where the term does not know it, and nothing is added. The derivative last
+    /// evaluated is lost.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        let _ = (x, v, p, y);
+        false
+    }
+
+    /// True if its force on a vertex is in proportion to the mass there.
+    fn scales_with_mass(&self) -> bool {
+        false
+    }
+
     /// The stencils of the damping matrix, as [`EnergyTerm::stencils`](crate::energy::EnergyTerm::stencils) has them of the Hessian.
     fn stencils(&mut self) -> Stencils {
         Stencils::default()
@@ -72,6 +85,11 @@ pub trait DissipativeTerm: Send + Sync {
         None
     }
 
+    /// Its parts that a solve holds as they are, where it has any.
+    fn frozen(&mut self) -> Option<&mut dyn FrozenParts> {
+        None
+    }
+
     /// The first place where `(x, v)` gives no finite force; called only after something went wrong.
     fn fault(&self, x: &[f64], v: &[f64]) -> Option<Fault> {
         let _ = (x, v);
@@ -80,4 +98,18 @@ pub trait DissipativeTerm: Send + Sync {
 
     /// Bytes held, for the memory report.
     fn bytes(&self) -> usize;
+}
+
+/// A dissipation function whose dependence on positions is held while its minimum is sought, and renewed
+/// until it no longer changes: normal forces and tangents of friction. Without that, a line search would
+/// chase its own target.
+pub trait FrozenParts {
+    /// Takes these parts as they are at `x` [m], until [`thaw`](Self::thaw); whether there are any.
+    fn freeze(&mut self, x: &[f64]) -> bool;
+
+    /// Ends that: whatever is asked is about the positions given.
+    fn thaw(&mut self);
+
+    /// How often a solve may renew them.
+    fn most_renewals(&self) -> u32;
 }

@@ -17,7 +17,8 @@ use std::ops::Range;
 
 use crate::material::Psd;
 pub use views::{
-    ChangingStencils, Driven, ElementTerm, ForceLayout, Measurements, MovablePlaces, StepLimit, TermViews,
+    ChangingStencils, Driven, ElementTerm, ForceLayout, Measurements, MovablePlaces, StepLimit,
+    SurfaceContact, TermViews, TouchingSurfaces,
 };
 
 /// Which sum of the diagnostics an energy belongs to.
@@ -29,6 +30,8 @@ pub enum EnergyKind {
     Gravitational,
     /// Of loads: forces from outside that a scene puts on bodies.
     Load,
+    /// Stored between surfaces that touch.
+    Contact,
 }
 
 /// Obstacle to a finite energy or force of a configuration.
@@ -87,6 +90,18 @@ pub enum Fault {
         /// Name of what holds the vertices.
         hold: String,
     },
+    /// Surfaces are nearer to each other than they can be.
+    Overlap {
+        /// The two primitives and their bodies.
+        pair: String,
+        /// How far they are apart [m].
+        gap: f64,
+    },
+    /// Prescribed motion leads through what cannot yield.
+    Obstructed {
+        /// The two primitives that are in each other's way, and their bodies.
+        pair: String,
+    },
     /// The straight way of a step leads through places that a term lets nothing pass.
     Way {
         /// Name of the term.
@@ -117,6 +132,8 @@ impl std::fmt::Display for Fault {
             Fault::Gravity { time } => write!(f, "gravity is not finite at t = {time:.6} s"),
             Fault::Load { load, time } => write!(f, "{load} is not finite at t = {time:.6} s"),
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
+            Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap:.3e} m apart"),
+            Fault::Obstructed { pair } => write!(f, "{pair} are in each other's way"),
             Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")
@@ -211,6 +228,9 @@ pub struct TermProperties {
     /// gradient is minus the force all the same, and Hessian products are those of its derivative, which is
     /// not symmetric.
     pub is_conservative: bool,
+    /// True if force and Hessian products are approximations, each of its own: the products are not
+    /// derivatives of the force.
+    pub approximates: bool,
 }
 
 impl TermProperties {
@@ -222,6 +242,7 @@ impl TermProperties {
             fills_space: false,
             changes_with_time: false,
             is_conservative: true,
+            approximates: false,
         }
     }
 

@@ -38,6 +38,11 @@ pub trait TermViews {
         None
     }
 
+    /// Its contacts, where surfaces touch in it.
+    fn touching(&self) -> Option<&dyn TouchingSurfaces> {
+        None
+    }
+
     /// Its stencils that change from one matrix to the next.
     fn changing(&self) -> Option<&dyn ChangingStencils> {
         None
@@ -104,6 +109,12 @@ pub trait StepLimit {
     /// its energy, and need not guard the way.
     fn guards_way(&self) -> bool {
         false
+    }
+
+    /// What leaves the least of the way from `x` to `x + dx` free, in words; `None` where all of it is.
+    fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
+        let _ = (x, dx);
+        None
     }
 }
 
@@ -184,4 +195,28 @@ pub trait ChangingStencils: Sync {
 pub trait MovablePlaces {
     /// Moves all of its places to `place` [m].
     fn move_places(&mut self, place: [f64; 3]);
+}
+
+/// Two primitives of surfaces that touch.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct SurfaceContact {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Closest points of the two [m]; third component 0 in 2D. Of a half-space the foot on its plane, of a
+    /// ball that on its surface.
+    pub points: [[f64; 3]; 2],
+    /// Unit vector from the second to the first.
+    pub normal: [f64; 3],
+    /// Their distance less the radii [m].
+    pub gap: f64,
+    /// The part of the reach that the gap is: 1 where they begin to push.
+    pub relative_gap: f64,
+    /// Normal force [N].
+    pub force: f64,
+}
+
+/// A term in which surfaces touch.
+pub trait TouchingSurfaces {
+    /// All contacts at `x`, flat [m], in a fixed order.
+    fn contacts(&self, x: &[f64]) -> Vec<SurfaceContact>;
 }

@@ -2,7 +2,7 @@
 
 use super::Integrator;
 use super::equations::acceleration;
-use super::implicit::{ImplicitSolve, NextState, StageSolver, prescribe};
+use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
 use crate::state::State;
@@ -176,7 +176,7 @@ impl Alpha {
         let time = state.time + new_f * h;
         self.next.x.copy_from_slice(x);
         self.next.v.fill(0.0);
-        prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
+        self.solver.prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
         let solve = ImplicitSolve {
             inertia,
             stiffness: s,

@@ -142,6 +142,10 @@ impl Integrator for Bdf2 {
         end
     }
 
+    fn stage_velocities(&self) -> &[Vec<f64>] {
+        if self.started { self.start.stage_velocities() } else { &[] }
+    }
+
     fn undo(&mut self, state: &mut State) {
         if self.started {
             self.start.undo(state);

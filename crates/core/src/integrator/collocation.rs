@@ -155,6 +155,10 @@ impl Integrator for Collocation {
         self.next.commit(system, state, h, force)
     }
 
+    fn stage_velocities(&self) -> &[Vec<f64>] {
+        &self.v
+    }
+
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
     }

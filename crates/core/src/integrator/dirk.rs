@@ -152,6 +152,10 @@ impl Integrator for Dirk {
         Some(Judgement::Error(self.norm.of(system, tolerances, &self.next.v, state.v(), errors)))
     }
 
+    fn stage_velocities(&self) -> &[Vec<f64>] {
+        &self.stages.velocity
+    }
+
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
     }

@@ -42,6 +42,9 @@ pub(super) struct StageSolver {
     target: Vec<f64>,
     at: Iterate,
     guess: Iterate,
+    /// Where held coordinates are to be at the end of the solve, where a term guards ways: they go there with
+    /// the others. Empty where nothing guards them.
+    goal: Vec<f64>,
 }
 
 impl StageSolver {
@@ -52,7 +55,31 @@ impl StageSolver {
             target: vec![],
             at: Iterate::default(),
             guess: Iterate::default(),
+            goal: vec![],
         }
+    }
+
+    /// Moves held coordinates of `x`, and sets their velocities `v`, as prescribed at `time` [s]. Where a
+    /// term guards ways, `x` stays as it is, and the next solve takes them along.
+    ///
+    /// # Errors
+    /// A number is not finite.
+    pub(super) fn prescribe(
+        &mut self,
+        system: &System,
+        time: f64,
+        x: &mut [f64],
+        v: &mut [f64],
+    ) -> Result<(), StepFault> {
+        self.goal.clear();
+        if !(system.has_guards() && system.has_prescribed_motion()) {
+            return if system.prescribe(time, x, v) { Ok(()) } else { Err(StepFault::at(system, x, v)) };
+        }
+        self.goal.extend_from_slice(x);
+        if system.prescribe(time, &mut self.goal, v) {
+            return Ok(());
+        }
+        Err(StepFault::at(system, &self.goal, v))
     }
 
     /// Solves `stage` into `x` and `v`, and writes `(V - w)/g`, the whole acceleration. `x` is the start on entry: a
@@ -74,7 +101,7 @@ impl StageSolver {
         }
         // Held coordinates are where they are held, and what follows goes by these.
         v.fill(0.0);
-        prescribe(system, time, x, v)?;
+        self.prescribe(system, time, x, v)?;
         let solve = ImplicitSolve {
             inertia,
             stiffness: g * g,
@@ -113,9 +140,10 @@ impl StageSolver {
     ) -> Result<(), StepFault> {
         let ImplicitSolve { inertia, stiffness, time, velocity, acceleration, single_iteration } = *solve;
         system.set_time(time);
-        let StageSolver { options, minimizer: kept, target, at, guess } = self;
+        let StageSolver { options, minimizer: kept, target, at, guess, goal } = self;
+        let goal = (!goal.is_empty()).then_some(&goal[..]);
         let objective =
-            Objective { inertia, target, stiffness, velocity, held_velocity: v, single_iteration };
+            Objective { inertia, target, stiffness, velocity, held_velocity: v, goal, single_iteration };
         let minimizer = kept.get_or_insert_with(|| minimizer(system.dimension(), *options));
         for buffer in [&mut at.x, &mut at.u, &mut guess.x, &mut guess.u] {
             buffer.resize(x.len(), 0.0);
@@ -164,7 +192,7 @@ impl StageSolver {
     }
 
     pub(super) fn bytes(&self) -> usize {
-        8 * self.target.len()
+        8 * (self.target.len() + self.goal.len())
             + self.at.bytes()
             + self.guess.bytes()
             + self.minimizer.as_ref().map_or(0, |m| m.bytes())
@@ -175,22 +203,6 @@ impl StageSolver {
         let predicted = minimizer(system.dimension(), self.options).predicted_bytes(system, x);
         // The target, and two configurations.
         (predicted + 8 * 5 * x.len()).saturating_sub(self.bytes())
-    }
-}
-
-/// Moves held coordinates of `x`, and sets their velocities `v`, as prescribed at `time` [s].
-///
-/// # Errors
-/// A number is not finite, or the way leads through what a term keeps apart: there is no cure within the
-/// step.
-pub(super) fn prescribe(system: &System, time: f64, x: &mut [f64], v: &mut [f64]) -> Result<(), StepFault> {
-    let before = (system.has_guards() && system.has_prescribed_motion()).then(|| x.to_vec());
-    if !system.prescribe(time, x, v) {
-        return Err(StepFault::at(system, x, v));
-    }
-    match before.and_then(|before| system.way_fault(&before, x)) {
-        Some(fault) => Err(StepFault { fault: Some(fault), vertex: None, solve: None }),
-        None => Ok(()),
     }
 }
 

@@ -206,6 +206,11 @@ impl Method {
         }
     }
 
+    /// True if contact holds in its steps: they end at minima, on the way to which nothing is passed through.
+    pub fn holds_contact(&self) -> bool {
+        self.ends_at_solution() && !matches!(self.scheme, Scheme::Collocation(_))
+    }
+
     /// True if a step takes as many iterations as it needs, and may be long.
     pub fn iterates(&self) -> bool {
         self.documentation.solves > 0 || matches!(self.scheme, Scheme::GaussRadau(_))
@@ -273,6 +278,12 @@ pub trait Integrator: Send + Sync {
         _tolerances: &Tolerances,
     ) -> Option<Judgement> {
         None
+    }
+
+    /// Velocities of the stages of the last [`step`](Self::step), flat [m/s]: stage `i` was at the positions
+    /// `x_n + h sum_j a_ij V_j`. None for schemes without stages, and before the first step.
+    fn stage_velocities(&self) -> &[Vec<f64>] {
+        &[]
     }
 
     /// Work done in solvers so far; nothing for explicit schemes.

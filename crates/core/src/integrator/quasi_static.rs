@@ -2,7 +2,7 @@
 //!
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
 //! minimum that Newton's method reaches from the last one.
-use super::implicit::{ImplicitSolve, NextState, StageSolver, prescribe};
+use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use super::{Documentation, Integrator, Method, Scheme};
 use crate::solver::StepFault;
 use crate::solver::{SolverOptions, SolverWork, Velocity};
@@ -52,7 +52,7 @@ impl Integrator for QuasiStatic {
         let time = state.time + h;
         self.next.x.copy_from_slice(state.x());
         self.next.v.fill(0.0);
-        prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
+        self.solver.prescribe(system, time, &mut self.next.x, &mut self.next.v)?;
         // What dissipates resists the step from the last equilibrium to this one.
         self.origin.copy_from_slice(state.x());
         self.solver.target(state.x().len()).fill(0.0);

@@ -105,6 +105,10 @@ impl Integrator for RungeKutta {
         Some(Judgement::Error(norm.of(system, tolerances, before, state.v(), errors)))
     }
 
+    fn stage_velocities(&self) -> &[Vec<f64>] {
+        &self.stages.velocity
+    }
+
     fn undo(&mut self, state: &mut State) {
         // The swap at the end of the step left the old state here.
         state.swap(&mut self.x, &mut self.v, ForceId::NONE);

@@ -1,7 +1,7 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use super::parameters::or_preset;
+use super::constants::GivenConstants;
 use super::{
     Domain, Isotropic, Lame, Material, MaterialDescription, Model, ParameterError, Parameters, Plane, Preset,
     Psd, Tangent,
@@ -66,6 +66,21 @@ struct PlaneIsotropicTable {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     poisson: Option<f64>,
+    /// Bulk modulus K [Pa], positive; with `shear` in place of `young` and `poisson`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    bulk: Option<f64>,
+    /// Shear modulus G [Pa], positive; with `bulk`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    shear: Option<f64>,
+    /// First Lame parameter [Pa], above -2/3 `mu`; with `mu` in place of `young` and `poisson`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    lambda: Option<f64>,
+    /// Second Lame parameter [Pa], the shear modulus, positive; with `lambda`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    mu: Option<f64>,
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
     #[serde(default)]
     preset: Option<Preset>,
@@ -76,11 +91,10 @@ struct PlaneIsotropicTable {
 
 impl<'de> Deserialize<'de> for PlaneIsotropic {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let PlaneIsotropicTable { young, poisson, preset, plane } =
+        let PlaneIsotropicTable { young, poisson, bulk, shear, lambda, mu, preset, plane } =
             PlaneIsotropicTable::deserialize(deserializer)?;
-        let young = or_preset(young, preset, "young", |about| about.young)?;
-        let poisson = or_preset(poisson, preset, "poisson", |about| about.poisson)?;
-        Ok(PlaneIsotropic { solid: Isotropic { young, poisson, preset }, plane })
+        let given = GivenConstants { young, poisson, bulk, shear, lambda, mu, preset };
+        Ok(PlaneIsotropic { solid: given.isotropic()?, plane })
     }
 }
 
@@ -91,7 +105,8 @@ impl JsonSchema for PlaneIsotropic {
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let mut schema = PlaneIsotropicTable::json_schema(generator);
-        let about = "Isotropic elasticity that in two dimensions may be in plane stress. `young` and `poisson` are needed, or a `preset`.";
+        let about = "Isotropic elasticity that in two dimensions may be in plane stress. `young` and `poisson` are \
+                     needed, or `bulk` and `shear`, or `lambda` and `mu`, or a `preset`.";
         schema.insert("description".into(), about.into());
         schema
     }

@@ -2,6 +2,7 @@
 
 mod autodiff;
 mod barrier;
+mod constants;
 mod parameters;
 mod preset;
 mod registry;

@@ -1,13 +1,15 @@
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::barrier::{admissible, infinite_outside};
+use super::constants::poisson_of;
 use super::parameters::{check_poisson, check_positive};
 use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure};
+use crate::value::{As, Compressibility, Pressure};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
 ///
@@ -31,23 +33,104 @@ pub struct MooneyRivlin {
 }
 
 /// The constants of Mooney and Rivlin, with or without a Young's modulus that they are scaled to.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TwoConstants {
     /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so that
     /// `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
-    #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
-    #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     pub poisson: f64,
     /// Weight of the first invariant [Pa].
-    #[serde(with = "As::<Pressure>")]
     pub c10: f64,
     /// Weight of the second invariant [Pa]; not both may be zero, and their sum must be positive.
-    #[serde(with = "As::<Pressure>")]
     pub c01: f64,
+}
+
+/// As a scene has them.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct TwoConstantsTable {
+    /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so
+    /// that `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    young: Option<f64>,
+    /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
+    poisson: Option<f64>,
+    /// Weight of the first invariant [Pa].
+    #[serde(with = "As::<Pressure>")]
+    c10: f64,
+    /// Weight of the second invariant [Pa]; not both may be zero, and their sum must be positive.
+    #[serde(with = "As::<Pressure>")]
+    c01: f64,
+    /// Compressibility D1 = 2 / kappa [1/Pa], positive, in place of `poisson`; without `young`.
+    #[serde(default, with = "As::<Option<Compressibility>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    d1: Option<f64>,
+}
+
+/// With `nu = (3 kappa - 2 mu) / (2 (3 kappa + mu))` of `kappa = 2 / D1` and `mu = 2 (C10 + C01)`.
+impl<'de> Deserialize<'de> for TwoConstants {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let TwoConstantsTable { young, poisson, c10, c01, d1 } =
+            TwoConstantsTable::deserialize(deserializer)?;
+        let poisson = match (poisson, d1, young) {
+            (Some(poisson), None, _) => poisson,
+            (None, Some(d1), None) => of_compressibility(c10, c01, d1).map_err(D::Error::custom)?,
+            (None, None, _) => return Err(D::Error::missing_field("poisson")),
+            (Some(_), Some(_), _) => {
+                return Err(D::Error::custom(
+                    "`poisson` and `d1` both set the bulk modulus: give one of them",
+                ));
+            }
+            (None, Some(_), Some(_)) => {
+                let problem = "`young` scales `c10` and `c01`, `d1` is for those that are taken as they are: give \
+                               `poisson` with `young`";
+                return Err(D::Error::custom(problem));
+            }
+        };
+        Ok(TwoConstants { young, poisson, c10, c01 })
+    }
+}
+
+impl JsonSchema for TwoConstants {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "TwoConstants".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = TwoConstantsTable::json_schema(generator);
+        let about =
+            "The constants of Mooney and Rivlin, with or without a Young's modulus that they are scaled to.";
+        schema.insert("description".into(), about.into());
+        schema
+    }
+}
+
+/// Poisson's ratio of constants [Pa] and a compressibility `D1 = 2 / kappa` [1/Pa].
+fn of_compressibility(c10: f64, c01: f64, d1: f64) -> Result<f64, ParameterError> {
+    if !(d1.is_finite() && d1 > 0.0) {
+        return Err(ParameterError::new("d1", d1, "must be positive [1/Pa]: 2 over the bulk modulus"));
+    }
+    check_sum(c10, c01)?;
+    Ok(poisson_of(2.0 / d1, 2.0 * (c10 + c01)))
+}
+
+/// A positive shear modulus.
+fn check_sum(c10: f64, c01: f64) -> Result<(), ParameterError> {
+    for (field, value) in [("c10", c10), ("c01", c01)] {
+        if !value.is_finite() {
+            return Err(ParameterError::new(field, value, "must be a finite number [Pa]"));
+        }
+    }
+    if c10 + c01 > 0.0 {
+        return Ok(());
+    }
+    let problem = "makes the shear modulus 2 (c10 + c01) zero or negative; their sum must be positive";
+    Err(ParameterError::new("c01", c01, problem))
 }
 
 impl TwoConstants {
@@ -66,16 +149,7 @@ impl Parameters for TwoConstants {
             check_positive("young", young)?;
         }
         check_poisson(self.poisson)?;
-        for (field, value) in [("c10", self.c10), ("c01", self.c01)] {
-            if !value.is_finite() {
-                return Err(ParameterError::new(field, value, "must be a finite number [Pa]"));
-            }
-        }
-        if self.c10 + self.c01 > 0.0 {
-            return Ok(());
-        }
-        let problem = "makes the shear modulus 2 (c10 + c01) zero or negative; their sum must be positive";
-        Err(ParameterError::new("c01", self.c01, problem))
+        check_sum(self.c10, self.c01)
     }
 
     fn lame(&self) -> Option<Lame> {

@@ -3,6 +3,7 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::constants::GivenConstants;
 use super::preset::{AboutPreset, Preset};
 use crate::value::{As, Pressure};
 
@@ -102,7 +103,7 @@ impl Lame {
 
     /// Young's modulus [Pa] and Poisson's ratio of the same elasticity: `E = mu (3 lambda + 2 mu) / (lambda + mu)`,
     /// `nu = lambda / (2 (lambda + mu))`.
-    pub(super) fn young_and_poisson(&self) -> (f64, f64) {
+    pub fn young_and_poisson(&self) -> (f64, f64) {
         let Lame { lambda, mu } = self;
         let sum = lambda + mu;
         (mu * (3.0 * lambda + 2.0 * mu) / sum, lambda / (2.0 * sum))
@@ -154,6 +155,21 @@ struct IsotropicTable {
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     poisson: Option<f64>,
+    /// Bulk modulus K [Pa], positive; with `shear` in place of `young` and `poisson`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    bulk: Option<f64>,
+    /// Shear modulus G [Pa], positive; with `bulk`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    shear: Option<f64>,
+    /// First Lame parameter [Pa], above -2/3 `mu`; with `mu` in place of `young` and `poisson`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    lambda: Option<f64>,
+    /// Second Lame parameter [Pa], the shear modulus, positive; with `lambda`.
+    #[serde(default, with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    mu: Option<f64>,
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
     #[serde(default)]
     preset: Option<Preset>,
@@ -174,12 +190,9 @@ pub(super) fn or_preset<E: serde::de::Error>(
 
 impl<'de> Deserialize<'de> for Isotropic {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let IsotropicTable { young, poisson, preset } = IsotropicTable::deserialize(deserializer)?;
-        Ok(Isotropic {
-            young: or_preset(young, preset, "young", |about| about.young)?,
-            poisson: or_preset(poisson, preset, "poisson", |about| about.poisson)?,
-            preset,
-        })
+        let IsotropicTable { young, poisson, bulk, shear, lambda, mu, preset } =
+            IsotropicTable::deserialize(deserializer)?;
+        GivenConstants { young, poisson, bulk, shear, lambda, mu, preset }.isotropic()
     }
 }
 
@@ -196,7 +209,7 @@ impl JsonSchema for Isotropic {
 }
 
 const ISOTROPIC: &str = "Isotropic elasticity. Every model that takes these reduces to linear elasticity with the same `young` and \
-                         `poisson` for small strains. Both are needed, or a `preset`.";
+                         `poisson` for small strains. Both are needed, or `bulk` and `shear`, or `lambda` and `mu`, or a `preset`.";
 
 impl Isotropic {
     /// With Young's modulus `young` [Pa].

@@ -60,6 +60,8 @@ kinds! {
     FORCE = "a force" "N" "2 kN" [1 1 -2 0];
     /// Pressure, stress, elastic modulus [Pa].
     PRESSURE = "a pressure" "Pa" "3 MPa" [-1 1 -2 0];
+    /// Change of volume per pressure [1/Pa].
+    COMPRESSIBILITY = "a compressibility" "1/Pa" "2e-3 1/MPa" [1 -1 2 0];
     /// Force per volume [N/m^3].
     FORCE_DENSITY = "a force per volume" "N/m^3" "2 kN/m^3" [-2 1 -2 0];
     /// Spring constant [N/m].

@@ -36,7 +36,7 @@ impl FromStr for Quantity {
     type Err = QuantityError;
 
     /// Reads a number and a unit: symbols with SI prefixes, products (`N m`, `N*m`, `N·m`, `N.m`), quotients (`m/s`),
-    /// powers (`s^2`, `s**2`, `s²`), parentheses.
+    /// powers (`s^2`, `s**2`, `s²`, and `s2` as decks have them), parentheses.
     fn from_str(text: &str) -> Result<Quantity, QuantityError> {
         let start = text.len() - text.trim_start().len();
         let end = text.trim_end().len();
@@ -225,7 +225,7 @@ impl UnitReader<'_> {
                 place,
             })?
         };
-        let power = self.power()?;
+        let power = self.power(start)?;
         let dimension = Some(power)
             .filter(|p| p.unsigned_abs() <= Dimension::LARGEST.unsigned_abs())
             .and_then(|p| base.1.power(p));
@@ -235,8 +235,10 @@ impl UnitReader<'_> {
         }
     }
 
-    /// The power that follows a unit: 1 without one.
-    fn power(&mut self) -> Result<i32, QuantityError> {
+    /// The power that follows the factor from `start` on: 1 without one.
+    fn power(&mut self, start: usize) -> Result<i32, QuantityError> {
+        // `m2`, but not `(m)2`.
+        let of_symbol = self.text[start..self.at].ends_with(is_symbol);
         let superscript = self.take_while(is_superscript);
         let digits: String = if !superscript.is_empty() {
             let value = |c| SUPERSCRIPTS.chars().position(|digit| digit == c);
@@ -252,6 +254,12 @@ impl UnitReader<'_> {
                 return Err(self.malformed("`)`"));
             }
             digits
+        } else if of_symbol {
+            let digits = self.take_while(|c| c.is_ascii_digit());
+            if digits.is_empty() {
+                return Ok(1);
+            }
+            self.text[digits].to_owned()
         } else {
             return Ok(1);
         };

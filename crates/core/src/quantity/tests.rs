@@ -44,6 +44,12 @@ fn decimal_units_are_exact() {
         ("5 mbar", 500.0),
         ("3 t/m^3", 3000.0),
         ("200 N/mm**2", 200e6),
+        ("200 N/mm2", 200e6),
+        ("35 MN/m2", 35e6),
+        ("35 MN/m^2", 35e6),
+        ("7850 kg/m3", 7850.0),
+        ("2 kgf", 19.6133),
+        ("10 kgf/cm2", 980_665.0),
         ("200 N mm⁻²", 200e6),
         ("200 N·mm^-2", 200e6),
         ("200 N.mm^(-2)", 200e6),
@@ -79,6 +85,8 @@ fn other_units() {
         ("90 deg", PI / 2.0),
         ("90°", PI / 2.0),
         ("30 rpm", PI),
+        ("0.25 rev", PI / 2.0),
+        ("2 rev/s", 4.0 * PI),
         ("180 deg/s", PI),
         ("1 atm", 101_325.0),
         // NIST SP 811, B.8: 6.894 757 E+03, from the exact pound-force and inch.
@@ -128,6 +136,7 @@ fn unknown_units_are_placed_and_explained() {
         ("3 e", 2..3, ""),
         ("3 degree/s", 2..8, "did you mean `deg`?"),
         ("3 kmin", 2..6, "did you mean `min`?"),
+        ("3 turns", 2..7, "did you mean `rev`?"),
     ] {
         let error = refused(text);
         assert!(matches!(error, QuantityError::UnknownUnit { .. }), "{text}: {error}");
@@ -149,6 +158,9 @@ fn what_is_no_quantity() {
         ("3 m^0.5", Some(6..7), "expected a unit after the number, found `5`"),
         ("3 m^99999999999", Some(15..15), "expected a whole power after the number, found the end"),
         ("3 (m", Some(4..4), "expected `)` after the number, found the end"),
+        ("3 m2.5", Some(5..6), "expected a unit after the number, found `5`"),
+        ("3 (m)2", Some(5..6), "expected a unit after the number, found `2`"),
+        ("3 m99", Some(2..5), "powers of units are from -9 to 9"),
         ("3 m)", Some(3..4), "expected a unit after the number, found `)`"),
         ("3 m /", Some(5..5), "expected a unit after the number, found the end"),
         ("3 * 4", Some(2..3), "expected a unit after the number, found `*`"),

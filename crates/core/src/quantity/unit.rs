@@ -1,6 +1,7 @@
 //! The table of units.
 //!
-//! Exact values: NIST Special Publication 811 (2008), appendix B.8 (inch, foot, pound, pound-force, atmosphere).
+//! Exact values: NIST Special Publication 811 (2008), appendix B.8 (inch, foot, pound, pound-force,
+//! kilogram-force, atmosphere).
 
 use std::f64::consts::PI;
 
@@ -97,8 +98,10 @@ pub(super) const UNITS: &[Unit] = &[
     unit("rad", &["radian", "radians"], true, (1.0, 1.0, 0), ANGLE),
     unit("deg", &["degree", "degrees"], false, (PI, 180.0, 0), ANGLE),
     unit("°", &[], false, (PI, 180.0, 0), ANGLE),
-    unit("rpm", &["rev", "revolutions"], false, (PI, 30.0, 0), [0, 0, -1, 1]),
+    unit("rev", &["revolution", "revolutions", "turn", "turns"], false, (2.0 * PI, 1.0, 0), ANGLE),
+    unit("rpm", &[], false, (PI, 30.0, 0), [0, 0, -1, 1]),
     unit("N", &["newton", "newtons"], true, (1.0, 1.0, 0), FORCE),
+    unit("kgf", &["kilopond", "kp"], false, (980_665.0, 1.0, -5), FORCE),
     unit("lbf", &[], false, POUND_FORCE, FORCE),
     unit("Pa", &["pascal", "pascals"], true, (1.0, 1.0, 0), PRESSURE),
     unit("bar", &["bars"], true, (1.0, 1.0, 5), PRESSURE),
@@ -138,7 +141,8 @@ pub fn prefixes() -> Vec<&'static str> {
     PREFIXES.iter().map(|(prefix, _)| *prefix).collect()
 }
 
-/// The unit of this symbol, with or without prefix. A symbol of its own comes before one with prefix: `min` are minutes.
+/// The unit of this symbol, with or without prefix. A symbol of its own comes before one with prefix: `min`
+/// are minutes.
 pub(super) fn find(symbol: &str) -> Option<(Scale, Dimension)> {
     if let Some(unit) = UNITS.iter().find(|unit| unit.symbol == symbol) {
         return Some((unit.scale, unit.dimension));

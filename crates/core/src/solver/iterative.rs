@@ -4,6 +4,7 @@ use super::block_matrix::BlockMatrix;
 use super::conjugate_gradients::{self, BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
 use super::hessian::{Assembler, Weights};
 use super::multigrid::Multigrid;
+use super::subspace::{Corrected, Subspace};
 use crate::deadline::Stop;
 use crate::material::Psd;
 
@@ -42,6 +43,8 @@ enum PreconditionerKind<const D: usize> {
     /// Computed anew where it no longer fits.
     Multigrid {
         levels: Box<Multigrid<D>>,
+        /// Vertices of stencils that change, which the levels do not see.
+        subspace: Box<Subspace<D>>,
         made_for: Option<(Weights, Psd, u64)>,
         /// Iterations of the first solve for each factor `e` of the residual.
         first_rate: Option<f64>,
@@ -59,7 +62,8 @@ impl<const D: usize> Iterative<D> {
     /// Arguments and result as those of [`Multigrid::until`].
     pub(super) fn multigrid(matrix: &BlockMatrix<D>, x: &[f64], held: &[bool], stop: &Stop) -> Option<Self> {
         let levels = Box::new(Multigrid::until(matrix, x, held, stop)?);
-        let kind = PreconditionerKind::Multigrid { levels, made_for: None, first_rate: None };
+        let subspace = Box::new(Subspace::new());
+        let kind = PreconditionerKind::Multigrid { levels, subspace, made_for: None, first_rate: None };
         Some(Iterative { kind, cg: ConjugateGradients::default() })
     }
 
@@ -79,6 +83,7 @@ impl<const D: usize> Iterative<D> {
         tolerance: f64,
     ) -> CgReport {
         let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
+        let mut corrected;
         let (preconditioner, most): (&mut dyn Preconditioner<D>, u64) = match &mut self.kind {
             PreconditionerKind::Jacobi(jacobi) => {
                 if jacobi.update(matrix).is_err() {
@@ -86,7 +91,7 @@ impl<const D: usize> Iterative<D> {
                 }
                 (jacobi, 10 * right.len() as u64 + 1000)
             }
-            PreconditionerKind::Multigrid { levels, made_for, first_rate } => {
+            PreconditionerKind::Multigrid { levels, subspace, made_for, first_rate } => {
                 let of = Some((weights, psd, pattern));
                 if *made_for != of {
                     (*made_for, *first_rate) = (None, None);
@@ -95,7 +100,14 @@ impl<const D: usize> Iterative<D> {
                     }
                     *made_for = of;
                 }
-                (&mut **levels, MULTIGRID_ITERATIONS)
+                match subspace.update(matrix, fixed) {
+                    Ok(false) => (&mut **levels, MULTIGRID_ITERATIONS),
+                    Ok(true) => {
+                        corrected = Corrected { matrix, subspace, inner: &mut **levels };
+                        (&mut corrected, MULTIGRID_ITERATIONS)
+                    }
+                    Err(_) => return indefinite,
+                }
             }
         };
         let product = |p: &[f64], q: &mut [f64]| matrix.multiply(p, q);
@@ -120,7 +132,7 @@ impl<const D: usize> Iterative<D> {
     pub(super) fn bytes(&self) -> usize {
         let preconditioner = match &self.kind {
             PreconditionerKind::Jacobi(jacobi) => jacobi.bytes(),
-            PreconditionerKind::Multigrid { levels, .. } => levels.bytes(),
+            PreconditionerKind::Multigrid { levels, subspace, .. } => levels.bytes() + subspace.bytes(),
         };
         self.cg.bytes() + preconditioner
     }

@@ -11,6 +11,7 @@ pub mod multigrid;
 mod newton;
 mod options;
 pub mod ordering;
+mod subspace;
 
 pub use fault::StepFault;
 pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
@@ -51,6 +52,9 @@ pub(crate) struct Objective<'a> {
     pub(crate) velocity: Velocity<'a>,
     /// The velocities of held coordinates, flat [m/s]; the others are not looked at.
     pub(crate) held_velocity: &'a [f64],
+    /// Where held coordinates are to be at the end, flat [m], where they are not there yet: they go together
+    /// with the others, for terms guard the ways. The others are not looked at.
+    pub(crate) goal: Option<&'a [f64]>,
     /// Take one full Newton step and look no further.
     pub(crate) single_iteration: bool,
 }
@@ -127,6 +131,9 @@ pub struct SolverWork {
     /// Patterns analysed anew, because they had no room for stencils that changed; zero where none do.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub analyses: u64,
+    /// Solves that ended while friction still changed with the contact forces; zero without friction.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unsettled: u64,
     /// Iterations of conjugate gradients.
     pub cg_iterations: u64,
     /// Solves by conjugate gradients that stalled and were left to a factorisation.
@@ -175,6 +182,7 @@ impl SolverWork {
             hessians: self.hessians + other.hessians,
             factorizations: self.factorizations + other.factorizations,
             analyses: self.analyses + other.analyses,
+            unsettled: self.unsettled + other.unsettled,
             cg_iterations: self.cg_iterations + other.cg_iterations,
             fallbacks: self.fallbacks + other.fallbacks,
             loose: self.loose.or(other.loose).map(|_| self.loose.unwrap_or(0) + other.loose.unwrap_or(0)),
@@ -200,6 +208,8 @@ pub enum SolveFailure {
     Diverged,
     /// The solution is none that a motion leads to: it makes energy.
     Spurious,
+    /// Prescribed motion leads through what cannot yield.
+    Obstructed,
     /// It was told to stop.
     Stopped,
 }
@@ -216,6 +226,9 @@ impl std::fmt::Display for SolveFailure {
                 "the solution that was found makes energy of nothing, and is not that of the motion"
             }
             SolveFailure::IterationCap => "not converged within the iterations allowed",
+            SolveFailure::Obstructed => {
+                "obstructed: prescribed motion leads through what is in its way and cannot yield"
+            }
             SolveFailure::Stopped => "stopped",
         })
     }

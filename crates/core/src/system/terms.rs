@@ -1,6 +1,7 @@
 //! Terms that come and go, that guard ways, and whose stencils change.
 
 use super::{ForceId, System, fresh};
+use crate::dissipation::DissipativeTerm;
 use crate::energy::{ChangingStencils, EnergyTerm, Fault};
 
 /// Tells one term from any other in this process.
@@ -99,6 +100,11 @@ impl System {
         least.filter(|(part, _)| *part < 1.0)
     }
 
+    /// What leaves the least of the way from `x` to `x + dx` free, in words.
+    pub(crate) fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
+        self.terms.iter().filter_map(|term| term.limit()).find_map(|limit| limit.obstruction(x, dx))
+    }
+
     /// Fault of the straight way `from` one configuration `to` another, where a term guards it.
     pub(crate) fn way_fault(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
         if !self.has_guards {
@@ -106,6 +112,21 @@ impl System {
         }
         let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
         self.shortened_way(from, &dx).map(|(_, term)| Fault::Way { term })
+    }
+
+    /// Makes dissipative terms hold what they take from the positions `x`; how often a solve may renew that,
+    /// `None` where nothing is held.
+    pub(crate) fn freeze(&mut self, x: &[f64]) -> Option<u32> {
+        let frozen = |term: &mut Box<dyn DissipativeTerm>| {
+            let term = term.frozen()?;
+            term.freeze(x).then(|| term.most_renewals())
+        };
+        self.dissipation.iter_mut().filter_map(frozen).max()
+    }
+
+    /// Ends that.
+    pub(crate) fn thaw(&mut self) {
+        self.dissipation.iter_mut().filter_map(|term| term.frozen()).for_each(|term| term.thaw());
     }
 
     /// Tells terms whose stencils change that a step of `dt` [s] begins.

@@ -157,6 +157,7 @@ measured! {
     Acceleration: ACCELERATION;
     Rate: RATE;
     Pressure: PRESSURE;
+    Compressibility: COMPRESSIBILITY;
     Stiffness: STIFFNESS;
     ViscosityUnit: VISCOSITY;
     Dashpot: DASHPOT;

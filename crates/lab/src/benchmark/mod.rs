@@ -8,6 +8,7 @@
 mod autodiff;
 mod beam;
 mod cloth_implicit;
+mod contact;
 mod hessian_stable_neo_hookean;
 mod implicit_euler;
 mod measure;
@@ -53,6 +54,9 @@ pub fn rows() -> Vec<BenchmarkRow> {
         hessian_stable_neo_hookean::ROW,
         implicit_euler::ROW,
         cloth_implicit::ROW,
+        contact::CLOTH,
+        contact::BARS,
+        contact::STACK,
         recording::ROW,
     ]
 }

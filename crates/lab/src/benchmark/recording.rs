@@ -32,8 +32,8 @@ enum Scope {
 /// The lecture's scenes, and the simulated time to run [s]; the galaxy's, much the slowest, is cut.
 const SCENES: [(&str, &str, f64); 3] = [
     ("the cantilever of triangles", super::tri_corotated::CANTILEVER, 2.0),
-    ("the cantilever of springs", include_str!("../../../../scenes/cantilever_springs_2d.toml"), 2.0),
-    ("the galaxy", include_str!("../../../../scenes/galaxy.toml"), 0.5),
+    ("the cantilever of springs", include_str!("../../scenes/cantilever_springs_2d.toml"), 2.0),
+    ("the galaxy", include_str!("../../scenes/galaxy.toml"), 0.5),
 ];
 
 struct RecordedRun {

@@ -12,7 +12,7 @@ pub(super) const ROW: BenchmarkRow = BenchmarkRow {
 };
 
 /// The lecture's scene.
-pub(super) const CANTILEVER: &str = include_str!("../../../../scenes/cantilever_fem_2d.toml");
+pub(super) const CANTILEVER: &str = include_str!("../../scenes/cantilever_fem_2d.toml");
 
 const SHEET_CELLS: [usize; 2] = [511, 127];
 

@@ -21,6 +21,7 @@ from ._rerun import to_rerun
 from ._run import Summary
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
+from .gradients import Gradient
 from .material import Material
 from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
 from .tables import Table
@@ -31,6 +32,7 @@ from .view import View
 __all__ = [
     "Frame",
     "Frames",
+    "Gradient",
     "Material",
     "Modes",
     "Outcome",

@@ -171,6 +171,33 @@ impl PySimulation {
         Ok(table)
     }
 
+    /// Surfaces that touch, now, in a fixed order.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``"bodies"``, a list of m pairs of names; arrays of float64: ``"points"`` of shape (m, 2, 3), the
+    ///     closest points of the two [m], ``"normals"`` (m, 3), from the second to the first, ``"gaps"`` (m,)
+    ///     [m], ``"forces"`` (m,), the normal forces [N]. Empty without ``[contact]``.
+    fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inner = self.lock()?;
+        let simulation = &inner.simulation;
+        let contacts = py.detach(|| threads::run(|| simulation.contacts()));
+        let (count, table) = (contacts.len(), PyDict::new(py));
+        let bodies: Vec<(String, String)> =
+            contacts.iter().map(|c| (c.bodies[0].clone(), c.bodies[1].clone())).collect();
+        table.set_item("bodies", bodies)?;
+        let points: Vec<f64> = contacts.iter().flat_map(|c| c.points.as_flattened().to_vec()).collect();
+        table.set_item("points", arrays::array(py, points, &[count, 2, 3])?)?;
+        let normals: Vec<f64> = contacts.iter().flat_map(|c| c.normal).collect();
+        table.set_item("normals", arrays::array(py, normals, &[count, 3])?)?;
+        let gaps: Vec<f64> = contacts.iter().map(|c| c.gap).collect();
+        table.set_item("gaps", arrays::array(py, gaps, &[count])?)?;
+        let forces: Vec<f64> = contacts.iter().map(|c| c.force).collect();
+        table.set_item("forces", arrays::array(py, forces, &[count])?)?;
+        Ok(table)
+    }
+
     /// The largest stable step of the scheme for the motion linearised about the present state.
     ///
     /// Returns

@@ -76,6 +76,11 @@ impl Additions {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
+    /// Bodies whose material is written in Python.
+    pub(crate) fn bodies_with_materials(&self) -> impl Iterator<Item = &str> {
+        self.materials.iter().map(|(body, _)| &body[..])
+    }
+
     /// The same for another simulation.
     pub(crate) fn duplicate(&self, py: Python<'_>) -> Self {
         Additions {

@@ -6,7 +6,7 @@ use super::bending::BendingPlan;
 use super::loads::{self, LoadPlan};
 use super::pins::{self, PinPlan};
 use super::{initial, mass};
-use crate::{Body, KeyPath, OneOrMany, Problem};
+use crate::{Body, KeyPath, ObstacleShape, OneOrMany, Problem};
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::numbering::{Numbering, is_local};
 use pliant::system::System;
@@ -21,6 +21,8 @@ pub(super) struct BodyAssembly {
     pub(super) mesh: Mesh,
     /// True if its cells are finite elements.
     pub(super) elastic: bool,
+    /// True if it stands for an obstacle.
+    pub(super) is_obstacle: bool,
     /// How thick it is, if it is a membrane [m].
     pub(super) thickness: Option<f64>,
     /// Its springs, vertices from 0.
@@ -54,7 +56,12 @@ impl BodyAssembly {
         first_vertex: u32,
     ) -> Result<Self, Vec<Problem>> {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
-        let mesh = build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        let mut mesh =
+            build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
+        if let (Some(ObstacleShape::Ball(ball)), 3) = (&spec.obstacle, dimension) {
+            // Contact goes by the centre; what is drawn is around it.
+            mesh.points.extend_from_slice(&ball.centre);
+        }
         let mut problems = vec![];
         let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);
         if thickness.is_some() && mesh.element_dimension() != 2 {
@@ -101,6 +108,7 @@ impl BodyAssembly {
             first_vertex,
             mesh,
             elastic: spec.elastic.is_some(),
+            is_obstacle: spec.obstacle.is_some(),
             thickness,
             springs,
             bends,
@@ -158,7 +166,7 @@ impl BodyAssembly {
 
     /// True if it is a cloud of particles: neither elements nor springs.
     pub(super) fn is_particles(&self) -> bool {
-        !self.elastic && self.springs.is_empty()
+        !self.elastic && self.springs.is_empty() && !self.is_obstacle
     }
 
     /// True if the vertices of its cells are near one another in memory.
@@ -179,6 +187,7 @@ impl BodyAssembly {
     /// Description of it for readers of the output.
     pub(super) fn topology(&self) -> BodyTopology {
         let kind = match self.mesh.element_dimension() {
+            _ if self.is_obstacle => BodyKind::Obstacle,
             _ if self.thickness.is_some() => BodyKind::Membrane,
             d if self.elastic && d == self.mesh.dimension => BodyKind::Solid,
             _ if self.springs.is_empty() => BodyKind::Particles,

@@ -5,6 +5,7 @@
 mod attachments;
 mod bending;
 mod body;
+mod contact;
 mod damping;
 mod gravity;
 mod initial;
@@ -12,6 +13,8 @@ mod loads;
 mod locking;
 mod mass;
 mod memory;
+mod millimetres;
+mod obstacles;
 mod pins;
 mod places;
 mod probes;
@@ -34,11 +37,12 @@ use pliant::numbering::Numbering;
 use pliant::probe::Probe;
 use pliant::run::Plan;
 use pliant::simulation::Simulation;
-use pliant::solver::LinearSolver;
+use pliant::solver::{LinearSolver, SolverOptions};
 use pliant::state::State;
 use pliant::system::System;
 use pliant::topology::Topology;
 
+pub use contact::ContactSummary;
 pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
 pub use report::{BodyReport, Report};
 
@@ -69,9 +73,10 @@ impl Scene {
     /// # Errors
     /// Every problem with a mesh, a selection or a mass; if there is none, a time step above the stability limit.
     pub fn assemble(&self, unstable: UnstableStep) -> Result<Assembly, Vec<Problem>> {
+        let scene = self.with_obstacles();
         match self.dimension {
-            2 => assemble::<2, 3>(self, unstable),
-            3 => assemble::<3, 4>(self, unstable),
+            2 => assemble::<2, 3>(&scene, unstable),
+            3 => assemble::<3, 4>(&scene, unstable),
             d => Err(vec![Problem::semantic(
                 KeyPath::root().key("dimension"),
                 format!("dimension is {d}; it is 2 or 3"),
@@ -147,10 +152,12 @@ fn assemble<const D: usize, const N: usize>(
     for wall in &scene.world.walls {
         system.add_wall(Wall::new(&wall.normal, wall.offset));
     }
+    let contact = contact::add::<D>(scene, &bodies, &numbering, (&rest, &position), &mut system)?;
     system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
 
     let method = scene.time.integrator.method();
-    let options = scene.time.solver_options();
+    let size = contact.as_ref().map(|contact| contact.size);
+    let options = SolverOptions { size, ..scene.time.solver_options() };
     if method.documentation.solves > 0 && options.linear.choose(&system) == LinearSolver::Multigrid {
         system.set_rest_positions(rest);
     }
@@ -180,6 +187,7 @@ fn assemble<const D: usize, const N: usize>(
     }
     let bytes = memory::check_steps(scene, &mut simulation)?;
     let mut report = Report::new(scene, &simulation, &bodies, &attachments, stability, force_error, bytes);
+    report.add_contact(contact);
     let topology = Topology {
         dimension: D,
         vertex_count: simulation.system().mass().len(),

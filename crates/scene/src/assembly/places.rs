@@ -42,9 +42,9 @@ impl Scene {
     /// Every problem with a mesh, a selection or a mass.
     pub fn places(&self) -> Result<ScenePlaces, Vec<Problem>> {
         memory::check(self)?;
-        let bodies = build_bodies(self, &self.directory)?;
+        let bodies = build_bodies(&self.with_obstacles(), &self.directory)?;
         let (mut pins, mut loads) = (vec![], vec![]);
-        for body in &bodies {
+        for body in bodies.iter().filter(|body| !body.is_obstacle) {
             for pin in &body.held {
                 let name = format!("{}/{}", body.name, pin.name);
                 let vertices = pin.vertices.iter().map(|vertex| body.first_vertex + vertex).collect();

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::attachments::AttachmentPlan;
 use super::body::BodyAssembly;
+use super::contact::ContactSummary;
 use crate::Channel;
 use crate::MassSpec;
 use crate::Scene;
@@ -58,12 +59,15 @@ pub struct Report {
     pub tree_force_error: Option<ForceError>,
     /// Instruction set of the kernels.
     pub instruction_set: &'static str,
+    /// Contact; `None` without `[contact]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactSummary>,
     /// Features that the scene uses: each entry is computed, held in memory or written.
     pub uses: Vec<String>,
     /// Features that it does not name, and that therefore cost nothing.
     pub left_out: Vec<String>,
     /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that
-    /// steps do not see, bodies that lock.
+    /// steps do not see, bodies that lock, numbers of models in millimetres.
     pub warnings: Vec<String>,
 }
 
@@ -123,12 +127,28 @@ impl Report {
             is_implicit: simulation.method().documentation.solves > 0,
             stability,
             tree_force_error,
+            contact: None,
             instruction_set: lanes::level().name(),
             uses,
             left_out,
-            warnings: [super::warnings::warnings(scene, simulation), super::locking::warnings(scene, bodies)]
-                .concat(),
+            warnings: [
+                super::warnings::warnings(scene, simulation, bodies),
+                super::locking::warnings(scene, bodies),
+                super::millimetres::warnings(scene, bodies),
+            ]
+            .concat(),
         }
+    }
+}
+
+impl Report {
+    /// Adds what contact is.
+    pub(super) fn add_contact(&mut self, contact: Option<ContactSummary>) {
+        match &contact {
+            Some(contact) => self.uses.push(contact.described()),
+            None => self.left_out.push("contact: no [contact], and bodies pass through each other".into()),
+        }
+        self.contact = contact;
     }
 }
 

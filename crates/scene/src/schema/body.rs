@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BendingSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec, OneOrMany, Pin,
-    RepeatSpec, TransformSpec,
+    BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec,
+    ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
 };
 use pliant::material::{MaterialSpec, Preset, Stress};
 use pliant::quantity::Quantity;
@@ -63,6 +63,9 @@ pub struct Body {
     /// Vertices that are held: where they are, or on a prescribed motion.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Pin>,
+    /// How it touches others, where the scene has `[contact]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<BodyContactSpec>,
     /// Forces from outside: point loads, traction, pressure, forces per volume.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
@@ -72,6 +75,9 @@ pub struct Body {
     /// Initial velocity; at rest without it. What is pinned stays at rest, or moves as its pin says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<VelocitySpec>,
+    /// The obstacle that it stands for; no part of the text.
+    #[serde(skip)]
+    pub obstacle: Option<ObstacleShape>,
 }
 
 /// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.
@@ -229,6 +235,6 @@ impl Body {
     /// True if nothing holds its vertices together: no elements, no springs. Mutual attraction
     /// (`world.nbody`) acts on these bodies only.
     pub fn is_particles(&self) -> bool {
-        self.elastic.is_none() && self.springs.is_none()
+        self.elastic.is_none() && self.springs.is_none() && self.obstacle.is_none()
     }
 }

@@ -15,6 +15,7 @@ mod attachment;
 mod bending;
 mod body;
 mod channel;
+mod contact;
 mod damping;
 mod load;
 mod membrane;
@@ -29,6 +30,7 @@ pub use attachment::*;
 pub use bending::*;
 pub use body::*;
 pub use channel::Channel;
+pub use contact::*;
 pub use damping::*;
 pub use load::*;
 pub use membrane::*;
@@ -66,6 +68,12 @@ pub struct Scene {
     /// Vertices tied to places or to other bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub attachment: Vec<AttachmentSpec>,
+    /// Contact between bodies and with obstacles; bodies pass through each other without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<ContactSpec>,
+    /// Things that bodies cannot enter, where there is `[contact]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacle: Vec<ObstacleSpec>,
     /// Points that are followed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probe: Vec<ProbeSpec>,

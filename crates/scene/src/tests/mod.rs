@@ -1,5 +1,6 @@
 mod arbitrary;
 mod files;
+mod millimetres;
 mod overrides;
 mod parse;
 mod picture;

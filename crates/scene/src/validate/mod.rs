@@ -9,6 +9,7 @@ mod bending;
 mod body;
 mod body_names;
 mod check;
+mod contact;
 mod damping;
 mod loads;
 mod membrane;
@@ -42,6 +43,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
     surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);
     attachment::attachments(&mut check, &root.key("attachment"), scene);
+    contact::contact(&mut check, scene);
     probe::probes(&mut check, &root.key("probe"), scene);
     surroundings::output(&mut check, &root.key("output"), scene);
     if let Some(study) = &scene.study {

@@ -43,7 +43,7 @@ pub(super) fn selection(
 }
 
 /// Infinite corners are right: they leave a side open.
-fn corners_of_box(check: &mut Checker, path: &KeyPath, corners: &BoxSelection) {
+pub(super) fn corners_of_box(check: &mut Checker, path: &KeyPath, corners: &BoxSelection) {
     let mut right = true;
     for (key, corner) in [("min", &corners.min), ("max", &corners.max)] {
         let path = path.key(key);

@@ -76,7 +76,7 @@ fn axes(check: &mut Checker, path: &KeyPath, axes: &[Axis]) {
     }
 }
 
-fn motion(check: &mut Checker, path: &KeyPath, spec: &MotionSpec, duration: f64) {
+pub(super) fn motion(check: &mut Checker, path: &KeyPath, spec: &MotionSpec, duration: f64) {
     let MotionSpec { velocity, displacement, rotation, keyframes } = spec;
     if velocity.is_none() && displacement.is_none() && rotation.is_none() && keyframes.is_none() {
         let problem = Problem::semantic(path.clone(), "`motion` says nothing").at_key();

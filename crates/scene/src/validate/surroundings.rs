@@ -126,7 +126,9 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let message = format!("channel `{}` is listed twice", channel.name());
             check.report(Problem::semantic(path.key("channels").index(index), message));
         }
-        let nothing_holds = scene.world.walls.is_empty() && scene.body.iter().all(|body| body.pin.is_empty());
+        let nothing_holds = scene.world.walls.is_empty()
+            && scene.obstacle.is_empty()
+            && scene.body.iter().all(|body| body.pin.is_empty());
         if *channel == Channel::Reactions && nothing_holds {
             let message = "channel `reactions` is about pins and walls, and the scene has none";
             let problem = Problem::semantic(path.key("channels").index(index), message);

@@ -101,11 +101,14 @@ impl Drawing {
         }
         let recorded = RecordedBodies::read(&mut trajectory, &info)?;
         let bodies = recorded.bodies.iter().map(|body| DrawnBody::new(body, trajectory.dimension()));
-        let bodies = bodies.collect();
+        let mut bodies: Vec<DrawnBody> = bodies.collect();
         let masses = trajectory.masses()?;
         let dimension = trajectory.dimension();
         let rest = trajectory.rest_positions()?.map(|rest| in_space(&rest, dimension));
         let surroundings = Surroundings::read(&mut trajectory, directory, &topics)?;
+        // The vertex that a half-space is known by is no particle.
+        let is_plane = |body: &DrawnBody| surroundings.walls.iter().any(|wall| wall.name == body.name);
+        bodies.iter_mut().filter(|body| is_plane(body)).for_each(|body| body.points.clear());
         let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = info.title.filter(|title| !title.is_empty()).unwrap_or_else(stem);
         Ok(Drawing { path: path.to_owned(), trajectory, title, topics, bodies, masses, rest, surroundings })

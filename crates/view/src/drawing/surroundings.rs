@@ -6,7 +6,7 @@ use pliant::constraint::Wall;
 use pliant_record::RecordError;
 use pliant_record::read::{Column, Trajectory};
 use pliant_scene::assembly::PinnedVertices;
-use pliant_scene::{OverTime, Scene, Source};
+use pliant_scene::{HalfSpace, ObstacleShape, OverTime, Scene, Source};
 
 use super::loads::{self, DrawnLoad};
 
@@ -67,14 +67,21 @@ fn attached_scene(trajectory: &mut Trajectory, directory: &Path) -> Result<Optio
     Ok(Source::new("scene.toml", text).in_directory(directory).scene().ok())
 }
 
+/// Walls, and obstacles that are half-spaces, where they start.
 fn walls(scene: &Scene) -> Vec<DrawnWall> {
-    let walls = scene.world.walls.iter().map(|wall| Wall::new(&wall.normal, wall.offset)).enumerate();
-    let drawn = |(number, wall): (usize, Wall)| {
-        let mut normal = [0.0; 3];
-        normal.iter_mut().zip(wall.normal()).for_each(|(n, component)| *n = *component);
-        DrawnWall { name: format!("wall{number}"), point: wall.foot(), normal }
-    };
-    walls.map(drawn).collect()
+    let walls = scene.world.walls.iter().enumerate().map(|(i, wall)| drawn_wall(format!("wall{i}"), wall));
+    let half_spaces = scene.obstacle.iter().enumerate().filter_map(|(i, obstacle)| match &obstacle.shape {
+        ObstacleShape::HalfSpace(half_space) => Some(drawn_wall(obstacle.name_or_default(i), half_space)),
+        _ => None,
+    });
+    walls.chain(half_spaces).collect()
+}
+
+fn drawn_wall(name: String, half_space: &HalfSpace) -> DrawnWall {
+    let wall = Wall::new(&half_space.normal, half_space.offset);
+    let mut normal = [0.0; 3];
+    normal.iter_mut().zip(wall.normal()).for_each(|(n, component)| *n = *component);
+    DrawnWall { name, point: wall.foot(), normal }
 }
 
 /// Vertices of all pins, ascending.

@@ -66,6 +66,7 @@ impl<'a> Closing<'a> {
             self.inverted(),
             self.loose(),
             self.jumped(),
+            self.unsettled(),
             self.energy_off().or_else(|| self.energy_gained()),
         ];
         self.report.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()
@@ -96,6 +97,18 @@ impl<'a> Closing<'a> {
             number(tolerance),
             number(1e-6 * if extent > 0.0 { extent } else { tolerance }),
         ))
+    }
+
+    /// Solves that ended before friction had settled.
+    fn unsettled(&self) -> Option<String> {
+        let unsettled = self.summary.work.solver?.unsettled;
+        (unsettled > 0).then(|| {
+            format!(
+                "{} ended while friction still changed with the forces of contact: a smaller step, or more \
+                 `friction_iterations`, lets both agree",
+                counted(unsettled, "solve", "solves"),
+            )
+        })
     }
 
     /// Prescribed motion that jumped.
@@ -143,11 +156,17 @@ impl<'a> Closing<'a> {
         if damps && !gained && self.summary.end.total < self.summary.start.total {
             return Some(format!(
                 "the scheme `{}` damps motion by itself: it took up to {} of the {} J in play, although nothing in the scene takes \
-                 energy; {} takes less, `implicit-midpoint` next to nothing",
+                 energy; {} takes less{}",
                 method.documentation.name,
                 share(error),
                 number(scale),
                 self.finer(),
+                // Contact does not hold with the midpoint rule.
+                match (self.scene.contact.is_some(), method.documentation.name) {
+                    (true, "tr-bdf2") => "",
+                    (true, _) => ", `tr-bdf2` much less",
+                    (false, _) => ", `implicit-midpoint` next to nothing",
+                },
             ));
         }
         Some(format!(

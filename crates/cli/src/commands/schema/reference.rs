@@ -19,7 +19,7 @@ fn introduction() -> String {
          - units with prefixes: {}\n\
          - prefixes: {}\n\
          - units without: {}\n\
-         - products `N m`, `N*m`; quotients `m/s`, `m^3/(kg s^2)`; powers `s^2`, `s**2`, `s²`\n\n\
+         - products `N m`, `N*m`; quotients `m/s`, `m^3/(kg s^2)`; powers `s^2`, `s**2`, `s²`, `s2`\n\n\
          **Formulas** of the time `t` [s] are texts, `\"-9.81 * (1 - exp(-t/0.1))\"`; they give the number in SI units, and angles in\n\
          them are in radian. Where the column *type* lists them, they may use the place at rest `X`, `Y`, `Z` [m] too.\n\n\
          - operators: `+` `-` `*` `/` `^` `**` `<` `<=` `>` `>=`; a comparison is 1 or 0\n\

@@ -152,6 +152,29 @@ impl<const D: usize, const N: usize, E: ViscousElements<D, N>> DissipativeTerm f
         self.add_rows(0, y);
     }
 
+    /// `Edot(x, v) = sym(F(x)^T F(v))` is bilinear and symmetric, so that `p . dR/dv` is a symmetric form of
+    /// `Edot(x, v)` and `Edot(x, p)`. Its derivative by `x` is the part of the force at the configuration
+    /// `v + p` and the velocities `x` that is linear in `p`: half the difference of those at `v + p` and
+    /// `v - p`, exactly, since the force is a quadratic form of the configuration.
+    fn add_position_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+        let largest = |rows: &[f64]| rows.iter().fold(0.0, |largest: f64, row| largest.max(row.abs()));
+        let (size, along) = (largest(v), largest(p));
+        if size == 0.0 || along == 0.0 {
+            return true;
+        }
+        // Of one size, neither is lost beside the other.
+        let scale = size / along;
+        let mut force = vec![0.0; x.len()];
+        for sign in [1.0, -1.0] {
+            let at: Vec<f64> = v.iter().zip(p).map(|(v, p)| v + sign * scale * p).collect();
+            self.evaluate(&at, x);
+            force.fill(0.0);
+            self.add_rows(0, &mut force);
+            y.iter_mut().zip(&force).for_each(|(y, force)| *y += 0.5 * sign / scale * force);
+        }
+        true
+    }
+
     fn stencils(&mut self) -> Stencils {
         self.patches.lanes()
     }

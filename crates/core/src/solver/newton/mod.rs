@@ -2,6 +2,7 @@
 
 mod evaluation;
 mod linear;
+mod prescribed;
 mod search;
 mod solve;
 mod tolerance;
@@ -94,6 +95,30 @@ impl<const D: usize> Newton<D> {
         self.work.note_loose(correction, free.map(|(u, _)| *u), self.size);
     }
 
+    /// Goes on from a minimum until what dissipative terms hold is that of the minimum itself, at most `most`
+    /// times.
+    fn settle(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        at: &mut Iterate,
+        most: u32,
+    ) -> Result<(), StepFault> {
+        for _ in 1..most {
+            let before = at.u.clone();
+            if system.freeze(&at.x).is_none() {
+                return Ok(());
+            }
+            self.solve(system, objective, at)?;
+            let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs()));
+            if moved <= self.tolerance(system, objective, at) {
+                return Ok(());
+            }
+        }
+        self.work.unsettled += u64::from(most > 1);
+        Ok(())
+    }
+
     /// Makes the structure of the matrix, unless the one there is fits.
     fn prepare(&mut self, system: &mut System, x: &[f64]) {
         if self.size == 0.0 {
@@ -121,7 +146,14 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         at: &mut Iterate,
     ) -> Result<(), StepFault> {
         self.prepare(system, &at.x);
-        self.solve(system, objective, at)
+        // A single iteration sees what there is where it starts.
+        let most = system.freeze(&at.x).filter(|_| !objective.single_iteration);
+        let mut end = self.solve(system, objective, at);
+        if let Some(most) = most {
+            end = end.and_then(|()| self.settle(system, objective, at, most));
+        }
+        system.thaw();
+        end
     }
 
     fn objective(&mut self, system: &mut System, objective: &Objective<'_>, at: &Iterate) -> f64 {

@@ -2,8 +2,10 @@
 
 use super::evaluation::weights;
 use super::linear::Direction;
+use super::prescribed::rest_of_way;
 use super::search::{Accepted, Slope};
 use super::{CONTRACTION, FORCING, FORCING_PART, NEAR, Newton, RUNAWAY, ULPS};
+use crate::energy::Fault;
 use crate::material::Psd;
 use crate::solver::conjugate_gradients::dot;
 use crate::solver::iterative::CG_TOLERANCE;
@@ -13,9 +15,9 @@ use crate::system::System;
 
 /// State of one solve.
 pub(super) struct NewtonSolve<'a> {
-    system: &'a mut System,
-    objective: &'a Objective<'a>,
-    at: &'a mut Iterate,
+    pub(super) system: &'a mut System,
+    pub(super) objective: &'a Objective<'a>,
+    pub(super) at: &'a mut Iterate,
     /// The iteration at hand.
     iteration: u32,
     /// Largest component of the last correction [m], and of the one before.
@@ -87,6 +89,11 @@ impl<'a> NewtonSolve<'a> {
     fn fault(&self, verdict: SolveFailure) -> StepFault {
         let (iterations, correction) = (self.iteration, self.correction);
         let solve = Some(SolveError { verdict, iterations, correction });
+        if let (SolveFailure::Obstructed, Some(goal)) = (verdict, self.objective.goal) {
+            let way = rest_of_way(self.system, goal, &self.at.x);
+            let fault = self.system.obstruction(&self.at.x, &way).map(|pair| Fault::Obstructed { pair });
+            return StepFault { fault, vertex: None, solve };
+        }
         StepFault { solve, ..StepFault::at(self.system, &self.at.x, &self.at.x) }
     }
 
@@ -132,6 +139,7 @@ impl<const D: usize> Newton<D> {
         if !self.residual(solve.system, solve.objective, solve.at) {
             return Err(SolveFailure::Infeasible);
         }
+        self.go_to_goal(solve)?;
         solve.changes = solve.system.is_damped() || !self.follower.is_empty();
         // What a matrix costs beside a solve by conjugate gradients does not pay for an old one, but within
         // one minimisation.
@@ -294,7 +302,7 @@ impl<const D: usize> Newton<D> {
     }
 
     /// True if the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
-    /// exact and steps whole. exact and steps whole.
+    /// exact and steps whole.
     fn has_converged(&self, solve: &NewtonSolve<'_>, found: Correction, steady: bool) -> bool {
         let (before, correction) = (solve.before, solve.correction);
         // The first correction by a factor of an earlier solve says little about the next.

@@ -214,7 +214,8 @@ impl<const D: usize> EnergyTerm for TreeGravity<D> {
     }
 
     fn properties(&self) -> TermProperties {
-        TermProperties { couples_all: true, ..TermProperties::of(EnergyKind::Gravitational) }
+        let gravity = TermProperties::of(EnergyKind::Gravitational);
+        TermProperties { couples_all: true, approximates: true, ..gravity }
     }
 
     fn energy(&mut self, x: &[f64]) -> f64 {

@@ -1,0 +1,99 @@
+//! The barrier: an energy that rises without bound as a distance falls to the sum of the radii.
+
+use pliant::scalar::Scalar;
+
+/// Law of contact of a pair: `E = kappa w dhat B(q)` with `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0
+/// beyond, `q = (d^2 - xi^2) / Dh`, `Dh = dhat^2 + 2 xi dhat`. Twice continuously differentiable in `d`.
+///
+/// Li et al. 2020, *Incremental potential contact*, ACM Transactions on Graphics 39(4), in squared distances;
+/// scaled so that `kappa` is a pressure and energies converge as meshes are refined, Li et al. 2023,
+/// arXiv 2307.15908.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Barrier {
+    /// `kappa` [Pa].
+    pub stiffness: f64,
+    /// `dhat`: the gap at which bodies begin to repel each other [m].
+    pub reach: f64,
+    /// `xi`: sum of the radii of the two sides [m].
+    pub offset: f64,
+}
+
+/// An energy as a function of a squared distance `D`, with its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyOfDistance<S> {
+    /// `E` [J].
+    pub energy: S,
+    /// `dE/dD` [J/m^2].
+    pub slope: S,
+    /// `d2E/dD2` [J/m^4].
+    pub curvature: S,
+}
+
+impl Barrier {
+    /// `(dhat + xi)^2` [m^2]: pairs at a smaller squared distance have an energy.
+    pub fn squared_reach(&self) -> f64 {
+        (self.reach + self.offset) * (self.reach + self.offset)
+    }
+
+    /// `Dh` [m^2].
+    fn scale(&self) -> f64 {
+        self.reach * (self.reach + 2.0 * self.offset)
+    }
+
+    /// Energy of a pair of weight `w` [m^2] at the squared distance `D` [m^2]; infinite where the radii
+    /// overlap, with derivatives of zero.
+    #[inline(always)]
+    pub fn at<S: Scalar>(&self, squared_distance: S, weight: S) -> EnergyOfDistance<S> {
+        let c = S::splat;
+        let inverse = c(1.0 / self.scale());
+        let b = barrier(
+            (squared_distance - c(self.offset * self.offset)) * inverse,
+            (squared_distance - c(self.squared_reach())) * inverse,
+        );
+        let energy = weight * c(self.stiffness * self.reach);
+        let slope = energy * inverse;
+        EnergyOfDistance {
+            energy: energy * b.energy,
+            slope: slope * b.slope,
+            curvature: slope * inverse * b.curvature,
+        }
+    }
+
+    /// Pressure between flat surfaces at the distance `d` [m], in parts of `kappa`: `-2 s B'(s^2)` with
+    /// `s = d / dhat` where `xi = 0`.
+    pub fn relative_pressure(&self, distance: f64) -> f64 {
+        let slope = self.at(distance * distance, 1.0).slope;
+        -2.0 * distance * slope / self.stiffness
+    }
+}
+
+/// `B`, `B'`, `B''` at `q`, with `z = q - 1` for the digits that `q` has lost near 1.
+///
+/// `B' = -z (2 ln q + z/q)`, `B'' = -(z/q)(1/q + 3) - 2 ln q`: terms of one sign, so that nothing cancels.
+#[inline(always)]
+pub fn barrier<S: Scalar>(q: S, z: S) -> EnergyOfDistance<S> {
+    let (zero, one) = (S::zero(), S::one());
+    let touching = zero.lt(q);
+    let active = z.lt(zero) & touching;
+    // Elsewhere a place where all is finite.
+    let (q, z) = (S::select(active, q, one), S::select(active, z, zero));
+    let log = log_near_one(q, z);
+    let zq = z / q;
+    let energy = -(z * z * log);
+    let slope = -(z * (log + log + zq));
+    let curvature = -(zq * (one / q + S::splat(3.0))) - (log + log);
+    EnergyOfDistance { energy: S::select(touching, energy, S::splat(f64::INFINITY)), slope, curvature }
+}
+
+/// `ln q` for `0 < q <= 1`, where `z = q - 1` is known better than `q`: `ln u * z / (u - 1)` with `u` the sum
+/// `1 + z` as it is rounded (Kahan; Goldberg 1991, theorem 4).
+#[inline(always)]
+fn log_near_one<S: Scalar>(q: S, z: S) -> S {
+    let far = q.lt(S::splat(0.5));
+    let u = S::select(far, q, S::one() + z);
+    let w = u - S::one();
+    let log = u.ln();
+    let rounded_away = w.abs().lt(S::splat(f64::MIN_POSITIVE));
+    let near = log * (z / S::select(rounded_away, S::one(), w));
+    S::select(far, log, S::select(rounded_away, z, near))
+}

@@ -1,0 +1,216 @@
+//! Boxes that meet: an eight-wide tree over primitives in Morton order.
+//!
+//! The tree is implicit: node `i` of a level holds the boxes of nodes `8 i .. 8 i + 8` of the level below, at
+//! the bottom of as many primitives. It depends on positions alone, never on threads.
+
+use rayon::prelude::*;
+
+/// Children of a node.
+const WIDE: usize = 8;
+
+/// Levels of a tree of `u32::MAX` primitives.
+const MAX_LEVELS: usize = 11;
+
+/// Axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<const D: usize> {
+    /// Least coordinates [m].
+    pub low: [f64; D],
+    /// Largest coordinates [m].
+    pub high: [f64; D],
+}
+
+impl<const D: usize> Bounds<D> {
+    /// Box of nothing.
+    pub const EMPTY: Self = Bounds { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D] };
+
+    /// Box of some vertices at `x`, flat `(n, D)`, and where they go by `dx`, if they move.
+    #[inline]
+    pub fn of_vertices(vertices: &[u32], x: &[f64], dx: Option<&[f64]>) -> Self {
+        let mut bounds = Self::EMPTY;
+        for &v in vertices {
+            let at = v as usize * D;
+            for k in 0..D {
+                let from = x[at + k];
+                let to = dx.map_or(from, |dx| from + dx[at + k]);
+                bounds.low[k] = bounds.low[k].min(from.min(to));
+                bounds.high[k] = bounds.high[k].max(from.max(to));
+            }
+        }
+        bounds
+    }
+
+    /// The box grown by `distance` on every side.
+    #[inline]
+    pub fn grown(mut self, distance: f64) -> Self {
+        for k in 0..D {
+            self.low[k] -= distance;
+            self.high[k] += distance;
+        }
+        self
+    }
+
+    /// True if the boxes have a point in common.
+    #[inline]
+    pub fn meets(&self, other: &Self) -> bool {
+        (0..D).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
+    fn include(&mut self, other: &Self) {
+        for k in 0..D {
+            self.low[k] = self.low[k].min(other.low[k]);
+            self.high[k] = self.high[k].max(other.high[k]);
+        }
+    }
+}
+
+/// Boxes of eight children, coordinate by coordinate.
+#[derive(Clone, Copy, Debug)]
+struct BoundsNode<const D: usize> {
+    low: [[f64; WIDE]; D],
+    high: [[f64; WIDE]; D],
+}
+
+impl<const D: usize> BoundsNode<D> {
+    const EMPTY: Self = BoundsNode { low: [[f64::INFINITY; WIDE]; D], high: [[f64::NEG_INFINITY; WIDE]; D] };
+
+    fn set(&mut self, child: usize, bounds: &Bounds<D>) {
+        for k in 0..D {
+            self.low[k][child] = bounds.low[k];
+            self.high[k][child] = bounds.high[k];
+        }
+    }
+
+    fn bounds(&self) -> Bounds<D> {
+        let mut all = Bounds::EMPTY;
+        for child in 0..WIDE {
+            for k in 0..D {
+                all.low[k] = all.low[k].min(self.low[k][child]);
+                all.high[k] = all.high[k].max(self.high[k][child]);
+            }
+        }
+        all
+    }
+
+    /// Bit `child` is set where its box meets another.
+    #[inline]
+    fn meets(&self, other: &Bounds<D>) -> u32 {
+        let mut apart = [0u64; WIDE];
+        for k in 0..D {
+            for child in 0..WIDE {
+                let above = u64::from(self.low[k][child] > other.high[k]);
+                apart[child] |= above | u64::from(self.high[k][child] < other.low[k]);
+            }
+        }
+        (0..WIDE).fold(0, |bits, child| bits | u32::from(apart[child] == 0) << child)
+    }
+}
+
+/// Tree of boxes.
+#[derive(Clone, Debug, Default)]
+pub struct BoundsTree<const D: usize> {
+    /// Primitives in Morton order.
+    order: Vec<u32>,
+    /// From the bottom up; one node at the top.
+    levels: Vec<Vec<BoundsNode<D>>>,
+}
+
+impl<const D: usize> BoundsTree<D> {
+    /// Tree of these boxes, ordered anew.
+    pub fn new(bounds: &[Bounds<D>]) -> Self {
+        let mut tree = BoundsTree { order: morton_order(bounds), levels: vec![] };
+        tree.refit(bounds);
+        tree
+    }
+
+    /// The same order with other boxes.
+    ///
+    /// # Panics
+    /// If there are fewer boxes than the tree was made of.
+    pub fn refit(&mut self, bounds: &[Bounds<D>]) {
+        self.levels.clear();
+        let mut children: Vec<Bounds<D>> = self.order.iter().map(|&i| bounds[i as usize]).collect();
+        loop {
+            let nodes: Vec<BoundsNode<D>> = children.chunks(WIDE).map(node).collect();
+            children = nodes.iter().map(BoundsNode::bounds).collect();
+            self.levels.push(nodes);
+            if children.len() <= 1 {
+                return;
+            }
+        }
+    }
+
+    /// Sum of the boxes' half perimeters (in space: of their surfaces) over all nodes: grows as the order
+    /// goes out of date.
+    pub fn cost(&self) -> f64 {
+        self.levels.iter().flatten().map(|node| spread(&node.bounds())).sum()
+    }
+
+    /// Appends the primitives whose boxes meet `query` to `found`, ascending.
+    pub fn find(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
+        let first = found.len();
+        let mut stack = [(0usize, 0usize); MAX_LEVELS * WIDE];
+        let mut depth = 1;
+        stack[0] = (self.levels.len() - 1, 0);
+        while depth > 0 {
+            depth -= 1;
+            let (level, i) = stack[depth];
+            let Some(node) = self.levels[level].get(i) else { continue };
+            let mut bits = node.meets(query);
+            while bits != 0 {
+                let child = WIDE * i + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                if level == 0 {
+                    found.push(self.order[child]);
+                } else {
+                    stack[depth] = (level - 1, child);
+                    depth += 1;
+                }
+            }
+        }
+        found[first..].sort_unstable();
+    }
+}
+
+fn node<const D: usize>(children: &[Bounds<D>]) -> BoundsNode<D> {
+    let mut node = BoundsNode::EMPTY;
+    for (child, bounds) in children.iter().enumerate() {
+        node.set(child, bounds);
+    }
+    node
+}
+
+/// Half perimeter of a box in the plane, half the surface of one in space.
+fn spread<const D: usize>(bounds: &Bounds<D>) -> f64 {
+    let side = |k: usize| (bounds.high[k] - bounds.low[k]).max(0.0);
+    if D == 2 { side(0) + side(1) } else { side(0) * side(1) + side(1) * side(2) + side(2) * side(0) }
+}
+
+/// Primitives by the Morton code of their boxes' middles; those of one code by number.
+fn morton_order<const D: usize>(bounds: &[Bounds<D>]) -> Vec<u32> {
+    let mut all = Bounds::EMPTY;
+    bounds.iter().for_each(|bounds| all.include(bounds));
+    let mut keyed: Vec<(u64, u32)> =
+        bounds.par_iter().zip(0..bounds.len() as u32).map(|(bounds, i)| (morton(bounds, &all), i)).collect();
+    keyed.par_sort_unstable();
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Morton code of a box's middle within `all`: `64 / D` bits of each coordinate, interleaved.
+fn morton<const D: usize>(bounds: &Bounds<D>, all: &Bounds<D>) -> u64 {
+    let bits = 64 / D as u32;
+    let extent = (0..D).fold(0.0f64, |extent, k| extent.max(all.high[k] - all.low[k]));
+    let scale = if extent > 0.0 { ((1u64 << bits) - 1) as f64 / extent } else { 0.0 };
+    let cell: [u64; D] = std::array::from_fn(|k| {
+        let middle = 0.5 * (bounds.low[k] + bounds.high[k]);
+        // The cast saturates: a coordinate that is no number lies in cell 0.
+        ((middle - all.low[k]) * scale) as u64
+    });
+    let mut code = 0;
+    for bit in (0..bits).rev() {
+        for component in cell {
+            code = code << 1 | (component >> bit & 1);
+        }
+    }
+    code
+}

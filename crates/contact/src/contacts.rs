@@ -1,0 +1,256 @@
+//! Contacts of one configuration, and visits of them in a fixed order.
+
+use crate::candidates::CandidatePairs;
+use crate::closest::{InnerPair, Primitives};
+use crate::merge::{ContactStencils, MollifiedPair, WeightedPair};
+use crate::model::{ContactLaw, ContactModel};
+use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
+
+/// Vertex within reach of a half-space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneContact {
+    /// The vertex, and that of the half-space.
+    pub vertices: [u32; 2],
+    /// Number of the half-space.
+    pub half_space: u32,
+    /// Weight [m^2].
+    pub weight: f64,
+}
+
+/// All contacts at some positions: pairs of points, vertices at planes, points at edges, points at triangles,
+/// pairs of edges, nearly parallel edges, each list in the order of its vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contacts {
+    /// Pairs of primitives.
+    pub stencils: ContactStencils,
+    /// Vertices at half-spaces.
+    pub planes: Vec<PlaneContact>,
+}
+
+/// A vertex and the plane of a half-space.
+#[derive(Clone, Copy, Debug)]
+pub struct PlaneGeometry<const D: usize> {
+    /// Out of the half-space.
+    pub normal: [f64; D],
+    /// `d = n . (x_p - x_o)`, negative inside [m].
+    pub distance: f64,
+}
+
+/// Something to be done with every contact.
+pub(crate) trait ContactVisitor<const D: usize> {
+    /// A pair whose closest points lie inside of both primitives.
+    fn pair<const N: usize, const P: usize>(
+        &mut self,
+        vertices: &[u32; N],
+        pair: &PairGeometry<f64, D, N, P>,
+        law: &ContactLaw,
+        weight: f64,
+    );
+
+    /// A vertex at a half-space, and the half-space's.
+    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64);
+
+    /// Nearly parallel edges at the positions `x`; in space.
+    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw);
+}
+
+/// Rows of `x`, flat `(n, D)`, of some vertices.
+#[inline]
+pub(crate) fn rows<const D: usize, const N: usize>(x: &[f64], vertices: &[u32; N]) -> [[f64; D]; N] {
+    let mut rows = [[0.0; D]; N];
+    for i in 0..N {
+        rows[i].copy_from_slice(&x[vertices[i] as usize * D..][..D]);
+    }
+    rows
+}
+
+/// Dot product of a normal in space with a vector of `D` components.
+#[inline]
+pub(crate) fn along_normal<const D: usize>(normal: &[f64; 3], r: &[f64; D]) -> f64 {
+    (0..D).map(|k| normal[k] * r[k]).sum()
+}
+
+/// Signed distance of a vertex from the plane of a half-space [m].
+#[inline]
+pub(crate) fn plane_distance<const D: usize>(normal: &[f64; 3], x: &[f64], [p, o]: [u32; 2]) -> f64 {
+    let [p, o] = rows::<D, 2>(x, &[p, o]);
+    (0..D).map(|k| normal[k] * (p[k] - o[k])).sum()
+}
+
+impl Contacts {
+    /// Contacts at `x`, flat `(n, D)` [m], among these candidates of surfaces nearer than `reach` [m], and
+    /// with all obstacles.
+    pub fn find<const D: usize>(
+        model: &ContactModel,
+        candidates: &CandidatePairs,
+        x: &[f64],
+        reach: f64,
+    ) -> Self {
+        let (surface, duplicates) = (&model.surface, model.duplicates);
+        let mut stencils = ContactStencils::find::<D>(surface, candidates, x, reach * reach, duplicates);
+        if !model.balls.is_empty() {
+            balls::<D>(model, x, &mut stencils);
+            stencils.merge();
+        }
+        Contacts { stencils, planes: planes::<D>(model, x) }
+    }
+
+    /// Number of contacts in the list of each kind, in their order.
+    fn counts(&self) -> [usize; 6] {
+        let s = &self.stencils;
+        [
+            s.point_point.len(),
+            self.planes.len(),
+            s.point_edge.len(),
+            s.point_triangle.len(),
+            s.edge_edge.len(),
+            s.mollified.len(),
+        ]
+    }
+
+    /// Number of all contacts.
+    pub fn len(&self) -> usize {
+        self.counts().iter().sum()
+    }
+
+    /// True if nothing touches.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Numbers of the contacts of two vertices, of three, of four.
+    pub(crate) fn ranges(&self) -> [std::ops::Range<usize>; 3] {
+        let [pp, plane, pe, ..] = self.counts();
+        [0..pp + plane, pp + plane..pp + plane + pe, pp + plane + pe..self.len()]
+    }
+
+    /// Vertices of the contacts of two, three, and four vertices, flat.
+    pub(crate) fn vertices(&self) -> [Vec<u32>; 3] {
+        let s = &self.stencils;
+        let of_points = s.point_point.iter().map(|pair| pair.vertices);
+        let two = of_points.chain(self.planes.iter().map(|plane| plane.vertices)).flatten();
+        let three = s.point_edge.iter().flat_map(|pair| pair.vertices);
+        let four = s.point_triangle.iter().chain(&s.edge_edge).map(|pair| pair.vertices);
+        let four = four.chain(s.mollified.iter().map(|pair| pair.vertices)).flatten();
+        [two.collect(), three.collect(), four.collect()]
+    }
+
+    /// Shows contact `i` at the positions `x`.
+    pub(crate) fn visit<const D: usize>(
+        &self,
+        model: &ContactModel,
+        x: &[f64],
+        i: usize,
+        visitor: &mut impl ContactVisitor<D>,
+    ) {
+        let mut i = i;
+        for (kind, count) in self.counts().into_iter().enumerate() {
+            if i >= count {
+                i -= count;
+                continue;
+            }
+            let s = &self.stencils;
+            return match kind {
+                0 => visit_pair::<PointPoint, D, 2, 0>(model, x, &s.point_point[i], visitor),
+                1 => visit_plane(model, x, &self.planes[i], visitor),
+                2 => visit_pair::<PointEdge, D, 3, 1>(model, x, &s.point_edge[i], visitor),
+                3 => visit_pair::<PointTriangle, D, 4, 2>(model, x, &s.point_triangle[i], visitor),
+                4 => visit_pair::<EdgeEdge, D, 4, 2>(model, x, &s.edge_edge[i], visitor),
+                _ => visit_mollified::<D>(model, x, &s.mollified[i], visitor),
+            };
+        }
+    }
+}
+
+fn visit_pair<K: PairKind<N, P>, const D: usize, const N: usize, const P: usize>(
+    model: &ContactModel,
+    x: &[f64],
+    pair: &WeightedPair<N>,
+    visitor: &mut impl ContactVisitor<D>,
+) {
+    let geometry = PairGeometry::of::<K>(&rows::<D, N>(x, &pair.vertices));
+    let law = model.law(pair.vertices[0], pair.vertices[N - 1]);
+    visitor.pair(&pair.vertices, &geometry, law, pair.weight);
+}
+
+fn visit_plane<const D: usize>(
+    model: &ContactModel,
+    x: &[f64],
+    contact: &PlaneContact,
+    visitor: &mut impl ContactVisitor<D>,
+) {
+    let half_space = &model.half_spaces[contact.half_space as usize];
+    let mut normal = [0.0; D];
+    normal.copy_from_slice(&half_space.normal[..D]);
+    let distance = plane_distance::<D>(&half_space.normal, x, contact.vertices);
+    let law = model.law(contact.vertices[0], contact.vertices[1]);
+    visitor.plane(&contact.vertices, &PlaneGeometry { normal, distance }, law, contact.weight);
+}
+
+fn visit_mollified<const D: usize>(
+    model: &ContactModel,
+    x: &[f64],
+    pair: &MollifiedPair,
+    visitor: &mut impl ContactVisitor<D>,
+) {
+    let law = model.law(pair.vertices[0], pair.vertices[3]);
+    visitor.mollified(pair, &in_space(x, D, &pair.vertices), law);
+}
+
+/// Rows of four vertices in space.
+fn in_space(x: &[f64], dimension: usize, vertices: &[u32; 4]) -> [[f64; 3]; 4] {
+    let mut rows = [[0.0; 3]; 4];
+    for i in 0..4 {
+        rows[i][..dimension].copy_from_slice(&x[vertices[i] as usize * dimension..][..dimension]);
+    }
+    rows
+}
+
+/// Vertices within reach of half-spaces, at the weight of their area.
+fn planes<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<PlaneContact> {
+    let mut found = vec![];
+    for (i, half_space) in (0..).zip(&model.half_spaces) {
+        for &p in &model.surface.vertices {
+            let body = model.body(p);
+            if !model.touch(body, half_space.body) {
+                continue;
+            }
+            let law = model.laws.of(body, half_space.body);
+            let vertices = [p, half_space.vertex];
+            if plane_distance::<D>(&half_space.normal, x, vertices) < law.barrier.reach + law.barrier.offset {
+                let weight = model.surface.vertex_areas[p as usize];
+                found.push(PlaneContact { vertices, half_space: i, weight });
+            }
+        }
+    }
+    found
+}
+
+/// Adds the triangles, in the plane the edges, within reach of balls, at the weight of their own area.
+fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut ContactStencils) {
+    let surface = &model.surface;
+    for ball in &model.balls {
+        let near = |v: u32, squared: f64| {
+            let body = model.body(v);
+            model.touch(body, ball.body) && squared < model.laws.of(body, ball.body).barrier.squared_reach()
+        };
+        if D == 3 {
+            for (&[a, b, c], area) in surface.triangles.iter().zip(&surface.triangle_areas) {
+                let vertices = [ball.vertex, a, b, c];
+                let closest = PointTriangle::closest(&in_space(x, 3, &vertices));
+                if near(a, closest.squared_distance) {
+                    let inner = InnerPair::of_point_triangle(&closest.coefficients);
+                    stencils.push(&vertices, &inner, *area);
+                }
+            }
+            continue;
+        }
+        for (&[a, b], squared) in surface.edges.iter().zip(&surface.squared_lengths) {
+            let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
+            if near(a, closest.squared_distance) {
+                let inner = InnerPair::of_point_edge(&closest.coefficients);
+                stencils.push(&[ball.vertex, a, b, 0], &inner, squared.sqrt());
+            }
+        }
+    }
+}

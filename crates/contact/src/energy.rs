@@ -1,0 +1,393 @@
+//! Contact as a potential: a term of the equations of motion whose stencils change as bodies move.
+
+use std::ops::Range;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use pliant::algebra::Mat;
+use pliant::energy::{
+    ChangingStencils, EnergyKind, EnergyTerm, Fault, Stencils, StepLimit, SurfaceContact, TermProperties,
+    TermViews, TouchingSurfaces,
+};
+use pliant::material::Psd;
+use rayon::prelude::*;
+
+use crate::candidates::CandidatePairs;
+use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
+use crate::hessian::PairBlocks;
+use crate::merge::MollifiedPair;
+use crate::model::{ContactLaw, ContactModel};
+use crate::mollifier::mollified_inner_pair;
+use crate::pair::PairGeometry;
+use crate::report::ContactReport;
+use crate::rows::{StencilLists, TouchedRows};
+use crate::search::ContactSearch;
+use crate::way::{Obstruction, Way};
+
+/// Contacts that one task takes.
+const TASK: usize = 256;
+
+/// Search that energy and friction share.
+pub(crate) type SharedSearch<const D: usize> = Arc<Mutex<ContactSearch<D>>>;
+
+/// The search, whatever became of other threads: all that it holds is made anew where it does not fit.
+pub(crate) fn locked<const D: usize>(search: &SharedSearch<D>) -> MutexGuard<'_, ContactSearch<D>> {
+    search.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Energy of all contacts, `E = sum kappa w m dhat B(q)`.
+pub struct ContactEnergy<const D: usize> {
+    model: Arc<ContactModel>,
+    search: SharedSearch<D>,
+    gradient: TouchedRows<D>,
+    /// Contacts of the matrix.
+    contacts: Contacts,
+    lists: StencilLists,
+}
+
+impl<const D: usize> ContactEnergy<D> {
+    /// The energy of the contacts of a model, in a system of as many vertices as its surface names.
+    pub fn new(model: Arc<ContactModel>) -> Self {
+        let search = Arc::new(Mutex::new(ContactSearch::new(&model)));
+        ContactEnergy {
+            gradient: TouchedRows::new(model.surface.bodies.len()),
+            contacts: Contacts::default(),
+            lists: StencilLists::new(),
+            model,
+            search,
+        }
+    }
+
+    /// The search for whatever else asks for the same contacts.
+    pub(crate) fn search(&self) -> SharedSearch<D> {
+        self.search.clone()
+    }
+
+    /// Bodies and obstacles whose contacts these are.
+    pub fn model(&self) -> &Arc<ContactModel> {
+        &self.model
+    }
+
+    /// Energies and gradients of all contacts at `x`, in their order.
+    fn terms(&self, x: &[f64], with_gradient: bool) -> Vec<ContactTerm<D>> {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        let task = |task: usize| {
+            let numbers = task * TASK..((task + 1) * TASK).min(contacts.len());
+            let term = |i| {
+                let mut term = ContactTerm { with_gradient, ..ContactTerm::default() };
+                contacts.visit::<D>(&self.model, x, i, &mut term);
+                term
+            };
+            numbers.map(term).collect::<Vec<_>>()
+        };
+        let tasks = contacts.len().div_ceil(TASK);
+        if tasks < 2 {
+            return (0..tasks).flat_map(task).collect();
+        }
+        (0..tasks).into_par_iter().map(task).collect::<Vec<_>>().concat()
+    }
+
+    /// Obstruction that leaves the least of a way free.
+    fn first_on_way(&self, x: &[f64], dx: &[f64]) -> Option<Obstruction> {
+        let way = Way { x, dx };
+        let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
+        let search = locked(&self.search);
+        if let Some(pairs) = search.candidates_of_way(&self.model, x, &to) {
+            return way.first::<D>(&self.model, pairs);
+        }
+        let (surface, reach) = (&self.model.surface, search.reach);
+        let pairs = CandidatePairs::gather::<D>(surface, &self.model.pairs, x, Some(dx), reach);
+        way.first::<D>(&self.model, &pairs)
+    }
+
+    /// Two primitives by name.
+    fn named_pair(&self, [a, b]: &[Vec<u32>; 2]) -> String {
+        format!("{} and {}", self.model.named(a), self.model.named(b))
+    }
+}
+
+/// Energy of one contact, and its gradient.
+#[derive(Clone, Copy)]
+struct ContactTerm<const D: usize> {
+    with_gradient: bool,
+    energy: f64,
+    count: usize,
+    vertices: [u32; 4],
+    gradient: [[f64; D]; 4],
+}
+
+impl<const D: usize> Default for ContactTerm<D> {
+    fn default() -> Self {
+        ContactTerm { with_gradient: false, energy: 0.0, count: 0, vertices: [0; 4], gradient: [[0.0; D]; 4] }
+    }
+}
+
+impl<const D: usize> ContactVisitor<D> for ContactTerm<D> {
+    fn pair<const N: usize, const P: usize>(
+        &mut self,
+        vertices: &[u32; N],
+        pair: &PairGeometry<f64, D, N, P>,
+        law: &ContactLaw,
+        weight: f64,
+    ) {
+        let law = law.barrier.at(pair.squared_distance, weight);
+        self.energy = law.energy;
+        if self.with_gradient {
+            self.count = N;
+            self.vertices[..N].copy_from_slice(vertices);
+            self.gradient[..N].copy_from_slice(&pair.gradient(law.slope));
+        }
+    }
+
+    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
+        if plane.distance <= 0.0 {
+            self.energy = f64::INFINITY;
+            return;
+        }
+        let law = law.barrier.at(plane.distance * plane.distance, weight);
+        self.energy = law.energy;
+        if self.with_gradient {
+            self.count = 2;
+            self.vertices[..2].copy_from_slice(vertices);
+            let force = plane.normal.map(|n| 2.0 * law.slope * plane.distance * n);
+            (self.gradient[0], self.gradient[1]) = (force, force.map(|f| -f));
+        }
+    }
+
+    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
+        let found = mollified_inner_pair(x, &pair.inner, &law.barrier, pair.weight, pair.limit, Psd::Exact);
+        self.energy = found.value;
+        if self.with_gradient {
+            self.count = 4;
+            self.vertices = pair.vertices;
+            for i in 0..4 {
+                self.gradient[i].copy_from_slice(&found.gradient[i][..D]);
+            }
+        }
+    }
+}
+
+/// Blocks `d2E/dx_i dx_j` of one contact.
+struct ContactBlocks<const D: usize> {
+    psd: Psd,
+    vertices: [u32; 4],
+    count: usize,
+    blocks: [[Mat<f64, D>; 4]; 4],
+}
+
+impl<const D: usize> ContactBlocks<D> {
+    fn new(psd: Psd) -> Self {
+        ContactBlocks { psd, vertices: [0; 4], count: 0, blocks: [[Mat::zero(); 4]; 4] }
+    }
+
+    /// Writes the blocks `a <= b` by rows.
+    fn write(&self, out: &mut [f64]) {
+        let mut next = out.chunks_exact_mut(D * D);
+        for a in 0..self.count {
+            for b in a..self.count {
+                let Some(out) = next.next() else { return };
+                for k in 0..D {
+                    out[k * D..][..D].copy_from_slice(&self.blocks[a][b][k]);
+                }
+            }
+        }
+    }
+
+    /// Adds the product with `p` to `y`, flat `(n, D)`.
+    fn add_product(&self, p: &[f64], y: &mut [f64]) {
+        for a in 0..self.count {
+            for b in 0..self.count {
+                let (row, column) = (self.vertices[a] as usize * D, self.vertices[b] as usize * D);
+                for k in 0..D {
+                    y[row + k] += (0..D).map(|l| self.blocks[a][b][k][l] * p[column + l]).sum::<f64>();
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> ContactVisitor<D> for ContactBlocks<D> {
+    fn pair<const N: usize, const P: usize>(
+        &mut self,
+        vertices: &[u32; N],
+        pair: &PairGeometry<f64, D, N, P>,
+        law: &ContactLaw,
+        weight: f64,
+    ) {
+        let law = law.barrier.at(pair.squared_distance, weight);
+        let blocks: PairBlocks<f64, D, N> = pair.hessian(&law, self.psd);
+        self.count = N;
+        self.vertices[..N].copy_from_slice(vertices);
+        for i in 0..N {
+            self.blocks[i][..N].copy_from_slice(&blocks[i]);
+        }
+    }
+
+    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
+        let d = plane.distance.max(0.0);
+        let law = law.barrier.at(d * d, weight);
+        // d2E/dd2: the energy is convex in the distance.
+        let curvature = 4.0 * law.curvature * d * d + 2.0 * law.slope;
+        self.count = 2;
+        self.vertices[..2].copy_from_slice(vertices);
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let sign = if i == j { curvature } else { -curvature };
+            for k in 0..D {
+                for l in 0..D {
+                    self.blocks[i][j][k][l] = sign * plane.normal[k] * plane.normal[l];
+                }
+            }
+        }
+    }
+
+    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
+        let found = mollified_inner_pair(x, &pair.inner, &law.barrier, pair.weight, pair.limit, self.psd);
+        (self.count, self.vertices) = (4, pair.vertices);
+        for i in 0..4 {
+            for j in 0..4 {
+                for k in 0..D {
+                    self.blocks[i][j][k].copy_from_slice(&found.hessian[3 * i + k][3 * j..][..D]);
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> EnergyTerm for ContactEnergy<D> {
+    fn name(&self) -> String {
+        "contact".into()
+    }
+
+    fn properties(&self) -> TermProperties {
+        TermProperties::of(EnergyKind::Contact)
+    }
+
+    fn energy(&mut self, x: &[f64]) -> f64 {
+        // An empty sum would be -0.
+        self.terms(x, false).iter().fold(0.0, |sum, term| sum + term.energy)
+    }
+
+    fn evaluate(&mut self, x: &[f64]) -> bool {
+        self.gradient.clear();
+        let mut finite = true;
+        for term in self.terms(x, true) {
+            finite &= term.energy.is_finite();
+            self.gradient.add(&term.vertices[..term.count], &term.gradient);
+        }
+        finite
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.gradient.add_to(first, g);
+    }
+
+    fn add_hessian_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        for i in 0..contacts.len() {
+            let mut blocks = ContactBlocks::<D>::new(Psd::Exact);
+            contacts.visit::<D>(&self.model, x, i, &mut blocks);
+            blocks.add_product(p, y);
+        }
+    }
+
+    fn fault(&self, x: &[f64]) -> Option<Fault> {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        let infinite = |i: &usize| {
+            let mut term = ContactTerm::<D>::default();
+            contacts.visit::<D>(&self.model, x, *i, &mut term);
+            !term.energy.is_finite()
+        };
+        let first = (0..contacts.len()).find(infinite)?;
+        let mut gap = ContactReport::<D>::default();
+        contacts.visit::<D>(&self.model, x, first, &mut gap);
+        Some(Fault::Overlap { pair: self.named_pair(&gap.sides()), gap: gap.gap })
+    }
+
+    fn bytes(&self) -> usize {
+        self.gradient.bytes() + self.model.bytes() + locked(&self.search).bytes()
+    }
+}
+
+impl<const D: usize> TermViews for ContactEnergy<D> {
+    fn limit(&self) -> Option<&dyn StepLimit> {
+        Some(self)
+    }
+
+    fn touching(&self) -> Option<&dyn TouchingSurfaces> {
+        Some(self)
+    }
+
+    fn changing(&self) -> Option<&dyn ChangingStencils> {
+        Some(self)
+    }
+
+    fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
+        Some(self)
+    }
+}
+
+impl<const D: usize> StepLimit for ContactEnergy<D> {
+    fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
+        self.first_on_way(x, dx).map_or(1.0, |first| first.part)
+    }
+
+    fn guards_way(&self) -> bool {
+        true
+    }
+
+    fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
+        self.first_on_way(x, dx).map(|first| self.named_pair(&first.primitives))
+    }
+}
+
+impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
+    fn contacts(&self, x: &[f64]) -> Vec<SurfaceContact> {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        let described = |i| {
+            let mut report = ContactReport::<D>::default();
+            contacts.visit::<D>(&self.model, x, i, &mut report);
+            report.described(&self.model, x)
+        };
+        (0..contacts.len()).map(described).collect()
+    }
+}
+
+impl<const D: usize> ChangingStencils for ContactEnergy<D> {
+    fn begin_step(&mut self, _: &[f64], v: &[f64], dt: f64) -> bool {
+        let square = |row: &[f64]| row.iter().map(|v| v * v).sum::<f64>();
+        let fastest = v.chunks_exact(D).map(square).fold(0.0, f64::max).sqrt();
+        locked(&self.search).expect_motion(fastest * dt);
+        false
+    }
+
+    fn find(&mut self, x: &[f64]) -> bool {
+        let mut search = locked(&self.search);
+        self.contacts.clone_from(search.contacts_at(&self.model, x));
+        self.lists.replace(self.contacts.vertices())
+    }
+
+    fn lists(&self) -> &[Stencils] {
+        self.lists.all()
+    }
+
+    fn blocks(
+        &self,
+        list: usize,
+        stencils: Range<usize>,
+        (x, _): (&[f64], &[f64]),
+        psd: Psd,
+        out: &mut [f64],
+    ) {
+        let size = list + 2;
+        let first = self.contacts.ranges()[list].start;
+        let each = size * (size + 1) / 2 * D * D;
+        for (stencil, out) in stencils.zip(out.chunks_exact_mut(each)) {
+            let mut blocks = ContactBlocks::<D>::new(psd);
+            self.contacts.visit::<D>(&self.model, x, first + stencil, &mut blocks);
+            blocks.write(out);
+        }
+    }
+}

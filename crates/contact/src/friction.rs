@@ -1,0 +1,109 @@
+//! Smooth Coulomb friction as a dissipation function, with normal force, coefficients and normal of a pair
+//! frozen.
+//!
+//! `R(v) = mu lambda f0(|v_T|)` [W] with `v_T = (I - n n^T) sum_i c_i v_i`: below the threshold speed `e` the
+//! force grows smoothly from zero, above it is `mu lambda` (Li et al. 2020, *Incremental potential contact*,
+//! ACM Transactions on Graphics 39(4)). `R` is convex.
+
+use crate::vector::{along, dot, mixture, scaled, smaller};
+use pliant::algebra::Mat;
+use pliant::scalar::Scalar;
+
+/// `f0(y) = y^2/e - y^3/(3 e^2) + e/3` for `y < e`, `y` above: what the speed costs.
+#[inline(always)]
+pub fn f0<S: Scalar>(y: S, threshold: f64) -> S {
+    let e = S::splat(threshold);
+    let s = y / e;
+    let below = e * (s * s * (S::one() - s * S::splat(1.0 / 3.0)) + S::splat(1.0 / 3.0));
+    S::select(y.lt(e), below, y)
+}
+
+/// `f1 = f0'`: `2 y/e - y^2/e^2` for `y < e`, 1 above: part of the full friction force.
+#[inline(always)]
+pub fn f1<S: Scalar>(y: S, threshold: f64) -> S {
+    let s = smaller(y / S::splat(threshold), S::one());
+    s * (S::splat(2.0) - s)
+}
+
+/// `f1(y) / y` [s/m], finite at zero: `2/e`.
+#[inline(always)]
+pub fn f1_over_y<S: Scalar>(y: S, threshold: f64) -> S {
+    let e = S::splat(threshold);
+    let slides = e.lt(y);
+    let below = (S::splat(2.0) - y / e) / e;
+    S::select(slides, S::one() / S::select(slides, y, e), below)
+}
+
+/// `f1'(y)` [s/m]: `2/e - 2 y/e^2` for `y < e`, 0 above.
+#[inline(always)]
+pub fn f1_slope<S: Scalar>(y: S, threshold: f64) -> S {
+    let e = S::splat(threshold);
+    let s = smaller(y / e, S::one());
+    (S::splat(2.0) - (s + s)) / e
+}
+
+/// Friction of one pair.
+#[derive(Clone, Copy, Debug)]
+pub struct PairFriction<S, const D: usize, const N: usize> {
+    /// `c`.
+    pub coefficients: [S; N],
+    /// Unit normal.
+    pub normal: [S; D],
+    /// `mu lambda` [N], `lambda = -dE/dd` the normal force.
+    pub limit: S,
+    /// `e` [m/s].
+    pub threshold: f64,
+}
+
+impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
+    /// `v_T` [m/s].
+    #[inline(always)]
+    pub fn slip(&self, v: &[[S; D]; N]) -> [S; D] {
+        let relative = mixture(&self.coefficients, v);
+        along(&relative, -dot(&relative, &self.normal), &self.normal)
+    }
+
+    /// `R` [W].
+    #[inline(always)]
+    pub fn value(&self, v: &[[S; D]; N]) -> S {
+        let slip = self.slip(v);
+        self.limit * f0(dot(&slip, &slip).sqrt(), self.threshold)
+    }
+
+    /// `v . dR/dv` [W], the power that is lost.
+    #[inline(always)]
+    pub fn power(&self, v: &[[S; D]; N]) -> S {
+        let slip = self.slip(v);
+        let squared = dot(&slip, &slip);
+        self.limit * f1_over_y(squared.sqrt(), self.threshold) * squared
+    }
+
+    /// `dR/dv_i` [N].
+    #[inline(always)]
+    pub fn gradient(&self, v: &[[S; D]; N]) -> [[S; D]; N] {
+        let slip = self.slip(v);
+        let force = scaled(self.limit * f1_over_y(dot(&slip, &slip).sqrt(), self.threshold), &slip);
+        let mut gradient = *v;
+        for i in 0..N {
+            gradient[i] = scaled(self.coefficients[i], &force);
+        }
+        gradient
+    }
+
+    /// `M` with `d2R/dv_i dv_j = c_i c_j M` [N s/m]: `mu lambda [(f1/y)(I - n n^T - t t^T) + f1' t t^T]`,
+    /// positive semidefinite as it is.
+    #[inline(always)]
+    pub fn hessian(&self, v: &[[S; D]; N]) -> Mat<S, D> {
+        let slip = self.slip(v);
+        let y = dot(&slip, &slip).sqrt();
+        let (across, ahead) = (f1_over_y(y, self.threshold), f1_slope(y, self.threshold));
+        let direction = scaled(crate::vector::inverse_or_zero(y), &slip);
+        let mut m = Mat::scalar(self.limit * across);
+        for k in 0..D {
+            let turned = self.limit * (ahead - across) * direction[k];
+            m[k] = along(&m[k], -(self.limit * across) * self.normal[k], &self.normal);
+            m[k] = along(&m[k], turned, &direction);
+        }
+        m
+    }
+}

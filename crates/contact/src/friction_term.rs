@@ -1,0 +1,205 @@
+//! Friction of all contacts as a dissipation function: smooth Coulomb friction whose normal forces and
+//! tangents are held while a step is solved, and renewed until both agree.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use pliant::dissipation::{DissipativeTerm, FrozenParts};
+use pliant::energy::{ChangingStencils, Stencils};
+use pliant::material::Psd;
+
+use crate::energy::{ContactEnergy, SharedSearch, locked};
+use crate::friction::PairFriction;
+use crate::model::ContactModel;
+use crate::report::ContactReport;
+use crate::rows::{StencilLists, TouchedRows};
+
+/// One contact with what friction takes from its place.
+#[derive(Clone, Copy, Debug)]
+struct RubbingContact<const D: usize> {
+    count: usize,
+    vertices: [u32; 4],
+    pair: PairFriction<f64, D, 4>,
+}
+
+/// Friction of the contacts of a model, `R(v) = sum mu lambda f0(|v_T|)`.
+pub struct FrictionTerm<const D: usize> {
+    model: Arc<ContactModel>,
+    search: SharedSearch<D>,
+    /// Contacts that rub, by the number of their vertices: two, three, four.
+    contacts: [Vec<RubbingContact<D>>; 3],
+    lists: StencilLists,
+    gradient: TouchedRows<D>,
+    frozen: bool,
+}
+
+impl<const D: usize> FrictionTerm<D> {
+    /// Friction of the contacts of `energy`.
+    pub fn new(energy: &ContactEnergy<D>) -> Self {
+        FrictionTerm {
+            model: energy.model().clone(),
+            search: energy.search(),
+            contacts: [vec![], vec![], vec![]],
+            lists: StencilLists::new(),
+            gradient: TouchedRows::new(energy.model().surface.bodies.len()),
+            frozen: false,
+        }
+    }
+
+    /// Takes normal forces and tangents as they are at `x`.
+    fn take(&mut self, x: &[f64]) {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        self.contacts.iter_mut().for_each(Vec::clear);
+        for i in 0..contacts.len() {
+            let mut report = ContactReport::<D>::default();
+            contacts.visit::<D>(&self.model, x, i, &mut report);
+            // Weights below zero take off what others count twice: they would push, not rub.
+            let limit = report.friction * report.force.max(0.0);
+            if limit > 0.0 {
+                let ContactReport { coefficients, normal, .. } = report;
+                let threshold = self.model.threshold_speed;
+                let pair = PairFriction { coefficients, normal, limit, threshold };
+                let ContactReport { count, vertices, .. } = report;
+                self.contacts[count - 2].push(RubbingContact { count, vertices, pair });
+            }
+        }
+    }
+
+    /// The same, unless they are held.
+    fn look(&mut self, x: &[f64]) {
+        if !self.frozen {
+            self.take(x);
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &RubbingContact<D>> {
+        self.contacts.iter().flatten()
+    }
+}
+
+impl<const D: usize> RubbingContact<D> {
+    /// Velocities of its vertices; those that it does not have count with coefficients of zero.
+    fn velocities(&self, v: &[f64]) -> [[f64; D]; 4] {
+        crate::contacts::rows::<D, 4>(v, &self.vertices)
+    }
+}
+
+impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
+    fn name(&self) -> String {
+        "friction".into()
+    }
+
+    fn evaluate(&mut self, x: &[f64], v: &[f64]) -> bool {
+        self.look(x);
+        self.gradient.clear();
+        let mut finite = true;
+        for contact in self.contacts.iter().flatten() {
+            let gradient = contact.pair.gradient(&contact.velocities(v));
+            let own = &gradient[..contact.count];
+            finite &= own.as_flattened().iter().all(|g| g.is_finite());
+            self.gradient.add(&contact.vertices[..contact.count], own);
+        }
+        finite
+    }
+
+    fn add_rows(&self, first: usize, g: &mut [f64]) {
+        self.gradient.add_to(first, g);
+    }
+
+    fn add_damping_product(&mut self, x: &[f64], v: &[f64], p: &[f64], y: &mut [f64]) {
+        self.look(x);
+        for contact in self.all() {
+            let m = contact.pair.hessian(&contact.velocities(v));
+            let c = &contact.pair.coefficients;
+            let directions = contact.velocities(p);
+            let mut relative = [0.0; D];
+            for i in 0..contact.count {
+                (0..D).for_each(|k| relative[k] += c[i] * directions[i][k]);
+            }
+            for i in 0..contact.count {
+                let row = &mut y[contact.vertices[i] as usize * D..][..D];
+                for k in 0..D {
+                    row[k] += c[i] * (0..D).map(|l| m[k][l] * relative[l]).sum::<f64>();
+                }
+            }
+        }
+    }
+
+    fn power(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.look(x);
+        self.all().fold(0.0, |sum, contact| sum + contact.pair.power(&contact.velocities(v)))
+    }
+
+    fn value(&mut self, x: &[f64], v: &[f64]) -> f64 {
+        self.look(x);
+        self.all().fold(0.0, |sum, contact| sum + contact.pair.value(&contact.velocities(v)))
+    }
+
+    fn changing(&self) -> Option<&dyn ChangingStencils> {
+        Some(self)
+    }
+
+    fn changing_mut(&mut self) -> Option<&mut dyn ChangingStencils> {
+        Some(self)
+    }
+
+    fn frozen(&mut self) -> Option<&mut dyn FrozenParts> {
+        Some(self)
+    }
+
+    fn bytes(&self) -> usize {
+        let contacts: usize = self.contacts.iter().map(|list| size_of_val(&list[..])).sum();
+        self.gradient.bytes() + contacts
+    }
+}
+
+impl<const D: usize> FrozenParts for FrictionTerm<D> {
+    fn freeze(&mut self, x: &[f64]) -> bool {
+        self.take(x);
+        self.frozen = true;
+        self.all().next().is_some()
+    }
+
+    fn thaw(&mut self) {
+        self.frozen = false;
+    }
+
+    fn most_renewals(&self) -> u32 {
+        self.model.friction_iterations
+    }
+}
+
+impl<const D: usize> ChangingStencils for FrictionTerm<D> {
+    fn find(&mut self, x: &[f64]) -> bool {
+        self.look(x);
+        let vertices = |contacts: &Vec<RubbingContact<D>>| {
+            contacts.iter().flat_map(|c| c.vertices[..c.count].iter().copied()).collect()
+        };
+        self.lists.replace(self.contacts.each_ref().map(vertices))
+    }
+
+    fn lists(&self) -> &[Stencils] {
+        self.lists.all()
+    }
+
+    fn blocks(&self, list: usize, stencils: Range<usize>, (_, v): (&[f64], &[f64]), _: Psd, out: &mut [f64]) {
+        let size = list + 2;
+        let each = size * (size + 1) / 2 * D * D;
+        for (contact, out) in self.contacts[list][stencils].iter().zip(out.chunks_exact_mut(each)) {
+            let m = contact.pair.hessian(&contact.velocities(v));
+            let c = &contact.pair.coefficients;
+            let mut next = out.chunks_exact_mut(D * D);
+            for a in 0..size {
+                for b in a..size {
+                    let Some(out) = next.next() else { return };
+                    for k in 0..D {
+                        for l in 0..D {
+                            out[k * D + l] = c[a] * c[b] * m[k][l];
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,309 @@
+//! Stencils of contact: pairs within reach with their weights, duplicates taken off, those of the same
+//! vertices merged.
+//!
+//! A point over an edge sees two triangles at one distance. [`Duplicates::Sum`] counts both;
+//! [`Duplicates::Max`] takes inner edges off and adds inner vertices, so that flat and convex surfaces are
+//! counted once (Li et al. 2023, arXiv 2307.15908). Pairs of edges weigh `w_e / 4` from each side; where `n`
+//! edges of the other side meet at a vertex, `n - 1` of them are taken off.
+
+use crate::candidates::CandidatePairs;
+use crate::closest::{InnerKind, InnerPair, Primitives};
+use crate::mollifier::{parallel_limit, squared_cross};
+use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
+use crate::surface::ContactSurface;
+use crate::vector::are_apart;
+
+/// Counting of pairs that share closest points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Duplicates {
+    /// Every pair.
+    Sum,
+    /// One for each place.
+    Max,
+}
+
+/// `N` vertices whose inner closest points have an energy, with its weight [m^2].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeightedPair<const N: usize> {
+    /// The point first; of edges two each.
+    pub vertices: [u32; N],
+    /// Sum of the weights; negative in concave corners.
+    pub weight: f64,
+}
+
+/// Nearly parallel edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MollifiedPair {
+    /// Ends of the first edge, then of the second.
+    pub vertices: [u32; 4],
+    /// The pair among them whose distance counts.
+    pub inner: InnerPair,
+    /// Weight [m^2].
+    pub weight: f64,
+    /// `eps` of the mollifier [m^4].
+    pub limit: f64,
+}
+
+/// Stencils of contact, each list in the order of its vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactStencils {
+    /// Pairs of points.
+    pub point_point: Vec<WeightedPair<2>>,
+    /// Points and edges.
+    pub point_edge: Vec<WeightedPair<3>>,
+    /// Points and triangles.
+    pub point_triangle: Vec<WeightedPair<4>>,
+    /// Pairs of edges.
+    pub edge_edge: Vec<WeightedPair<4>>,
+    /// Nearly parallel edges, which are not merged.
+    pub mollified: Vec<MollifiedPair>,
+}
+
+/// Weights that cancel to less than this part of what was added are none.
+const CANCELLED: f64 = 1e-12;
+
+impl ContactStencils {
+    /// Stencils of the candidates that are nearer than the root of `squared_reach` [m^2] at `x`, flat `(n,
+    /// D)` [m].
+    pub fn find<const D: usize>(
+        surface: &ContactSurface,
+        candidates: &CandidatePairs,
+        x: &[f64],
+        squared_reach: f64,
+        duplicates: Duplicates,
+    ) -> Self {
+        // Boxes are rounded as distances are.
+        let reach = squared_reach.sqrt() * (1.0 + 1e-9);
+        let mut finder = Finder { surface, x, squared_reach, reach, stencils: Self::default() };
+        let max = duplicates == Duplicates::Max;
+        for &[p, e] in &candidates.point_edge {
+            finder.plane_pair(p, e, max);
+        }
+        if D == 3 {
+            for &[p, t] in &candidates.point_triangle {
+                finder.point_triangle(p, t, max);
+            }
+            for &[a, b] in &candidates.edge_edge {
+                finder.edge_edge(a, b, max);
+            }
+        }
+        let mut found = finder.stencils;
+        found.merge();
+        found
+    }
+
+    /// Sorts all lists, and adds the weights of pairs that are alike.
+    pub(crate) fn merge(&mut self) {
+        merge(&mut self.point_point);
+        merge(&mut self.point_edge);
+        merge(&mut self.point_triangle);
+        merge(&mut self.edge_edge);
+        self.mollified.sort_by_key(|pair| (pair.vertices, pair.inner.slots));
+    }
+
+    /// Adds the inner pair of these vertices, in the order that tells those that are alike.
+    pub(crate) fn push(&mut self, vertices: &[u32; 4], inner: &InnerPair, weight: f64) {
+        let [p, q, r, s] = inner.slots.map(|slot| vertices[slot]);
+        match inner.kind {
+            InnerKind::PointPoint => {
+                self.point_point.push(WeightedPair { vertices: [p.min(q), p.max(q)], weight });
+            }
+            InnerKind::PointEdge => {
+                self.point_edge.push(WeightedPair { vertices: [p, q.min(r), q.max(r)], weight });
+            }
+            InnerKind::PointTriangle => {
+                let mut corners = [q, r, s];
+                corners.sort_unstable();
+                let [q, r, s] = corners;
+                self.point_triangle.push(WeightedPair { vertices: [p, q, r, s], weight });
+            }
+            InnerKind::EdgeEdge => {
+                self.edge_edge.push(WeightedPair { vertices: [p, q, r, s], weight });
+            }
+        }
+    }
+}
+
+/// Sorts by vertices and adds the weights of those that are alike.
+fn merge<const N: usize>(pairs: &mut Vec<WeightedPair<N>>) {
+    // Stable: weights are added in the order of the candidates.
+    pairs.sort_by_key(|pair| pair.vertices);
+    let mut merged = 0;
+    let mut i = 0;
+    while i < pairs.len() {
+        let (vertices, mut weight, mut size) = (pairs[i].vertices, 0.0, 0.0);
+        while i < pairs.len() && pairs[i].vertices == vertices {
+            weight += pairs[i].weight;
+            size += pairs[i].weight.abs();
+            i += 1;
+        }
+        if weight.abs() > CANCELLED * size {
+            pairs[merged] = WeightedPair { vertices, weight };
+            merged += 1;
+        }
+    }
+    pairs.truncate(merged);
+}
+
+struct Finder<'a> {
+    surface: &'a ContactSurface,
+    x: &'a [f64],
+    squared_reach: f64,
+    reach: f64,
+    stencils: ContactStencils,
+}
+
+impl Finder<'_> {
+    fn rows<const D: usize, const N: usize>(&self, vertices: &[u32; N]) -> [[f64; D]; N] {
+        let mut rows = [[0.0; D]; N];
+        for i in 0..N {
+            rows[i].copy_from_slice(&self.x[vertices[i] as usize * D..][..D]);
+        }
+        rows
+    }
+
+    /// Pair in the plane: `w_p / 2`.
+    fn plane_pair(&mut self, p: u32, e: u32, max: bool) {
+        let weight = 0.5 * self.surface.vertex_areas[p as usize];
+        let edge = self.surface.edges[e as usize];
+        self.point_edge::<2>(p, edge, weight);
+        for v in edge.into_iter().filter(|&v| max && self.surface.inner_vertices[v as usize]) {
+            let others = self.surface.vertex_edges.of(v);
+            let first = others.iter().find(|&&e| !self.surface.edges[e as usize].contains(&p));
+            if first == Some(&e) {
+                self.point_point::<2>(p, v, -weight);
+            }
+        }
+    }
+
+    /// Point and triangle: `w_p / 4`, its inner edges and vertices once for all of their triangles.
+    fn point_triangle(&mut self, p: u32, t: u32, max: bool) {
+        let surface = self.surface;
+        let weight = 0.25 * surface.vertex_areas[p as usize];
+        let [a, b, c] = surface.triangles[t as usize];
+        let x = self.rows::<3, 4>(&[p, a, b, c]);
+        if are_apart(&x, 1, self.reach) {
+            return;
+        }
+        let closest = PointTriangle::closest(&x);
+        if closest.squared_distance >= self.squared_reach {
+            return;
+        }
+        self.add(&[p, a, b, c], &InnerPair::of_point_triangle(&closest.coefficients), weight);
+        if !max {
+            return;
+        }
+        let is_first = |others: &[u32]| {
+            others.iter().find(|&&t| !surface.triangles[t as usize].contains(&p)) == Some(&t)
+        };
+        for e in surface.triangle_edges[t as usize] {
+            if surface.is_inner_edge(e) && is_first(&surface.edge_triangles[e as usize]) {
+                self.point_edge::<3>(p, surface.edges[e as usize], -weight);
+            }
+        }
+        for v in [a, b, c] {
+            if surface.inner_vertices[v as usize] && is_first(surface.vertex_triangles.of(v)) {
+                self.point_point::<3>(p, v, weight);
+            }
+        }
+    }
+
+    fn edge_edge(&mut self, a: u32, b: u32, max: bool) {
+        let surface = self.surface;
+        let areas = [a, b].map(|e| surface.edge_areas[e as usize]);
+        let vertices = self.ends(a, b);
+        let x = self.rows::<3, 4>(&vertices);
+        if are_apart(&x, 2, self.reach) {
+            return;
+        }
+        let closest = EdgeEdge::closest(&x);
+        if closest.squared_distance >= self.squared_reach {
+            return;
+        }
+        let limit = self.parallel_limit(a, b);
+        let weight = 0.25 * (areas[0] + areas[1]);
+        let inner = InnerPair::of_edge_edge(&closest.coefficients);
+        if squared_cross(&x) < limit {
+            self.stencils.mollified.push(MollifiedPair { vertices, inner, weight, limit });
+        } else {
+            self.add(&vertices, &inner, weight);
+        }
+        if max {
+            surface.edges[b as usize].iter().for_each(|&p| self.edges_at(a, p, b));
+            surface.edges[a as usize].iter().for_each(|&p| self.edges_at(b, p, a));
+        }
+    }
+
+    /// Takes off all but one of the edges at `p` that the edge `e` is paired with; told by each of them, done
+    /// for the first.
+    fn edges_at(&mut self, e: u32, p: u32, told_by: u32) {
+        let surface = self.surface;
+        let ends = surface.edges[e as usize];
+        let touches = |f: u32| surface.edges[f as usize].iter().any(|v| ends.contains(v));
+        let others = surface.vertex_edges.of(p);
+        if others.iter().find(|&&f| !touches(f)) != Some(&told_by) {
+            return;
+        }
+        let [q, r] = ends;
+        let closest = PointEdge::closest(&self.rows::<3, 3>(&[p, q, r]));
+        if closest.squared_distance >= self.squared_reach {
+            return;
+        }
+        let quarter = 0.25 * surface.edge_areas[e as usize];
+        let inner = InnerPair::of_point_edge(&closest.coefficients);
+        let mut count = 0.0;
+        for &f in others.iter().filter(|&&f| !touches(f)) {
+            let (vertices, limit) = (self.ends(e, f), self.parallel_limit(e, f));
+            if squared_cross(&self.rows::<3, 4>(&vertices)) < limit {
+                let inner = InnerPair { slots: self.slots(&vertices, &[p, q, r], &inner), ..inner };
+                self.stencils.mollified.push(MollifiedPair { vertices, inner, weight: -quarter, limit });
+            } else {
+                count += 1.0;
+            }
+        }
+        if count != 1.0 {
+            self.add(&[p, q, r, 0], &inner, -quarter * (count - 1.0));
+        }
+    }
+
+    /// Ends of two edges, the edge of the lower number first.
+    fn ends(&self, a: u32, b: u32) -> [u32; 4] {
+        let [[p, q], [r, s]] = [a.min(b), a.max(b)].map(|e| self.surface.edges[e as usize]);
+        [p, q, r, s]
+    }
+
+    /// Places among `vertices` of those that `inner` names by their places in `own`.
+    fn slots(&self, vertices: &[u32; 4], own: &[u32; 3], inner: &InnerPair) -> [usize; 4] {
+        let mut slots = [0; 4];
+        for i in 0..inner.vertices() {
+            let vertex = own[inner.slots[i]];
+            slots[i] = vertices.iter().position(|v| *v == vertex).unwrap_or_default();
+        }
+        slots
+    }
+
+    fn parallel_limit(&self, a: u32, b: u32) -> f64 {
+        let squared = &self.surface.squared_lengths;
+        parallel_limit(squared[a as usize], squared[b as usize])
+    }
+
+    fn point_edge<const D: usize>(&mut self, p: u32, [a, b]: [u32; 2], weight: f64) {
+        let closest = PointEdge::closest(&self.rows::<D, 3>(&[p, a, b]));
+        if closest.squared_distance < self.squared_reach {
+            self.add(&[p, a, b, 0], &InnerPair::of_point_edge(&closest.coefficients), weight);
+        }
+    }
+
+    fn point_point<const D: usize>(&mut self, p: u32, v: u32, weight: f64) {
+        let [a, b] = self.rows::<D, 2>(&[p, v]);
+        let squared: f64 = (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum();
+        if squared < self.squared_reach {
+            let inner = InnerPair { kind: InnerKind::PointPoint, slots: [0, 1, 0, 0] };
+            self.add(&[p, v, 0, 0], &inner, weight);
+        }
+    }
+
+    fn add(&mut self, vertices: &[u32; 4], inner: &InnerPair, weight: f64) {
+        self.stencils.push(vertices, inner, weight);
+    }
+}

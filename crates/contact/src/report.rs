@@ -1,0 +1,163 @@
+//! Description of one contact: where it is, how near, and the forces.
+
+use pliant::energy::SurfaceContact;
+use pliant::material::Psd;
+
+use crate::closest::InnerKind;
+use crate::contacts::{ContactVisitor, PlaneGeometry};
+use crate::merge::MollifiedPair;
+use crate::model::{ContactLaw, ContactModel};
+use crate::mollifier::mollified_inner_pair;
+use crate::pair::PairGeometry;
+
+/// One contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactReport<const D: usize> {
+    /// Number of its vertices.
+    pub count: usize,
+    /// Vertices in the system.
+    pub vertices: [u32; 4],
+    /// Coefficients of the vertices in the way from the second primitive to the first: those of the first
+    /// are positive and add up to 1.
+    pub coefficients: [f64; 4],
+    /// Out of the second primitive, towards the first.
+    pub normal: [f64; D],
+    /// Distance less the radii [m].
+    pub gap: f64,
+    /// Normal force, `-dE/dd` [N].
+    pub force: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl<const D: usize> Default for ContactReport<D> {
+    fn default() -> Self {
+        ContactReport {
+            count: 0,
+            vertices: [0; 4],
+            coefficients: [0.0; 4],
+            normal: [0.0; D],
+            gap: 0.0,
+            force: 0.0,
+            friction: 0.0,
+        }
+    }
+}
+
+impl<const D: usize> ContactReport<D> {
+    /// Vertices of the first primitive, and of the second.
+    pub fn sides(&self) -> [Vec<u32>; 2] {
+        let of = |first: bool| {
+            let members = (0..self.count).filter(|i| {
+                let c = self.coefficients[*i];
+                c != 0.0 && (c > 0.0) == first
+            });
+            members.map(|i| self.vertices[i]).collect()
+        };
+        [of(true), of(false)]
+    }
+}
+
+impl<const D: usize> ContactReport<D> {
+    /// The contact at the positions `x`, flat [m], with the names of its bodies.
+    pub fn described(&self, model: &ContactModel, x: &[f64]) -> SurfaceContact {
+        let [first, second] = self.sides();
+        let body = |side: &[u32]| side.first().map_or(0, |v| model.body(*v));
+        let (a, b) = (body(&first), body(&second));
+        let barrier = &model.laws.of(a, b).barrier;
+        let mut points = [[0.0; 3]; 2];
+        for i in 0..self.count {
+            let side = usize::from(self.coefficients[i] < 0.0);
+            for k in 0..D {
+                points[side][k] += self.coefficients[i].abs() * x[self.vertices[i] as usize * D + k];
+            }
+        }
+        let mut normal = [0.0; 3];
+        normal[..D].copy_from_slice(&self.normal);
+        // Half-spaces and balls are known by one vertex: the point that touches is the other's foot.
+        for side in 0..2 {
+            let of_side = [a, b][side];
+            let is_plane = model.half_spaces.iter().any(|h| h.body == of_side);
+            if is_plane || model.balls.iter().any(|ball| ball.body == of_side) {
+                let towards = if side == 0 { 1.0 } else { -1.0 };
+                let distance = self.gap;
+                (0..3).for_each(|k| {
+                    points[side][k] = points[1 - side][k] + towards * distance * normal[k];
+                });
+            }
+        }
+        SurfaceContact {
+            bodies: [a, b].map(|body| model.names[body as usize].clone()),
+            points,
+            normal,
+            gap: self.gap,
+            relative_gap: self.gap / barrier.reach,
+            force: self.force,
+        }
+    }
+}
+
+impl<const D: usize> ContactVisitor<D> for ContactReport<D> {
+    fn pair<const N: usize, const P: usize>(
+        &mut self,
+        vertices: &[u32; N],
+        pair: &PairGeometry<f64, D, N, P>,
+        law: &ContactLaw,
+        weight: f64,
+    ) {
+        let of_distance = law.barrier.at(pair.squared_distance, weight);
+        self.count = N;
+        self.vertices[..N].copy_from_slice(vertices);
+        self.coefficients[..N].copy_from_slice(&pair.coefficients);
+        self.normal = pair.normal;
+        self.gap = pair.distance - law.barrier.offset;
+        self.force = -2.0 * pair.distance * of_distance.slope;
+        self.friction = law.friction;
+    }
+
+    fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
+        let d = plane.distance.max(0.0);
+        self.count = 2;
+        self.vertices[..2].copy_from_slice(vertices);
+        self.coefficients[..2].copy_from_slice(&[1.0, -1.0]);
+        self.normal = plane.normal;
+        self.gap = plane.distance - law.barrier.offset;
+        self.force = -2.0 * d * law.barrier.at(d * d, weight).slope;
+        self.friction = law.friction;
+    }
+
+    fn mollified(&mut self, pair: &MollifiedPair, x: &[[f64; 3]; 4], law: &ContactLaw) {
+        // The distance is that of the inner pair; the force fades with the mollifier.
+        let found = mollified_inner_pair(x, &pair.inner, &law.barrier, pair.weight, pair.limit, Psd::Exact);
+        let inner = pair.inner;
+        let points = inner.slots.map(|slot| x[slot]);
+        let (c, normal, distance) = match inner.kind {
+            InnerKind::PointPoint => {
+                flat(&PairGeometry::<f64, 3, 2, 0>::of::<crate::pair::PointPoint>(&[points[0], points[1]]))
+            }
+            InnerKind::PointEdge => flat(&PairGeometry::<f64, 3, 3, 1>::of::<crate::pair::PointEdge>(&[
+                points[0], points[1], points[2],
+            ])),
+            _ => flat(&PairGeometry::<f64, 3, 4, 2>::of::<crate::pair::EdgeEdge>(&points)),
+        };
+        (self.count, self.vertices) = (4, pair.vertices);
+        self.coefficients = [0.0; 4];
+        for i in 0..inner.vertices() {
+            self.coefficients[inner.slots[i]] = c[i];
+        }
+        self.normal.copy_from_slice(&normal[..D]);
+        self.gap = distance - law.barrier.offset;
+        self.friction = law.friction;
+        // m E = m(c) E(d): what the energy would be without the mollifier tells m.
+        let whole = law.barrier.at(distance * distance, pair.weight);
+        let part = if whole.energy != 0.0 { found.value / whole.energy } else { 0.0 };
+        self.force = -2.0 * distance * whole.slope * part;
+    }
+}
+
+/// Coefficients, normal and distance of a pair in space.
+fn flat<const N: usize, const P: usize>(pair: &PairGeometry<f64, 3, N, P>) -> ([f64; 4], [f64; 3], f64) {
+    let mut coefficients = [0.0; 4];
+    coefficients[..N].copy_from_slice(&pair.coefficients);
+    (coefficients, pair.normal, pair.distance)
+}

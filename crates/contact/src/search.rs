@@ -1,0 +1,79 @@
+//! Search of contacts, with what was found last: energy, friction and matrix ask at the same places.
+
+use crate::candidates::CandidateCache;
+use crate::contacts::Contacts;
+use crate::model::ContactModel;
+
+/// Candidates within this part of the largest reach beyond it, at least, are kept for positions to come.
+const LEAST_MARGIN: f64 = 0.5;
+/// Candidates are not gathered from farther than this part of a typical edge, however fast things move.
+const LARGEST_MARGIN: f64 = 0.1;
+
+/// Contacts at the positions last asked for.
+#[derive(Debug)]
+pub(crate) struct ContactSearch<const D: usize> {
+    cache: CandidateCache,
+    at: Vec<f64>,
+    contacts: Contacts,
+    /// How far vertices may move until candidates are gathered anew [m].
+    margin: f64,
+    least_margin: f64,
+    largest_margin: f64,
+    /// Largest distance at which surfaces act [m].
+    pub(crate) reach: f64,
+}
+
+impl<const D: usize> ContactSearch<D> {
+    pub(crate) fn new(model: &ContactModel) -> Self {
+        let reach = model.surface_reach();
+        let least_margin = LEAST_MARGIN * reach;
+        let lengths = &model.surface.squared_lengths;
+        let typical = (lengths.iter().sum::<f64>() / lengths.len().max(1) as f64).sqrt();
+        let largest_margin = (LARGEST_MARGIN * typical).max(least_margin);
+        ContactSearch {
+            cache: CandidateCache::default(),
+            at: vec![],
+            contacts: Contacts::default(),
+            margin: least_margin,
+            least_margin,
+            largest_margin,
+            reach,
+        }
+    }
+
+    /// Says how far vertices are likely to move in the steps to come [m].
+    pub(crate) fn expect_motion(&mut self, motion: f64) {
+        self.margin = motion.clamp(self.least_margin, self.largest_margin);
+    }
+
+    /// Contacts at `x`, flat `(n, D)` [m].
+    pub(crate) fn contacts_at(&mut self, model: &ContactModel, x: &[f64]) -> &Contacts {
+        if self.at != x {
+            let candidates = self.cache.at::<D>(&model.surface, &model.pairs, x, self.reach, self.margin);
+            self.contacts = Contacts::find::<D>(model, candidates, x, self.reach);
+            self.at.clear();
+            self.at.extend_from_slice(x);
+        }
+        &self.contacts
+    }
+
+    /// Candidates of the whole way from `x` to `to`, where those at hand hold all of them.
+    pub(crate) fn candidates_of_way(
+        &self,
+        model: &ContactModel,
+        x: &[f64],
+        to: &[f64],
+    ) -> Option<&crate::candidates::CandidatePairs> {
+        // A ball about where they were gathered holds straight ways between two of its points.
+        let holds =
+            self.cache.is_complete::<D>(&model.surface, x) && self.cache.is_complete::<D>(&model.surface, to);
+        holds.then(|| self.cache.pairs())
+    }
+
+    /// Bytes held.
+    pub(crate) fn bytes(&self) -> usize {
+        let pairs = self.cache.pairs();
+        8 * (2 * self.at.len() + pairs.point_triangle.len() + pairs.edge_edge.len() + pairs.point_edge.len())
+            + 48 * self.contacts.len()
+    }
+}

@@ -1,0 +1,257 @@
+//! Starts: whether surfaces cross or overlap before anything has moved.
+
+use crate::broad_phase::{Bounds, BoundsTree};
+use crate::candidates::CandidatePairs;
+use crate::closest::Primitives;
+use crate::contacts::{plane_distance, rows};
+use crate::model::ContactModel;
+use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
+use crate::vector::{cross, difference, dot};
+
+/// Two primitives that are where they cannot both be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BadStart {
+    /// Vertices of the two primitives, in the system; of obstacles their own vertex.
+    pub primitives: [Vec<u32>; 2],
+    /// Where [m].
+    pub place: [f64; 3],
+    /// Distance less the radii [m]; `None` where they cross.
+    pub gap: Option<f64>,
+}
+
+/// Pairs of primitives that cross each other at `x`, flat `(n, D)` [m], or are nearer than their radii allow.
+pub fn bad_starts<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
+    let mut found = if D == 3 { crossing_triangles(model, x) } else { crossing_edges(model, x) };
+    found.extend(overlaps::<D>(model, x));
+    found
+}
+
+/// Nearest primitives of a body without a common vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeastDistance {
+    /// [m].
+    pub distance: f64,
+    /// Vertices of the two primitives, in the system.
+    pub primitives: [Vec<u32>; 2],
+}
+
+/// Least distance at rest between primitives of each body without a common vertex, where it is below `reach`
+/// [m]: contact of a body with itself begins no farther than half of it.
+pub fn least_distances<const D: usize>(
+    model: &ContactModel,
+    rest: &[f64],
+    reach: f64,
+) -> Vec<Option<LeastDistance>> {
+    let mut least: Vec<Option<LeastDistance>> = vec![None; model.names.len()];
+    let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, rest, None, reach);
+    each_distance::<D>(model, &candidates, rest, |primitives, squared| {
+        let (a, b) = (model.body(primitives[0][0]), model.body(primitives[1][0]));
+        let at = &mut least[a as usize];
+        let distance = squared.sqrt();
+        if a == b && distance < reach && at.as_ref().is_none_or(|least| distance < least.distance) {
+            *at = Some(LeastDistance { distance, primitives: primitives.map(<[u32]>::to_vec) });
+        }
+    });
+    least
+}
+
+/// Calls `visit` with the two primitives of every candidate and their squared distance.
+fn each_distance<const D: usize>(
+    model: &ContactModel,
+    candidates: &CandidatePairs,
+    x: &[f64],
+    mut visit: impl FnMut([&[u32]; 2], f64),
+) {
+    let surface = &model.surface;
+    for &[p, e] in &candidates.point_edge {
+        let edge = surface.edges[e as usize];
+        let closest = PointEdge::closest(&rows::<D, 3>(x, &[p, edge[0], edge[1]]));
+        visit([&[p], &edge], closest.squared_distance);
+    }
+    for &[p, t] in &candidates.point_triangle {
+        let [a, b, c] = surface.triangles[t as usize];
+        let closest = PointTriangle::closest(&rows::<3, 4>(x, &[p, a, b, c]));
+        visit([&[p], &[a, b, c]], closest.squared_distance);
+    }
+    for &[e, f] in &candidates.edge_edge {
+        let ([a, b], [c, d]) = (surface.edges[e as usize], surface.edges[f as usize]);
+        let closest = EdgeEdge::closest(&rows::<3, 4>(x, &[a, b, c, d]));
+        visit([&[a, b], &[c, d]], closest.squared_distance);
+    }
+}
+
+/// Pairs nearer than their radii.
+fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
+    let mut found = vec![];
+    let place = |v: u32| padded::<D>(x, v);
+    let reach = model.surface_reach();
+    let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, x, None, reach);
+    each_distance::<D>(model, &candidates, x, |primitives, squared| {
+        let law = model.law(primitives[0][0], primitives[1][0]);
+        let gap = squared.sqrt() - law.barrier.offset;
+        if gap <= 0.0 {
+            let primitives = primitives.map(<[u32]>::to_vec);
+            found.push(BadStart { place: place(primitives[0][0]), primitives, gap: Some(gap) });
+        }
+    });
+    for half_space in &model.half_spaces {
+        for &p in model.surface.vertices.iter().filter(|p| model.touch(model.body(**p), half_space.body)) {
+            let law = model.law(p, half_space.vertex);
+            let gap = plane_distance::<D>(&half_space.normal, x, [p, half_space.vertex]) - law.barrier.offset;
+            if gap <= 0.0 {
+                let primitives = [vec![p], vec![half_space.vertex]];
+                found.push(BadStart { place: place(p), primitives, gap: Some(gap) });
+            }
+        }
+    }
+    for ball in &model.balls {
+        let mut add = |vertices: &[u32], squared: f64| {
+            let gap = squared.sqrt() - model.law(vertices[0], ball.vertex).barrier.offset;
+            if gap <= 0.0 && model.touch(model.body(vertices[0]), ball.body) {
+                let primitives = [vertices.to_vec(), vec![ball.vertex]];
+                found.push(BadStart { place: place(vertices[0]), primitives, gap: Some(gap) });
+            }
+        };
+        if D == 3 {
+            for &[a, b, c] in &model.surface.triangles {
+                let closest = PointTriangle::closest(&rows::<3, 4>(x, &[ball.vertex, a, b, c]));
+                add(&[a, b, c], closest.squared_distance);
+            }
+        } else {
+            for &[a, b] in &model.surface.edges {
+                let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
+                add(&[a, b], closest.squared_distance);
+            }
+        }
+    }
+    found
+}
+
+/// Edges that pass through triangles.
+fn crossing_triangles(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
+    let surface = &model.surface;
+    let bounds: Vec<Bounds<3>> = surface.triangles.iter().map(|t| Bounds::of_vertices(t, x, None)).collect();
+    let tree = BoundsTree::new(&bounds);
+    let (mut found, mut near) = (vec![], vec![]);
+    for edge in &surface.edges {
+        near.clear();
+        tree.find(&Bounds::of_vertices(edge, x, None), &mut near);
+        near.sort_unstable();
+        for &t in &near {
+            let triangle = surface.triangles[t as usize];
+            let shares = edge.iter().any(|v| triangle.contains(v));
+            if shares || !model.touch(model.body(edge[0]), model.body(triangle[0])) {
+                continue;
+            }
+            let ends = edge.map(|v| padded::<3>(x, v));
+            let corners = triangle.map(|v| padded::<3>(x, v));
+            if let Some(place) = crossing(&ends, &corners) {
+                let primitives = [edge.to_vec(), triangle.to_vec()];
+                found.push(BadStart { primitives, place, gap: None });
+            }
+        }
+    }
+    found
+}
+
+/// Where a segment passes through a triangle, by the signs of volumes of tetrahedra; touching counts.
+fn crossing([p, q]: &[[f64; 3]; 2], [a, b, c]: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
+    let volume = |a: &[f64; 3], b: &[f64; 3], c: &[f64; 3], d: &[f64; 3]| orientation(a, b, c, d);
+    let (side_p, side_q) = (volume(a, b, c, p), volume(a, b, c, q));
+    if side_p * side_q > 0.0 || (side_p == 0.0 && side_q == 0.0) {
+        return None;
+    }
+    let around = [volume(p, q, a, b), volume(p, q, b, c), volume(p, q, c, a)];
+    let inside = around.iter().all(|v| *v >= 0.0) || around.iter().all(|v| *v <= 0.0);
+    let part = side_p / (side_p - side_q);
+    inside.then(|| [0, 1, 2].map(|k| p[k] + part * (q[k] - p[k])))
+}
+
+/// Six times the volume of a tetrahedron, with the sign of its orientation.
+fn orientation(a: &[f64; 3], b: &[f64; 3], c: &[f64; 3], d: &[f64; 3]) -> f64 {
+    let coord = |p: &[f64; 3]| robust::Coord3D { x: p[0], y: p[1], z: p[2] };
+    robust::orient3d(coord(a), coord(b), coord(c), coord(d))
+}
+
+/// Edges that cross each other in the plane.
+fn crossing_edges(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
+    let surface = &model.surface;
+    let bounds: Vec<Bounds<2>> = surface.edges.iter().map(|e| Bounds::of_vertices(e, x, None)).collect();
+    let tree = BoundsTree::new(&bounds);
+    let (mut found, mut near) = (vec![], vec![]);
+    for (i, edge) in (0..).zip(&surface.edges) {
+        near.clear();
+        tree.find(&bounds[i as usize], &mut near);
+        near.sort_unstable();
+        for &j in near.iter().filter(|&&j| j > i) {
+            let other = surface.edges[j as usize];
+            let shares = edge.iter().any(|v| other.contains(v));
+            if shares || !model.touch(model.body(edge[0]), model.body(other[0])) {
+                continue;
+            }
+            if let Some(place) = crossing_in_plane(x, edge, &other) {
+                found.push(BadStart { primitives: [edge.to_vec(), other.to_vec()], place, gap: None });
+            }
+        }
+    }
+    found
+}
+
+fn crossing_in_plane(x: &[f64], &[a, b]: &[u32; 2], &[c, d]: &[u32; 2]) -> Option<[f64; 3]> {
+    let coord = |v: u32| robust::Coord { x: x[2 * v as usize], y: x[2 * v as usize + 1] };
+    let side = |a, b, c| robust::orient2d(coord(a), coord(b), coord(c));
+    let (of_c, of_d, of_a, of_b) = (side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b));
+    let parallel = of_c == 0.0 && of_d == 0.0;
+    if parallel || of_c * of_d > 0.0 || of_a * of_b > 0.0 {
+        return None;
+    }
+    let (p, q, part) = (coord(c), coord(d), of_c / (of_c - of_d));
+    Some([p.x + part * (q.x - p.x), p.y + part * (q.y - p.y), 0.0])
+}
+
+/// Vertices of one closed body that lie inside another: the parity of the crossings of a ray; boxes inside
+/// boxes cross nowhere. One vertex of each body is looked at: where no surfaces cross, all lie on one side.
+pub fn enclosed_bodies(model: &ContactModel, x: &[f64]) -> Vec<[u32; 2]> {
+    let surface = &model.surface;
+    let count = model.names.len() as u32;
+    let closed: Vec<bool> = (0..count)
+        .map(|body| {
+            let own = |e: &usize| model.body(surface.edges[*e][0]) == body;
+            let mut edges = (0..surface.edges.len()).filter(own).peekable();
+            edges.peek().is_some() && edges.all(|e| surface.is_inner_edge(e as u32))
+        })
+        .collect();
+    let mut found = vec![];
+    for inner in 0..count {
+        let Some(&v) = surface.vertices.iter().find(|v| model.body(**v) == inner) else { continue };
+        for outer in (0..count).filter(|&outer| outer != inner && closed[outer as usize]) {
+            if model.touch(inner, outer) && crossings_of_ray(model, x, v, outer) % 2 == 1 {
+                found.push([inner, outer]);
+            }
+        }
+    }
+    found
+}
+
+/// Direction of rays: no mesh that is made by hand or by a grid has faces along it.
+const RAY: [f64; 3] = [0.577_215_664_901_532_9, 0.713_147_180_559_945_3, 0.430_775_180_316_498];
+
+/// Triangles of a body that a ray from the vertex meets.
+fn crossings_of_ray(model: &ContactModel, x: &[f64], vertex: u32, body: u32) -> usize {
+    let from = padded::<3>(x, vertex);
+    let own = model.surface.triangles.iter().filter(|t| model.body(t[0]) == body);
+    own.filter(|triangle| {
+        let [a, b, c] = triangle.map(|v| difference(&padded::<3>(x, v), &from));
+        let sides = [dot(&cross(&a, &b), &RAY), dot(&cross(&b, &c), &RAY), dot(&cross(&c, &a), &RAY)];
+        let through = sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0);
+        let normal = cross(&difference(&b, &a), &difference(&c, &a));
+        through && dot(&a, &normal) * dot(&RAY, &normal) > 0.0
+    })
+    .count()
+}
+
+fn padded<const D: usize>(x: &[f64], v: u32) -> [f64; 3] {
+    let mut row = [0.0; 3];
+    row[..D].copy_from_slice(&x[v as usize * D..][..D]);
+    row
+}

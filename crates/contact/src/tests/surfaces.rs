@@ -1,0 +1,285 @@
+//! Candidates and stencils of whole surfaces.
+
+use super::{Random, number, numbers};
+use crate::barrier::Barrier;
+use crate::broad_phase::Bounds;
+use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs};
+use crate::hessian::PairBlocks;
+use crate::merge::{ContactStencils, Duplicates, WeightedPair};
+use crate::mollifier::mollified_inner_pair;
+use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
+use crate::surface::ContactSurface;
+use pliant::material::Psd;
+use serde_json::Value;
+
+/// Totals of all stencils.
+#[derive(Default)]
+struct Totals {
+    energy: f64,
+    gradient: Vec<f64>,
+    exact: Vec<f64>,
+    projected_trace: f64,
+}
+
+impl Totals {
+    fn add<K: PairKind<N, P>, const N: usize, const P: usize>(
+        &mut self,
+        x: &[f64],
+        law: &Barrier,
+        pairs: &[WeightedPair<N>],
+    ) {
+        for pair in pairs {
+            let rows: [[f64; 3]; N] = pair.vertices.map(|v| x[3 * v as usize..][..3].try_into().unwrap());
+            let geometry = PairGeometry::<f64, 3, N, P>::of::<K>(&rows);
+            let of_distance = law.at(geometry.squared_distance, pair.weight);
+            self.energy += of_distance.energy;
+            let blocks: PairBlocks<f64, 3, N> = geometry.exact_hessian(&of_distance);
+            let projected = geometry.projected_hessian(&of_distance);
+            for (i, row) in geometry.gradient(of_distance.slope).iter().enumerate() {
+                self.projected_trace += projected[i][i].trace();
+                for k in 0..3 {
+                    self.gradient[3 * pair.vertices[i] as usize + k] += row[k];
+                }
+                for j in 0..N {
+                    self.add_block(pair.vertices[i], pair.vertices[j], |k, l| blocks[i][j][k][l]);
+                }
+            }
+        }
+    }
+
+    fn add_block(&mut self, v: u32, w: u32, entry: impl Fn(usize, usize) -> f64) {
+        let n = self.gradient.len();
+        for k in 0..3 {
+            for l in 0..3 {
+                self.exact[(3 * v as usize + k) * n + 3 * w as usize + l] += entry(k, l);
+            }
+        }
+    }
+}
+
+fn totals(x: &[f64], law: &Barrier, stencils: &ContactStencils) -> Totals {
+    let n = x.len();
+    let mut t = Totals { gradient: vec![0.0; n], exact: vec![0.0; n * n], ..Totals::default() };
+    t.add::<PointPoint, 2, 0>(x, law, &stencils.point_point);
+    t.add::<PointEdge, 3, 1>(x, law, &stencils.point_edge);
+    t.add::<PointTriangle, 4, 2>(x, law, &stencils.point_triangle);
+    t.add::<EdgeEdge, 4, 2>(x, law, &stencils.edge_edge);
+    for pair in &stencils.mollified {
+        let rows: [[f64; 3]; 4] = pair.vertices.map(|v| x[3 * v as usize..][..3].try_into().unwrap());
+        let at = |psd| mollified_inner_pair(&rows, &pair.inner, law, pair.weight, pair.limit, psd);
+        let exact = at(Psd::Exact);
+        t.energy += exact.value;
+        t.projected_trace += (0..12).map(|i| at(Psd::Projected).hessian[i][i]).sum::<f64>();
+        for i in 0..4 {
+            for k in 0..3 {
+                t.gradient[3 * pair.vertices[i] as usize + k] += exact.gradient[i][k];
+            }
+            for j in 0..4 {
+                let block = |k: usize, l: usize| exact.hessian[3 * i + k][3 * j + l];
+                t.add_block(pair.vertices[i], pair.vertices[j], block);
+            }
+        }
+    }
+    t
+}
+
+fn flat(rows: &Value) -> Vec<f64> {
+    rows.as_array().unwrap().iter().flat_map(numbers).collect()
+}
+
+/// Bodies by what is connected.
+fn components(triangles: &[[u32; 3]], count: usize) -> Vec<u32> {
+    let mut body: Vec<u32> = (0..count as u32).collect();
+    for _ in 0..count {
+        for triangle in triangles {
+            let least = triangle.map(|v| body[v as usize]).into_iter().min().unwrap();
+            triangle.iter().for_each(|&v| body[v as usize] = least);
+        }
+    }
+    body
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>().sqrt()
+}
+
+fn assert_surface(name: &str, of: &Value) {
+    let x = flat(&of["x"]);
+    let rest = if of["rest"].is_null() { x.clone() } else { flat(&of["rest"]) };
+    let triangles: Vec<[u32; 3]> = of["triangles"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|t| numbers(t).iter().map(|v| *v as u32).collect::<Vec<_>>().try_into().unwrap())
+        .collect();
+    let bodies = components(&triangles, x.len() / 3);
+    let surface = ContactSurface::of_triangles(&triangles, &rest, &bodies);
+    let mut pairs = BodyPairs::all(x.len() / 3);
+    if name != "folded_sheet" {
+        (0..x.len() as u32 / 3).for_each(|body| pairs.set(body, body, false));
+    }
+    let law = Barrier { stiffness: number(&of["kappa"]), reach: number(&of["dhat"]), offset: 0.0 };
+    let candidates = CandidatePairs::gather::<3>(&surface, &pairs, &x, None, law.reach);
+    for (duplicates, key) in [(Duplicates::Sum, "sum"), (Duplicates::Max, "max")] {
+        // Duplicates of a surface folded onto its own parallel edges are counted otherwise there.
+        if name == "folded_sheet" && duplicates == Duplicates::Max {
+            continue;
+        }
+        let expected = &of[key];
+        let stencils = ContactStencils::find::<3>(&surface, &candidates, &x, law.squared_reach(), duplicates);
+        let found = totals(&x, &law, &stencils);
+        let assert_near = |found: f64, what: &str| {
+            let expected = number(&expected[what]);
+            let error = (found - expected).abs();
+            assert!(error <= 1e-10 * expected.abs(), "{name} {key} {what}: {found} for {expected}");
+        };
+        assert_near(found.energy, "energy");
+        assert_near(norm(&found.gradient), "gradient_norm");
+        let gradient = flat(&expected["gradient"]);
+        let size = norm(&gradient);
+        for (found, expected) in found.gradient.iter().zip(&gradient) {
+            assert!((found - expected).abs() <= 1e-10 * size, "{name} {key}: {found} for {expected}");
+        }
+        // A vertex of the upper sheet lies exactly over a diagonal of the lower, where second derivatives
+        // jump.
+        if name == "two_sheets" {
+            continue;
+        }
+        assert_near(norm(&found.exact), "hessian_frobenius");
+        let n = x.len();
+        assert_near((0..n).map(|i| found.exact[i * n + i]).sum(), "hessian_trace");
+        assert_near(found.projected_trace, "projected_trace");
+    }
+}
+
+#[test]
+fn totals_of_surfaces_are_those_of_ipc_toolkit() {
+    let surfaces: Value = serde_json::from_str(include_str!("data/surfaces.json")).unwrap();
+    for (name, of) in surfaces.as_object().unwrap() {
+        assert_surface(name, of);
+    }
+}
+
+/// Two crumpled sheets of `n x n` cells in space.
+fn crumpled(n: u32, random: &mut Random) -> (ContactSurface, Vec<f64>) {
+    let (mut x, mut triangles, mut bodies) = (vec![], vec![], vec![]);
+    for sheet in 0..2 {
+        let first = sheet * (n + 1) * (n + 1);
+        for i in 0..=n {
+            for j in 0..=n {
+                let lift = 0.1 * f64::from(sheet) + random.between(-0.1, 0.1);
+                x.extend([f64::from(i) / f64::from(n), f64::from(j) / f64::from(n), lift]);
+                bodies.push(sheet);
+            }
+        }
+        for i in 0..n {
+            for j in 0..n {
+                let a = first + i * (n + 1) + j;
+                triangles.extend([[a, a + n + 1, a + n + 2], [a, a + n + 2, a + 1]]);
+            }
+        }
+    }
+    (ContactSurface::of_triangles(&triangles, &x, &bodies), x)
+}
+
+/// Candidates by all pairs of boxes.
+fn by_force(
+    surface: &ContactSurface,
+    pairs: &BodyPairs,
+    x: &[f64],
+    dx: &[f64],
+    reach: f64,
+) -> CandidatePairs {
+    let bounds = |vertices: &[u32]| Bounds::<3>::of_vertices(vertices, x, Some(dx));
+    let body = |v: u32| surface.bodies[v as usize];
+    let allowed = |a: &[u32], b: &[u32]| {
+        !a.iter().any(|v| b.contains(v))
+            && pairs.touch(body(a[0]), body(b[0]))
+            && bounds(a).grown(reach).meets(&bounds(b))
+    };
+    let mut found = CandidatePairs::default();
+    for &p in &surface.vertices {
+        let near = (0..).zip(&surface.triangles).filter(|(_, t)| allowed(&[p], *t));
+        found.point_triangle.extend(near.map(|(t, _)| [p, t]));
+    }
+    for (i, a) in (0..).zip(&surface.edges) {
+        let near = (0..).zip(&surface.edges).filter(|(j, b)| *j > i && allowed(a, *b));
+        found.edge_edge.extend(near.map(|(j, _)| [i, j]));
+    }
+    found
+}
+
+#[test]
+fn candidates_are_those_of_all_pairs_of_boxes() {
+    let mut random = Random(21);
+    for n in [1, 3, 7] {
+        let (surface, x) = crumpled(n, &mut random);
+        let dx: Vec<f64> = x.iter().map(|_| random.between(-0.05, 0.05)).collect();
+        let mut pairs = BodyPairs::all(2);
+        for without_self in [false, true] {
+            pairs.set(0, 0, !without_self);
+            let expected = by_force(&surface, &pairs, &x, &dx, 0.02);
+            let found = CandidatePairs::gather::<3>(&surface, &pairs, &x, Some(&dx), 0.02);
+            assert_eq!(found, expected, "{n} cells");
+        }
+    }
+}
+
+#[test]
+fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
+    let mut random = Random(8);
+    let (surface, x) = crumpled(5, &mut random);
+    let (pairs, margin, reach) = (BodyPairs::all(2), 0.01, 0.05);
+    let mut cache = CandidateCache::default();
+    cache.at::<3>(&surface, &pairs, &x, reach, margin);
+    // A part of it goes into the mean of a body, and that of another may go the other way.
+    let step = margin / 3f64.sqrt() * 0.5;
+    let moved: Vec<f64> = x.iter().map(|x| x + step * if random.next() < 0.5 { 1.0 } else { -1.0 }).collect();
+    let stencils = |candidates: &CandidatePairs| {
+        ContactStencils::find::<3>(&surface, candidates, &moved, reach * reach, Duplicates::Max)
+    };
+    let fresh = CandidatePairs::gather::<3>(&surface, &pairs, &moved, None, reach);
+    let kept = stencils(cache.at::<3>(&surface, &pairs, &moved, reach, margin));
+    assert_eq!(kept, stencils(&fresh));
+    assert_eq!(cache.gatherings, 1);
+    // Nothing comes nearer where all move as one.
+    let together: Vec<f64> = x.iter().map(|x| x + 10.0 * margin).collect();
+    cache.at::<3>(&surface, &pairs, &together, reach, margin);
+    assert_eq!(cache.gatherings, 1);
+    let half = x.len() / 2;
+    let far: Vec<f64> = x.iter().enumerate().map(|(i, x)| if i < half { *x } else { x + margin }).collect();
+    cache.at::<3>(&surface, &pairs, &far, reach, margin);
+    assert_eq!(cache.gatherings, 2);
+}
+
+#[test]
+fn weights_of_a_flat_contact_in_the_plane_add_up_to_its_length() {
+    // A closed square of side 1, and a point of another square above the middle of its vertices: counted
+    // once.
+    let square = |x0: f64, y0: f64, n: usize| -> Vec<f64> {
+        (0..4 * n)
+            .flat_map(|i| {
+                let along = (i % n) as f64 / n as f64;
+                let [x, y] = [[along, 0.0], [1.0, along], [1.0 - along, 1.0], [0.0, 1.0 - along]][i / n];
+                [x0 + x, y0 + y]
+            })
+            .collect()
+    };
+    let ring = |first: u32, n: u32| (0..n).map(move |i| [first + i, first + (i + 1) % n]);
+    let mut x = square(0.0, 0.0, 4);
+    x.extend(square(0.0, 1.001, 4));
+    let edges: Vec<[u32; 2]> = ring(0, 16).chain(ring(16, 16)).collect();
+    let bodies: Vec<u32> = (0..32).map(|v| v / 16).collect();
+    let surface = ContactSurface::of_plane_edges(&edges, &x, &bodies);
+    let mut pairs = BodyPairs::all(2);
+    (0..2).for_each(|body| pairs.set(body, body, false));
+    let candidates = CandidatePairs::gather::<2>(&surface, &pairs, &x, None, 0.01);
+    let weight = |duplicates| {
+        let found = ContactStencils::find::<2>(&surface, &candidates, &x, 1e-4, duplicates);
+        assert!(found.point_edge.is_empty() && found.point_triangle.is_empty());
+        found.point_point.iter().map(|pair| pair.weight).sum::<f64>()
+    };
+    // Five vertices over five, half of a quarter each from each side; every one is an end of two edges.
+    assert!((weight(Duplicates::Max) - 1.25).abs() < 1e-14);
+    assert!((weight(Duplicates::Sum) - 2.5).abs() < 1e-14, "{}", weight(Duplicates::Sum));
+}

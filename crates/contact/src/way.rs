@@ -1,0 +1,172 @@
+//! How far all vertices may go along straight ways before anything touches.
+
+use rayon::prelude::*;
+
+use crate::broad_phase::Bounds;
+use crate::candidates::CandidatePairs;
+use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
+use crate::closest::Primitives;
+use crate::contacts::{along_normal, plane_distance, rows};
+use crate::model::{ContactLaw, ContactModel};
+use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
+use crate::vector::stay_apart;
+
+/// Pairs that one task looks at.
+const TASK: usize = 512;
+
+/// Motion of all vertices from `x` to `x + dx`, flat `(n, D)` [m].
+#[derive(Clone, Copy)]
+pub(crate) struct Way<'a> {
+    pub(crate) x: &'a [f64],
+    pub(crate) dx: &'a [f64],
+}
+
+/// Two primitives by their vertices, and the part of a motion that they leave free.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Obstruction {
+    pub(crate) part: f64,
+    /// Vertices of the first primitive, and of the second.
+    pub(crate) primitives: [Vec<u32>; 2],
+}
+
+impl Way<'_> {
+    /// What leaves the least of the way free; `None` where all of it is. The same for any number of threads.
+    pub(crate) fn first<const D: usize>(
+        &self,
+        model: &ContactModel,
+        pairs: &CandidatePairs,
+    ) -> Option<Obstruction> {
+        let surface = &model.surface;
+        let edge = |e: u32| surface.edges[e as usize];
+        let by_pairs = if D == 2 {
+            let vertices = |&[p, e]: &[u32; 2]| (p, edge(e));
+            let part = |pair: &[u32; 2]| {
+                let (p, [a, b]) = vertices(pair);
+                self.pair::<PointEdge, D, 3>(model, [p, a, b])
+            };
+            least(&pairs.point_edge, part).map(|(part, i)| {
+                let (p, edge) = vertices(&pairs.point_edge[i]);
+                Obstruction { part, primitives: [vec![p], edge.to_vec()] }
+            })
+        } else {
+            let of_triangle = |&[p, t]: &[u32; 2]| {
+                let [a, b, c] = surface.triangles[t as usize];
+                self.pair::<PointTriangle, 3, 4>(model, [p, a, b, c])
+            };
+            let of_edges = |&[e, f]: &[u32; 2]| {
+                let ([a, b], [c, d]) = (edge(e), edge(f));
+                self.pair::<EdgeEdge, 3, 4>(model, [a, b, c, d])
+            };
+            let at_triangle = least(&pairs.point_triangle, of_triangle).map(|(part, i)| {
+                let [p, t] = pairs.point_triangle[i];
+                Obstruction { part, primitives: [vec![p], surface.triangles[t as usize].to_vec()] }
+            });
+            let at_edge = least(&pairs.edge_edge, of_edges).map(|(part, i)| {
+                let [e, f] = pairs.edge_edge[i];
+                Obstruction { part, primitives: [edge(e).to_vec(), edge(f).to_vec()] }
+            });
+            nearest(at_triangle, at_edge)
+        };
+        nearest(nearest(by_pairs, self.planes::<D>(model)), self.balls::<D>(model))
+    }
+
+    fn pair<K: Primitives<D, N>, const D: usize, const N: usize>(
+        &self,
+        model: &ContactModel,
+        vertices: [u32; N],
+    ) -> f64 {
+        let dx = rows::<D, N>(self.dx, &vertices);
+        // What moves as one never meets.
+        if dx.iter().all(|d| *d == dx[0]) {
+            return 1.0;
+        }
+        let law = model.law(vertices[0], vertices[N - 1]);
+        let x = rows::<D, N>(self.x, &vertices);
+        if stay_apart(&x, &dx, K::FIRST, law.barrier.reach + law.barrier.offset) {
+            return 1.0;
+        }
+        safe_step::<K, f64, D, N>(&x, &dx, &gap(law), 1.0).time
+    }
+
+    fn planes<const D: usize>(&self, model: &ContactModel) -> Option<Obstruction> {
+        let mut least = None;
+        for half_space in &model.half_spaces {
+            for &p in model.surface.vertices.iter().filter(|&&p| model.touch(model.body(p), half_space.body))
+            {
+                let vertices = [p, half_space.vertex];
+                let distance = plane_distance::<D>(&half_space.normal, self.x, vertices);
+                let [dp, d_o] = rows::<D, 2>(self.dx, &vertices);
+                let mut away = dp;
+                (0..D).for_each(|k| away[k] -= d_o[k]);
+                let motion = along_normal(&half_space.normal, &away);
+                let law = model.law(p, half_space.vertex);
+                if distance + motion.min(0.0) > law.barrier.reach + law.barrier.offset {
+                    continue;
+                }
+                let part = safe_step_to_half_space(distance, motion, &gap(law), 1.0);
+                if part < 1.0 {
+                    let primitives = [vec![p], vec![half_space.vertex]];
+                    least = nearest(least, Some(Obstruction { part, primitives }));
+                }
+            }
+        }
+        least
+    }
+
+    fn balls<const D: usize>(&self, model: &ContactModel) -> Option<Obstruction> {
+        let mut least = None;
+        for ball in &model.balls {
+            let centre = Bounds::<D>::of_vertices(&[ball.vertex], self.x, Some(self.dx));
+            let meets = |vertices: &[u32]| {
+                let barrier = &model.law(vertices[0], ball.vertex).barrier;
+                let reached = Bounds::<D>::of_vertices(vertices, self.x, Some(self.dx))
+                    .grown(barrier.reach + barrier.offset);
+                model.touch(model.body(vertices[0]), ball.body) && reached.meets(&centre)
+            };
+            if D == 3 {
+                for &[a, b, c] in model.surface.triangles.iter().filter(|t| meets(*t)) {
+                    let part = self.pair::<PointTriangle, 3, 4>(model, [ball.vertex, a, b, c]);
+                    if part < 1.0 {
+                        let primitives = [vec![a, b, c], vec![ball.vertex]];
+                        least = nearest(least, Some(Obstruction { part, primitives }));
+                    }
+                }
+                continue;
+            }
+            for &[a, b] in model.surface.edges.iter().filter(|e| meets(*e)) {
+                let part = self.pair::<PointEdge, D, 3>(model, [ball.vertex, a, b]);
+                if part < 1.0 {
+                    let primitives = [vec![a, b], vec![ball.vertex]];
+                    least = nearest(least, Some(Obstruction { part, primitives }));
+                }
+            }
+        }
+        least
+    }
+}
+
+/// The least part below 1 over all pairs and the number of the pair, the first of those that are equal.
+fn least<T: Sync>(pairs: &[T], part: impl Fn(&T) -> f64 + Sync) -> Option<(f64, usize)> {
+    let smaller = |a: Option<(f64, usize)>, b: (f64, usize)| match a {
+        Some(a) if a.0 <= b.0 => Some(a),
+        _ => Some(b),
+    };
+    let of_task = |(task, pairs): (usize, &[T])| {
+        let parts = pairs.iter().enumerate().map(|(i, pair)| (part(pair), task * TASK + i));
+        parts.filter(|(part, _)| *part < 1.0).fold(None, smaller)
+    };
+    let tasks: Vec<_> = pairs.par_chunks(TASK).enumerate().map(of_task).collect();
+    tasks.into_iter().flatten().fold(None, smaller)
+}
+
+fn gap(law: &ContactLaw) -> GapLimit {
+    GapLimit { reach: law.barrier.reach, offset: law.barrier.offset }
+}
+
+/// The one that leaves less, the first where they are equal.
+fn nearest(a: Option<Obstruction>, b: Option<Obstruction>) -> Option<Obstruction> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.part < a.part { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}

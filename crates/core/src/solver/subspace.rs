@@ -1,0 +1,134 @@
+//! Correction on the vertices of stencils that change, before and after a preconditioner that does not see
+//! them.
+//!
+//! Contact is stiff beside the elements, and coarse levels of multigrid know nothing of it: alone, they take
+//! iterations that grow with its stiffness. With the matrix on the vertices in contact solved exactly, before
+//! the cycle and after it, they hardly grow (Petrides et al. 2025, arXiv 2505.18576, "filtering"). The
+//! three together are symmetric, as conjugate gradients need it.
+
+use super::block_matrix::BlockMatrix;
+use super::cholesky::{Cholesky, NotPositiveDefinite};
+use super::conjugate_gradients::Preconditioner;
+
+/// Exact solves on a part of the vertices.
+pub(super) struct Subspace<const D: usize> {
+    /// The vertices, ascending.
+    vertices: Vec<u32>,
+    factor: Option<Cholesky>,
+    /// Right side and solution on them.
+    part: Vec<f64>,
+    /// Residual, and its correction, of all.
+    residual: Vec<f64>,
+    correction: Vec<f64>,
+}
+
+impl<const D: usize> Subspace<D> {
+    /// Without any vertex.
+    pub(super) fn new() -> Self {
+        Subspace { vertices: vec![], factor: None, part: vec![], residual: vec![], correction: vec![] }
+    }
+
+    /// Takes the vertices at which `whole` differs from its `fixed` part; whether there are any.
+    ///
+    /// # Errors
+    /// The matrix on them is not positive definite.
+    pub(super) fn update(
+        &mut self,
+        whole: &BlockMatrix<D>,
+        fixed: &BlockMatrix<D>,
+    ) -> Result<bool, NotPositiveDefinite> {
+        if std::ptr::eq(whole, fixed) {
+            return Ok(false);
+        }
+        let diagonal = |matrix: &BlockMatrix<D>, row: usize| matrix.value[matrix.diagonal[row] as usize];
+        let differs = |row: &u32| diagonal(whole, *row as usize) != diagonal(fixed, *row as usize);
+        self.vertices = (0..whole.rows() as u32).filter(differs).collect();
+        if self.vertices.is_empty() {
+            return Ok(false);
+        }
+        let matrix = restricted(whole, &self.vertices);
+        // Neighbours have numbers near each other: elimination goes by these.
+        let place = |i: usize| [i as f64, 0.0, 0.0];
+        let places: Vec<f64> = (0..self.vertices.len()).flat_map(|i| place(i).into_iter().take(D)).collect();
+        self.factor = Cholesky::new(&matrix, &places);
+        let Some(factor) = &mut self.factor else { return Err(NotPositiveDefinite) };
+        factor.factorize(&matrix)?;
+        Ok(true)
+    }
+
+    /// Adds the solution for `r`, restricted to the vertices, to `z`.
+    fn add_solution(&mut self, r: &[f64], z: &mut [f64]) {
+        let Some(factor) = &mut self.factor else { return };
+        self.part.clear();
+        self.part.extend(self.vertices.iter().flat_map(|v| &r[*v as usize * D..][..D]));
+        factor.solve(&mut self.part);
+        for (v, solution) in self.vertices.iter().zip(self.part.chunks_exact(D)) {
+            let row = &mut z[*v as usize * D..][..D];
+            row.iter_mut().zip(solution).for_each(|(z, s)| *z += s);
+        }
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        let vectors = [&self.part, &self.residual, &self.correction];
+        let factor = self.factor.as_ref().map_or(0, Cholesky::bytes);
+        8 * vectors.iter().map(|v| v.len()).sum::<usize>() + 4 * self.vertices.len() + factor
+    }
+}
+
+/// Rows and columns of some vertices, which ascend.
+fn restricted<const D: usize>(matrix: &BlockMatrix<D>, vertices: &[u32]) -> BlockMatrix<D> {
+    let (mut row_start, mut column, mut value) = (vec![0], vec![], vec![]);
+    for v in vertices {
+        for (c, block) in matrix.row(*v as usize) {
+            if let Ok(local) = vertices.binary_search(&(c as u32)) {
+                column.push(local as u32);
+                value.push(*block);
+            }
+        }
+        row_start.push(column.len() as u32);
+    }
+    BlockMatrix { value, ..BlockMatrix::zero(row_start, column) }
+}
+
+/// Subspace, preconditioner, subspace.
+pub(super) struct Corrected<'a, const D: usize> {
+    pub(super) matrix: &'a BlockMatrix<D>,
+    pub(super) subspace: &'a mut Subspace<D>,
+    pub(super) inner: &'a mut dyn Preconditioner<D>,
+}
+
+impl<const D: usize> Corrected<'_, D> {
+    /// Makes the residual of the subspace `r - A z`.
+    fn renew_residual(&mut self, r: &[f64], z: &[f64]) {
+        let residual = &mut self.subspace.residual;
+        residual.resize(r.len(), 0.0);
+        self.matrix.multiply(z, residual);
+        residual.iter_mut().zip(r).for_each(|(q, r)| *q = r - *q);
+    }
+}
+
+impl<const D: usize> Preconditioner<D> for Corrected<'_, D> {
+    fn update(&mut self, matrix: &BlockMatrix<D>) -> Result<(), NotPositiveDefinite> {
+        self.inner.update(matrix)
+    }
+
+    fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        z.fill(0.0);
+        self.subspace.add_solution(r, z);
+        self.renew_residual(r, z);
+        let mut correction = std::mem::take(&mut self.subspace.correction);
+        correction.resize(r.len(), 0.0);
+        self.inner.apply(&self.subspace.residual, &mut correction);
+        z.iter_mut().zip(&correction).for_each(|(z, c)| *z += c);
+        self.subspace.correction = correction;
+        self.renew_residual(r, z);
+        let residual = std::mem::take(&mut self.subspace.residual);
+        self.subspace.add_solution(&residual, z);
+        self.subspace.residual = residual;
+    }
+
+    fn bytes(&self) -> usize {
+        self.subspace.bytes() + self.inner.bytes()
+    }
+}

@@ -1,0 +1,3 @@
+//! Nothing to do: without a build script cargo does not ask for features of build dependencies.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! No code: the manifest asks for features of dependencies, so that all builds of the workspace share them.

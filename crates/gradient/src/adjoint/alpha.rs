@@ -1,0 +1,88 @@
+//! The adjoint of the generalised-alpha family, Newmark's methods included.
+//!
+//! The acceleration `a_n` is part of the state. With `X = (1 - alpha_f) x_(n+1) + alpha_f x_n`, `V`
+//! likewise, and bars for derivatives of the loss, `p = M^-1` times the derivative by the right-hand side
+//! of `(1 - alpha_m) a_(n+1) + alpha_m a_n = a(X, V) - c V` solves
+//!
+//! ```text
+//! ((1 - alpha_m + (1 - alpha_f) gamma h c) M + (1 - alpha_f) (gamma h C + beta h^2 H)) p
+//!     = a_bar + h^2 beta x_bar + h gamma v_bar
+//! ```
+//!
+//! with the bars of the new state on the right, `H` and `C` as the [forces](super::forces) have them.
+
+use pliant::integrator::alpha::AlphaCoefficients;
+
+use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step, add_scaled, free_only};
+use crate::linear::Coefficients;
+
+/// Takes `adjoint` back by one step.
+///
+/// # Errors
+/// [`Singular`].
+pub(super) fn step_back(
+    coefficients: &AlphaCoefficients,
+    forces: &mut AdjointForces<'_, '_>,
+    step: &Step<'_>,
+    adjoint: &mut Adjoint,
+) -> Result<(), Singular> {
+    advance_back(coefficients, forces, step, adjoint)?;
+    if step.is_first {
+        start_back(forces, step, adjoint);
+    }
+    Ok(())
+}
+
+fn advance_back(
+    coefficients: &AlphaCoefficients,
+    forces: &mut AdjointForces<'_, '_>,
+    step: &Step<'_>,
+    adjoint: &mut Adjoint,
+) -> Result<(), Singular> {
+    let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = *coefficients;
+    let (h, drag) = (step.h, forces.system.ether_drag());
+    let (new_m, new_f) = (1.0 - alpha_m, 1.0 - alpha_f);
+    let Adjoint { x, v, a, .. } = adjoint;
+    let mut right = a.clone();
+    add_scaled(&mut right, h * h * beta, x);
+    add_scaled(&mut right, h * gamma, v);
+    let between = |(new, old): (&f64, &f64)| new_f * new + alpha_f * old;
+    let mut at_x: Vec<f64> = step.x.iter().zip(step.from.x).map(between).collect();
+    let mut at_v: Vec<f64> = step.v.iter().zip(step.from.v).map(between).collect();
+    let (mut x_bar, mut v_bar) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    let time = step.from.time + new_f * h;
+    forces.system.prescribe(time, &mut at_x, &mut at_v);
+    let matrix = Coefficients {
+        inertia: new_m + new_f * gamma * h * drag,
+        damping: new_f * gamma * h,
+        stiffness: new_f * beta * h * h,
+    };
+    let at = AdjointPlace { time, x: &at_x, v: &at_v };
+    forces.solve(at, matrix, &mut right, Bars { x: &mut x_bar, v: &mut v_bar })?;
+    add_scaled(&mut v_bar, -drag, &right);
+    add_scaled(x, new_f, &x_bar);
+    add_scaled(v, new_f, &v_bar);
+    free_only(forces.system, v);
+    for i in 0..x.len() {
+        let held = forces.system.inverse_mass()[i] == 0.0;
+        let (x_new, v_new) = (x[i], v[i]);
+        x[i] += alpha_f * x_bar[i];
+        if held {
+            (v[i], a[i]) = (0.0, 0.0);
+            continue;
+        }
+        v[i] += h * x_new + alpha_f * v_bar[i];
+        a[i] = h * h * (0.5 - beta) * x_new + h * (1.0 - gamma) * v_new - alpha_m * right[i];
+    }
+    Ok(())
+}
+
+/// The acceleration of the start is that of the force there.
+fn start_back(forces: &mut AdjointForces<'_, '_>, step: &Step<'_>, adjoint: &mut Adjoint) {
+    let drag = forces.system.ether_drag();
+    let Adjoint { x, v, a, .. } = adjoint;
+    forces.acceleration(step.from, a, Bars { x, v });
+    add_scaled(v, -drag, a);
+    free_only(forces.system, v);
+    a.fill(0.0);
+}

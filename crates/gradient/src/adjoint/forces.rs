@@ -1,0 +1,115 @@
+//! Uses of forces, backwards: products with Hessians, solves, and what parameters add.
+
+use pliant::system::System;
+
+use super::{AdjointPlace, Singular};
+use crate::linear::{Coefficients, Products, TransposedSolver};
+use crate::parameter::{ForceUse, Parameter};
+
+/// Derivatives by parameters, and memory of solvers, for the length of a sweep.
+pub(crate) struct Sums<'a> {
+    parameters: &'a mut [Box<dyn Parameter>],
+    /// Of each parameter.
+    pub(crate) derivatives: Vec<Vec<f64>>,
+    solver: TransposedSolver,
+    /// Gradient of the energy and of damping beside that by masses, where a parameter looks at it.
+    gradient: Vec<f64>,
+    needs_force: bool,
+    p: Vec<f64>,
+    products: Products,
+}
+
+impl<'a> Sums<'a> {
+    /// None yet, for `unknowns` coordinates, `dimension` of each vertex.
+    pub(crate) fn new(dimension: usize, unknowns: usize, parameters: &'a mut [Box<dyn Parameter>]) -> Self {
+        Sums {
+            derivatives: parameters.iter().map(|parameter| vec![0.0; parameter.len()]).collect(),
+            needs_force: parameters.iter().any(|parameter| parameter.needs_force()),
+            parameters,
+            solver: TransposedSolver::new(dimension),
+            gradient: vec![],
+            p: vec![0.0; unknowns],
+            products: Products::new(unknowns),
+        }
+    }
+}
+
+/// The equations of motion, for one step back.
+pub(crate) struct AdjointForces<'a, 'b> {
+    pub(crate) system: &'a mut System,
+    pub(crate) sums: &'a mut Sums<'b>,
+}
+
+/// Derivatives by the positions and velocities of a place.
+pub(crate) struct Bars<'a> {
+    pub(crate) x: &'a mut [f64],
+    pub(crate) v: &'a mut [f64],
+}
+
+impl AdjointForces<'_, '_> {
+    /// The adjoint of `a = -M^-1 (dE/dx + dR/dv)` at a place, `a_bar` the derivative by `a`: adds to the
+    /// derivatives by positions and velocities what `p = M^-1 a_bar` makes of them.
+    pub(crate) fn acceleration(&mut self, at: AdjointPlace<'_>, a_bar: &[f64], bars: Bars<'_>) {
+        let Sums { p, products, .. } = &mut *self.sums;
+        for ((p, a_bar), weight) in p.iter_mut().zip(a_bar).zip(self.system.inverse_mass()) {
+            *p = weight * a_bar;
+        }
+        self.system.set_time(at.time);
+        products.evaluate(self.system, (at.x, at.v), p);
+        self.pass_on(at, bars);
+    }
+
+    /// The same where the direction `p` is known, zero where held.
+    pub(crate) fn direction(&mut self, at: AdjointPlace<'_>, p: &[f64], bars: Bars<'_>) {
+        self.sums.p.copy_from_slice(p);
+        self.system.set_time(at.time);
+        self.sums.products.evaluate(self.system, (at.x, at.v), p);
+        self.pass_on(at, bars);
+    }
+
+    /// The adjoint of an equation that a stage solves, `A p = right` at a place, with `A` of these
+    /// `coefficients`. Adds to the derivatives by positions and velocities what `p` makes of them, and
+    /// replaces `right` by `M p`, zero where held.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub(crate) fn solve(
+        &mut self,
+        at: AdjointPlace<'_>,
+        coefficients: Coefficients,
+        right: &mut [f64],
+        bars: Bars<'_>,
+    ) -> Result<(), Singular> {
+        let Sums { p, products, solver, .. } = &mut *self.sums;
+        self.system.set_time(at.time);
+        if !solver.solve(self.system, (at.x, at.v), coefficients, right, p, products) {
+            return Err(Singular);
+        }
+        let d = self.system.dimension();
+        for (i, right) in right.iter_mut().enumerate() {
+            *right = self.system.mass()[i / d] * p[i];
+        }
+        self.pass_on(at, bars);
+        Ok(())
+    }
+
+    /// Subtracts the products with `p` from the derivatives, and lets parameters add what this use of the
+    /// force has of them.
+    fn pass_on(&mut self, at: AdjointPlace<'_>, bars: Bars<'_>) {
+        let Sums { parameters, derivatives, gradient, needs_force, p, products, .. } = &mut *self.sums;
+        bars.x.iter_mut().zip(&products.by_positions).for_each(|(bar, y)| *bar -= y);
+        bars.v.iter_mut().zip(&products.by_velocities).for_each(|(bar, y)| *bar -= y);
+        if *needs_force {
+            gradient.resize(at.x.len(), 0.0);
+            self.system.gradient(at.x, gradient);
+            for term in self.system.dissipation_mut().filter(|term| !term.scales_with_mass()) {
+                term.evaluate(at.x, at.v);
+                term.add_rows(0, gradient);
+            }
+        }
+        let of = ForceUse { system: self.system, x: at.x, v: at.v, p, gradient };
+        for (parameter, derivative) in parameters.iter_mut().zip(derivatives) {
+            parameter.add(&of, derivative);
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Adjoints of single steps: one for each engine of the engine's integrators.
+//!
+//! A step is a map `(x_n, v_n) -> (x_(n+1), v_(n+1))`; its adjoint takes the derivatives of the loss by the
+//! new state to those by the old one, and what parameters have changed of it to theirs. Implicit stages
+//! take one solve each, with the exact Hessian at their solution, which is symmetric: the solve is its own
+//! transpose.
+
+mod alpha;
+mod bdf2;
+mod collocation;
+mod forces;
+mod runge_kutta;
+mod splitting;
+mod statics;
+
+use pliant::integrator::{Method, Scheme, bdf2::Bdf2Start, implicit_euler, tr_bdf2};
+use pliant::system::System;
+
+use forces::Bars;
+pub(crate) use forces::{AdjointForces, Sums};
+
+/// One step as it was taken, vertices in the order of the simulation.
+pub(crate) struct Step<'a> {
+    /// The state before.
+    pub(crate) from: AdjointPlace<'a>,
+    /// Positions and velocities after it, flat.
+    pub(crate) x: &'a [f64],
+    pub(crate) v: &'a [f64],
+    /// Velocities of its stages, flat [m/s]; none for schemes without any.
+    pub(crate) stage_velocities: &'a [Vec<f64>],
+    /// Step size [s].
+    pub(crate) h: f64,
+    /// True if no step was before.
+    pub(crate) is_first: bool,
+}
+
+/// Time, positions and velocities.
+#[derive(Clone, Copy)]
+pub(crate) struct AdjointPlace<'a> {
+    pub(crate) time: f64,
+    pub(crate) x: &'a [f64],
+    pub(crate) v: &'a [f64],
+}
+
+/// Derivatives of the loss by the state of a step, flat.
+pub(crate) struct Adjoint {
+    /// By positions.
+    pub(crate) x: Vec<f64>,
+    /// By velocities; zero where held.
+    pub(crate) v: Vec<f64>,
+    /// By the acceleration that schemes with memory carry along.
+    a: Vec<f64>,
+    /// By positions and velocities of the state before, which schemes of two steps look at.
+    older: [Vec<f64>; 2],
+}
+
+impl Adjoint {
+    /// No derivative at all.
+    pub(crate) fn zero(unknowns: usize) -> Self {
+        let zero = || vec![0.0; unknowns];
+        Adjoint { x: zero(), v: zero(), a: zero(), older: [zero(), zero()] }
+    }
+
+    /// The largest component of the derivatives by the state; infinite where one is not a number.
+    pub(crate) fn norm(&self) -> f64 {
+        let all = self.x.iter().chain(&self.v);
+        all.fold(0.0, |norm: f64, a| if a.is_nan() { f64::INFINITY } else { norm.max(a.abs()) })
+    }
+}
+
+/// The equations of a step have no unique solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Singular;
+
+/// Takes `adjoint` from the end of a step by `method` to its beginning.
+pub(crate) fn step_back(
+    method: &Method,
+    forces: &mut AdjointForces<'_, '_>,
+    step: &Step<'_>,
+    adjoint: &mut Adjoint,
+) -> Result<(), Singular> {
+    match method.scheme {
+        Scheme::Splitting(stages) => {
+            splitting::step_back((stages, method.documentation.order), forces, step, adjoint);
+            Ok(())
+        }
+        Scheme::RungeKutta(tableau) | Scheme::Dirk(tableau) => {
+            runge_kutta::step_back(&tableau, forces, step, adjoint)
+        }
+        Scheme::Alpha(coefficients) => alpha::step_back(&coefficients, forces, step, adjoint),
+        Scheme::Bdf2(start) => bdf2::step_back(first_step(start), forces, step, adjoint),
+        Scheme::QuasiStatic => statics::step_back(forces, step, adjoint),
+        Scheme::Collocation(tableau) => collocation::step_back(&tableau, forces, step, adjoint),
+        Scheme::Linearised(_) | Scheme::GaussRadau(_) => Err(Singular),
+    }
+}
+
+/// The scheme of the first step of BDF2.
+fn first_step(start: Bdf2Start) -> Method {
+    match start {
+        Bdf2Start::TrBdf2 => tr_bdf2::METHOD,
+        Bdf2Start::ImplicitEuler => implicit_euler::METHOD,
+    }
+}
+
+/// True if steps by `scheme` have an adjoint.
+pub(crate) fn has_adjoint(scheme: Scheme) -> bool {
+    match scheme {
+        Scheme::Splitting(_) | Scheme::RungeKutta(_) | Scheme::Dirk(_) => true,
+        Scheme::Alpha(_) | Scheme::Bdf2(_) | Scheme::Collocation(_) | Scheme::QuasiStatic => true,
+        Scheme::Linearised(_) | Scheme::GaussRadau(_) => false,
+    }
+}
+
+/// True if a step by `scheme` looks at what was before the state that it begins with.
+pub(crate) fn has_memory(scheme: Scheme) -> bool {
+    matches!(scheme, Scheme::Alpha(_) | Scheme::Bdf2(_))
+}
+
+/// `y += c x`.
+fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y += c * x);
+}
+
+/// Makes the held components zero.
+fn free_only(system: &System, rows: &mut [f64]) {
+    let held = rows.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight == 0.0);
+    held.for_each(|(row, _)| *row = 0.0);
+}

@@ -1,0 +1,82 @@
+//! The adjoint of Runge-Kutta methods, explicit and diagonally implicit: stages in the opposite order.
+//!
+//! With `X_i = x_n + h sum_j a_ij V_j`, `V_i = v_n + h sum_j a_ij A_j`, `A_i = a(X_i, V_i) - c V_i` and
+//! bars for derivatives of the loss, stage `i` solves for `p = M^-1` times the derivative by `A_i`,
+//! `g = h a_ii`:
+//!
+//! ```text
+//! ((1 + g c) M + g C + g^2 H) p = A_bar + g V_bar
+//! X_bar = -H p      V_bar += g X_bar - C p - c M p
+//! ```
+//!
+//! where `H = d2E/dx2 + (d2R/dx dv)^T` and `C = d2R/dv2` are at the stage, the bars on the right are those
+//! of later stages and of the new state; then `X_bar` and `V_bar` go to the old state and, times `h a_ij`,
+//! to the velocities and accelerations of the stages before. Hager 2000, "Runge-Kutta methods in optimal
+//! control and the transformed adjoint system", Numerische Mathematik 87, 247, has the same for explicit
+//! ones.
+
+use pliant::integrator::tableau::Tableau;
+
+use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step, add_scaled, free_only};
+use crate::linear::Coefficients;
+
+/// Takes `adjoint` back by one step of this method.
+///
+/// # Errors
+/// [`Singular`].
+pub(super) fn step_back(
+    tableau: &Tableau,
+    forces: &mut AdjointForces<'_, '_>,
+    step: &Step<'_>,
+    adjoint: &mut Adjoint,
+) -> Result<(), Singular> {
+    let Tableau { a, b, .. } = *tableau;
+    let (h, drag) = (step.h, forces.system.ether_drag());
+    let scaled = |rows: &[f64], c: f64| rows.iter().map(|row| c * row).collect::<Vec<f64>>();
+    let mut v_bar: Vec<_> = b.iter().map(|b| scaled(&adjoint.x, h * b)).collect();
+    let mut a_bar: Vec<_> = b.iter().map(|b| scaled(&adjoint.v, h * b)).collect();
+    for (i, row) in a.iter().enumerate().rev() {
+        let (mut v, mut right) = (std::mem::take(&mut v_bar[i]), std::mem::take(&mut a_bar[i]));
+        let g = h * row.get(i).copied().unwrap_or(0.0);
+        free_only(forces.system, &mut v);
+        free_only(forces.system, &mut right);
+        let time = step.from.time + node(row) * h;
+        let (mut at_x, mut at_v) = (position(step, row), step.stage_velocities[i].clone());
+        forces.system.prescribe(time, &mut at_x, &mut at_v);
+        let at = AdjointPlace { time, x: &at_x, v: &at_v };
+        let mut x = vec![0.0; at.x.len()];
+        if g == 0.0 {
+            forces.acceleration(at, &right, Bars { x: &mut x, v: &mut v });
+        } else {
+            add_scaled(&mut right, g, &v);
+            let coefficients = Coefficients { inertia: 1.0 + g * drag, damping: g, stiffness: g * g };
+            forces.solve(at, coefficients, &mut right, Bars { x: &mut x, v: &mut v })?;
+        }
+        add_scaled(&mut v, g, &x);
+        add_scaled(&mut v, -drag, &right);
+        free_only(forces.system, &mut v);
+        for (j, a) in row.iter().enumerate().take(i).filter(|(_, a)| **a != 0.0) {
+            add_scaled(&mut v_bar[j], h * a, &x);
+            add_scaled(&mut a_bar[j], h * a, &v);
+        }
+        add_scaled(&mut adjoint.x, 1.0, &x);
+        add_scaled(&mut adjoint.v, 1.0, &v);
+    }
+    free_only(forces.system, &mut adjoint.v);
+    Ok(())
+}
+
+/// Positions of the stage of this row.
+fn position(step: &Step<'_>, row: &[f64]) -> Vec<f64> {
+    let mut x = step.from.x.to_vec();
+    for (a, velocity) in row.iter().zip(step.stage_velocities).filter(|(a, _)| **a != 0.0) {
+        add_scaled(&mut x, step.h * a, velocity);
+    }
+    x
+}
+
+/// Node of a stage, in steps; the end of the step exactly, as the engine has it.
+fn node(row: &[f64]) -> f64 {
+    let sum = row.iter().sum::<f64>();
+    if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
+}

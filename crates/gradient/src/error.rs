@@ -1,0 +1,83 @@
+//! Reasons why a gradient cannot be had.
+
+use pliant::simulation::{SnapshotError, StepError};
+
+/// A gradient cannot be had.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GradientError {
+    /// The scheme has no adjoint.
+    #[error("the scheme `{scheme}` has no adjoint; these have one: {}", known.join(", "))]
+    Scheme {
+        /// Its name.
+        scheme: &'static str,
+        /// Schemes that have one.
+        known: Vec<&'static str>,
+    },
+    /// Something in the simulation has no adjoint.
+    #[error("there is no adjoint of {what}: {remedy}")]
+    Unsupported {
+        /// Its name.
+        what: String,
+        /// A way to do without it.
+        remedy: &'static str,
+    },
+    /// The run failed.
+    #[error("the run fails: {0}")]
+    Step(#[from] StepError),
+    /// A state of the run could not be gone back to.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
+    /// The loss, or its derivative, is not finite.
+    #[error("the loss is not finite at step {step} (t = {time:.6} s): {what} is {value}")]
+    Loss {
+        /// Number of the step.
+        step: u64,
+        /// Time there [s].
+        time: f64,
+        /// The loss itself, or a derivative of it and its vertex.
+        what: String,
+        /// The number.
+        value: f64,
+    },
+    /// The gradient is beyond the range of numbers.
+    #[error(
+        "the gradient overflows at step {step} (t = {time:.6} s): it has grown by exp({growth:.4} t) on the \
+         way back from the end of the run; ask for a shorter run"
+    )]
+    Overflow {
+        /// Number of the step at which it did.
+        step: u64,
+        /// Time there [s].
+        time: f64,
+        /// Growth of its logarithm per second of the run [1/s].
+        growth: f64,
+    },
+    /// A step has no derivative: its matrix is singular.
+    #[error(
+        "step {step} (t = {time:.6} s) has no derivative: the matrix of its equations is singular at the \
+         solution; another step size moves it away from there"
+    )]
+    Singular {
+        /// Number of the step.
+        step: u64,
+        /// Time at its end [s].
+        time: f64,
+    },
+    /// It was told to stop, see [`Simulation::set_stop`](pliant::simulation::Simulation::set_stop).
+    #[error("stopped at step {step}")]
+    Stopped {
+        /// Number of the step.
+        step: u64,
+    },
+    /// There is no such parameter, or it has no derivative.
+    #[error("`{name}` {problem}; the gradient can be taken with respect to: {}", known.join(", "))]
+    Parameter {
+        /// Its name.
+        name: String,
+        /// The mistake.
+        problem: String,
+        /// Names that have a derivative.
+        known: Vec<String>,
+    },
+}

@@ -1,0 +1,97 @@
+//! Gradients of runs: `L = sum_k l_k(x_k, v_k)` by the state that a run begins with and by parameters of its
+//! forces.
+//!
+//! They are derivatives of the steps that were taken, not of the motion that these approximate: each step
+//! is taken back by the adjoint of its engine, exact to rounding, or to the tolerance of the solver where
+//! steps are implicit. One sweep gives the derivatives by all numbers at once.
+//!
+//! A mass that falls: `y = y_0 + v_0 t - g t^2/2` by `velocity-verlet`, without error.
+//!
+//! ```
+//! use pliant::energy::gravity::UniformGravity;
+//! use pliant::integrator::IntegratorSpec;
+//! use pliant::{simulation::Simulation, state::State, system::System};
+//! use pliant_gradient::{LossFrame, Gravity, Parameter, UNLIMITED, gradient};
+//!
+//! let mut system = System::new(2, vec![2.0]);
+//! system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[2.0])));
+//! let state = State::new(vec![0.0, 5.0], vec![1.0, 0.0]);
+//! let mut simulation = Simulation::new(system, state, IntegratorSpec::VelocityVerlet.method(), 0.125);
+//! let mut height = |frame: &LossFrame<'_>, x_bar: &mut [f64], _: &mut [f64]| {
+//!     if frame.step < 8 {
+//!         return 0.0;
+//!     }
+//!     x_bar[1] = 1.0;
+//!     frame.x[1]
+//! };
+//! let mut parameters: Vec<Box<dyn Parameter>> = vec![Box::new(Gravity::new(2))];
+//! let found = gradient(&mut simulation, 8, &mut height, &mut parameters, UNLIMITED)?;
+//! assert_eq!((found.value, &found.position[..]), (0.0, &[0.0, 1.0][..]));
+//! assert_eq!(found.velocity, [0.0, 1.0]);
+//! assert_eq!(found.parameters[0], [0.0, 0.5]);
+//! # Ok::<(), pliant_gradient::GradientError>(())
+//! ```
+
+mod adjoint;
+mod checkpoints;
+mod coupled;
+mod error;
+mod linear;
+mod loss;
+mod names;
+mod parameter;
+mod support;
+mod sweep;
+
+use pliant::simulation::Simulation;
+
+pub use error::GradientError;
+pub use loss::{Loss, LossFrame};
+pub use names::{ParameterSelection, names};
+pub use parameter::{
+    BodyDensity, ForceUse, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness,
+    TunedSpring, WeightDensity, Weighted,
+};
+pub use support::schemes;
+
+/// A budget that keeps all states.
+pub const UNLIMITED: usize = usize::MAX;
+
+/// Derivatives of a loss.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunGradient {
+    /// The loss.
+    pub value: f64,
+    /// By the positions at the start, flat `(n, dimension)`, vertices in the order of the scene; of held
+    /// vertices by the places where they are held.
+    pub position: Vec<f64>,
+    /// By the velocities at the start, likewise; zero where held.
+    pub velocity: Vec<f64>,
+    /// By the numbers of each parameter, in their order.
+    pub parameters: Vec<Vec<f64>>,
+    /// Growth of the logarithm of the largest derivative by a state, from the last state to the first
+    /// [1/s]; zero where the loss does not depend on the last.
+    pub growth: f64,
+}
+
+/// Takes `steps` steps of `simulation` from where it is, and gives the derivatives of `loss` over the
+/// states from the first to the last. The simulation ends where the steps have led; schemes that remember
+/// earlier steps begin anew.
+///
+/// States are kept in `budget` bytes, one step's at least. Where they do not fit, parts of the run are
+/// taken again from a few states that are kept: explicit schemes with the same bits, implicit ones to the
+/// tolerance of their solver.
+///
+/// # Errors
+/// [`GradientError`]: a scheme or a term without adjoint, a step that fails, a loss that is not finite, a
+/// gradient that overflows.
+pub fn gradient(
+    simulation: &mut Simulation,
+    steps: u64,
+    loss: &mut dyn Loss,
+    parameters: &mut [Box<dyn Parameter>],
+    budget: usize,
+) -> Result<RunGradient, GradientError> {
+    support::check(simulation)?;
+    sweep::Sweep::new(simulation, loss, parameters, budget).run(steps)
+}

@@ -1,0 +1,200 @@
+//! Linear equations of implicit steps with the exact Hessian: one factorisation for each solve of the run.
+
+use pliant::material::Psd;
+use pliant::solver::cholesky::Cholesky;
+use pliant::solver::hessian::{Assembler, At, Weights};
+use pliant::system::System;
+use pliant_sparse::{Lu, SymbolicLu};
+
+/// Residuals below this part of the right-hand side are rounding.
+pub(crate) const ROUNDING: f64 = 1e-13;
+/// Residuals above this part are no solution.
+pub(crate) const NO_SOLUTION: f64 = 1e-9;
+/// Corrections of a solution, where terms have no part in the matrix.
+const CORRECTIONS: u32 = 40;
+
+/// The factors in `A = inertia M + damping d2R/dv2 + stiffness (d2E/dx2 + (d2R/dx dv)^T)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Coefficients {
+    pub(crate) inertia: f64,
+    pub(crate) damping: f64,
+    pub(crate) stiffness: f64,
+}
+
+/// Products of a direction `p` with derivatives of forces.
+pub(crate) struct Products {
+    /// `(d2E/dx2 + (d2R/dx dv)^T) p` [N].
+    pub(crate) by_positions: Vec<f64>,
+    /// `d2R/dv2 p` [N]; zero where nothing dissipates.
+    pub(crate) by_velocities: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl Products {
+    /// Zero.
+    pub(crate) fn new(unknowns: usize) -> Self {
+        let zero = || vec![0.0; unknowns];
+        Products { by_positions: zero(), by_velocities: zero(), scratch: zero() }
+    }
+
+    /// Takes them at positions `x` and velocities `v`, flat.
+    pub(crate) fn evaluate(&mut self, system: &mut System, (x, v): (&[f64], &[f64]), p: &[f64]) {
+        system.hessian_product(x, p, &mut self.by_positions);
+        if system.is_damped() {
+            system.position_product(x, v, p, &mut self.scratch);
+            self.by_positions.iter_mut().zip(&self.scratch).for_each(|(y, part)| *y += part);
+            system.damping_product(x, v, p, &mut self.by_velocities);
+        }
+    }
+
+    fn clear(&mut self) {
+        self.by_positions.fill(0.0);
+        self.by_velocities.fill(0.0);
+    }
+}
+
+/// Factors of the matrix of one configuration.
+pub(crate) trait Factorisation {
+    /// Assembles and factorises the symmetric part of the matrix at positions [m] and velocities [m/s],
+    /// flat; false where it is singular.
+    fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool;
+
+    /// Replaces `b` by `A^-1 b`.
+    fn solve(&mut self, b: &mut [f64]);
+}
+
+/// A factorisation for systems of `dimension` coordinates per vertex.
+pub(crate) fn factorisation(dimension: usize) -> Box<dyn Factorisation> {
+    match dimension {
+        2 => Box::new(Sparse::<2>::default()),
+        _ => Box::new(Sparse::<3>::default()),
+    }
+}
+
+/// Cholesky's, its structure kept; LU where the exact matrix is not positive definite.
+#[derive(Default)]
+struct Sparse<const D: usize> {
+    assembler: Option<Assembler<D>>,
+    cholesky: Option<Cholesky>,
+    lu: Option<Lu>,
+}
+
+impl<const D: usize> Factorisation for Sparse<D> {
+    fn factorise(&mut self, system: &mut System, at: (&[f64], &[f64]), coefficients: Coefficients) -> bool {
+        let ((x, v), Coefficients { inertia, damping, stiffness }) = (at, coefficients);
+        let assembler = self.assembler.get_or_insert_with(|| Assembler::new(system));
+        let weights = Weights { inertia, stiffness, damping };
+        assembler.assemble(system, At { x, v, psd: Psd::Exact }, weights);
+        let matrix = assembler.matrix();
+        if self.cholesky.is_none() {
+            self.cholesky = Cholesky::new(matrix, x);
+        }
+        self.lu = None;
+        if self.cholesky.as_mut().is_some_and(|cholesky| cholesky.factorize(matrix).is_ok()) {
+            return true;
+        }
+        self.lu = lu(assembler);
+        self.lu.is_some()
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        match (&self.lu, &mut self.cholesky) {
+            (Some(lu), _) => lu.solve(b),
+            (None, Some(cholesky)) => cholesky.solve(b),
+            (None, None) => {}
+        }
+    }
+}
+
+/// Factors of the matrix last assembled, which is symmetric: its rows are its columns.
+fn lu<const D: usize>(assembler: &Assembler<D>) -> Option<Lu> {
+    let matrix = assembler.matrix();
+    let (mut column_start, mut row, mut entries) = (vec![0], vec![], vec![]);
+    for vertex in 0..matrix.rows() {
+        for k in 0..D {
+            for (other, block) in matrix.row(vertex) {
+                row.extend((0..D).map(|l| other * D + l));
+                entries.extend_from_slice(&block[k]);
+            }
+            column_start.push(row.len());
+        }
+    }
+    SymbolicLu::new(column_start, row)?.factorize(&entries)
+}
+
+/// Solves `A p = b` at `x` for the free coordinates of a system; held ones of `p` are zero.
+pub(crate) struct TransposedSolver {
+    factorisation: Box<dyn Factorisation>,
+    residual: Vec<f64>,
+}
+
+impl TransposedSolver {
+    /// A solver for systems of `dimension` coordinates per vertex.
+    pub(crate) fn new(dimension: usize) -> Self {
+        TransposedSolver { factorisation: factorisation(dimension), residual: vec![] }
+    }
+
+    /// Writes the solution to `p` and its products to `products`; false where there is none. Held
+    /// coordinates of `b` are not looked at.
+    ///
+    /// Residuals are those of exact products: terms that leave their second derivative out of the matrix,
+    /// and the part of the damping that is not symmetric, are part of the solution.
+    pub(crate) fn solve(
+        &mut self,
+        system: &mut System,
+        at: (&[f64], &[f64]),
+        coefficients: Coefficients,
+        b: &[f64],
+        p: &mut [f64],
+        products: &mut Products,
+    ) -> bool {
+        p.fill(0.0);
+        products.clear();
+        if !self.factorisation.factorise(system, at, coefficients) {
+            return false;
+        }
+        self.residual.clear();
+        self.residual.extend_from_slice(b);
+        let size = self.keep_free(system);
+        let mut last = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            self.factorisation.solve(&mut self.residual);
+            p.iter_mut().zip(&self.residual).for_each(|(p, correction)| *p += correction);
+            products.evaluate(system, at, p);
+            let left = self.residual_of(system, coefficients, b, p, products);
+            if left <= ROUNDING * size || (left <= NO_SOLUTION * size && left >= 0.5 * last) {
+                return true;
+            }
+            last = left;
+        }
+        false
+    }
+
+    /// Writes `b - A p`; gives its largest free component.
+    fn residual_of(
+        &mut self,
+        system: &System,
+        Coefficients { inertia, damping, stiffness }: Coefficients,
+        b: &[f64],
+        p: &[f64],
+        products: &Products,
+    ) -> f64 {
+        let d = system.dimension();
+        let Products { by_positions, by_velocities, .. } = products;
+        for i in 0..b.len() {
+            let inertial = inertia * system.mass()[i / d] * p[i];
+            self.residual[i] = b[i] - inertial - damping * by_velocities[i] - stiffness * by_positions[i];
+        }
+        self.keep_free(system)
+    }
+
+    /// Makes held components of the residual zero; gives the largest of the others.
+    fn keep_free(&mut self, system: &System) -> f64 {
+        let free = self.residual.iter_mut().zip(system.inverse_mass());
+        free.fold(0.0, |largest: f64, (residual, weight)| {
+            *residual = if *weight == 0.0 { 0.0 } else { *residual };
+            // A NaN is larger than anything: no solution.
+            if residual.is_nan() { f64::INFINITY } else { largest.max(residual.abs()) }
+        })
+    }
+}

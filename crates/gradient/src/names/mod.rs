@@ -1,0 +1,285 @@
+//! Parameters of a scene by their names: its keys, bodies by name or by number.
+
+mod materials;
+mod terms;
+
+use pliant::numbering::Numbering;
+use pliant::topology::{BodyKind, BodyTopology, Topology};
+use pliant_scene::{Body, MassSpec, Scene, SpringsSpec};
+
+use crate::parameter::{
+    BodyDensity, Gravity, LinearElements, Masses, Modulus, Parameter, RestLengths, SpringStiffness,
+    TunedSpring, WeightDensity, Weighted,
+};
+use crate::{GradientError, RunGradient};
+use materials::{by_poisson, young};
+
+/// Names of positions and of velocities at the start.
+const START: [&str; 2] = ["position", "velocity"];
+
+/// A number, or numbers, that the gradient is taken by.
+enum NamedQuantity {
+    Position,
+    Velocity,
+    /// By its place among the parameters.
+    Parameter(usize),
+}
+
+/// Some parameters of a scene.
+pub struct ParameterSelection {
+    quantities: Vec<NamedQuantity>,
+    parameters: Vec<Box<dyn Parameter>>,
+}
+
+impl ParameterSelection {
+    /// The parameters of these names; `topology` and `numbering` are those of the assembly of the scene.
+    ///
+    /// # Errors
+    /// [`GradientError::Parameter`], which lists the names that have a derivative.
+    pub fn new(
+        scene: &Scene,
+        topology: &Topology,
+        numbering: &Numbering,
+        names: &[impl AsRef<str>],
+    ) -> Result<Self, GradientError> {
+        let places = Places { scene, topology, numbering };
+        let mut selection = ParameterSelection { quantities: vec![], parameters: vec![] };
+        for name in names.iter().map(AsRef::as_ref) {
+            let quantity = match name {
+                "position" => NamedQuantity::Position,
+                "velocity" => NamedQuantity::Velocity,
+                _ => {
+                    selection.parameters.push(places.parameter(name)?);
+                    NamedQuantity::Parameter(selection.parameters.len() - 1)
+                }
+            };
+            selection.quantities.push(quantity);
+        }
+        Ok(selection)
+    }
+
+    /// Those of forces and masses, for [`gradient`](crate::gradient).
+    pub fn parameters(&mut self) -> &mut [Box<dyn Parameter>] {
+        &mut self.parameters
+    }
+
+    /// The parts of a gradient by these [`parameters`](Self::parameters), in the order of their names.
+    pub fn parts(&self, gradient: &RunGradient) -> Vec<Vec<f64>> {
+        let part = |quantity: &NamedQuantity| match quantity {
+            NamedQuantity::Position => gradient.position.clone(),
+            NamedQuantity::Velocity => gradient.velocity.clone(),
+            NamedQuantity::Parameter(i) => gradient.parameters[*i].clone(),
+        };
+        self.quantities.iter().map(part).collect()
+    }
+}
+
+/// All names that the gradient of a scene can be taken by; `topology` is that of its assembly.
+pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
+    let mut names: Vec<String> = START.iter().map(|name| (*name).to_owned()).collect();
+    if scene.body.iter().all(|spec| !is_static(scene) || !spec.is_quadratic()) {
+        names.push("world.gravity".into());
+    }
+    for (i, (spec, body)) in scene.body.iter().zip(&topology.bodies).enumerate() {
+        let keys = of_body(scene, spec, body);
+        let name = spec.name_or_default(i);
+        names.extend(keys.into_iter().map(|key| format!("body.{name}.{key}")));
+    }
+    names
+}
+
+/// Keys of a body that the gradient can be taken by.
+fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<&'static str> {
+    let (dimension, is_static) = (scene.dimension, is_static(scene));
+    let by_mass = match spec.mass {
+        MassSpec::Density(_) | MassSpec::Preset(_) => Some("mass.density"),
+        MassSpec::Total(_) => Some("mass.total"),
+        MassSpec::PerVertex(_) => (!is_static).then_some("mass.per_vertex"),
+    };
+    // Mutual gravity pulls at masses, too, and is not known as a function of them.
+    let has_weight = match &scene.world.nbody {
+        Some(_) if body.kind == BodyKind::Particles => false,
+        _ => !is_static || !scene.world.gravity_changes() && !spec.is_quadratic(),
+    };
+    let mut keys: Vec<&str> = by_mass.into_iter().filter(|_| has_weight).collect();
+    let known = is_plain_solid(spec, body) && (body.blocks.is_empty() || !is_viscous(spec));
+    if let Some(material) = spec.elastic.as_ref().filter(|_| known) {
+        let viscous = is_viscous(spec);
+        let linear = has_linear_elements(body) && !viscous;
+        let each = |key, of_element| [key].into_iter().chain(linear.then_some(of_element));
+        if young(material).is_some() {
+            keys.extend(each("elastic.young", "elastic.young_per_element"));
+        }
+        if by_poisson(material, dimension).is_some() {
+            keys.extend(each("elastic.poisson", "elastic.poisson_per_element"));
+        }
+        if linear && !is_static && spec.springs.is_none() && spec.bending.is_none() {
+            keys.push("rest");
+        }
+    }
+    if let (Some(damping), true) = (&spec.damping, known) {
+        keys.extend(damping.mass_proportional.map(|_| "damping.mass_proportional"));
+        keys.extend(damping.stiffness_proportional.map(|_| "damping.stiffness_proportional"));
+        keys.extend(
+            damping
+                .strain_rate
+                .iter()
+                .flat_map(|_| ["damping.strain_rate.shear", "damping.strain_rate.second"]),
+        );
+    }
+    match &spec.springs {
+        Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
+        Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
+        None => {}
+    }
+    keys
+}
+
+/// True if nothing has inertia: masses are weights.
+fn is_static(scene: &Scene) -> bool {
+    scene.time.integrator.method().is_static()
+}
+
+/// True if its elements have one term, of its material as it is.
+fn is_plain_solid(spec: &Body, body: &BodyTopology) -> bool {
+    body.kind == BodyKind::Solid && spec.nodal_integration.is_none() && spec.membrane.is_none()
+}
+
+/// True if its elements are damped by their rate of strain.
+fn is_viscous(spec: &Body) -> bool {
+    spec.damping.as_ref().is_some_and(|damping| {
+        damping.strain_rate.is_some() || damping.stiffness_proportional.is_some_and(|beta| beta != 0.0)
+    })
+}
+
+/// True if they are triangles of three vertices or tetrahedra of four.
+fn has_linear_elements(body: &BodyTopology) -> bool {
+    body.blocks.is_empty() && body.triangle_middles.is_empty() && body.tetrahedron_middles.is_empty()
+}
+
+/// BodyDensity that the masses of a body go by.
+fn density(mass: &MassSpec) -> Option<f64> {
+    match mass {
+        MassSpec::Density(density) => Some(density.value),
+        MassSpec::Preset(preset) => Some(preset.about().density),
+        MassSpec::PerVertex(_) | MassSpec::Total(_) => None,
+    }
+}
+
+/// A scene and what it was made of.
+struct Places<'a> {
+    scene: &'a Scene,
+    topology: &'a Topology,
+    numbering: &'a Numbering,
+}
+
+impl Places<'_> {
+    fn parameter(&self, name: &str) -> Result<Box<dyn Parameter>, GradientError> {
+        let unknown = |problem: &str| GradientError::Parameter {
+            name: name.to_owned(),
+            problem: problem.to_owned(),
+            known: names(self.scene, self.topology),
+        };
+        if name == "world.gravity" && names(self.scene, self.topology).iter().any(|known| known == name) {
+            return Ok(Box::new(Gravity::new(self.topology.dimension)));
+        }
+        let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
+        if !of_body(self.scene, spec, body).contains(&key) {
+            return Err(unknown("has no derivative"));
+        }
+        self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
+    }
+
+    /// The body that `name` begins with, and the key after it. Names of bodies may have dots in them.
+    fn body<'n>(&self, name: &'n str) -> Option<(&Body, &BodyTopology, &'n str)> {
+        let rest = name.strip_prefix("body.")?;
+        let bodies = self.scene.body.iter().zip(&self.topology.bodies).enumerate();
+        bodies.into_iter().find_map(|(i, (spec, body))| {
+            let of = |prefix: &str| rest.strip_prefix(prefix)?.strip_prefix('.');
+            let key = of(&spec.name_or_default(i)).or_else(|| of(&i.to_string()))?;
+            Some((spec, body, key))
+        })
+    }
+
+    fn of_body(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
+        let internal = |vertex| self.numbering.internal(vertex);
+        let whole = |number| -> Box<dyn Parameter> {
+            let density = BodyDensity::new(number, body.vertices.clone(), internal);
+            match is_static(self.scene) {
+                true => Box::new(WeightDensity::new(density, self.gravity())),
+                false => Box::new(density),
+            }
+        };
+        Some(match (key, &spec.mass) {
+            ("mass.density", mass) => whole(density(mass)?),
+            ("mass.total", MassSpec::Total(total)) => whole(*total),
+            ("mass.per_vertex", _) => Box::new(Masses::new(body.vertices.clone().map(internal).collect())),
+            _ if key.starts_with("springs.") => return self.of_springs(spec.springs.as_ref()?, body, key),
+            _ => return self.of_elements(spec, body, key),
+        })
+    }
+
+    /// Constant gravity [m/s^2]; zero without any.
+    fn gravity(&self) -> Vec<f64> {
+        let gravity = self.scene.world.gravity.iter().flatten();
+        let mut components: Vec<f64> = gravity.filter_map(|component| component.constant()).collect();
+        components.resize(self.topology.dimension, 0.0);
+        components
+    }
+
+    /// As many numbers as the scene gives: one for all springs, or one for each.
+    fn of_springs(&self, spec: &SpringsSpec, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
+        let springs = self.springs(spec, body)?;
+        let lengths: Vec<f64> = springs.iter().map(|spring| spring.rest_length).collect();
+        let (given, each): (_, Box<dyn Parameter>) = match key {
+            "springs.young" => {
+                return Some(Box::new(Weighted::new(Box::new(SpringStiffness::new(springs)), lengths)));
+            }
+            "springs.stiffness" => (&spec.stiffness, Box::new(SpringStiffness::new(springs))),
+            _ => (&spec.rest_length, Box::new(RestLengths::new(springs))),
+        };
+        let one = given.as_ref().is_some_and(|given| given.as_slice().len() == 1);
+        Some(if one { Box::new(Weighted::new(each, vec![1.0; lengths.len()])) } else { each })
+    }
+
+    fn springs(&self, spec: &SpringsSpec, body: &BodyTopology) -> Option<Vec<TunedSpring>> {
+        let d = self.topology.dimension;
+        let point = |vertex: u32| &self.topology.rest_positions[vertex as usize * d..][..d];
+        let spring = |(i, ends): (usize, &[u32; 2])| {
+            let squares = point(ends[0]).iter().zip(point(ends[1])).map(|(a, b)| (a - b) * (a - b));
+            let rest_length = match &spec.rest_length {
+                Some(lengths) => lengths.get(i)?,
+                None => squares.sum::<f64>().sqrt(),
+            };
+            let stiffness = match (&spec.stiffness, spec.young) {
+                (Some(stiffness), _) => stiffness.get(i)?,
+                (None, young) => young? * rest_length,
+            };
+            Some(TunedSpring { ends: ends.map(|end| self.numbering.internal(end)), stiffness, rest_length })
+        };
+        body.edges.iter().enumerate().map(spring).collect()
+    }
+
+    fn of_elements(&self, spec: &Body, body: &BodyTopology, key: &str) -> Option<Box<dyn Parameter>> {
+        let (material, dimension) = (spec.elastic.as_ref()?, self.topology.dimension);
+        let (cells, rest) =
+            (self.cells(body), self.numbering.to_internal(&self.topology.rest_positions, dimension));
+        let elements = LinearElements { dimension, cells: &cells, rest: &rest };
+        let parts = match key {
+            "elastic.young" | "elastic.young_per_element" => vec![(1.0 / young(material)?, material.clone())],
+            "elastic.poisson" | "elastic.poisson_per_element" => by_poisson(material, dimension)?.to_vec(),
+            "rest" => {
+                let vertices: Vec<u32> =
+                    body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
+                return Some(elements.rest_shape(material, density(&spec.mass), &vertices));
+            }
+            _ => vec![],
+        };
+        if key.ends_with("_per_element") {
+            return Some(elements.moduli(&parts));
+        }
+        let term = |(factor, material)| (factor, self.term(&material, body));
+        let energies = parts.into_iter().map(term).collect();
+        Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)))
+    }
+}

@@ -1,0 +1,129 @@
+//! Terms of a body with other constants.
+
+use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, StrainRate, Viscosity};
+use pliant::element::CellBlock;
+use pliant::energy::EnergyTerm;
+use pliant::energy::elastic::points_of;
+use pliant::material::{Lame, MaterialSpec};
+use pliant::topology::BodyTopology;
+use pliant_elastic::ElementSet;
+use pliant_scene::Body;
+
+use super::materials::{isotropic, rates_by_poisson, young};
+use super::{Places, has_linear_elements};
+
+impl Places<'_> {
+    /// Dissipation that makes the derivative of a body's by a number.
+    pub(super) fn dissipation(
+        &self,
+        spec: &Body,
+        material: &MaterialSpec,
+        body: &BodyTopology,
+        key: &str,
+    ) -> Option<Vec<(f64, Box<dyn DissipativeTerm>)>> {
+        let Some(damping) = &spec.damping else { return Some(vec![]) };
+        let beta = damping.stiffness_proportional.unwrap_or(0.0);
+        let Lame { lambda, mu } =
+            material.lame().filter(|_| beta != 0.0).unwrap_or(Lame { lambda: 0.0, mu: 0.0 });
+        let proportional = |factor: f64, shear: f64, second: f64| {
+            let term = self.viscous(Viscosity { shear, second }, body);
+            (factor, self.about(material, term))
+        };
+        let viscous = |shear, second| (1.0, self.viscous(Viscosity { shear, second }, body));
+        Some(match key {
+            "damping.mass_proportional" => vec![(1.0, self.by_masses(body))],
+            "damping.strain_rate.shear" => vec![viscous(1.0, 0.0)],
+            "damping.strain_rate.second" => vec![viscous(0.0, 1.0)],
+            "damping.stiffness_proportional" => vec![proportional(1.0 / beta, beta * mu, beta * lambda)],
+            _ if beta == 0.0 => vec![],
+            "elastic.young" => vec![proportional(1.0 / young(material)?, beta * mu, beta * lambda)],
+            _ => {
+                let (solid, _) = isotropic(material)?;
+                let (mu_rate, lambda_rate) = rates_by_poisson(&solid, false);
+                vec![proportional(1.0, beta * mu_rate, beta * lambda_rate)]
+            }
+        })
+    }
+
+    /// Damping of all masses of a body at the rate 1/s.
+    fn by_masses(&self, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
+        // Bodies keep their ranges, in whatever order their vertices are.
+        let vertices = body.vertices.start as usize..body.vertices.end as usize;
+        let masses = self.numbering.to_internal(&self.topology.masses, 1)[vertices.clone()].to_vec();
+        Box::new(MassProportional::new(&body.name, 1.0, &masses, vertices, self.topology.dimension))
+    }
+
+    /// Viscosity in proportion to the stiffness, which the material `linear` has at rest wherever it is.
+    fn about(&self, material: &MaterialSpec, term: Box<dyn DissipativeTerm>) -> Box<dyn DissipativeTerm> {
+        let rest = self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension);
+        match material {
+            MaterialSpec::Linear(_) => Box::new(AtRest::new(term, &rest)),
+            _ => term,
+        }
+    }
+
+    /// Viscous simplices of a body.
+    fn viscous(&self, viscosity: Viscosity, body: &BodyTopology) -> Box<dyn DissipativeTerm> {
+        let rest = self.numbering.to_internal(&self.topology.rest_positions, self.topology.dimension);
+        let (cells, name) = (self.cells(body), &body.name);
+        match (self.topology.dimension, has_linear_elements(body)) {
+            (2, true) => linear_viscosity::<2, 3>(name, viscosity, &cells, &rest),
+            (2, false) => {
+                Box::new(StrainRate::<2, 6, _>::quadratic(name, viscosity, cells.as_chunks().0, &rest))
+            }
+            (_, true) => linear_viscosity::<3, 4>(name, viscosity, &cells, &rest),
+            (_, false) => {
+                Box::new(StrainRate::<3, 10, _>::quadratic(name, viscosity, cells.as_chunks().0, &rest))
+            }
+        }
+    }
+
+    /// The elements of a body, filled with another material.
+    pub(super) fn term(&self, material: &MaterialSpec, body: &BodyTopology) -> Box<dyn EnergyTerm> {
+        let d = self.topology.dimension;
+        let rest = self.numbering.to_internal(&self.topology.rest_positions, d);
+        let cells = self.cells(body);
+        let elements = ElementSet {
+            body: &body.name,
+            dimension: d,
+            cells: &cells,
+            rest: &rest,
+            stress: Default::default(),
+        };
+        match body.blocks.first() {
+            Some(CellBlock { kind, .. }) => pliant_elastic::cells(material, kind, &elements),
+            None if body.triangle_middles.is_empty() && body.tetrahedron_middles.is_empty() => {
+                pliant_elastic::linear(material, &elements)
+            }
+            None => pliant_elastic::quadratic(material, &elements),
+        }
+    }
+
+    /// Vertices of the elements of a solid in the simulation, flat: corners, then middles, of each.
+    pub(super) fn cells(&self, body: &BodyTopology) -> Vec<u32> {
+        let BodyTopology { triangles, triangle_middles, tetrahedra, tetrahedron_middles, .. } = body;
+        let cells = match (body.blocks.first(), self.topology.dimension) {
+            (Some(block), _) => block.vertices.clone(),
+            (None, 2) => joined(triangles, triangle_middles),
+            (None, _) => joined(tetrahedra, tetrahedron_middles),
+        };
+        cells.into_iter().map(|vertex| self.numbering.internal(vertex)).collect()
+    }
+}
+
+/// Viscous triangles in the plane or tetrahedra in space.
+fn linear_viscosity<const D: usize, const N: usize>(
+    name: &str,
+    viscosity: Viscosity,
+    cells: &[u32],
+    rest: &[f64],
+) -> Box<dyn DissipativeTerm> {
+    let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
+    Box::new(StrainRate::<D, N, _>::linear(name, viscosity, cells.as_chunks().0, rest, shape))
+}
+
+/// Corners and middles of each cell; of middles there are none, or as many rows.
+fn joined<const C: usize, const M: usize>(corners: &[[u32; C]], middles: &[[u32; M]]) -> Vec<u32> {
+    let middles_of = |i: usize| middles.get(i).map_or(&[][..], |middles| &middles[..]);
+    corners.iter().enumerate().flat_map(|(i, corners)| corners.iter().chain(middles_of(i))).copied().collect()
+}

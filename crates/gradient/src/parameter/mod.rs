@@ -1,0 +1,54 @@
+//! Parameters of the forces: derivatives of forces by them, one type for each kind.
+
+mod elements;
+mod gravity;
+mod mass;
+mod moduli;
+mod spring;
+mod weighted;
+
+pub use elements::LinearElements;
+pub use gravity::Gravity;
+pub use mass::{BodyDensity, Masses, WeightDensity};
+pub use moduli::Modulus;
+pub use spring::{RestLengths, SpringStiffness, TunedSpring};
+pub use weighted::Weighted;
+
+use pliant::system::System;
+
+/// One use of a force in a run, `M a = -dE/dx(x, t) - dR/dv(x, v)`, as its adjoint sees it.
+#[derive(Clone, Copy)]
+pub struct ForceUse<'a> {
+    /// The equations of motion, their time that of the force.
+    pub system: &'a System,
+    /// Positions, flat, vertices in the order of the simulation [m].
+    pub x: &'a [f64],
+    /// Velocities, likewise [m/s].
+    pub v: &'a [f64],
+    /// `M^-1` times the derivative of the loss by the acceleration; zero at held coordinates.
+    pub p: &'a [f64],
+    /// `dE/dx + dR/dv` there [N], without damping in proportion to masses, where a parameter
+    /// [asked for it](Parameter::needs_force); else empty.
+    pub gradient: &'a [f64],
+}
+
+/// Numbers that forces or masses depend on.
+///
+/// Each use of a force adds `-p . d(M a + dE/dx + dR/dv)/d theta` to the derivative by the number `theta`.
+pub trait Parameter: Send {
+    /// How many numbers it has.
+    fn len(&self) -> usize;
+
+    /// True if it has none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// True if it looks at the force.
+    fn needs_force(&self) -> bool {
+        false
+    }
+
+    /// Adds the part of one use of a force to the derivative by each number.
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]);
+}

@@ -1,0 +1,54 @@
+//! Elastic constants in which energies are linear.
+
+use pliant::dissipation::DissipativeTerm;
+use pliant::energy::EnergyTerm;
+
+use super::{ForceUse, Parameter};
+
+/// A number `theta` with `dE/d theta = sum_i c_i E_i` and `dR/d theta = sum_i b_i R_i`, energies and
+/// dissipation functions of other constants.
+///
+/// Energies of isotropic models are linear in the Lame parameters, `E = lambda E_l + mu E_m`: both parts are
+/// energies of the same model, of `lambda = 0` and of `lambda = mu`, and the derivatives of forces by Young's
+/// modulus and by Poisson's ratio are exact.
+pub struct Modulus {
+    energies: Vec<(f64, Box<dyn EnergyTerm>)>,
+    dissipation: Vec<(f64, Box<dyn DissipativeTerm>)>,
+    gradient: Vec<f64>,
+}
+
+impl Modulus {
+    /// The number that has these parts, factors first.
+    pub fn new(
+        energies: Vec<(f64, Box<dyn EnergyTerm>)>,
+        dissipation: Vec<(f64, Box<dyn DissipativeTerm>)>,
+    ) -> Self {
+        Modulus { energies, dissipation, gradient: vec![] }
+    }
+}
+
+impl Parameter for Modulus {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        let Modulus { energies, dissipation, gradient } = self;
+        gradient.resize(of.x.len(), 0.0);
+        let mut subtract = |factor: f64, add: &mut dyn FnMut(&mut [f64])| {
+            gradient.fill(0.0);
+            add(gradient);
+            let along = gradient.iter().zip(of.p).map(|(gradient, p)| gradient * p).sum::<f64>();
+            derivative[0] -= factor * along;
+        };
+        for (factor, term) in energies {
+            subtract(*factor, &mut |gradient| term.add_gradient(of.x, gradient));
+        }
+        for (factor, term) in dissipation {
+            subtract(*factor, &mut |gradient| {
+                term.evaluate(of.x, of.v);
+                term.add_rows(0, gradient);
+            });
+        }
+    }
+}

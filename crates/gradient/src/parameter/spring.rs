@@ -1,0 +1,82 @@
+//! Constants of springs.
+
+use super::{ForceUse, Parameter};
+
+/// A spring, `E = 1/2 k (l - l0)^2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TunedSpring {
+    /// Ends, by their numbers in the simulation.
+    pub ends: [u32; 2],
+    /// `k` [N/m].
+    pub stiffness: f64,
+    /// `l0` [m].
+    pub rest_length: f64,
+}
+
+impl TunedSpring {
+    /// Length `l` [m], and `(p_1 - p_2) . (x_1 - x_2) / l`: how fast it grows along `p`. A spring of length
+    /// zero has no direction, and does not.
+    fn stretch(&self, of: &ForceUse<'_>) -> (f64, f64) {
+        let d = of.system.dimension();
+        let [a, b] = self.ends.map(|end| end as usize * d);
+        let (mut squared, mut along) = (0.0, 0.0);
+        for c in 0..d {
+            let difference = of.x[a + c] - of.x[b + c];
+            squared += difference * difference;
+            along += (of.p[a + c] - of.p[b + c]) * difference;
+        }
+        let length = f64::sqrt(squared);
+        (length, if length > 0.0 { along / length } else { 0.0 })
+    }
+}
+
+/// Stiffness `k` of each of some springs [N/m].
+#[derive(Clone, Debug)]
+pub struct SpringStiffness {
+    springs: Vec<TunedSpring>,
+}
+
+impl SpringStiffness {
+    /// Of these springs.
+    pub fn new(springs: Vec<TunedSpring>) -> Self {
+        SpringStiffness { springs }
+    }
+}
+
+impl Parameter for SpringStiffness {
+    fn len(&self) -> usize {
+        self.springs.len()
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
+            let (length, growth) = spring.stretch(of);
+            *derivative -= (length - spring.rest_length) * growth;
+        }
+    }
+}
+
+/// Rest length `l0` of each of some springs [m].
+#[derive(Clone, Debug)]
+pub struct RestLengths {
+    springs: Vec<TunedSpring>,
+}
+
+impl RestLengths {
+    /// Of these springs.
+    pub fn new(springs: Vec<TunedSpring>) -> Self {
+        RestLengths { springs }
+    }
+}
+
+impl Parameter for RestLengths {
+    fn len(&self) -> usize {
+        self.springs.len()
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        for (derivative, spring) in derivative.iter_mut().zip(&self.springs) {
+            *derivative += spring.stiffness * spring.stretch(of).1;
+        }
+    }
+}

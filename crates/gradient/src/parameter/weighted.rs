@@ -1,0 +1,37 @@
+//! One number that several depend on.
+
+use super::{ForceUse, Parameter};
+
+/// A number `theta` that the numbers of another parameter grow with, `d theta_i = w_i d theta`.
+pub struct Weighted {
+    of: Box<dyn Parameter>,
+    weights: Vec<f64>,
+    derivative: Vec<f64>,
+}
+
+impl Weighted {
+    /// The number that those `of` a parameter grow with by these weights.
+    ///
+    /// # Panics
+    /// If there are more or fewer weights than numbers.
+    pub fn new(of: Box<dyn Parameter>, weights: Vec<f64>) -> Self {
+        assert_eq!(of.len(), weights.len(), "one weight for each number");
+        Weighted { derivative: vec![0.0; weights.len()], of, weights }
+    }
+}
+
+impl Parameter for Weighted {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn needs_force(&self) -> bool {
+        self.of.needs_force()
+    }
+
+    fn add(&mut self, of: &ForceUse<'_>, derivative: &mut [f64]) {
+        self.derivative.fill(0.0);
+        self.of.add(of, &mut self.derivative);
+        derivative[0] += self.derivative.iter().zip(&self.weights).map(|(d, weight)| d * weight).sum::<f64>();
+    }
+}

@@ -1,0 +1,96 @@
+//! Refusal of what has no adjoint.
+
+use pliant::integrator::IntegratorSpec;
+use pliant::simulation::Simulation;
+
+use crate::GradientError;
+use crate::adjoint::has_adjoint;
+
+/// Names of the schemes whose steps have an adjoint.
+pub fn schemes() -> Vec<&'static str> {
+    let methods = IntegratorSpec::ALL.iter().map(|spec| spec.method());
+    methods.filter(|method| has_adjoint(method.scheme)).map(|method| method.documentation.name).collect()
+}
+
+/// Refuses a simulation whose steps have no adjoint.
+///
+/// # Errors
+/// [`GradientError::Scheme`], [`GradientError::Unsupported`].
+pub(crate) fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
+    let method = simulation.method();
+    if !has_adjoint(method.scheme) {
+        let scheme = method.documentation.name;
+        return Err(GradientError::Scheme { scheme, known: schemes() });
+    }
+    match obstacle(simulation).or_else(|| obstacle_among_dissipation(simulation)) {
+        Some((what, remedy)) => Err(GradientError::Unsupported { what, remedy }),
+        None => Ok(()),
+    }
+}
+
+/// The first thing in the way, and how to do without it.
+fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
+    let (system, work) = (simulation.system(), simulation.work());
+    let named = |what: &str, remedy| Some((what.to_owned(), remedy));
+    if work.rejected_steps.is_some() {
+        return named("steps that follow the error", "give a fixed `step`, without `adaptive`");
+    }
+    if !system.walls().is_empty() {
+        return named("walls", "take them out of the scene");
+    }
+    if simulation.method().is_static() && system.is_damped() {
+        return named("damping in statics", "take it out of the scene");
+    }
+    if system.constraints().iter().any(|hold| hold.motion().is_some_and(|motion| motion.rotation().is_some()))
+    {
+        return named("prescribed rotation", "move the vertices along a path, or hold them where they are");
+    }
+    if system.constraints().iter().any(|hold| hold.drive().is_some()) {
+        return named("pins that are steered", "give them a motion in the scene");
+    }
+    if let Some(hold) = system.constraints().iter().find(|hold| hold.end().is_finite()) {
+        return Some((format!("pin `{}`, which lets go", hold.name()), "leave out its `until`"));
+    }
+    obstacle_among_terms(simulation)
+}
+
+fn obstacle_among_terms(simulation: &Simulation) -> Option<(String, &'static str)> {
+    let is_implicit = simulation.method().documentation.solves > 0;
+    simulation.system().terms().iter().find_map(|term| {
+        let properties = term.properties();
+        let why = if !properties.is_conservative {
+            "forces without an energy are left out"
+        } else if term.changing().is_some() || term.limit().is_some_and(|limit| limit.guards_way()) {
+            "contact is left out"
+        } else if properties.approximates {
+            "take the direct sum, without `tree`"
+        } else if is_implicit && properties.couples_all {
+            "take an explicit scheme"
+        } else {
+            return None;
+        };
+        Some((term.name(), why))
+    })
+}
+
+/// The first dissipative term whose force changes with positions in a way that is not known.
+fn obstacle_among_dissipation(simulation: &mut Simulation) -> Option<(String, &'static str)> {
+    let zero = vec![0.0; simulation.state().x().len()];
+    let mut y = zero.clone();
+    let mut terms = simulation.system_mut().dissipation_mut();
+    let unknown = terms.find_map(|term| {
+        let known = term.add_position_product(&zero, &zero, &zero, &mut y);
+        (!known).then(|| term.name())
+    });
+    Some((unknown?, "damping of elements, in proportion to masses, and `ether_drag` have one"))
+}
+
+/// Refuses a run in which steps were taken in parts.
+pub(crate) fn check_run(simulation: &Simulation) -> Result<(), GradientError> {
+    let in_parts = simulation.work().retried.is_some_and(|retried| retried != Default::default());
+    if in_parts {
+        let what = "steps that were taken in parts".to_owned();
+        return Err(GradientError::Unsupported { what, remedy: "take a smaller `step`, without `retries`" });
+    }
+    Ok(())
+}

@@ -1,0 +1,250 @@
+//! A run forwards and back.
+
+use pliant::simulation::{Simulation, Snapshot};
+
+use crate::adjoint::{Adjoint, AdjointForces, AdjointPlace, Step, Sums, has_memory, step_back};
+use crate::checkpoints::split;
+use crate::loss::{Loss, LossFrame};
+use crate::parameter::Parameter;
+use crate::{GradientError, RunGradient, support};
+
+/// KeptState before a step, and the step.
+struct SweepRecord {
+    step: u64,
+    time: f64,
+    x: Vec<f64>,
+    v: Vec<f64>,
+    /// Of the step that begins here.
+    stage_velocities: Vec<Vec<f64>>,
+}
+
+/// A run on its way back.
+pub(crate) struct Sweep<'a> {
+    simulation: &'a mut Simulation,
+    loss: &'a mut dyn Loss,
+    sums: Sums<'a>,
+    adjoint: Adjoint,
+    value: f64,
+    /// Step and time at the beginning of the run, and time at its end.
+    first: u64,
+    start: f64,
+    end: f64,
+    /// Steps whose states are kept at once, and states that are kept beside them.
+    piece: usize,
+    slots: usize,
+    /// The last state of the run, where the simulation has left it.
+    last: Option<Snapshot>,
+    /// Largest component of the derivatives after the last step.
+    size_at_end: f64,
+}
+
+impl<'a> Sweep<'a> {
+    /// A sweep over `simulation` from where it is, in `budget` bytes.
+    pub(crate) fn new(
+        simulation: &'a mut Simulation,
+        loss: &'a mut dyn Loss,
+        parameters: &'a mut [Box<dyn Parameter>],
+        budget: usize,
+    ) -> Self {
+        let (unknowns, d) = (simulation.state().x().len(), simulation.system().dimension());
+        // As many rows as schemes have stages at most, beside the state.
+        let record = 8 * unknowns * (2 + stages(simulation));
+        let state = 8 * unknowns * 4;
+        Sweep {
+            sums: Sums::new(d, unknowns, parameters),
+            adjoint: Adjoint::zero(unknowns),
+            value: 0.0,
+            first: simulation.state().step,
+            start: simulation.state().time,
+            end: simulation.state().time,
+            piece: (budget / 2 / record).max(1),
+            slots: budget / 2 / state,
+            last: None,
+            size_at_end: 0.0,
+            simulation,
+            loss,
+        }
+    }
+
+    /// Takes `steps` steps, and goes back; the simulation ends where the steps have led.
+    pub(crate) fn run(mut self, steps: u64) -> Result<RunGradient, GradientError> {
+        if has_memory(self.simulation.method().scheme) {
+            let KeptState { step, time, x, v } = KeptState::of(self.simulation);
+            self.simulation.restore(&Snapshot::new(step, time, x, v))?;
+        }
+        let from = self.first;
+        self.back(from, from + steps, self.slots)?;
+        if let Some(last) = &self.last {
+            self.simulation.restore(last)?;
+        }
+        let (numbering, d) = (self.simulation.numbering(), self.simulation.system().dimension());
+        let growth = self.growth(self.start);
+        Ok(RunGradient {
+            value: self.value,
+            position: numbering.to_original(&self.adjoint.x, d).into_owned(),
+            velocity: numbering.to_original(&self.adjoint.v, d).into_owned(),
+            parameters: self.sums.derivatives,
+            growth,
+        })
+    }
+
+    /// Goes forward from step `from`, where the simulation is, to step `to`, and back.
+    fn back(&mut self, from: u64, to: u64, slots: usize) -> Result<(), GradientError> {
+        let mut to = to;
+        if to - from <= self.piece as u64 {
+            return self.back_at_once(to);
+        }
+        let start = self.simulation.snapshot();
+        loop {
+            let pieces = (to - from).div_ceil(self.piece as u64) as usize;
+            if pieces == 1 {
+                return self.back_at_once(to);
+            }
+            // Without slots, all but the last piece is run again.
+            let left = if slots == 0 { pieces - 1 } else { split(pieces, slots.min(pieces)) };
+            let middle = from + (left * self.piece) as u64;
+            self.advance(middle)?;
+            self.back(middle, to, slots.saturating_sub(1))?;
+            self.simulation.restore(&start)?;
+            to = middle;
+        }
+    }
+
+    /// Takes steps up to step `to`.
+    fn advance(&mut self, to: u64) -> Result<(), GradientError> {
+        while self.simulation.state().step < to {
+            self.look_for_stop(self.simulation.state().step)?;
+            self.simulation.step()?;
+        }
+        Ok(())
+    }
+
+    /// The same, keeping all states, and goes back.
+    fn back_at_once(&mut self, to: u64) -> Result<(), GradientError> {
+        let mut records = vec![];
+        while self.simulation.state().step < to {
+            let mut record = SweepRecord::of(self.simulation);
+            self.look_for_stop(record.step)?;
+            self.simulation.step()?;
+            record.stage_velocities = self.simulation.stage_velocities().to_vec();
+            records.push(record);
+        }
+        let end = SweepRecord::of(self.simulation);
+        if self.last.is_none() {
+            // The first time that the simulation comes to the end of the run.
+            support::check_run(self.simulation)?;
+            self.last = Some(self.simulation.snapshot());
+            self.end = end.time;
+            self.add_loss(&end)?;
+            self.size_at_end = self.adjoint.norm();
+        }
+        let mut after = end;
+        while let Some(record) = records.pop() {
+            self.look_for_stop(record.step)?;
+            self.step_back(&record, &after)?;
+            self.add_loss(&record)?;
+            after = record;
+        }
+        Ok(())
+    }
+
+    fn look_for_stop(&self, step: u64) -> Result<(), GradientError> {
+        if self.simulation.system().is_stopped() { Err(GradientError::Stopped { step }) } else { Ok(()) }
+    }
+
+    /// Takes the derivatives back by the step from `record` to the state `after` it.
+    fn step_back(&mut self, record: &SweepRecord, after: &SweepRecord) -> Result<(), GradientError> {
+        let SweepRecord { step, time, .. } = *record;
+        let (h, method) = (self.simulation.step_size(), self.simulation.method());
+        let taken = Step {
+            from: AdjointPlace { time, x: &record.x, v: &record.v },
+            x: &after.x,
+            v: &after.v,
+            stage_velocities: &record.stage_velocities,
+            h,
+            is_first: step == self.first,
+        };
+        let mut forces = AdjointForces { system: self.simulation.system_mut(), sums: &mut self.sums };
+        let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
+        step_back(&method, &mut forces, &taken, &mut self.adjoint).map_err(singular)?;
+        if !self.adjoint.norm().is_finite() {
+            return Err(GradientError::Overflow { step, time, growth: self.growth(time) });
+        }
+        Ok(())
+    }
+
+    /// Adds the derivatives of the loss at a state.
+    fn add_loss(&mut self, record: &SweepRecord) -> Result<(), GradientError> {
+        let SweepRecord { step, time, x, v, .. } = record;
+        let (numbering, d) = (self.simulation.numbering(), self.simulation.system().dimension());
+        let (mut x_bar, mut v_bar) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        let (x, v) = (numbering.to_original(x, d), numbering.to_original(v, d));
+        let part =
+            self.loss.frame(&LossFrame { step: *step, time: *time, x: &x, v: &v }, &mut x_bar, &mut v_bar);
+        self.value += part;
+        let wrong = |what: String, value| GradientError::Loss { step: *step, time: *time, what, value };
+        if !part.is_finite() {
+            return Err(wrong("it".into(), part));
+        }
+        for (name, rows) in [("position", &x_bar), ("velocity", &v_bar)] {
+            if let Some(i) = rows.iter().position(|bar| !bar.is_finite()) {
+                let what = format!("its derivative by the {name} of vertex {}", i / d);
+                return Err(wrong(what, rows[i]));
+            }
+        }
+        let (x_bar, v_bar) = (numbering.to_internal(&x_bar, d), numbering.to_internal(&v_bar, d));
+        let Adjoint { x, v, .. } = &mut self.adjoint;
+        x.iter_mut().zip(&*x_bar).for_each(|(sum, bar)| *sum += bar);
+        let free = v.iter_mut().zip(&*v_bar).zip(self.simulation.system().inverse_mass());
+        free.filter(|(_, weight)| **weight > 0.0).for_each(|((sum, bar), _)| *sum += bar);
+        Ok(())
+    }
+
+    /// Growth of the logarithm of the derivatives per second between `time` and the end of the run [1/s];
+    /// zero where the loss has none at the end.
+    fn growth(&self, time: f64) -> f64 {
+        let (norm, span) = (self.adjoint.norm().min(f64::MAX), self.end - time);
+        let grown = (norm / self.size_at_end).ln() / span;
+        if grown.is_finite() { grown } else { 0.0 }
+    }
+}
+
+/// Time, positions and velocities in the order of the scene.
+struct KeptState {
+    step: u64,
+    time: f64,
+    x: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl KeptState {
+    fn of(simulation: &Simulation) -> Self {
+        let state = simulation.state();
+        let (x, v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
+        KeptState { step: state.step, time: state.time, x, v }
+    }
+}
+
+impl SweepRecord {
+    /// The present state.
+    fn of(simulation: &Simulation) -> Self {
+        let state = simulation.state();
+        SweepRecord {
+            step: state.step,
+            time: state.time,
+            x: state.x().to_vec(),
+            v: state.v().to_vec(),
+            stage_velocities: vec![],
+        }
+    }
+}
+
+/// Stages of a step whose velocities are kept.
+fn stages(simulation: &Simulation) -> usize {
+    use pliant::integrator::Scheme;
+    match simulation.method().scheme {
+        Scheme::RungeKutta(tableau) | Scheme::Dirk(tableau) => tableau.b.len(),
+        Scheme::Collocation(tableau) => tableau.b.len(),
+        _ => 0,
+    }
+}

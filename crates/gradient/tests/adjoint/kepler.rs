@@ -1,0 +1,88 @@
+//! A planet about a held sun: the whole derivative of the flow, row by row.
+
+use pliant::energy::EnergyTerm;
+use pliant::energy::nbody::{NBody, TreeGravity};
+use pliant::simulation::Simulation;
+use pliant::state::State;
+use pliant::system::System;
+use pliant_gradient::{LossFrame, UNLIMITED, gradient};
+
+use crate::support::{case, method, numbers};
+
+const STEPS: u64 = 400;
+
+fn planet(scheme: &str) -> Simulation {
+    let mut system = System::new(2, vec![1.0; 2]);
+    system.add_term(Box::new(NBody::<2>::new(vec![0, 1], vec![1.0; 2], 1.0, 0.0)));
+    system.pin(&[0]);
+    let state = State::new(vec![0.0, 0.0, 0.4, 0.0], vec![0.0, 0.0, 0.0, 2.0]);
+    Simulation::new(system, state, method(scheme), 0.01)
+}
+
+/// Derivatives of a component of the last state, `x`, `y`, `u` or `v`, by all of the first.
+fn row(scheme: &str, component: usize) -> [f64; 4] {
+    let mut loss = |frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]| {
+        if frame.step < STEPS {
+            return 0.0;
+        }
+        let (rows, bar) = if component < 2 { (frame.x, x_bar) } else { (frame.v, v_bar) };
+        bar[2 + component % 2] = 1.0;
+        rows[2 + component % 2]
+    };
+    let found = gradient(&mut planet(scheme), STEPS, &mut loss, &mut [], UNLIMITED).unwrap();
+    [found.position[2], found.position[3], found.velocity[2], found.velocity[3]]
+}
+
+// Relative to the largest entry; the flow has stretched some directions by 50 and more after most of an
+// orbit.
+#[test]
+fn explicit_schemes_have_the_derivative_of_their_flow() {
+    for (scheme, expected) in case("kepler").as_object().unwrap() {
+        let expected: Vec<f64> = numbers(expected);
+        let largest = expected.iter().fold(0.0, |largest: f64, e| largest.max(e.abs()));
+        for (component, expected) in expected.chunks_exact(5).enumerate() {
+            for (found, expected) in row(scheme, component).iter().zip(expected) {
+                let error = (found - expected).abs() / largest;
+                assert!(error < 1e-10, "{scheme} {component}: {found}, expected {expected}: {error:e}");
+            }
+        }
+    }
+}
+
+// S^T J S = J with J = [0 1; -1 0]: by columns, s_i^T J s_j.
+#[test]
+fn symplectic_schemes_keep_areas() {
+    for scheme in ["symplectic-euler", "velocity-verlet", "yoshida4"] {
+        let rows: Vec<[f64; 4]> = (0..4).map(|component| row(scheme, component)).collect();
+        let area = |i: usize, j: usize| {
+            (0..2).map(|k| rows[k][i] * rows[k + 2][j] - rows[k + 2][i] * rows[k][j]).sum::<f64>()
+        };
+        let size = rows.iter().flatten().fold(0.0, |size: f64, e| size.max(e.abs()));
+        for i in 0..4 {
+            for j in 0..4 {
+                let exact = f64::from(i8::from(j == i + 2) - i8::from(i == j + 2));
+                assert!((area(i, j) - exact).abs() < 1e-12 * size * size, "{scheme} {i} {j}: {}", area(i, j));
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_no_adjoint_is_named_with_a_way_to_do_without() {
+    let refused = |term: Box<dyn EnergyTerm>, scheme: &str| {
+        let mut system = System::new(2, vec![1.0; 2]);
+        system.add_term(term);
+        let state = State::new(vec![0.0, 0.0, 0.4, 0.0], vec![0.0; 4]);
+        let mut simulation = Simulation::new(system, state, method(scheme), 0.01);
+        let mut nothing = |_: &LossFrame<'_>, _: &mut [f64], _: &mut [f64]| 0.0;
+        gradient(&mut simulation, 1, &mut nothing, &mut [], UNLIMITED).unwrap_err().to_string()
+    };
+    let (vertices, mass) = (|| vec![0, 1], || vec![1.0; 2]);
+    let tree = TreeGravity::<2>::new(vertices(), mass(), 1.0, 0.1, 0.5);
+    let expected =
+        "there is no adjoint of mutual gravity of 2 particles by a tree: take the direct sum, without `tree`";
+    assert_eq!(refused(Box::new(tree), "velocity-verlet"), expected);
+    let direct = NBody::<2>::new(vertices(), mass(), 1.0, 0.1);
+    let expected = "there is no adjoint of mutual gravity of 2 particles: take an explicit scheme";
+    assert_eq!(refused(Box::new(direct), "implicit-euler"), expected);
+}

@@ -1,0 +1,10 @@
+//! Gradients against derivatives by complex steps of other programs of the same schemes, in 64-bit mantissas.
+
+#![allow(clippy::unwrap_used, reason = "a panic is what a test fails by")]
+
+mod chain;
+mod fit;
+mod kepler;
+mod oscillator;
+mod solid;
+mod support;

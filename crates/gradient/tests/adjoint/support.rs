@@ -1,0 +1,58 @@
+//! Reference numbers, schemes by name, comparison.
+
+use pliant::integrator::generalised_alpha::GeneralisedAlphaParameters;
+use pliant::integrator::newmark::NewmarkParameters;
+use pliant::integrator::{IntegratorSpec, Method};
+use pliant::simulation::Simulation;
+use pliant::solver::SolverOptions;
+use serde_json::Value;
+
+/// The reference numbers of a case.
+pub(crate) fn case(name: &str) -> Value {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests-data/derivatives.json");
+    let all: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    all[name].clone()
+}
+
+/// All numbers of a value, in their order.
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(values) => values.iter().flat_map(numbers).collect(),
+        value => vec![value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))],
+    }
+}
+
+/// The scheme that the reference names so, with its parameters in parentheses.
+pub(crate) fn method(name: &str) -> Method {
+    let of_alpha = |rho| IntegratorSpec::GeneralisedAlpha(GeneralisedAlphaParameters { rho });
+    let of_newmark = |beta, gamma| IntegratorSpec::Newmark(NewmarkParameters { beta, gamma });
+    let name = match name {
+        "newmark(.3025,.6)" => return of_newmark(0.3025, 0.6).method(),
+        "newmark(.25,.5)" => return of_newmark(0.25, 0.5).method(),
+        "newmark(.36,.7)" => return of_newmark(0.36, 0.7).method(),
+        "generalised-alpha(.25)" => return of_alpha(0.25).method(),
+        "generalised-alpha(.5)" => return of_alpha(0.5).method(),
+        "generalised-alpha(.8)" => return of_alpha(0.8).method(),
+        name => name,
+    };
+    let all = IntegratorSpec::ALL.iter().map(|spec| spec.method());
+    all.into_iter().find(|method| method.documentation.name == name).unwrap_or_else(|| panic!("{name}"))
+}
+
+/// Newton's method to the last bits: derivatives of implicit steps are as exact as their solutions.
+pub(crate) fn solve_exactly(simulation: &mut Simulation) {
+    simulation.set_solver(SolverOptions { tolerance: Some(1e-15), ..SolverOptions::default() });
+}
+
+/// Compares derivatives by one parameter, relative to the largest of them.
+pub(crate) fn compare(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let largest = expected.iter().fold(0.0, |largest: f64, e| largest.max(e.abs()));
+    for (i, (found, expected)) in found.iter().zip(expected).enumerate() {
+        let error = (found - expected).abs();
+        assert!(
+            error <= tolerance * largest,
+            "{what} {i}: {found:e}, expected {expected:e}, error {error:e}"
+        );
+    }
+}

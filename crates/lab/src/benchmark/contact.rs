@@ -1,0 +1,157 @@
+//! Whole runs of bodies that touch: a cloth on a ball, two bars that collide, a stack of cubes.
+
+use std::time::{Duration, Instant};
+
+use super::stepping::{SavedState, assemble};
+use super::{BenchmarkCase, BenchmarkError, BenchmarkPart, BenchmarkRow, Metric, Workload, goal};
+use pliant::simulation::Simulation;
+use pliant_scene::Scene;
+
+pub(super) const CLOTH: BenchmarkRow = BenchmarkRow {
+    name: "contact-cloth",
+    summary: "the first 40 steps of 0.01 s of a membrane of 64 x 64 cells that falls on a ball, with friction",
+    cases: |threads| cases(threads, 12_675, "unknowns", 40, 660.0, cloth),
+};
+
+pub(super) const BARS: BenchmarkRow = BenchmarkRow {
+    name: "contact-bars",
+    summary: "the first 100 steps of 2 ms of two bars of 12,288 tetrahedra each that collide at right angles",
+    cases: |threads| cases(threads, 24_576, "tets", 100, f64::NAN, bars),
+};
+
+pub(super) const STACK: BenchmarkRow = BenchmarkRow {
+    name: "contact-stack",
+    summary: "the first 60 steps of 0.01 s of five cubes of 3,072 tetrahedra that settle on each other, with friction",
+    cases: |threads| cases(threads, 15_360, "tets", 60, 47.0, stack),
+};
+
+/// One case: milliseconds for `steps` steps, each to take `reach` milliseconds, where that is known.
+fn cases(
+    threads: Option<usize>,
+    size: u64,
+    items: &'static str,
+    steps: u32,
+    reach: f64,
+    text: fn() -> String,
+) -> Vec<BenchmarkCase> {
+    let new = move || FirstSteps::new(&text(), steps);
+    vec![BenchmarkCase {
+        size,
+        items,
+        case: format!("{steps} steps"),
+        figure: Metric::Time,
+        parts: vec![BenchmarkPart::new("", threads.unwrap_or(1), new)],
+        reference: if reach.is_nan() { None } else { goal(reach * f64::from(steps)) },
+    }]
+}
+
+/// The first steps of a run, from the beginning every time.
+struct FirstSteps {
+    simulation: Simulation,
+    start: SavedState,
+    steps: u32,
+}
+
+impl FirstSteps {
+    fn new(text: &str, steps: u32) -> Result<FirstSteps, BenchmarkError> {
+        let mut simulation = assemble(&Scene::from_toml(text)?)?.simulation;
+        simulation.count_losses(false);
+        let start = SavedState::of(&simulation);
+        Ok(FirstSteps { simulation, start, steps })
+    }
+}
+
+impl Workload for FirstSteps {
+    fn time(&mut self, repetitions: u64) -> Result<Duration, BenchmarkError> {
+        let mut elapsed = Duration::ZERO;
+        for _ in 0..repetitions {
+            self.start.restore(&mut self.simulation);
+            let start = Instant::now();
+            for _ in 0..self.steps {
+                self.simulation.step()?;
+            }
+            elapsed += start.elapsed();
+        }
+        Ok(elapsed)
+    }
+
+    fn bytes(&self) -> usize {
+        self.simulation.bytes()
+    }
+}
+
+/// Corrections of so much [m] are none, as of the program beside it.
+const SOLVER: &str = "solver = { tolerance = 1e-5 }";
+
+fn cloth() -> String {
+    format!(
+        "dimension = 3
+        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, {SOLVER} }}
+        world = {{ gravity = [0, 0, -9.81] }}
+        contact = {{ distance = 1e-3, friction = 0.3 }}
+        [[body]]
+        mesh = {{ cloth = {{ cells = [64, 64], origin = [-0.5, -0.5, 0.31], u = [1, 0, 0], v = [0, 1, 0] }} }}
+        elastic = {{ stable-neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+        membrane = {{ thickness = 1e-3 }}
+        bending = {{ stiffness = 1e-5 }}
+        mass = {{ density = '0.2 kg/m^2' }}
+        [[obstacle]]
+        shape = {{ ball = {{ centre = [0, 0, 0], radius = 0.3 }} }}"
+    )
+}
+
+fn bars() -> String {
+    let bar = |cells: &str, size: &str, origin: &str, speed: f64| {
+        format!(
+            "[[body]]
+            mesh = {{ grid = {{ cells = {cells}, size = {size}, origin = {origin} }} }}
+            elastic = {{ neo-hookean = {{ young = 5e5, poisson = 0.4 }} }}
+            mass = {{ density = 1000 }}
+            velocity = {{ rigid = {{ linear = [0, 0, {speed}] }} }}
+            "
+        )
+    };
+    format!(
+        "dimension = 3
+        time = {{ integrator = 'implicit-euler', step = 2e-3, duration = 1.0, {SOLVER} }}
+        contact = {{ distance = 2e-4 }}
+        {}{}",
+        bar("[32, 8, 8]", "[0.4, 0.1, 0.1]", "[-0.2, -0.05, 0.0004]", -1.0),
+        bar("[8, 32, 8]", "[0.1, 0.4, 0.1]", "[-0.05, -0.2, -0.1]", 1.0),
+    )
+}
+
+fn stack() -> String {
+    let cube = |k: u32| {
+        let (x, y) = (0.01 * f64::from(k % 2), 0.007 * f64::from(k % 3));
+        let z = 1e-3 + 0.201 * f64::from(k);
+        format!(
+            "[[body]]
+            mesh = {{ grid = {{ cells = [8, 8, 8], size = [0.2, 0.2, 0.2], origin = [{x}, {y}, {z}] }} }}
+            elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}
+            mass = {{ density = 1000 }}
+            "
+        )
+    };
+    let cubes: String = (0..5).map(cube).collect();
+    format!(
+        "dimension = 3
+        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 2.0, {SOLVER} }}
+        world = {{ gravity = [0, 0, -9.81] }}
+        contact = {{ distance = 1e-3, friction = 0.5 }}
+        {cubes}
+        [[obstacle]]
+        shape = {{ half_space = {{ normal = [0, 0, 1], offset = 0 }} }}"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    /// Scenes are read and bodies start apart.
+    #[test]
+    fn bodies_of_contact_start_apart() {
+        for text in [super::cloth(), super::bars(), super::stack()] {
+            super::FirstSteps::new(&text, 1).unwrap();
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Gradients of runs.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use numpy::PyArrayMethods;
+use pliant_gradient::{GradientError, Loss, LossFrame, ParameterSelection, RunGradient, UNLIMITED};
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::{Inner, PySimulation};
+use crate::run::PyFrame;
+use crate::{arrays, errors, threads};
+
+/// A loss that is a function in Python.
+struct PythonLoss<'a> {
+    function: &'a Py<PyAny>,
+    shape: [usize; 2],
+    /// Step at which the run began.
+    first: u64,
+    stop: &'a AtomicBool,
+    raised: Option<PyErr>,
+}
+
+impl PythonLoss<'_> {
+    /// Value of the function, and what it says of derivatives.
+    fn call(&self, frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]) -> PyResult<f64> {
+        let index = frame.step - self.first;
+        Python::attach(|py| {
+            let shown = PyFrame::state(index, frame.step, frame.time, (frame.x, frame.v), self.shape[1]);
+            let said = self.function.bind(py).call1((Bound::new(py, shown)?,))?;
+            if said.is_none() {
+                return Ok(0.0);
+            }
+            let parts = said.cast::<PyTuple>().ok().filter(|parts| matches!(parts.len(), 2 | 3));
+            let parts = parts.ok_or_else(|| {
+                PyTypeError::new_err(
+                    "a loss returns None, or (value, by positions), or (value, by positions, by velocities)",
+                )
+            })?;
+            let names = ["derivative by positions", "derivative by velocities"];
+            for (i, bar) in [x_bar, v_bar].into_iter().enumerate().take(parts.len() - 1) {
+                let by = parts.get_item(i + 1)?;
+                if !by.is_none() {
+                    let by = arrays::shaped(&by, &self.shape, names[i])?;
+                    bar.copy_from_slice(by.readonly().as_slice()?);
+                }
+            }
+            parts.get_item(0)?.extract()
+        })
+    }
+}
+
+impl Loss for PythonLoss<'_> {
+    fn frame(&mut self, frame: &LossFrame<'_>, x_bar: &mut [f64], v_bar: &mut [f64]) -> f64 {
+        match self.call(frame, x_bar, v_bar) {
+            Ok(value) => value,
+            Err(error) => {
+                self.raised.get_or_insert(error);
+                self.stop.store(true, Ordering::Relaxed);
+                0.0
+            }
+        }
+    }
+}
+
+/// As Python's exceptions.
+fn error(error: &GradientError) -> PyErr {
+    match error {
+        GradientError::Step(step) => errors::step(step),
+        GradientError::Parameter { .. } => PyKeyError::new_err(error.to_string()),
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}
+
+impl Inner {
+    /// Parameters of these names.
+    fn selection(&self, names: &[String]) -> PyResult<ParameterSelection> {
+        for body in self.additions.bodies_with_materials() {
+            let elastic = format!("body.{body}.elastic.");
+            if let Some(name) = names.iter().find(|name| name.starts_with(&elastic)) {
+                let message =
+                    format!("`{name}` has no derivative: the material of `{body}` is written in Python");
+                return Err(PyKeyError::new_err(message));
+            }
+        }
+        let numbering = self.simulation.numbering();
+        ParameterSelection::new(&self.scene.scene, &self.topology, numbering, names)
+            .map_err(|fault| error(&fault))
+    }
+
+    /// Steps that are left of the duration of the scene.
+    fn steps_left(&self) -> u64 {
+        let left = self.scene.scene.time.duration - self.simulation.state().time;
+        (left / self.simulation.step_size()).round().max(0.0) as u64
+    }
+}
+
+#[pymethods]
+impl PySimulation {
+    /// Take steps, and the derivatives of a loss over the states from the present one to the last.
+    ///
+    /// They are exact derivatives of the steps as they were taken, by one run forwards and one backwards, for
+    /// any number of parameters. The simulation is where the steps have led afterwards.
+    ///
+    /// Parameters
+    /// ----------
+    /// loss : callable
+    ///     Called with a `Frame` for each state, from the last to the first. It returns what that state adds to
+    ///     the loss and its derivatives, ``(value, by_positions)`` or
+    ///     ``(value, by_positions, by_velocities)``, arrays of shape (n, dim) or None for zero; or None where
+    ///     the state adds nothing.
+    /// with_respect_to : list of str
+    ///     Names of what the derivatives are taken by: ``"position"``, ``"velocity"``, ``"world.gravity"``,
+    ///     ``"body.NAME.elastic.young"``. A name that is none is answered with all that are.
+    /// steps : int, optional
+    ///     How many steps to take; as many as are left of the scene's duration without it.
+    /// memory : int, optional
+    ///     Bytes for states: where they do not fit, parts of the run are taken twice or more. All of them
+    ///     without it.
+    ///
+    /// Returns
+    /// -------
+    /// Gradient
+    ///     The loss, and its derivatives by name.
+    ///
+    /// Raises
+    /// ------
+    /// KeyError
+    ///     A name has no derivative.
+    /// ValueError
+    ///     The scheme, or something in the scene, has none; the loss is not finite; the derivatives overflow.
+    /// StepError
+    ///     A step cannot be taken.
+    /// KeyboardInterrupt
+    ///     Ctrl-C.
+    #[pyo3(signature = (loss, with_respect_to, *, steps = None, memory = None))]
+    fn gradient<'py>(
+        &self,
+        py: Python<'py>,
+        loss: Py<PyAny>,
+        with_respect_to: Vec<String>,
+        steps: Option<u64>,
+        memory: Option<usize>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let mut inner = self.lock()?;
+        let mut selection = inner.selection(&with_respect_to)?;
+        let (steps, first) = (steps.unwrap_or_else(|| inner.steps_left()), inner.simulation.state().step);
+        let stop = Arc::new(AtomicBool::new(false));
+        let simulation = &mut inner.simulation;
+        simulation.set_stop(Some(Arc::clone(&stop)));
+        let mut loss = PythonLoss { function: &loss, shape: self.shape(), first, stop: &stop, raised: None };
+        let mut signal = None;
+        let (loss_used, parameters) = (&mut loss, selection.parameters());
+        let work = move || {
+            let memory = memory.unwrap_or(UNLIMITED);
+            pliant_gradient::gradient(simulation, steps, loss_used, parameters, memory)
+        };
+        let found = threads::interruptible(py, &stop, &mut signal, work);
+        let raised = loss.raised.take();
+        inner.simulation.set_stop(None);
+        inner.publish(py)?;
+        if let Some(raised) = signal.or(raised) {
+            return Err(raised);
+        }
+        let found = found?.map_err(|fault| inner.failed(py, error(&fault)))?;
+        self.shown(py, &with_respect_to, &selection, &found)
+    }
+
+    /// Names that `gradient` takes derivatives by.
+    ///
+    /// Returns
+    /// -------
+    /// list of str
+    ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of the
+    ///     present state.
+    fn gradient_names(&self) -> PyResult<Vec<String>> {
+        let inner = self.lock()?;
+        Ok(pliant_gradient::names(&inner.scene.scene, &inner.topology))
+    }
+}
+
+impl PySimulation {
+    /// A `pliant.Gradient`: numbers as floats, rows of vertices in two axes.
+    fn shown<'py>(
+        &self,
+        py: Python<'py>,
+        names: &[String],
+        selection: &ParameterSelection,
+        found: &RunGradient,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let by = PyDict::new(py);
+        for (name, part) in names.iter().zip(selection.parts(found)) {
+            match (&name[..], &part[..]) {
+                ("position" | "velocity", _) => by.set_item(name, arrays::array(py, part, &self.shape())?)?,
+                (_, [number]) => by.set_item(name, number)?,
+                _ => {
+                    let count = part.len();
+                    by.set_item(name, arrays::array(py, part, &[count])?)?;
+                }
+            }
+        }
+        py.import("pliant.gradients")?.getattr("Gradient")?.call1((found.value, by, found.growth))
+    }
+}

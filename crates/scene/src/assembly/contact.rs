@@ -1,0 +1,427 @@
+//! From `[contact]` and obstacles to the terms of contact.
+
+use std::sync::Arc;
+
+use super::body::BodyAssembly;
+use crate::schema::{Body, ContactSpec, ObstacleShape, Scene};
+use crate::{KeyPath, Problem};
+use pliant::algebra::scene_size;
+use pliant::constraint::Wall;
+use pliant::numbering::Numbering;
+use pliant::system::System;
+use pliant_contact::barrier::Barrier;
+use pliant_contact::candidates::BodyPairs;
+use pliant_contact::energy::ContactEnergy;
+use pliant_contact::friction_term::FrictionTerm;
+use pliant_contact::merge::Duplicates;
+use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidBall, SolidHalfSpace};
+use pliant_contact::start::{self, LeastDistance};
+use pliant_contact::surface::ContactSurface;
+
+/// Reach of contact, as a part of the size of the smallest body.
+const PART_OF_BODY: f64 = 1e-3;
+/// And at most this part of the shortest edge.
+const PART_OF_EDGE: f64 = 0.25;
+/// Threshold of friction: this part of the size of the scene in a second.
+const THRESHOLD: f64 = 1e-3;
+/// How often normal forces of friction are renewed, unless the scene says.
+const FRICTION_ITERATIONS: u32 = 20;
+/// Contact of a body with itself begins at this part of the least distance at rest.
+const PART_OF_REST: f64 = 0.5;
+/// Bad starts that are told one by one.
+const MOST_TOLD: usize = 3;
+
+/// Contact of a scene, in numbers.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ContactSummary {
+    /// `dhat`: gap at which surfaces begin to push [m].
+    pub distance: f64,
+    /// True if the scene gives it.
+    pub distance_given: bool,
+    /// `kappa` of every pair that can touch: names, pressure [Pa], coefficient of friction.
+    pub pairs: Vec<(String, String, f64, f64)>,
+    /// Gap below which bodies touch themselves, where it is less: body, gap [m], least distance at rest [m].
+    pub with_itself: Vec<(String, f64, f64)>,
+    /// Threshold speed of friction [m/s]; `None` without friction.
+    pub threshold_speed: Option<f64>,
+    /// Size of all bodies without obstacles [m]: what tolerances go by.
+    pub size: f64,
+    /// Vertices of the surfaces.
+    pub vertices: usize,
+    /// Triangles, in the plane edges.
+    pub faces: usize,
+}
+
+/// Adds contact to `system`.
+///
+/// # Errors
+/// Bodies that overlap or cross at the start, bodies that contact cannot see yet.
+pub(super) fn add<const D: usize>(
+    scene: &Scene,
+    bodies: &[BodyAssembly],
+    numbering: &Numbering,
+    (rest, position): (&[f64], &[f64]),
+    system: &mut System,
+) -> Result<Option<ContactSummary>, Vec<Problem>> {
+    let Some(contact) = &scene.contact else { return Ok(None) };
+    let parties: Vec<ContactParty> =
+        bodies.iter().zip(&scene.body).map(|(body, spec)| ContactParty::new::<D>(body, spec)).collect();
+    unseen(&parties)?;
+    let surface = surface::<D>(&parties, numbering, rest, system.mass().len());
+    let distance = contact.distance.unwrap_or_else(|| reach::<D>(&parties, &surface));
+    let mut model = model::<D>(scene, contact, &parties, numbering, surface, distance);
+    let least = start::least_distances::<D>(&model, rest, 2.0 * model.surface_reach());
+    let with_itself = shrink(&mut model, &parties, &least);
+    overlaps::<D>(&model, &parties, position)?;
+    let report = report(contact, &model, &parties, distance, with_itself);
+    let energy = ContactEnergy::<D>::new(Arc::new(model));
+    if energy.model().laws.has_friction() {
+        system.add_dissipation(Box::new(FrictionTerm::new(&energy)));
+    }
+    system.add_term(Box::new(energy));
+    Ok(Some(report))
+}
+
+/// A body or an obstacle as contact sees it.
+struct ContactParty<'a> {
+    body: &'a BodyAssembly,
+    spec: &'a Body,
+    /// Triangles of its surface, in the plane edges of its outline, vertices from 0.
+    faces: Vec<Vec<u32>>,
+    /// Half its thickness [m].
+    radius: f64,
+    /// Young's modulus of it, or of the continuum that it is like [Pa]; `None` for obstacles.
+    young: Option<f64>,
+    collides: bool,
+    with_itself: bool,
+}
+
+impl<'a> ContactParty<'a> {
+    fn new<const D: usize>(body: &'a BodyAssembly, spec: &'a Body) -> Self {
+        let said = spec.contact.clone().unwrap_or_default();
+        let is_exact = matches!(spec.obstacle, Some(ObstacleShape::HalfSpace(_) | ObstacleShape::Ball(_)));
+        let drawn = if is_exact { vec![] } else { body.mesh.drawn_triangles() };
+        let faces = if D == 3 {
+            drawn.iter().map(|triangle| triangle.to_vec()).collect()
+        } else {
+            outline(&drawn).into_iter().map(|edge| edge.to_vec()).collect()
+        };
+        let radius = said.radius.unwrap_or(0.5 * body.thickness.unwrap_or(0.0));
+        let collides = said.collides.unwrap_or(true);
+        ContactParty {
+            body,
+            spec,
+            faces,
+            radius,
+            young: young(body, spec, radius),
+            collides,
+            with_itself: collides && spec.obstacle.is_none() && said.with_itself.unwrap_or(true),
+        }
+    }
+
+    fn is_obstacle(&self) -> bool {
+        self.spec.obstacle.is_some()
+    }
+
+    /// `xi` of an obstacle that is round.
+    fn obstacle_radius(&self) -> f64 {
+        match &self.spec.obstacle {
+            Some(ObstacleShape::Ball(ball)) => ball.radius,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Edges with one triangle beside them.
+fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    let sides = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let mut sides: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    sides.sort_unstable();
+    sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
+}
+
+/// Young's modulus of a material; of springs that of the sheet that they are like, `sum k l^2 / (3 A t)`
+/// with a thickness `t` of two radii, or of a hundredth of their length.
+fn young(body: &BodyAssembly, spec: &Body, radius: f64) -> Option<f64> {
+    if let Some(material) = &spec.elastic {
+        return Some(material.lame()?.young_and_poisson().0);
+    }
+    if body.springs.is_empty() {
+        return None;
+    }
+    let squares = body.stiffness.iter().zip(&body.rest_length).map(|(k, l)| k * l * l);
+    let mean = body.rest_length.iter().sum::<f64>() / body.rest_length.len() as f64;
+    let thickness = if radius > 0.0 { 2.0 * radius } else { 1e-2 * mean };
+    let area: f64 = body.mesh.lumped_measure().iter().sum();
+    Some(squares.sum::<f64>() / (3.0 * area * thickness))
+}
+
+/// Bodies without a surface: contact would silently miss them.
+fn unseen(parties: &[ContactParty<'_>]) -> Result<(), Vec<Problem>> {
+    let missing = |(i, party): (usize, &ContactParty<'_>)| {
+        if party.is_obstacle() || !party.collides || !party.faces.is_empty() {
+            return None;
+        }
+        let path = KeyPath::root().key("body").index(i);
+        let message = format!(
+            "contact sees surfaces and the outlines of plane bodies, and `{}` has neither: particles, strands and \
+             nets of springs pass through everything",
+            party.body.name
+        );
+        let problem = Problem::semantic(path, message);
+        Some(problem.with_help("say that it may: `contact = { collides = false }` in this body"))
+    };
+    let problems: Vec<Problem> = parties.iter().enumerate().filter_map(missing).collect();
+    if problems.is_empty() { Ok(()) } else { Err(problems) }
+}
+
+/// Surface of all that collides, in the numbers of the simulation.
+fn surface<const D: usize>(
+    parties: &[ContactParty<'_>],
+    numbering: &Numbering,
+    rest: &[f64],
+    vertices: usize,
+) -> ContactSurface {
+    let mut bodies = vec![0; vertices];
+    let (mut triangles, mut edges) = (vec![], vec![]);
+    for (i, party) in (0..).zip(parties) {
+        let internal = |v: u32| numbering.internal(party.body.first_vertex + v);
+        (0..party.body.mass.len() as u32).for_each(|v| bodies[internal(v) as usize] = i);
+        for face in party.faces.iter().filter(|_| party.collides) {
+            match face[..] {
+                [a, b, c] => triangles.push([a, b, c].map(internal)),
+                [a, b] => edges.push([a, b].map(internal)),
+                _ => {}
+            }
+        }
+    }
+    if D == 3 {
+        ContactSurface::of_triangles(&triangles, rest, &bodies)
+    } else {
+        ContactSurface::of_plane_edges(&edges, rest, &bodies)
+    }
+}
+
+/// Size of all bodies where they start, without obstacles [m].
+fn size_of_bodies(parties: &[ContactParty<'_>], dimension: usize) -> f64 {
+    let bodies = parties.iter().filter(|party| !party.is_obstacle());
+    let points: Vec<f64> = bodies.flat_map(|party| party.body.position.iter().copied()).collect();
+    scene_size(&points, dimension)
+}
+
+/// Reach where the scene gives none.
+fn reach<const D: usize>(parties: &[ContactParty<'_>], surface: &ContactSurface) -> f64 {
+    let sizes = parties.iter().filter(|party| party.collides && !party.is_obstacle());
+    let smallest = sizes.map(|party| scene_size(&party.body.mesh.points, D)).fold(f64::INFINITY, f64::min);
+    let of_body = |edge: &&[u32; 2]| !parties[surface.bodies[edge[0] as usize] as usize].is_obstacle();
+    let edges = surface.edges.iter().zip(&surface.squared_lengths).filter(|(edge, _)| of_body(edge));
+    let shortest = edges.map(|(_, squared)| squared.sqrt()).fold(f64::INFINITY, f64::min);
+    (PART_OF_BODY * smallest).min(PART_OF_EDGE * shortest)
+}
+
+fn model<const D: usize>(
+    scene: &Scene,
+    contact: &ContactSpec,
+    parties: &[ContactParty<'_>],
+    numbering: &Numbering,
+    surface: ContactSurface,
+    distance: f64,
+) -> ContactModel {
+    let names: Vec<String> = parties.iter().map(|party| party.body.name.clone()).collect();
+    let index = |name: &String| names.iter().position(|other| other == name);
+    let mut pairs = BodyPairs::all(parties.len());
+    let mut friction = vec![contact.friction; parties.len() * parties.len()];
+    let is_wall = |i: usize| parties[i].is_obstacle() && i < parties.len() - scene.obstacle.len();
+    for a in 0..parties.len() {
+        for b in 0..parties.len() {
+            let (one, other) = (&parties[a], &parties[b]);
+            let touch = one.collides && other.collides && !(one.is_obstacle() && other.is_obstacle());
+            pairs.set(a as u32, b as u32, touch && (a != b || one.with_itself));
+            // Walls have no friction.
+            if is_wall(a) || is_wall(b) {
+                friction[a * parties.len() + b] = 0.0;
+            }
+        }
+    }
+    for pair in &contact.pairs {
+        let [Some(a), Some(b)] = [0, 1].map(|i| pair.between.get(i).and_then(index)) else { continue };
+        if let Some(touch) = pair.contact {
+            pairs.set(a as u32, b as u32, touch);
+        }
+        for (a, b) in [(a, b), (b, a)] {
+            friction[a * parties.len() + b] = pair.friction.unwrap_or(contact.friction);
+        }
+    }
+    let laws = ContactLaws::new(parties.len(), |a, b| {
+        let (one, other) = (&parties[a], &parties[b]);
+        let softer = one.young.into_iter().chain(other.young).reduce(f64::min);
+        let stiffness = contact.stiffness.or(softer).unwrap_or(1.0);
+        let offset = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
+        let barrier = Barrier { stiffness, reach: distance, offset };
+        ContactLaw { barrier, friction: friction[a * parties.len() + b] }
+    });
+    let (mut half_spaces, mut balls) = (vec![], vec![]);
+    for (body, party) in (0..).zip(parties) {
+        let at = |v: u32| numbering.internal(party.body.first_vertex + v);
+        match &party.spec.obstacle {
+            Some(ObstacleShape::HalfSpace(half_space)) => {
+                let wall = Wall::new(&half_space.normal, half_space.offset);
+                let mut normal = [0.0; 3];
+                normal.iter_mut().zip(wall.normal()).for_each(|(n, unit)| *n = *unit);
+                half_spaces.push(SolidHalfSpace { vertex: at(0), normal, body });
+            }
+            // The centre comes last.
+            Some(ObstacleShape::Ball(_)) => {
+                balls.push(SolidBall { vertex: at(party.body.mass.len() as u32 - 1), body });
+            }
+            _ => {}
+        }
+    }
+    let mut labels = vec![0; surface.bodies.len()];
+    for party in parties {
+        for v in 0..party.body.mass.len() as u32 {
+            labels[numbering.internal(party.body.first_vertex + v) as usize] = v;
+        }
+    }
+    ContactModel {
+        surface,
+        half_spaces,
+        balls,
+        pairs,
+        laws,
+        duplicates: Duplicates::Max,
+        threshold_speed: contact.threshold_speed.unwrap_or(THRESHOLD * size_of_bodies(parties, D)),
+        friction_iterations: contact.friction_iterations.unwrap_or(FRICTION_ITERATIONS),
+        names,
+        labels,
+    }
+}
+
+/// Shortens the reach and the radii of bodies that are near themselves at rest, so that nothing pushes there.
+fn shrink(
+    model: &mut ContactModel,
+    parties: &[ContactParty<'_>],
+    least: &[Option<LeastDistance>],
+) -> Vec<(String, f64, f64)> {
+    let mut shrunk = vec![];
+    for (i, party) in parties.iter().enumerate() {
+        let Some(LeastDistance { distance, .. }) = &least[i] else { continue };
+        let barrier = &mut model.laws.of_mut(i as u32, i as u32).barrier;
+        let part = PART_OF_REST * distance / (barrier.reach + barrier.offset);
+        if part < 1.0 && party.with_itself {
+            barrier.reach *= part;
+            barrier.offset *= part;
+            shrunk.push((party.body.name.clone(), barrier.reach, *distance));
+        }
+    }
+    shrunk
+}
+
+/// Starts that are none.
+fn overlaps<const D: usize>(
+    model: &ContactModel,
+    parties: &[ContactParty<'_>],
+    position: &[f64],
+) -> Result<(), Vec<Problem>> {
+    let found = start::bad_starts::<D>(model, position);
+    let enclosed = if D == 3 && found.is_empty() { start::enclosed_bodies(model, position) } else { vec![] };
+    let path = |body: u32| {
+        let bodies = parties.iter().filter(|party| !party.is_obstacle()).count();
+        let root = KeyPath::root();
+        let body = body as usize;
+        if body < bodies { root.key("body").index(body) } else { root.key("contact") }
+    };
+    let help = "move them apart by `transform` or `position`, or let them pass: [contact] `pairs = [{ between \
+                = [...], contact = false }]`";
+    let mut problems = vec![];
+    for bad in found.iter().take(MOST_TOLD) {
+        let [a, b] = bad.primitives.each_ref().map(|primitive| model.named(primitive));
+        let place = bad.place[..D].iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
+        let message = match bad.gap {
+            None => format!("{a} crosses {b} at ({place}) m before anything has moved"),
+            Some(gap) => {
+                format!("{a} and {b} overlap by {:.3e} m at ({place}) m before anything has moved", -gap)
+            }
+        };
+        problems.push(Problem::semantic(path(model.body(bad.primitives[0][0])), message));
+    }
+    for [inner, outer] in enclosed {
+        let (inner_name, outer_name) = (&model.names[inner as usize], &model.names[outer as usize]);
+        let message = format!("`{inner_name}` lies inside `{outer_name}`");
+        problems.push(Problem::semantic(path(inner), message));
+    }
+    if let Some(last) = problems.last_mut() {
+        if found.len() > MOST_TOLD {
+            last.message += &format!("; {} more pairs", found.len() - MOST_TOLD);
+        }
+        last.help.push(help.into());
+        return Err(problems);
+    }
+    Ok(())
+}
+
+fn report(
+    contact: &ContactSpec,
+    model: &ContactModel,
+    parties: &[ContactParty<'_>],
+    distance: f64,
+    with_itself: Vec<(String, f64, f64)>,
+) -> ContactSummary {
+    let mut pairs = vec![];
+    for a in 0..parties.len() {
+        for b in a..parties.len() {
+            if model.touch(a as u32, b as u32) {
+                let law = model.laws.of(a as u32, b as u32);
+                let names = (model.names[a].clone(), model.names[b].clone());
+                pairs.push((names.0, names.1, law.barrier.stiffness, law.friction));
+            }
+        }
+    }
+    let surface = &model.surface;
+    ContactSummary {
+        size: size_of_bodies(parties, surface.dimension),
+        distance,
+        distance_given: contact.distance.is_some(),
+        pairs,
+        with_itself,
+        threshold_speed: model.laws.has_friction().then_some(model.threshold_speed),
+        vertices: surface.vertices.len(),
+        faces: if surface.dimension == 2 { surface.edges.len() } else { surface.triangles.len() },
+    }
+}
+
+impl ContactSummary {
+    /// Sentence for the list of what a scene uses.
+    pub(super) fn described(&self) -> String {
+        let origin = if self.distance_given { "given" } else { "by the size of the bodies" };
+        let pairs: Vec<String> = self
+            .pairs
+            .iter()
+            .map(|(a, b, stiffness, friction)| {
+                let rub = if *friction > 0.0 { format!(", mu {friction}") } else { String::new() };
+                format!("{a}-{b} {stiffness:.3e} Pa{rub}")
+            })
+            .collect();
+        let shrunk: Vec<String> = self
+            .with_itself
+            .iter()
+            .map(|(name, gap, least)| {
+                format!(
+                    "; `{name}` touches itself from {gap:.3e} m on, half of its least distance at rest \
+                     {least:.3e} m"
+                )
+            })
+            .collect();
+        let creep = self
+            .threshold_speed
+            .map_or(String::new(), |e| format!("; what sticks creeps at less than {e:.3e} m/s"));
+        format!(
+            "contact from a gap of {:.3e} m on ({origin}), {} vertices and {} faces: {}{}{creep}",
+            self.distance,
+            self.vertices,
+            self.faces,
+            pairs.join(", "),
+            shrunk.concat()
+        )
+    }
+}

@@ -1,0 +1,75 @@
+//! Solids whose numbers are of decks in millimetres: mm, t, s and MPa, or mm, g, ms and MPa.
+
+use super::body::BodyAssembly;
+use crate::{Body, MassSpec, Scene};
+use pliant::material::Lame;
+use pliant_mesh::spec::MeshSpec;
+
+/// Below this density no solid is [kg/m^3]: the lightest foams are above 0.15. Steel is 7.85e-9 t/mm^3 and
+/// 7.85e-3 g/mm^3.
+const LIGHTER_THAN_FOAM: f64 = 0.1;
+/// As dense as steel [kg/m^3]: what is, is not as soft as rubber.
+const DENSE: f64 = 7000.0;
+/// As soft as rubber [Pa]. Steel is 210000 MPa.
+const SOFT: f64 = 1e6;
+/// Size of a mesh from a file [m] from which it is more likely a part in millimetres than a bridge.
+const LARGE: f64 = 50.0;
+
+/// What smells of millimetres, and how to write it.
+pub(super) fn warnings(scene: &Scene, bodies: &[BodyAssembly]) -> Vec<String> {
+    scene.body.iter().zip(bodies).flat_map(|(spec, body)| of_body(spec, body)).collect()
+}
+
+fn of_body(spec: &Body, body: &BodyAssembly) -> Vec<String> {
+    // Sheets and strands have other densities.
+    if spec.elastic.is_none() || body.thickness.is_some() {
+        return vec![];
+    }
+    [light(spec, body), soft(spec, body), large(spec, body)].into_iter().flatten().collect()
+}
+
+/// Density that the scene gives [kg/m^3].
+fn density(spec: &Body) -> Option<f64> {
+    match &spec.mass {
+        MassSpec::Density(density) => Some(density.value),
+        _ => None,
+    }
+}
+
+fn light(spec: &Body, body: &BodyAssembly) -> Option<String> {
+    let density = density(spec).filter(|density| *density < LIGHTER_THAN_FOAM)?;
+    Some(format!(
+        "`{}` has a density of {density:?} kg/m^3, less than any solid: if the number is from a model in \
+         millimetres, write its unit, `\"{density:?} t/mm^3\"` or `\"{density:?} g/mm^3\"`, and those of the moduli \
+         and lengths",
+        body.name
+    ))
+}
+
+/// Young's modulus [Pa] of the solid at small strains.
+fn young(spec: &Body) -> Option<f64> {
+    let Lame { lambda, mu } = spec.elastic.as_ref()?.lame()?;
+    Some(mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu))
+}
+
+fn soft(spec: &Body, body: &BodyAssembly) -> Option<String> {
+    let density = density(spec).filter(|density| *density >= DENSE)?;
+    let young = young(spec).filter(|young| *young <= SOFT)?;
+    Some(format!(
+        "`{}` is as dense as steel, {density:?} kg/m^3, and as soft as rubber, {young:.0} Pa: if the modulus is in \
+         MPa or N/mm^2, write its unit, `\"{young:.0} MPa\"`",
+        body.name
+    ))
+}
+
+fn large(spec: &Body, body: &BodyAssembly) -> Option<String> {
+    let (lower, upper) = body.mesh.bounding_box();
+    let size = lower.iter().zip(&upper).map(|(a, b)| b - a).fold(0.0, f64::max);
+    if !matches!(spec.mesh, MeshSpec::File(_)) || size < LARGE || size.is_nan() {
+        return None;
+    }
+    Some(format!(
+        "`{}` is {size:.1} m large: if its file is in millimetres, give the body `transform = {{ scale = 1e-3 }}`",
+        body.name
+    ))
+}

@@ -1,0 +1,128 @@
+//! Contact: what touches what, by which law, and obstacles.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{BoxSelection, HalfSpace, MeshSpec, MotionSpec};
+use pliant::value::*;
+
+/// Contact between all bodies, of each with itself, and with obstacles; bodies pass through each other
+/// without it. `contact = {}` leaves everything to the defaults.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[serde(rename = "Contact")]
+pub struct ContactSpec {
+    /// Gap at which surfaces begin to push each other away [m]: bodies at rest are nearly so far apart.
+    /// Without it a thousandth of the size of the smallest body, at most a quarter of the shortest edge of
+    /// any surface.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub distance: Option<f64>,
+    /// Pressure scale of the contact force [Pa], the same for the whole run; without it Young's modulus of
+    /// the softer of two bodies.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub stiffness: Option<f64>,
+    /// Coefficient of friction of all pairs of bodies; none without it.
+    #[schemars(range(min = 0.0))]
+    pub friction: f64,
+    /// Sliding speed below which friction grows smoothly from zero [m/s]: what sticks creeps, but no
+    /// faster. Without it a thousandth of the size of the scene in a second.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Velocity>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub threshold_speed: Option<f64>,
+    /// How often a step may renew the normal forces that friction goes by, until both agree; 20 without it,
+    /// and 1 takes those at the start of the step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
+    pub friction_iterations: Option<u32>,
+    /// Pairs of bodies or obstacles with other rules.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pairs: Vec<ContactPairSpec>,
+}
+
+/// Rules for two bodies, a body and an obstacle, or a body and itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[serde(rename = "ContactPair")]
+pub struct ContactPairSpec {
+    /// Their names; the same twice for contact of a body with itself.
+    #[schemars(length(min = 2, max = 2))]
+    pub between: Vec<String>,
+    /// Their coefficient of friction; that of the scene without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub friction: Option<f64>,
+    /// False: they pass through each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<bool>,
+}
+
+/// How a body touches others, where the scene has `[contact]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[serde(rename = "BodyContact")]
+pub struct BodyContactSpec {
+    /// Thickness around its surface that nothing enters [m]: half that of a membrane without it, 0 of all
+    /// others.
+    #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
+    #[schemars(range(min = 0.0))]
+    pub radius: Option<f64>,
+    /// False: it may pass through itself.
+    #[serde(rename = "self", skip_serializing_if = "Option::is_none")]
+    pub with_itself: Option<bool>,
+    /// False: it passes through everything, itself included.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub collides: Option<bool>,
+}
+
+/// A thing that bodies cannot enter, that nothing moves but its `motion`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[serde(rename = "Obstacle")]
+pub struct ObstacleSpec {
+    /// Name, unique among bodies and obstacles; default `obstacle0`, `obstacle1`, ...
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(regex(pattern = "^[A-Za-z0-9_-]{1,64}$"))]
+    pub name: Option<String>,
+    /// What it is.
+    pub shape: ObstacleShape,
+    /// How it moves; it stays where it is without it. Half-spaces and balls do not turn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionSpec>,
+}
+
+/// Shape of an obstacle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ObstacleShape {
+    /// Everything behind a plane, as `world.walls` have it.
+    HalfSpace(HalfSpace),
+    /// A ball, in the plane a disk: exactly round, however coarse it is drawn.
+    Ball(ObstacleBall),
+    /// A box along the axes, in the plane a rectangle.
+    Box(BoxSelection),
+    /// The surface of a mesh, in the plane its outline.
+    Mesh(Box<MeshSpec>),
+}
+
+/// A ball.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleBall {
+    /// Centre [m].
+    #[serde(with = "As::<Vec<Length>>")]
+    #[schemars(length(min = 2, max = 3))]
+    pub centre: Vec<f64>,
+    /// Radius [m].
+    #[serde(with = "As::<Length>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius: f64,
+}
+
+impl ObstacleSpec {
+    /// The name, or `obstacle0`, `obstacle1`, ... by the index in the scene.
+    pub fn name_or_default(&self, index: usize) -> String {
+        self.name.clone().unwrap_or_else(|| format!("obstacle{index}"))
+    }
+}

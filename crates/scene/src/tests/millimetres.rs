@@ -1,0 +1,67 @@
+//! Numbers of decks in millimetres are told, those of other soft, light or large things are not.
+
+use super::*;
+use crate::assembly::UnstableStep;
+
+/// Warnings of a solid of this shape, material and density.
+fn warnings(shape: &str, elastic: &str, density: &str) -> Vec<String> {
+    let text = format!(
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 1e-3, duration = 1e-2 }}\n[[body]]\n\
+         name = 'part'\n{shape}\nelastic = {{ stvk = {elastic} }}\nmass = {{ density = {density} }}\n"
+    );
+    let scene = Scene::from_toml(&text).unwrap_or_else(|error| panic!("{error}"));
+    scene.assemble(UnstableStep::Accept).map_err(|problems| format!("{problems:?}")).unwrap().report.warnings
+}
+
+/// Four cells through it do not lock.
+const CUBE: &str = "mesh = { grid = { cells = [4, 4, 4], size = [100.0, 100.0, 100.0] } }";
+/// A tetrahedron or two of about a metre, in millimetres.
+const FILE: &str = concat!(
+    "mesh = { file = { path = '",
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../tests/data/meshes/solid.mesh' } }\ntransform = { scale = 1000.0 }"
+);
+const STEEL: &str = "{ preset = 'steel' }";
+
+fn one(shape: &str, elastic: &str, density: &str) -> String {
+    let warnings = warnings(shape, elastic, density);
+    let of_units: Vec<String> = warnings
+        .into_iter()
+        .filter(|text| text.starts_with("`part` is") || text.starts_with("`part` has"))
+        .collect();
+    assert_eq!(of_units.len(), 1, "{of_units:?}");
+    of_units.concat()
+}
+
+#[test]
+fn decks_in_millimetres_are_told_and_how_to_write_them() {
+    // Steel in mm, t, s; in mm, g, ms; its modulus alone in MPa; a part in millimetres.
+    let said = one(CUBE, "{ young = 210e3, poisson = 0.3 }", "7.85e-9");
+    assert!(said.contains("7.85e-9 kg/m^3") && said.contains("`\"7.85e-9 t/mm^3\"`"), "{said}");
+    let said = one(CUBE, "{ young = 210e3, poisson = 0.3 }", "7.85e-3");
+    assert!(said.contains("`\"0.00785 g/mm^3\"`"), "{said}");
+    let said = one(CUBE, "{ young = 210e3, poisson = 0.3 }", "7850.0");
+    assert!(said.contains("as soft as rubber, 210000 Pa") && said.contains("`\"210000 MPa\"`"), "{said}");
+    let said = one(FILE, STEEL, "7850.0");
+    assert!(said.contains("m large") && said.contains("transform = { scale = 1e-3 }"), "{said}");
+}
+
+#[test]
+fn other_soft_light_and_large_things_are_not() {
+    let small = FILE.replace("1000.0", "0.1");
+    for (shape, elastic, density) in [
+        // A hill, a lead foil's metal, an aerogel, iron in rubber, a heavy jelly.
+        (CUBE, "{ preset = 'concrete' }", "2400.0"),
+        (CUBE, "{ young = '16 GPa', poisson = 0.44 }", "11340.0"),
+        (CUBE, "{ young = '10 kPa', poisson = 0.2 }", "1.0"),
+        (CUBE, "{ young = '1 MPa', poisson = 0.4 }", "3500.0"),
+        (CUBE, "{ young = 100.0, poisson = 0.4 }", "1000.0"),
+        (&small, STEEL, "7850.0"),
+    ] {
+        let warnings = warnings(shape, elastic, density);
+        assert!(
+            !warnings.iter().any(|text| text.contains("write its unit") || text.contains("m large")),
+            "{warnings:?}"
+        );
+    }
+}

@@ -1,0 +1,178 @@
+//! Contact and obstacles.
+
+use std::collections::BTreeMap;
+
+use super::body::identifier;
+use super::check::{Checker, Sign};
+use super::{mesh, motion, pins, surroundings};
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::{
+    BodyContactSpec, ContactPairSpec, ContactSpec, MotionSpec, ObstacleShape, ObstacleSpec, Scene,
+};
+use crate::suggest;
+
+/// Checks `[contact]`, `[[obstacle]]`, and what bodies say of contact.
+pub(super) fn contact(check: &mut Checker, scene: &Scene) {
+    let root = KeyPath::root();
+    for (index, body) in scene.body.iter().enumerate() {
+        if let Some(spec) = &body.contact {
+            body_contact(check, &root.key("body").index(index).key("contact"), spec, scene.contact.is_some());
+        }
+    }
+    obstacles(check, &root.key("obstacle"), scene);
+    if let Some(contact) = &scene.contact {
+        table(check, &root.key("contact"), contact, scene);
+        scheme(check, scene);
+    }
+}
+
+fn body_contact(check: &mut Checker, path: &KeyPath, spec: &BodyContactSpec, used: bool) {
+    if !used {
+        let message = "the scene has no `[contact]`: nothing touches";
+        let problem = Problem::semantic(path.clone(), message).at_key();
+        check.report(problem.with_help("add `contact = {}` to the scene, or remove this"));
+    }
+    if let Some(radius) = spec.radius {
+        check.number(&path.key("radius"), radius, Sign::NonNegative, "m");
+    }
+}
+
+/// Names of bodies and obstacles, in this order.
+fn names(scene: &Scene) -> Vec<String> {
+    let bodies = scene.body.iter().enumerate().map(|(i, body)| body.name_or_default(i));
+    let obstacles = scene.obstacle.iter().enumerate().map(|(i, obstacle)| obstacle.name_or_default(i));
+    bodies.chain(obstacles).collect()
+}
+
+fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Scene) {
+    let ContactSpec { distance, stiffness, friction, threshold_speed, friction_iterations, pairs } = contact;
+    let positive = [
+        ("distance", distance, "m"),
+        ("stiffness", stiffness, "Pa"),
+        ("threshold_speed", threshold_speed, "m/s"),
+    ];
+    for (key, value, unit) in positive {
+        if let Some(value) = value {
+            check.number(&path.key(key), *value, Sign::Positive, unit);
+        }
+    }
+    check.number(&path.key("friction"), *friction, Sign::NonNegative, "");
+    if let Some(iterations) = friction_iterations {
+        check.count(&path.key("friction_iterations"), *iterations as usize);
+    }
+    let names = names(scene);
+    for (index, pair) in pairs.iter().enumerate() {
+        self::pair(check, &path.key("pairs").index(index), pair, &names);
+    }
+}
+
+fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, names: &[String]) {
+    if pair.between.len() != 2 {
+        let message = format!("`between` names the two that touch, got {}", pair.between.len());
+        let problem = Problem::semantic(path.key("between"), message);
+        check.report(problem.with_help("the same name twice stands for contact of a body with itself"));
+    }
+    for (i, name) in pair.between.iter().enumerate() {
+        if !names.contains(name) {
+            let known: Vec<&str> = names.iter().map(String::as_str).collect();
+            let message = format!("there is no body or obstacle {name:?}");
+            let mut problem = Problem::semantic(path.key("between").index(i), message);
+            problem.help.extend(suggest::help(name, &known, "bodies and obstacles"));
+            check.report(problem);
+        }
+    }
+    if let Some(friction) = pair.friction {
+        check.number(&path.key("friction"), friction, Sign::NonNegative, "");
+    }
+    if pair.friction.is_none() && pair.contact.is_none() {
+        let problem = Problem::semantic(path.clone(), "this pair says nothing");
+        check.report(problem.with_help("give `friction`, or `contact = false`"));
+    }
+}
+
+fn obstacles(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    let bodies: Vec<String> = scene.body.iter().enumerate().map(|(i, b)| b.name_or_default(i)).collect();
+    let mut seen = BTreeMap::new();
+    for (index, obstacle) in scene.obstacle.iter().enumerate() {
+        let path = path.index(index);
+        let name = obstacle.name_or_default(index);
+        if scene.contact.is_none() {
+            let problem = Problem::semantic(
+                path.clone(),
+                "an obstacle acts by contact, and the scene has no `[contact]`",
+            );
+            check.report(
+                problem.with_help("add `contact = {}`, or a wall of `[world]` for an explicit scheme"),
+            );
+        }
+        if obstacle.name.is_some() {
+            identifier(check, &path.key("name"), &name, "an obstacle");
+        }
+        if bodies.contains(&name) || seen.insert(name.clone(), index).is_some() {
+            let message =
+                format!("{name:?} is the name of something else: names of bodies and obstacles must differ");
+            check.report(Problem::semantic(path.key("name"), message));
+        }
+        shape(check, &path.key("shape"), obstacle);
+        if let Some(motion) = &obstacle.motion {
+            pins::motion(check, &path.key("motion"), motion, scene.time.duration);
+            turning(check, &path.key("motion"), obstacle, motion);
+        }
+    }
+}
+
+fn shape(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec) {
+    match &obstacle.shape {
+        ObstacleShape::HalfSpace(half_space) => {
+            surroundings::wall(check, &path.key("half_space"), half_space);
+        }
+        ObstacleShape::Ball(ball) => {
+            let path = path.key("ball");
+            check.vector(&path.key("centre"), &ball.centre, "m");
+            check.number(&path.key("radius"), ball.radius, Sign::Positive, "m");
+        }
+        ObstacleShape::Box(corners) => {
+            let path = path.key("box");
+            motion::corners_of_box(check, &path, corners);
+            for (key, corner) in [("min", &corners.min), ("max", &corners.max)] {
+                check.vector(&path.key(key), corner, "m");
+            }
+        }
+        ObstacleShape::Mesh(spec) => mesh::mesh(check, &path.key("mesh"), spec),
+    }
+}
+
+/// Half-spaces and balls are known by one vertex, which does not turn.
+fn turning(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec, motion: &MotionSpec) {
+    if motion.rotation.is_some() && matches!(obstacle.shape, ObstacleShape::HalfSpace(_)) {
+        let problem = Problem::semantic(path.key("rotation"), "a half-space does not turn").at_key();
+        check.report(problem.with_help("take a `box` that is large enough, which does"));
+    }
+    if motion.rotation.is_some() && matches!(obstacle.shape, ObstacleShape::Ball(_)) {
+        let problem = Problem::semantic(path.key("rotation"), "a ball does not turn").at_key();
+        check.report(problem.with_help("take a `mesh` of a `sphere`, which does"));
+    }
+}
+
+/// Schemes whose steps end elsewhere than at a solution could end behind what they must not enter.
+fn scheme(check: &mut Checker, scene: &Scene) {
+    let method = scene.time.integrator.method();
+    if method.holds_contact() {
+        return;
+    }
+    let name = method.documentation.name;
+    let message = if method.documentation.solves == 0 {
+        format!("`{name}` is explicit: it may step through what bodies must not enter")
+    } else {
+        format!(
+            "the steps of `{name}` end elsewhere than at the configuration that they solve for, which \
+             may lie behind an obstacle"
+        )
+    };
+    let problem = Problem::semantic(KeyPath::root().key("time").key("integrator"), message);
+    check.report(problem.with_help(
+        "contact holds with implicit-euler, bdf2, tr-bdf2, sdirk2, sdirk3, sdirk4, trapezoid, newmark, \
+         generalised-alpha with `rho = 0`, and quasi-static",
+    ));
+}

@@ -1,0 +1,60 @@
+//! Prescribed motion through contact: what is moved takes along what is in its way, and never passes through.
+
+/// A plate above a block, pushed down by `depth` within one step.
+fn pressed(depth: f64) -> String {
+    format!(
+        "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 0.01 }}\n\
+         contact = {{ distance = 1e-3 }}\n\
+         [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0, 0.001] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+         [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n\
+         [[obstacle]]\nname = 'plate'\nshape = {{ box = {{ min = [-0.1, 0.202], max = [0.3, 0.25] }} }}\n\
+         motion = {{ velocity = [0, {}] }}\n",
+        -depth / 0.01
+    )
+}
+
+#[test]
+fn a_plate_pushed_into_a_block_in_one_step_arrives() {
+    for depth in [0.02, 0.1, 0.15] {
+        let mut simulation = super::assembled(&pressed(depth)).simulation;
+        super::advance(&mut simulation, 1);
+        let x = simulation.positions();
+        let top = x.chunks(2).take(25).map(|x| x[1]).fold(f64::MIN, f64::max);
+        let bottom = x.chunks(2).take(25).map(|x| x[1]).fold(f64::MAX, f64::min);
+        // The first vertex of the plate after the block and the floor.
+        let plate = x.chunks(2).skip(26).map(|x| x[1]).fold(f64::MAX, f64::min);
+        assert!((plate - (0.202 - depth)).abs() < 1e-12, "depth {depth}: the plate is at {plate}");
+        assert!(bottom > 0.0 && top < plate, "depth {depth}: {bottom} to {top} below {plate}");
+    }
+}
+
+#[test]
+fn a_plate_pushed_through_a_floor_is_an_error_with_names() {
+    let mut simulation = super::assembled(&pressed(0.3)).simulation;
+    let error = simulation.step().unwrap_err().to_string();
+    assert!(error.contains("obstructed") && error.contains("`block`"), "{error}");
+    // Nothing has moved.
+    let top = simulation.positions().chunks(2).take(25).map(|x| x[1]).fold(f64::MIN, f64::max);
+    assert!((top - 0.201).abs() < 1e-12, "{top}");
+}
+
+/// A conveyor: a floor that slides takes what lies on it along, up to its own speed.
+#[test]
+fn a_sliding_floor_takes_a_block_along() {
+    let time =
+        "{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, solver = { tolerance = 1e-12 } }";
+    let contact = "{ distance = 1e-3, stiffness = 1e5, friction = 0.5, threshold_speed = 1e-3 }";
+    let mut simulation = super::block_on_floor(time, contact, "", "motion = { velocity = [1, 0] }");
+    let speed = |simulation: &pliant::simulation::Simulation| {
+        simulation.velocities().chunks(2).take(12).map(|v| v[0]).sum::<f64>() / 12.0
+    };
+    super::advance(&mut simulation, 10);
+    // mu g t on the way up, less what the shear of the block takes first.
+    assert!((speed(&simulation) - 0.5 * 9.81 * 0.1).abs() < 0.01, "{}", speed(&simulation));
+    super::advance(&mut simulation, 40);
+    assert!((speed(&simulation) - 1.0).abs() < 2e-3, "{}", speed(&simulation));
+    let balance = simulation.diagnostics().balance.unwrap();
+    // The floor's work is the block's kinetic energy and the same again in friction.
+    assert!(balance.motion.unwrap() > balance.damping.unwrap(), "{balance:?}");
+}

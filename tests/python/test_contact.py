@@ -1,0 +1,62 @@
+"""Contact from Python: contacts as arrays, obstacles that are moved while a simulation runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pliant
+import pytest
+
+
+def block() -> pliant.Scene:
+    """A soft block above a floor, and a wall to its right."""
+    return pliant.Scene(
+        dimension=2,
+        time={"integrator": "implicit-euler", "step": 0.01, "duration": 1.0},
+        world={"gravity": [0.0, -9.81]},
+        contact={"distance": 1e-3, "friction": 0.5},
+        body=[
+            {
+                "name": "block",
+                "mesh": {"grid": {"cells": [4, 2], "size": [0.2, 0.1], "origin": [0.0, 0.001]}},
+                "elastic": {"neo-hookean": {"young": 1e5, "poisson": 0.3}},
+                "mass": {"density": 1000.0},
+            }
+        ],
+        obstacle=[
+            {"name": "floor", "shape": {"half_space": {"normal": [0, 1], "offset": 0}}},
+            {"name": "pusher", "shape": {"box": {"min": [0.21, 0.0], "max": [0.25, 0.1]}}},
+        ],
+    )
+
+
+def test_contacts_carry_the_weight() -> None:
+    simulation = pliant.Simulation(block())
+    assert simulation.contacts()["forces"].shape == (simulation.contacts()["gaps"].size,)
+    simulation.step(100)
+    found = simulation.contacts()
+    on_floor = [pair == ("block", "floor") for pair in found["bodies"]]
+    assert all(on_floor) and found["points"].shape == (len(on_floor), 2, 3)
+    np.testing.assert_allclose(found["normals"], np.tile([0.0, 1.0, 0.0], (len(on_floor), 1)), atol=1e-12)
+    assert found["forces"].sum() == pytest.approx(20.0 * 9.81, rel=2e-3)
+    assert np.all(found["gaps"] > 0.0) and np.all(found["gaps"] < 1e-3)
+    # The foot of each vertex on the plane, a gap below it.
+    heights = found["points"][:, :, 1]
+    np.testing.assert_allclose(heights[:, 0] - heights[:, 1], found["gaps"], atol=1e-12)
+
+
+def test_an_obstacle_is_moved_while_a_simulation_runs() -> None:
+    simulation = pliant.Simulation(block())
+    simulation.step(20)
+    before = simulation.positions[:15, 0].mean()
+    simulation.move("pusher/motion", [-0.06, 0.0], over=0.3)
+    simulation.step(40)
+    after = simulation.positions[:15, 0].mean()
+    # Its face goes from 0.21 to 0.15 m; the block, 0.2 m wide, is pushed ahead of it.
+    assert before - after == pytest.approx(0.05, abs=0.004)
+    assert simulation.reactions()["pusher/motion"].shape == (2, 3)
+
+
+def test_what_cannot_be_is_told_with_names() -> None:
+    scene = block().with_changes({"body.0.mesh.grid.origin": [0.0, -0.05]})
+    with pytest.raises(pliant.SceneError, match="`floor`"):
+        pliant.Simulation(scene)

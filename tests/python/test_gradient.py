@@ -1,0 +1,63 @@
+"""Gradients of runs against differences of runs, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pliant
+import pytest
+from conftest import beam
+
+def tip(frame: pliant.Frame) -> tuple[float, np.ndarray] | None:
+    """Height of the last vertex after 20 steps."""
+    if frame.index < 20:
+        return None
+    by = np.zeros_like(frame.positions)
+    by[-1, 1] = 1.0
+    return frame.positions[-1, 1], by
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    simulation = pliant.Simulation(beam())
+    names = simulation.gradient_names()
+    young = next(name for name in names if name.endswith("elastic.young"))
+    gradient = simulation.gradient(tip, [young, "velocity", "world.gravity"], steps=20)
+    assert simulation.steps == 20 and gradient.value == simulation.positions[-1, 1]
+    assert isinstance(gradient[young], float) and list(gradient) == [young, "velocity", "world.gravity"]
+    assert gradient["velocity"].shape == simulation.positions.shape
+    assert gradient["world.gravity"].shape == (2,)
+    heights = []
+    for change in (1e-5, -1e-5):
+        other = pliant.Simulation(beam())
+        other.velocities = other.velocities + change * np.eye(10, 2, k=-8)
+        other.step(20)
+        heights.append(other.positions[-1, 1])
+    difference = (heights[0] - heights[1]) / 2e-5
+    expected = gradient["velocity"][8, 0] + gradient["velocity"][9, 1]
+    assert difference == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_memory_changes_no_bit() -> None:
+    all_states = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20)
+    few = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20, memory=2000)
+    np.testing.assert_array_equal(all_states["position"], few["position"])
+
+
+def test_names_that_are_none_are_answered_with_those_that_are() -> None:
+    simulation = pliant.Simulation(beam())
+    with pytest.raises(KeyError, match=r"time\.step.*with respect to: position, velocity, world\.gravity"):
+        simulation.gradient(tip, ["time.step"], steps=1)
+
+
+def test_a_loss_that_fails_is_heard() -> None:
+    def bad(frame: pliant.Frame) -> None:
+        raise ArithmeticError("no such loss")
+
+    simulation = pliant.Simulation(beam())
+    with pytest.raises(ArithmeticError, match="no such loss"):
+        simulation.gradient(bad, ["position"], steps=3)
+    with pytest.raises(TypeError, match="a loss returns None"):
+        simulation.gradient(lambda frame: 3.0, ["position"], steps=3)
+    with pytest.raises(ValueError, match=r"must have shape \(10, 2\)"):
+        simulation.gradient(lambda frame: (3.0, np.zeros(3)), ["position"], steps=3)
+    with pytest.raises(ValueError, match="not finite at step"):
+        simulation.gradient(lambda frame: (np.nan, None), ["position"], steps=3)
