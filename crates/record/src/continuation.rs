@@ -1,13 +1,12 @@
 //! Recordings that go on where a checkpoint was taken.
 
-use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use mcap::records::Record;
 
 use super::attachments::SCENE;
-use super::channels::{is_in_every_frame, place_in_frame};
+use super::channels::{self, is_in_every_frame, place_in_frame};
 use super::container::Message;
 use super::read::{recover, walk};
 use super::{McapRecorder, Options, RecordError, paths};
@@ -41,7 +40,9 @@ impl McapRecorder {
         topology: &Topology,
         beginning: Beginning<'_>,
     ) -> Result<Self, RecordError> {
-        let mut source = beginning.find()?;
+        let encoders = channels::encoders(options, topology);
+        let holds_every_frame = encoders.iter().any(|encoder| is_in_every_frame(encoder.declaration().id));
+        let mut source = beginning.find(holds_every_frame)?;
         let is_same = is_one(path, beginning.path);
         if is_same && source != beginning.path {
             recover(&source, beginning.path, true)?;
@@ -68,47 +69,51 @@ fn is_one(a: &Path, b: &Path) -> bool {
 }
 
 impl Beginning<'_> {
-    /// The file that has the frames: the unfinished one, which may be ahead, or the complete one.
-    fn find(&self) -> Result<PathBuf, RecordError> {
+    /// The file that has the frames: the unfinished one, which may be ahead, or the complete one, where the
+    /// unfinished one was still being filled again from it when it was killed.
+    ///
+    /// Where no channel has a message for each frame, a file cannot be told to be too short; the one that
+    /// goes farther is taken.
+    fn find(&self, holds_every_frame: bool) -> Result<PathBuf, RecordError> {
         let part = paths::part_of(self.path);
         let mut reason = "is not there";
+        let mut best: Option<(u64, PathBuf)> = None;
         for candidate in [&part, self.path].into_iter().filter(|path| path.exists()) {
-            let found = FrameSurvey::of(candidate, self.frames)?;
+            let found = FrameSurvey::of(candidate, self.frames, holds_every_frame)?;
             if !self.scene_text.is_empty() && found.scene_text.as_deref() != Some(self.scene_text.as_bytes())
             {
                 reason = "was recorded with another scene";
-            } else if found.frames < self.frames && found.holds_every_frame {
+            } else if found.frames < self.frames && holds_every_frame {
                 reason = "ends before the checkpoint";
-            } else {
-                return Ok(candidate.to_owned());
+            } else if best.as_ref().is_none_or(|(frames, _)| found.frames > *frames) {
+                best = Some((found.frames, candidate.to_owned()));
             }
         }
-        Err(RecordError::NoBeginning { path: self.path.to_owned(), reason })
+        let best = best.map(|(_, candidate)| candidate);
+        best.ok_or_else(|| RecordError::NoBeginning { path: self.path.to_owned(), reason })
     }
 }
 
-/// Facts about a recording after a look at all of it.
-#[derive(Default)]
+/// Facts about a recording after a look at its first frames.
 struct FrameSurvey {
     scene_text: Option<Vec<u8>>,
+    /// Number of the last frame, of those looked at, and one; where each has a message, of the last before
+    /// the first that is missing.
     frames: u64,
-    /// True if it has a channel with a message for each frame.
-    holds_every_frame: bool,
 }
 
 impl FrameSurvey {
-    fn of(path: &Path, frames: u64) -> Result<Self, RecordError> {
-        let mut survey = FrameSurvey::default();
+    fn of(path: &Path, frames: u64, holds_every_frame: bool) -> Result<Self, RecordError> {
         let mut count = 0;
         let mut groups = Groups::new(frames);
         groups.read(path, &mut |group| {
-            count = group[0].header.sequence as u64 + 1;
+            let number = u64::from(group[0].header.sequence);
+            if number == count || !holds_every_frame {
+                count = number + 1;
+            }
             Ok(())
         })?;
-        survey.frames = count;
-        survey.holds_every_frame = groups.channels.iter().any(|number| is_in_every_frame(*number));
-        survey.scene_text = groups.scene_text;
-        Ok(survey)
+        Ok(FrameSurvey { scene_text: groups.scene_text, frames: count })
     }
 }
 
@@ -120,13 +125,12 @@ struct Groups {
     frame: Vec<Message<'static>>,
     /// Number of the first frame that has not been handed on.
     next: u64,
-    channels: HashSet<u16>,
     scene_text: Option<Vec<u8>>,
 }
 
 impl Groups {
     fn new(frames: u64) -> Self {
-        Groups { frames, frame: vec![], next: 0, channels: HashSet::new(), scene_text: None }
+        Groups { frames, frame: vec![], next: 0, scene_text: None }
     }
 
     /// Hands the messages of each frame in `path`, and in the tail beside it, to `visit`.
@@ -152,9 +156,6 @@ impl Groups {
         match record {
             Record::Attachment { header, data, .. } if header.name == SCENE => {
                 self.scene_text = Some(data.into_owned());
-            }
-            Record::Channel(channel) => {
-                self.channels.insert(channel.id);
             }
             Record::Message { header, data } if place_in_frame(header.channel_id).is_some() => {
                 let number = u64::from(header.sequence);

@@ -112,6 +112,30 @@ fn a_recording_of_the_surface_alone_goes_on() {
     assert!(fs::read(&path).unwrap() == fs::read(&expected).unwrap());
 }
 
+/// What is killed while the frames before are copied into the unfinished file has lost none: they are in the
+/// complete one, whatever the other has got, nothing but the scene to begin with.
+#[test]
+fn a_kill_while_the_frames_before_are_copied_loses_none() {
+    for channels in [&ALL[..], &[Channel::Mesh]] {
+        let directory = tempfile::tempdir().unwrap();
+        let (path, expected) = (directory.path().join("a.mcap"), directory.path().join("expected.mcap"));
+        record(&expected, channels, 9, 12).finish().unwrap();
+        for copied in [0, 3] {
+            record(&path, channels, 9, 8).finish().unwrap();
+            let begun = record(&directory.path().join("b.mcap"), channels, 9, copied);
+            let part = remains(&directory.path().join("b.mcap"), &format!("killed-{copied}"));
+            fs::copy(&path, part.with_extension("")).unwrap();
+            go_on(&part.with_extension(""), &part.with_extension(""), channels, 9, 7, 12);
+            let file = fs::read(part.with_extension("")).unwrap();
+            assert!(file == fs::read(&expected).unwrap(), "{channels:?}, {copied} copied");
+            fs::remove_file(&path).unwrap();
+            drop(begun);
+            fs::remove_dir_all(part.parent().unwrap()).unwrap();
+            let _ = fs::remove_file(directory.path().join("b.mcap.part"));
+        }
+    }
+}
+
 #[test]
 fn recordings_without_the_frames_before_are_refused() {
     let directory = tempfile::tempdir().unwrap();
