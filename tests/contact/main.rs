@@ -10,6 +10,7 @@ mod particle;
 mod prescribed;
 mod scenes;
 mod start;
+mod thin;
 
 use pliant::simulation::Simulation;
 use pliant_scene::Scene;

@@ -4,7 +4,7 @@
 //! vertex.
 
 use crate::broad_phase::{Bounds, BoundsTree};
-use crate::surface::ContactSurface;
+use crate::surface::{ContactSurface, VertexKind};
 use rayon::prelude::*;
 
 /// Queries that one task answers.
@@ -17,8 +17,10 @@ pub struct CandidatePairs {
     pub point_triangle: Vec<[u32; 2]>,
     /// Edges, the lower number first; in space.
     pub edge_edge: Vec<[u32; 2]>,
-    /// Vertex and edge; in the plane.
+    /// Vertex and edge; in space the ends of wires and particles with wires alone.
     pub point_edge: Vec<[u32; 2]>,
+    /// Particles, the lower number first.
+    pub point_point: Vec<[u32; 2]>,
 }
 
 /// Bodies that may touch each other, and which may touch themselves.
@@ -49,8 +51,8 @@ impl BodyPairs {
 }
 
 impl CandidatePairs {
-    /// Pairs of the surface at `x`, flat `(n, D)` [m], that may be nearer than `reach` [m] on the way to `x +
-    /// dx`, or at `x` where nothing moves.
+    /// Pairs of the surface at `x`, flat `(n, D)` [m], whose radii may come nearer to each other than `reach`
+    /// [m] on the way to `x + dx`, or at `x` where nothing moves.
     ///
     /// # Panics
     /// If the surface is of another dimension.
@@ -62,40 +64,80 @@ impl CandidatePairs {
         reach: f64,
     ) -> Self {
         assert_eq!(surface.dimension, D, "dimension of the surface");
-        let points: Vec<[u32; 1]> = surface.vertices.iter().map(|&v| [v]).collect();
-        let edges = bounds_of::<D, 2>(&surface.edges, x, dx);
-        let search = Search { bodies: &surface.bodies, pairs: bodies, reach };
-        let point_bounds = bounds_of::<D, 1>(&points, x, dx);
+        let search = Search { surface, pairs: bodies, x, dx, reach };
+        let edges = search.bounds::<D, 2>(&surface.edges);
+        let mut found = CandidatePairs { point_point: search.particles::<D>(), ..Self::default() };
         if D == 2 {
             let tree = BoundsTree::new(&edges);
-            let mut point_edge = search.pairs(&points, &point_bounds, &surface.edges, &tree, false);
-            point_edge.iter_mut().for_each(|pair| pair[0] = surface.vertices[pair[0] as usize]);
-            return CandidatePairs { point_edge, ..CandidatePairs::default() };
+            found.point_edge = search.points::<D, 2>(&surface.vertices, &surface.edges, &tree);
+            return found;
         }
-        let triangles = BoundsTree::new(&bounds_of::<D, 3>(&surface.triangles, x, dx));
-        let mut point_triangle = search.pairs(&points, &point_bounds, &surface.triangles, &triangles, false);
-        point_triangle.iter_mut().for_each(|pair| pair[0] = surface.vertices[pair[0] as usize]);
+        let triangles = BoundsTree::new(&search.bounds::<D, 3>(&surface.triangles));
+        found.point_triangle = search.points(&surface.vertices, &surface.triangles, &triangles);
         let tree = BoundsTree::new(&edges);
-        let edge_edge = search.pairs(&surface.edges, &edges, &surface.edges, &tree, true);
-        CandidatePairs { point_triangle, edge_edge, point_edge: vec![] }
+        found.edge_edge = search.pairs(&surface.edges, &edges, &surface.edges, &tree, true);
+        found.point_edge = search.wires::<D>();
+        found
     }
 }
 
-fn bounds_of<const D: usize, const N: usize>(
-    primitives: &[[u32; N]],
-    x: &[f64],
-    dx: Option<&[f64]>,
-) -> Vec<Bounds<D>> {
-    primitives.par_iter().map(|vertices| Bounds::of_vertices(vertices, x, dx)).collect()
-}
-
 struct Search<'a> {
-    bodies: &'a [u32],
+    surface: &'a ContactSurface,
     pairs: &'a BodyPairs,
+    x: &'a [f64],
+    dx: Option<&'a [f64]>,
     reach: f64,
 }
 
 impl Search<'_> {
+    /// Boxes around primitives and the radius of their body.
+    fn bounds<const D: usize, const N: usize>(&self, primitives: &[[u32; N]]) -> Vec<Bounds<D>> {
+        let bounds = |vertices: &[u32; N]| {
+            Bounds::of_vertices(vertices, self.x, self.dx).grown(self.surface.radius(vertices[0]))
+        };
+        primitives.par_iter().map(bounds).collect()
+    }
+
+    /// Pairs of these vertices with other primitives.
+    fn points<const D: usize, const M: usize>(
+        &self,
+        vertices: &[u32],
+        others: &[[u32; M]],
+        tree: &BoundsTree<D>,
+    ) -> Vec<[u32; 2]> {
+        let points: Vec<[u32; 1]> = vertices.iter().map(|&v| [v]).collect();
+        let bounds = self.bounds::<D, 1>(&points);
+        let mut pairs = self.pairs(&points, &bounds, others, tree, false);
+        pairs.iter_mut().for_each(|pair| pair[0] = vertices[pair[0] as usize]);
+        pairs
+    }
+
+    /// Pairs of ends of wires, and of particles, with wires.
+    fn wires<const D: usize>(&self) -> Vec<[u32; 2]> {
+        let surface = self.surface;
+        if surface.wires.is_empty() {
+            return vec![];
+        }
+        let edges: Vec<[u32; 2]> = surface.wires.iter().map(|e| surface.edges[*e as usize]).collect();
+        let tree = BoundsTree::new(&self.bounds::<D, 2>(&edges));
+        let is_thin = |v: &u32| surface.kinds[*v as usize] != VertexKind::Face;
+        let thin: Vec<u32> = surface.vertices.iter().copied().filter(is_thin).collect();
+        let mut pairs = self.points(&thin, &edges, &tree);
+        pairs.iter_mut().for_each(|pair| pair[1] = surface.wires[pair[1] as usize]);
+        pairs
+    }
+
+    /// Pairs of particles.
+    fn particles<const D: usize>(&self) -> Vec<[u32; 2]> {
+        let surface = self.surface;
+        let particles: Vec<[u32; 1]> = surface.particles.iter().map(|&v| [v]).collect();
+        let bounds = self.bounds::<D, 1>(&particles);
+        let tree = BoundsTree::new(&bounds);
+        let mut pairs = self.pairs(&particles, &bounds, &particles, &tree, true);
+        pairs.iter_mut().for_each(|pair| *pair = pair.map(|i| surface.particles[i as usize]));
+        pairs
+    }
+
     /// Pairs of primitives of two kinds whose boxes come within reach; of one kind, each pair once.
     fn pairs<const D: usize, const N: usize, const M: usize>(
         &self,
@@ -122,14 +164,14 @@ impl Search<'_> {
 
     #[inline]
     fn allows<const N: usize, const M: usize>(&self, a: &[u32; N], b: &[u32; M]) -> bool {
-        let body = |v: u32| self.bodies[v as usize];
+        let body = |v: u32| self.surface.bodies[v as usize];
         !a.iter().any(|v| b.contains(v)) && self.pairs.touch(body(a[0]), body(b[0]))
     }
 }
 
 /// Candidates that stay complete while vertices move little.
 ///
-/// Gathered with the reach and twice the `margin`, they hold all pairs within reach until bodies, relative to
+/// Gathered with the reach and twice the `margin`, they hold all pairs within reach of their radii until bodies, relative to
 /// each other, and vertices, relative to their bodies, have moved by more than the margin.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateCache {

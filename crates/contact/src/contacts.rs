@@ -1,7 +1,7 @@
 //! Contacts of one configuration, and visits of them in a fixed order.
 
 use crate::candidates::CandidatePairs;
-use crate::closest::{InnerPair, Primitives};
+use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::merge::{ContactStencils, MollifiedPair, WeightedPair};
 use crate::model::{ContactLaw, ContactModel};
 use crate::pair::{EdgeEdge, PairGeometry, PairKind, PointEdge, PointPoint, PointTriangle};
@@ -78,7 +78,7 @@ pub(crate) fn plane_distance<const D: usize>(normal: &[f64; 3], x: &[f64], [p, o
 }
 
 impl Contacts {
-    /// Contacts at `x`, flat `(n, D)` [m], among these candidates of surfaces nearer than `reach` [m], and
+    /// Contacts at `x`, flat `(n, D)` [m], among these candidates of surfaces with a gap below `reach` [m], and
     /// with all obstacles.
     pub fn find<const D: usize>(
         model: &ContactModel,
@@ -87,7 +87,7 @@ impl Contacts {
         reach: f64,
     ) -> Self {
         let (surface, duplicates) = (&model.surface, model.duplicates);
-        let mut stencils = ContactStencils::find::<D>(surface, candidates, x, reach * reach, duplicates);
+        let mut stencils = ContactStencils::find::<D>(surface, candidates, x, reach, duplicates);
         if !model.balls.is_empty() {
             balls::<D>(model, x, &mut stencils);
             stencils.merge();
@@ -226,7 +226,7 @@ fn planes<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<PlaneContact> 
     found
 }
 
-/// Adds the triangles, in the plane the edges, within reach of balls, at the weight of their own area.
+/// Adds the triangles, wires and particles within reach of balls, at the weight of their own area.
 fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut ContactStencils) {
     let surface = &model.surface;
     for ball in &model.balls {
@@ -234,22 +234,32 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut Contact
             let body = model.body(v);
             model.touch(body, ball.body) && squared < model.laws.of(body, ball.body).barrier.squared_reach()
         };
-        if D == 3 {
-            for (&[a, b, c], area) in surface.triangles.iter().zip(&surface.triangle_areas) {
-                let vertices = [ball.vertex, a, b, c];
-                let closest = PointTriangle::closest(&in_space(x, 3, &vertices));
-                if near(a, closest.squared_distance) {
-                    let inner = InnerPair::of_point_triangle(&closest.coefficients);
-                    stencils.push(&vertices, &inner, *area);
-                }
+        for &p in &surface.particles {
+            let closest = PointPoint::closest(&rows::<D, 2>(x, &[ball.vertex, p]));
+            if near(p, closest.squared_distance) {
+                let inner = InnerPair { kind: InnerKind::PointPoint, slots: [0, 1, 0, 0] };
+                stencils.push(&[ball.vertex, p, 0, 0], &inner, surface.vertex_areas[p as usize]);
             }
-            continue;
         }
-        for (&[a, b], squared) in surface.edges.iter().zip(&surface.squared_lengths) {
+        for e in surface.lone_edges() {
+            let [a, b] = surface.edges[e as usize];
             let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
             if near(a, closest.squared_distance) {
                 let inner = InnerPair::of_point_edge(&closest.coefficients);
-                stencils.push(&[ball.vertex, a, b, 0], &inner, squared.sqrt());
+                let area = if D == 3 {
+                    surface.edge_areas[e as usize]
+                } else {
+                    surface.squared_lengths[e as usize].sqrt()
+                };
+                stencils.push(&[ball.vertex, a, b, 0], &inner, area);
+            }
+        }
+        for (&[a, b, c], area) in surface.triangles.iter().zip(&surface.triangle_areas) {
+            let vertices = [ball.vertex, a, b, c];
+            let closest = PointTriangle::closest(&in_space(x, D, &vertices));
+            if near(a, closest.squared_distance) {
+                let inner = InnerPair::of_point_triangle(&closest.coefficients);
+                stencils.push(&vertices, &inner, *area);
             }
         }
     }

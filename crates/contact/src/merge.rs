@@ -5,12 +5,16 @@
 //! [`Duplicates::Max`] takes inner edges off and adds inner vertices, so that flat and convex surfaces are
 //! counted once (Li et al. 2023, arXiv 2307.15908). Pairs of edges weigh `w_e / 4` from each side; where `n`
 //! edges of the other side meet at a vertex, `n - 1` of them are taken off.
+//!
+//! Wires and particles have no triangles of their own: against triangles the ends of a wire weigh `w_p / 2` and
+//! its edges `w_e / 2`, against other wires half as much from each side; particles weigh `w_p` against
+//! everything, the mean of both against each other.
 
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
 use crate::mollifier::{parallel_limit, squared_cross};
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
-use crate::surface::ContactSurface;
+use crate::surface::{ContactSurface, VertexKind};
 use crate::vector::are_apart;
 
 /// Counting of pairs that share closest points.
@@ -63,21 +67,23 @@ pub struct ContactStencils {
 const CANCELLED: f64 = 1e-12;
 
 impl ContactStencils {
-    /// Stencils of the candidates that are nearer than the root of `squared_reach` [m^2] at `x`, flat `(n,
-    /// D)` [m].
+    /// Stencils of the candidates whose gap, their distance less their radii, is below `reach` [m] at `x`, flat
+    /// `(n, D)` [m].
     pub fn find<const D: usize>(
         surface: &ContactSurface,
         candidates: &CandidatePairs,
         x: &[f64],
-        squared_reach: f64,
+        reach: f64,
         duplicates: Duplicates,
     ) -> Self {
-        // Boxes are rounded as distances are.
-        let reach = squared_reach.sqrt() * (1.0 + 1e-9);
-        let mut finder = Finder { surface, x, squared_reach, reach, stencils: Self::default() };
+        let mut finder = Finder { surface, x, reach, stencils: Self::default() };
         let max = duplicates == Duplicates::Max;
+        for &[p, q] in &candidates.point_point {
+            let areas = [p, q].map(|v| surface.vertex_areas[v as usize]);
+            finder.point_point::<D>(p, q, 0.5 * (areas[0] + areas[1]));
+        }
         for &[p, e] in &candidates.point_edge {
-            finder.plane_pair(p, e, max);
+            finder.point_and_edge::<D>(p, e, max);
         }
         if D == 3 {
             for &[p, t] in &candidates.point_triangle {
@@ -148,7 +154,6 @@ fn merge<const N: usize>(pairs: &mut Vec<WeightedPair<N>>) {
 struct Finder<'a> {
     surface: &'a ContactSurface,
     x: &'a [f64],
-    squared_reach: f64,
     reach: f64,
     stencils: ContactStencils,
 }
@@ -162,31 +167,64 @@ impl Finder<'_> {
         rows
     }
 
-    /// Pair in the plane: `w_p / 2`.
-    fn plane_pair(&mut self, p: u32, e: u32, max: bool) {
-        let weight = 0.5 * self.surface.vertex_areas[p as usize];
-        let edge = self.surface.edges[e as usize];
-        self.point_edge::<2>(p, edge, weight);
-        for v in edge.into_iter().filter(|&v| max && self.surface.inner_vertices[v as usize]) {
-            let others = self.surface.vertex_edges.of(v);
-            let first = others.iter().find(|&&e| !self.surface.edges[e as usize].contains(&p));
-            if first == Some(&e) {
-                self.point_point::<2>(p, v, -weight);
+    /// Distance below which the primitives of these two vertices act [m].
+    #[inline]
+    fn distance(&self, a: u32, b: u32) -> f64 {
+        self.reach + (self.surface.radius(a) + self.surface.radius(b))
+    }
+
+    /// True if the boxes around the first `first` vertices and the others are that far apart.
+    #[inline]
+    fn apart<const N: usize>(&self, x: &[[f64; 3]; N], first: usize, distance: f64) -> bool {
+        // Boxes are rounded as distances are.
+        are_apart(x, first, distance * (1.0 + 1e-9))
+    }
+
+    /// Point and edge, in the plane of any kind, in space a wire; its inner vertices once for all of their
+    /// edges.
+    fn point_and_edge<const D: usize>(&mut self, p: u32, e: u32, max: bool) {
+        let surface = self.surface;
+        let part = match surface.kinds[p as usize] {
+            VertexKind::Particle => 1.0,
+            _ if D == 2 => 0.5,
+            _ => 0.25,
+        };
+        let weight = part * surface.vertex_areas[p as usize];
+        let edge = surface.edges[e as usize];
+        self.point_edge::<D>(p, edge, weight);
+        for v in edge.into_iter().filter(|_| max) {
+            let meets = |f: &&u32| {
+                let is_other = !surface.edges[**f as usize].contains(&p);
+                is_other && (D == 2 || surface.is_wire(**f))
+            };
+            let mut others = surface.vertex_edges.of(v).iter().filter(meets);
+            if others.next() != Some(&e) {
+                continue;
+            }
+            let twice = if D == 2 { usize::from(surface.inner_vertices[v as usize]) } else { others.count() };
+            if twice > 0 {
+                self.point_point::<D>(p, v, -weight * twice as f64);
             }
         }
     }
 
-    /// Point and triangle: `w_p / 4`, its inner edges and vertices once for all of their triangles.
+    /// Point and triangle, its inner edges and vertices once for all of their triangles.
     fn point_triangle(&mut self, p: u32, t: u32, max: bool) {
         let surface = self.surface;
-        let weight = 0.25 * surface.vertex_areas[p as usize];
+        let part = match surface.kinds[p as usize] {
+            VertexKind::Face => 0.25,
+            VertexKind::Wire => 0.5,
+            VertexKind::Particle => 1.0,
+        };
+        let weight = part * surface.vertex_areas[p as usize];
         let [a, b, c] = surface.triangles[t as usize];
         let x = self.rows::<3, 4>(&[p, a, b, c]);
-        if are_apart(&x, 1, self.reach) {
+        let distance = self.distance(p, a);
+        if self.apart(&x, 1, distance) {
             return;
         }
         let closest = PointTriangle::closest(&x);
-        if closest.squared_distance >= self.squared_reach {
+        if closest.squared_distance >= distance * distance {
             return;
         }
         self.add(&[p, a, b, c], &InnerPair::of_point_triangle(&closest.coefficients), weight);
@@ -210,18 +248,18 @@ impl Finder<'_> {
 
     fn edge_edge(&mut self, a: u32, b: u32, max: bool) {
         let surface = self.surface;
-        let areas = [a, b].map(|e| surface.edge_areas[e as usize]);
         let vertices = self.ends(a, b);
         let x = self.rows::<3, 4>(&vertices);
-        if are_apart(&x, 2, self.reach) {
+        let distance = self.distance(vertices[0], vertices[2]);
+        if self.apart(&x, 2, distance) {
             return;
         }
         let closest = EdgeEdge::closest(&x);
-        if closest.squared_distance >= self.squared_reach {
+        if closest.squared_distance >= distance * distance {
             return;
         }
         let limit = self.parallel_limit(a, b);
-        let weight = 0.25 * (areas[0] + areas[1]);
+        let weight = self.share(a, b) + self.share(b, a);
         let inner = InnerPair::of_edge_edge(&closest.coefficients);
         if squared_cross(&x) < limit {
             self.stencils.mollified.push(MollifiedPair { vertices, inner, weight, limit });
@@ -246,24 +284,39 @@ impl Finder<'_> {
         }
         let [q, r] = ends;
         let closest = PointEdge::closest(&self.rows::<3, 3>(&[p, q, r]));
-        if closest.squared_distance >= self.squared_reach {
+        let distance = self.distance(p, q);
+        if closest.squared_distance >= distance * distance {
             return;
         }
-        let quarter = 0.25 * surface.edge_areas[e as usize];
         let inner = InnerPair::of_point_edge(&closest.coefficients);
-        let mut count = 0.0;
+        // Of faces and of wires: the share of `e` in a pair, and how many tell of it; one is kept.
+        let (mut shares, mut counts) = ([0.0; 2], [0.0; 2]);
         for &f in others.iter().filter(|&&f| !touches(f)) {
+            let kind = usize::from(surface.is_wire(f));
+            shares[kind] = self.share(e, f);
             let (vertices, limit) = (self.ends(e, f), self.parallel_limit(e, f));
             if squared_cross(&self.rows::<3, 4>(&vertices)) < limit {
                 let inner = InnerPair { slots: self.slots(&vertices, &[p, q, r], &inner), ..inner };
-                self.stencils.mollified.push(MollifiedPair { vertices, inner, weight: -quarter, limit });
+                self.stencils.mollified.push(MollifiedPair { vertices, inner, weight: -shares[kind], limit });
             } else {
-                count += 1.0;
+                counts[kind] += 1.0;
             }
         }
-        if count != 1.0 {
-            self.add(&[p, q, r, 0], &inner, -quarter * (count - 1.0));
+        counts[usize::from(shares[1] > shares[0])] -= 1.0;
+        let weight = shares[0] * counts[0] + shares[1] * counts[1];
+        if weight != 0.0 {
+            self.add(&[p, q, r, 0], &inner, -weight);
         }
+    }
+
+    /// Weight that the edge `e` has in its pair with `f` [m^2].
+    fn share(&self, e: u32, f: u32) -> f64 {
+        let part = match [e, f].map(|edge| self.surface.is_wire(edge)) {
+            [true, false] => 0.5,
+            [false, true] => 0.0,
+            _ => 0.25,
+        };
+        part * self.surface.edge_areas[e as usize]
     }
 
     /// Ends of two edges, the edge of the lower number first.
@@ -289,7 +342,8 @@ impl Finder<'_> {
 
     fn point_edge<const D: usize>(&mut self, p: u32, [a, b]: [u32; 2], weight: f64) {
         let closest = PointEdge::closest(&self.rows::<D, 3>(&[p, a, b]));
-        if closest.squared_distance < self.squared_reach {
+        let distance = self.distance(p, a);
+        if closest.squared_distance < distance * distance {
             self.add(&[p, a, b, 0], &InnerPair::of_point_edge(&closest.coefficients), weight);
         }
     }
@@ -297,7 +351,8 @@ impl Finder<'_> {
     fn point_point<const D: usize>(&mut self, p: u32, v: u32, weight: f64) {
         let [a, b] = self.rows::<D, 2>(&[p, v]);
         let squared: f64 = (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum();
-        if squared < self.squared_reach {
+        let distance = self.distance(p, v);
+        if squared < distance * distance {
             let inner = InnerPair { kind: InnerKind::PointPoint, slots: [0, 1, 0, 0] };
             self.add(&[p, v, 0, 0], &inner, weight);
         }

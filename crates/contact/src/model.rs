@@ -93,22 +93,30 @@ pub struct ContactModel {
 }
 
 impl ContactModel {
-    /// Largest distance at which the surfaces of any two bodies act on each other [m]; half-spaces and balls
-    /// are no surfaces.
+    /// Largest gap at which the surfaces of any two bodies act on each other [m]; half-spaces and balls are no
+    /// surfaces.
     pub fn surface_reach(&self) -> f64 {
-        let bodies = 0..self.names.len() as u32;
         let exact = |body: &u32| {
             self.half_spaces.iter().any(|h| h.body == *body) || self.balls.iter().any(|b| b.body == *body)
         };
-        let with_surface: Vec<u32> = bodies.filter(|body| !exact(body)).collect();
+        let with_surface: Vec<u32> = (0..self.names.len() as u32).filter(|body| !exact(body)).collect();
         let mut largest: f64 = 0.0;
         for (i, a) in with_surface.iter().enumerate() {
             for b in with_surface[i..].iter().filter(|b| self.touch(*a, **b)) {
-                let barrier = &self.laws.of(*a, *b).barrier;
-                largest = largest.max(barrier.reach + barrier.offset);
+                largest = largest.max(self.laws.of(*a, *b).barrier.reach);
             }
         }
         largest
+    }
+
+    /// Largest distance, radii included, at which any body acts on itself [m].
+    pub fn own_reach(&self) -> f64 {
+        let own = (0..self.names.len() as u32).filter(|body| self.touch(*body, *body));
+        let distances = own.map(|body| {
+            let barrier = &self.laws.of(body, body).barrier;
+            barrier.reach + barrier.offset
+        });
+        distances.fold(0.0, f64::max)
     }
 
     /// Law of the pair of two vertices of the system.

@@ -19,7 +19,7 @@ pub(crate) struct ContactSearch<const D: usize> {
     margin: f64,
     least_margin: f64,
     largest_margin: f64,
-    /// Largest distance at which surfaces act [m].
+    /// Largest gap at which surfaces act [m].
     pub(crate) reach: f64,
 }
 
@@ -73,7 +73,8 @@ impl<const D: usize> ContactSearch<D> {
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
         let pairs = self.cache.pairs();
-        8 * (2 * self.at.len() + pairs.point_triangle.len() + pairs.edge_edge.len() + pairs.point_edge.len())
+        let pairs = [&pairs.point_triangle, &pairs.edge_edge, &pairs.point_edge, &pairs.point_point];
+        8 * (2 * self.at.len() + pairs.iter().map(|list| list.len()).sum::<usize>())
             + 48 * self.contacts.len()
     }
 }

@@ -5,7 +5,7 @@ use crate::candidates::CandidatePairs;
 use crate::closest::Primitives;
 use crate::contacts::{plane_distance, rows};
 use crate::model::ContactModel;
-use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
+use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 use crate::vector::{cross, difference, dot};
 
 /// Two primitives that are where they cannot both be.
@@ -35,13 +35,10 @@ pub struct LeastDistance {
     pub primitives: [Vec<u32>; 2],
 }
 
-/// Least distance at rest between primitives of each body without a common vertex, where it is below `reach`
-/// [m]: contact of a body with itself begins no farther than half of it.
-pub fn least_distances<const D: usize>(
-    model: &ContactModel,
-    rest: &[f64],
-    reach: f64,
-) -> Vec<Option<LeastDistance>> {
+/// Least distance at rest between primitives of each body without a common vertex, where it is below twice
+/// that at which any acts on itself: contact of a body with itself begins no farther than half of it.
+pub fn least_distances<const D: usize>(model: &ContactModel, rest: &[f64]) -> Vec<Option<LeastDistance>> {
+    let reach = 2.0 * model.own_reach();
     let mut least: Vec<Option<LeastDistance>> = vec![None; model.names.len()];
     let candidates = CandidatePairs::gather::<D>(&model.surface, &model.pairs, rest, None, reach);
     each_distance::<D>(model, &candidates, rest, |primitives, squared| {
@@ -63,6 +60,10 @@ fn each_distance<const D: usize>(
     mut visit: impl FnMut([&[u32]; 2], f64),
 ) {
     let surface = &model.surface;
+    for &[p, q] in &candidates.point_point {
+        let closest = PointPoint::closest(&rows::<D, 2>(x, &[p, q]));
+        visit([&[p], &[q]], closest.squared_distance);
+    }
     for &[p, e] in &candidates.point_edge {
         let edge = surface.edges[e as usize];
         let closest = PointEdge::closest(&rows::<D, 3>(x, &[p, edge[0], edge[1]]));
@@ -112,16 +113,18 @@ fn overlaps<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
                 found.push(BadStart { place: place(vertices[0]), primitives, gap: Some(gap) });
             }
         };
-        if D == 3 {
-            for &[a, b, c] in &model.surface.triangles {
-                let closest = PointTriangle::closest(&rows::<3, 4>(x, &[ball.vertex, a, b, c]));
-                add(&[a, b, c], closest.squared_distance);
-            }
-        } else {
-            for &[a, b] in &model.surface.edges {
-                let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
-                add(&[a, b], closest.squared_distance);
-            }
+        let surface = &model.surface;
+        for &[a, b, c] in &surface.triangles {
+            let closest = PointTriangle::closest(&rows::<3, 4>(x, &[ball.vertex, a, b, c]));
+            add(&[a, b, c], closest.squared_distance);
+        }
+        for [a, b] in surface.lone_edges().map(|e| surface.edges[e as usize]) {
+            let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
+            add(&[a, b], closest.squared_distance);
+        }
+        for &p in &surface.particles {
+            let closest = PointPoint::closest(&rows::<D, 2>(x, &[ball.vertex, p]));
+            add(&[p], closest.squared_distance);
         }
     }
     found

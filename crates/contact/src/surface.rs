@@ -1,10 +1,33 @@
 //! Surfaces that touch: their vertices, edges and triangles, and the area that each stands for.
 
-/// Boundary of bodies in space (triangles) or in the plane (edges), with areas at rest.
+/// Primitives that a surface consists of, by the numbers of their vertices.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SurfacePrimitives<'a> {
+    /// Triangles; in space.
+    pub triangles: &'a [[u32; 3]],
+    /// Wires: edges that are sides of no triangle. In the plane outlines too.
+    pub edges: &'a [[u32; 2]],
+    /// Particles: vertices without triangles and edges.
+    pub particles: &'a [u32],
+}
+
+/// Part that a vertex has in a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VertexKind {
+    /// Corner of triangles, in the plane end of edges.
+    #[default]
+    Face,
+    /// End of wires alone; in space.
+    Wire,
+    /// Particle.
+    Particle,
+}
+
+/// Boundary of bodies in space (triangles) or in the plane (edges), wires and particles, with areas at rest.
 ///
 /// A vertex has a third of the area of its triangles, an edge a third of its two triangles; in the plane a
-/// vertex has half the length of its edges, one metre deep. Pairs weighted by them add up to the area in
-/// contact.
+/// vertex has half the length of its edges, one metre deep. Wires and particles have the area that their
+/// [thickness](Self::thicken) shows. Pairs weighted by them add up to the area in contact.
 #[derive(Clone, Debug, Default)]
 pub struct ContactSurface {
     /// 2 or 3.
@@ -33,8 +56,16 @@ pub struct ContactSurface {
     pub vertex_triangles: IncidenceLists,
     /// Whether the surface goes on around each vertex of the system.
     pub inner_vertices: Vec<bool>,
+    /// Part of each vertex of the system in the surface.
+    pub kinds: Vec<VertexKind>,
+    /// Numbers of the edges that are wires, ascending; in space.
+    pub wires: Vec<u32>,
+    /// Particles, ascending.
+    pub particles: Vec<u32>,
     /// Body of each vertex of the system; pairs of one body are self-contact.
     pub bodies: Vec<u32>,
+    /// Radius of each body around its primitives [m]; of those that are not listed 0.
+    pub radii: Vec<f64>,
 }
 
 /// IncidenceLists of numbers, one after the other.
@@ -73,20 +104,23 @@ impl IncidenceLists {
 const NONE: u32 = u32::MAX;
 
 impl ContactSurface {
-    /// Surface of triangles in space; `rest` flat `(n, 3)` [m], `bodies` by vertex.
-    pub fn of_triangles(triangles: &[[u32; 3]], rest: &[f64], bodies: &[u32]) -> Self {
-        let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(sides).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        let mut surface = ContactSurface::of_edges(3, edges, rest, bodies);
+    /// Surface of these primitives in space; `rest` flat `(n, 3)` [m], `bodies` by vertex. Wires and particles
+    /// have no area yet.
+    pub fn in_space(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
+        let triangles = primitives.triangles;
+        let wires = primitives.edges.iter().copied().map(sorted);
+        let edges = triangles.iter().flat_map(sides).chain(wires).collect();
+        let mut surface = ContactSurface::of_edges(3, edges, primitives.particles, rest, bodies);
         surface.edge_areas = vec![0.0; surface.edges.len()];
         surface.edge_triangles = vec![[NONE; 2]; surface.edges.len()];
         surface.vertex_areas.fill(0.0);
+        surface.kinds.fill(VertexKind::Wire);
         for (t, triangle) in (0..).zip(triangles) {
             let third = area(triangle, rest) / 3.0;
             let of_triangle = sides(triangle).map(|edge| surface.edge(edge));
             for (k, e) in of_triangle.into_iter().enumerate() {
                 surface.vertex_areas[triangle[k] as usize] += third;
+                surface.kinds[triangle[k] as usize] = VertexKind::Face;
                 surface.edge_areas[e as usize] += third;
                 let at = &mut surface.edge_triangles[e as usize];
                 at[usize::from(at[0] != NONE)] = t;
@@ -96,22 +130,38 @@ impl ContactSurface {
         }
         surface.triangles = triangles.to_vec();
         surface.vertex_triangles = IncidenceLists::by_member(surface.bodies.len(), triangles);
-        let closed = |e: &u32| surface.edge_triangles[*e as usize][1] != NONE;
+        surface.wires = (0..surface.edges.len() as u32).filter(|e| surface.is_wire(*e)).collect();
+        for &p in primitives.particles {
+            surface.kinds[p as usize] = VertexKind::Particle;
+        }
+        let closed = |e: &u32| surface.is_wire(*e) || surface.is_inner_edge(*e);
         surface.inner_vertices =
             (0..).zip(bodies).map(|(v, _)| surface.vertex_edges.of(v).iter().all(closed)).collect();
         surface
     }
 
-    /// Boundary of edges in the plane; `rest` flat `(n, 2)` [m], `bodies` by vertex.
-    pub fn of_plane_edges(edges: &[[u32; 2]], rest: &[f64], bodies: &[u32]) -> Self {
-        let mut edges: Vec<[u32; 2]> = edges.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
-        edges.sort_unstable();
-        edges.dedup();
-        ContactSurface::of_edges(2, edges, rest, bodies)
+    /// Surface of these edges and particles in the plane; `rest` flat `(n, 2)` [m], `bodies` by vertex.
+    pub fn in_plane(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
+        let edges = primitives.edges.iter().copied().map(sorted).collect();
+        let mut surface = ContactSurface::of_edges(2, edges, primitives.particles, rest, bodies);
+        for &p in primitives.particles {
+            surface.kinds[p as usize] = VertexKind::Particle;
+        }
+        surface
     }
 
-    fn of_edges(dimension: usize, edges: Vec<[u32; 2]>, rest: &[f64], bodies: &[u32]) -> Self {
-        let mut vertices: Vec<u32> = edges.iter().flatten().copied().collect();
+    fn of_edges(
+        dimension: usize,
+        mut edges: Vec<[u32; 2]>,
+        particles: &[u32],
+        rest: &[f64],
+        bodies: &[u32],
+    ) -> Self {
+        edges.sort_unstable();
+        edges.dedup();
+        let mut particles = particles.to_vec();
+        particles.sort_unstable();
+        let mut vertices: Vec<u32> = edges.iter().flatten().chain(&particles).copied().collect();
         vertices.sort_unstable();
         vertices.dedup();
         let squared_length = |[a, b]: &[u32; 2]| {
@@ -133,9 +183,50 @@ impl ContactSurface {
             squared_lengths,
             vertex_edges,
             inner_vertices,
+            kinds: vec![VertexKind::Face; bodies.len()],
+            particles,
             bodies: bodies.to_vec(),
             ..ContactSurface::default()
         }
+    }
+
+    /// Gives bodies their radii [m], and wires and particles an area, by the width `t` that others meet, twice
+    /// the radius and the `reach` [m]: of a wire of the length `l` it is `l t`, half of it at each end, of a particle `pi t^2 /
+    /// 4`, in the plane `t`, one metre deep. Outlines have theirs.
+    pub fn thicken(&mut self, radii: Vec<f64>, reach: f64) {
+        self.radii = radii;
+        let width = |v: u32| 2.0 * self.radii[self.bodies[v as usize] as usize] + reach;
+        for &e in &self.wires {
+            let ends = self.edges[e as usize];
+            let area = self.squared_lengths[e as usize].sqrt() * width(ends[0]);
+            self.edge_areas[e as usize] = area;
+            for v in ends.into_iter().filter(|v| self.kinds[*v as usize] == VertexKind::Wire) {
+                self.vertex_areas[v as usize] += 0.5 * area;
+            }
+        }
+        for &p in &self.particles {
+            let t = width(p);
+            let area = if self.dimension == 3 { 0.25 * std::f64::consts::PI * t * t } else { t };
+            self.vertex_areas[p as usize] = area;
+        }
+    }
+
+    /// Radius around a vertex of the system [m].
+    #[inline]
+    pub fn radius(&self, vertex: u32) -> f64 {
+        self.radii.get(self.bodies[vertex as usize] as usize).copied().unwrap_or(0.0)
+    }
+
+    /// Numbers of the edges that are no sides of triangles: wires, in the plane all.
+    pub fn lone_edges(&self) -> impl Iterator<Item = u32> + '_ {
+        let all = if self.dimension == 2 { self.edges.len() as u32 } else { 0 };
+        (0..all).chain(self.wires.iter().copied())
+    }
+
+    /// True if no triangle meets at the edge; in space.
+    #[inline]
+    pub fn is_wire(&self, edge: u32) -> bool {
+        self.edge_triangles[edge as usize][0] == NONE
     }
 
     /// Number of the edge `[a, b]` with `a < b`, which is one of the surface.
@@ -149,9 +240,14 @@ impl ContactSurface {
     }
 }
 
+/// The edge, lower vertex first.
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// Edges `01 12 20` of a triangle, lower vertex first.
 fn sides(&[a, b, c]: &[u32; 3]) -> [[u32; 2]; 3] {
-    [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
+    [[a, b], [b, c], [c, a]].map(sorted)
 }
 
 fn area(triangle: &[u32; 3], rest: &[f64]) -> f64 {

@@ -8,7 +8,7 @@ use crate::ccd::{GapLimit, safe_step, safe_step_to_half_space};
 use crate::closest::Primitives;
 use crate::contacts::{along_normal, plane_distance, rows};
 use crate::model::{ContactLaw, ContactModel};
-use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
+use crate::pair::{EdgeEdge, PointEdge, PointPoint, PointTriangle};
 use crate::vector::stay_apart;
 
 /// Pairs that one task looks at.
@@ -38,17 +38,21 @@ impl Way<'_> {
     ) -> Option<Obstruction> {
         let surface = &model.surface;
         let edge = |e: u32| surface.edges[e as usize];
-        let by_pairs = if D == 2 {
-            let vertices = |&[p, e]: &[u32; 2]| (p, edge(e));
-            let part = |pair: &[u32; 2]| {
-                let (p, [a, b]) = vertices(pair);
-                self.pair::<PointEdge, D, 3>(model, [p, a, b])
-            };
-            least(&pairs.point_edge, part).map(|(part, i)| {
-                let (p, edge) = vertices(&pairs.point_edge[i]);
-                Obstruction { part, primitives: [vec![p], edge.to_vec()] }
-            })
-        } else {
+        let of_points = |&[p, q]: &[u32; 2]| self.pair::<PointPoint, D, 2>(model, [p, q]);
+        let at_point = least(&pairs.point_point, of_points).map(|(part, i)| {
+            let [p, q] = pairs.point_point[i];
+            Obstruction { part, primitives: [vec![p], vec![q]] }
+        });
+        let of_edge = |&[p, e]: &[u32; 2]| {
+            let [a, b] = edge(e);
+            self.pair::<PointEdge, D, 3>(model, [p, a, b])
+        };
+        let at_lone_edge = least(&pairs.point_edge, of_edge).map(|(part, i)| {
+            let [p, e] = pairs.point_edge[i];
+            Obstruction { part, primitives: [vec![p], edge(e).to_vec()] }
+        });
+        let mut by_pairs = nearest(at_point, at_lone_edge);
+        if D == 3 {
             let of_triangle = |&[p, t]: &[u32; 2]| {
                 let [a, b, c] = surface.triangles[t as usize];
                 self.pair::<PointTriangle, 3, 4>(model, [p, a, b, c])
@@ -65,8 +69,8 @@ impl Way<'_> {
                 let [e, f] = pairs.edge_edge[i];
                 Obstruction { part, primitives: [edge(e).to_vec(), edge(f).to_vec()] }
             });
-            nearest(at_triangle, at_edge)
-        };
+            by_pairs = nearest(by_pairs, nearest(at_triangle, at_edge));
+        }
         nearest(nearest(by_pairs, self.planes::<D>(model)), self.balls::<D>(model))
     }
 
@@ -123,22 +127,21 @@ impl Way<'_> {
                     .grown(barrier.reach + barrier.offset);
                 model.touch(model.body(vertices[0]), ball.body) && reached.meets(&centre)
             };
-            if D == 3 {
-                for &[a, b, c] in model.surface.triangles.iter().filter(|t| meets(*t)) {
-                    let part = self.pair::<PointTriangle, 3, 4>(model, [ball.vertex, a, b, c]);
-                    if part < 1.0 {
-                        let primitives = [vec![a, b, c], vec![ball.vertex]];
-                        least = nearest(least, Some(Obstruction { part, primitives }));
-                    }
-                }
-                continue;
-            }
-            for &[a, b] in model.surface.edges.iter().filter(|e| meets(*e)) {
-                let part = self.pair::<PointEdge, D, 3>(model, [ball.vertex, a, b]);
+            let mut stop = |part: f64, vertices: &[u32]| {
                 if part < 1.0 {
-                    let primitives = [vec![a, b], vec![ball.vertex]];
-                    least = nearest(least, Some(Obstruction { part, primitives }));
+                    let primitives = [vertices.to_vec(), vec![ball.vertex]];
+                    least = nearest(least.take(), Some(Obstruction { part, primitives }));
                 }
+            };
+            let surface = &model.surface;
+            for &[a, b, c] in surface.triangles.iter().filter(|t| meets(*t)) {
+                stop(self.pair::<PointTriangle, 3, 4>(model, [ball.vertex, a, b, c]), &[a, b, c]);
+            }
+            for [a, b] in surface.lone_edges().map(|e| surface.edges[e as usize]).filter(|e| meets(e)) {
+                stop(self.pair::<PointEdge, D, 3>(model, [ball.vertex, a, b]), &[a, b]);
+            }
+            for &p in surface.particles.iter().filter(|p| meets(&[**p])) {
+                stop(self.pair::<PointPoint, D, 2>(model, [ball.vertex, p]), &[p]);
             }
         }
         least

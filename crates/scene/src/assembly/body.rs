@@ -58,9 +58,15 @@ impl BodyAssembly {
         let one = |field: &str, message: String| vec![Problem::semantic(path.key(field), message)];
         let mut mesh =
             build_body(&spec.body_mesh(), dimension, base).map_err(|e| one("mesh", e.to_string()))?;
-        if let (Some(ObstacleShape::Ball(ball)), 3) = (&spec.obstacle, dimension) {
-            // Contact goes by the centre; what is drawn is around it.
-            mesh.points.extend_from_slice(&ball.centre);
+        // Contact goes by the centre or the axis; what is drawn is around it.
+        match &spec.obstacle {
+            Some(ObstacleShape::Ball(ball)) if dimension == 3 => {
+                mesh.points.extend_from_slice(&ball.centre);
+            }
+            Some(ObstacleShape::Capsule(capsule)) if dimension == 3 => {
+                mesh.points.extend(capsule.axis.iter().flatten());
+            }
+            _ => {}
         }
         let mut problems = vec![];
         let thickness = spec.membrane.as_ref().map(|membrane| membrane.thickness);

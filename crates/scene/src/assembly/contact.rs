@@ -16,7 +16,7 @@ use pliant_contact::friction_term::FrictionTerm;
 use pliant_contact::merge::Duplicates;
 use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidBall, SolidHalfSpace};
 use pliant_contact::start::{self, LeastDistance};
-use pliant_contact::surface::ContactSurface;
+use pliant_contact::surface::{ContactSurface, SurfacePrimitives};
 
 /// Reach of contact, as a part of the size of the smallest body.
 const PART_OF_BODY: f64 = 1e-3;
@@ -55,7 +55,7 @@ pub struct ContactSummary {
 /// Adds contact to `system`.
 ///
 /// # Errors
-/// Bodies that overlap or cross at the start, bodies that contact cannot see yet.
+/// Bodies that overlap or cross at the start, strands and particles without a thickness that would meet.
 pub(super) fn add<const D: usize>(
     scene: &Scene,
     bodies: &[BodyAssembly],
@@ -66,11 +66,12 @@ pub(super) fn add<const D: usize>(
     let Some(contact) = &scene.contact else { return Ok(None) };
     let parties: Vec<ContactParty> =
         bodies.iter().zip(&scene.body).map(|(body, spec)| ContactParty::new::<D>(body, spec)).collect();
-    unseen(&parties)?;
-    let surface = surface::<D>(&parties, numbering, rest, system.mass().len());
+    without_thickness(contact, &parties)?;
+    let mut surface = surface::<D>(&parties, numbering, rest, system.mass().len());
     let distance = contact.distance.unwrap_or_else(|| reach::<D>(&parties, &surface));
+    surface.thicken(parties.iter().map(|party| party.radius + party.obstacle_radius()).collect(), distance);
     let mut model = model::<D>(scene, contact, &parties, numbering, surface, distance);
-    let least = start::least_distances::<D>(&model, rest, 2.0 * model.surface_reach());
+    let least = start::least_distances::<D>(&model, rest);
     let with_itself = shrink(&mut model, &parties, &least);
     overlaps::<D>(&model, &parties, position)?;
     let report = report(contact, &model, &parties, distance, with_itself);
@@ -86,7 +87,8 @@ pub(super) fn add<const D: usize>(
 struct ContactParty<'a> {
     body: &'a BodyAssembly,
     spec: &'a Body,
-    /// Triangles of its surface, in the plane edges of its outline, vertices from 0.
+    /// Triangles of its surface, in the plane edges of its outline, edges of strands, particles; vertices from
+    /// 0.
     faces: Vec<Vec<u32>>,
     /// Half its thickness [m].
     radius: f64,
@@ -99,12 +101,14 @@ struct ContactParty<'a> {
 impl<'a> ContactParty<'a> {
     fn new<const D: usize>(body: &'a BodyAssembly, spec: &'a Body) -> Self {
         let said = spec.contact.clone().unwrap_or_default();
-        let is_exact = matches!(spec.obstacle, Some(ObstacleShape::HalfSpace(_) | ObstacleShape::Ball(_)));
-        let drawn = if is_exact { vec![] } else { body.mesh.drawn_triangles() };
-        let faces = if D == 3 {
-            drawn.iter().map(|triangle| triangle.to_vec()).collect()
-        } else {
-            outline(&drawn).into_iter().map(|edge| edge.to_vec()).collect()
+        let faces = match &spec.obstacle {
+            Some(ObstacleShape::HalfSpace(_) | ObstacleShape::Ball(_)) => vec![],
+            // Its axis comes last.
+            Some(ObstacleShape::Capsule(_)) => {
+                let end = body.mass.len() as u32;
+                vec![vec![end - 2, end - 1]]
+            }
+            _ => faces::<D>(body),
         };
         let radius = said.radius.unwrap_or(0.5 * body.thickness.unwrap_or(0.0));
         let collides = said.collides.unwrap_or(true);
@@ -127,8 +131,34 @@ impl<'a> ContactParty<'a> {
     fn obstacle_radius(&self) -> f64 {
         match &self.spec.obstacle {
             Some(ObstacleShape::Ball(ball)) => ball.radius,
+            Some(ObstacleShape::Capsule(capsule)) => capsule.radius,
             _ => 0.0,
         }
+    }
+
+    /// True if it is made of strands or particles.
+    fn is_thin(&self) -> bool {
+        !self.is_obstacle() && self.body.mesh.element_dimension() < 2
+    }
+
+    /// Most mass of a vertex for its area [kg/m^2], where it has a thickness or the reach `distance` [m] gives
+    /// it one.
+    fn densest(&self, surface: &ContactSurface, numbering: &Numbering) -> f64 {
+        let of = |(v, mass): (u32, &f64)| {
+            let area = surface.vertex_areas[numbering.internal(self.body.first_vertex + v) as usize];
+            if area > 0.0 { mass / area } else { 0.0 }
+        };
+        (0..).zip(&self.body.mass).map(of).fold(0.0, f64::max)
+    }
+}
+
+/// Primitives of a body that touch.
+fn faces<const D: usize>(body: &BodyAssembly) -> Vec<Vec<u32>> {
+    match body.mesh.element_dimension() {
+        0 => (0..body.mesh.vertex_count() as u32).map(|v| vec![v]).collect(),
+        1 => body.mesh.edges.iter().map(|edge| edge.to_vec()).collect(),
+        _ if D == 3 => body.mesh.drawn_triangles().iter().map(|triangle| triangle.to_vec()).collect(),
+        _ => outline(&body.mesh.drawn_triangles()).iter().map(|edge| edge.to_vec()).collect(),
     }
 }
 
@@ -140,8 +170,9 @@ fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }
 
-/// Young's modulus of a material; of springs that of the sheet that they are like, `sum k l^2 / (3 A t)`
-/// with a thickness `t` of two radii, or of a hundredth of their length.
+/// Young's modulus of a material; of springs that of the continuum that they are like: of a sheet `sum k l^2 /
+/// (3 A t)` with a thickness `t` of two radii, or of a hundredth of their length, of a strand the mean of `k l /
+/// (pi t^2 / 4)`.
 fn young(body: &BodyAssembly, spec: &Body, radius: f64) -> Option<f64> {
     if let Some(material) = &spec.elastic {
         return Some(material.lame()?.young_and_poisson().0);
@@ -149,29 +180,55 @@ fn young(body: &BodyAssembly, spec: &Body, radius: f64) -> Option<f64> {
     if body.springs.is_empty() {
         return None;
     }
-    let squares = body.stiffness.iter().zip(&body.rest_length).map(|(k, l)| k * l * l);
-    let mean = body.rest_length.iter().sum::<f64>() / body.rest_length.len() as f64;
+    let count = body.rest_length.len() as f64;
+    let mean = body.rest_length.iter().sum::<f64>() / count;
     let thickness = if radius > 0.0 { 2.0 * radius } else { 1e-2 * mean };
+    let springs = body.stiffness.iter().zip(&body.rest_length);
+    if body.mesh.element_dimension() < 2 {
+        let section = 0.25 * std::f64::consts::PI * thickness * thickness;
+        return Some(springs.map(|(k, l)| k * l).sum::<f64>() / (count * section));
+    }
+    let squares = springs.map(|(k, l)| k * l * l);
     let area: f64 = body.mesh.lumped_measure().iter().sum();
     Some(squares.sum::<f64>() / (3.0 * area * thickness))
 }
 
-/// Bodies without a surface: contact would silently miss them.
-fn unseen(parties: &[ContactParty<'_>]) -> Result<(), Vec<Problem>> {
-    let missing = |(i, party): (usize, &ContactParty<'_>)| {
-        if party.is_obstacle() || !party.collides || !party.faces.is_empty() {
-            return None;
-        }
-        let path = KeyPath::root().key("body").index(i);
+/// Strands and particles that could meet each other, or themselves, as lines and points without a thickness:
+/// the gap between them would be all that there is of them.
+fn without_thickness(contact: &ContactSpec, parties: &[ContactParty<'_>]) -> Result<(), Vec<Problem>> {
+    let thin = |i: &usize| {
+        let party = &parties[*i];
+        party.is_thin() && party.collides && party.radius == 0.0
+    };
+    let parts: Vec<usize> = (0..parties.len()).filter(thin).collect();
+    let apart = |a: usize, b: usize| {
+        contact.pairs.iter().any(|pair| {
+            let names = [&parties[a].body.name, &parties[b].body.name];
+            let is_pair = pair.between.iter().eq(names) || pair.between.iter().rev().eq(names);
+            is_pair && pair.contact == Some(false)
+        })
+    };
+    let problem = |&i: &usize| {
+        let party = &parties[i];
+        let with_itself = party.with_itself && party.faces.len() > 1 && !apart(i, i);
+        let other = parts.iter().find(|&&j| j != i && !apart(i, j));
+        let whom = match other {
+            _ if with_itself => "each other",
+            Some(j) => &format!("those of `{}`", parties[*j].body.name),
+            None => return None,
+        };
+        let what = if party.body.mesh.element_dimension() == 0 { "particles" } else { "strands" };
         let message = format!(
-            "contact sees surfaces and the outlines of plane bodies, and `{}` has neither: particles, strands and \
-             nets of springs pass through everything",
+            "the {what} of `{}` have no thickness, with which they could touch {whom}",
             party.body.name
         );
-        let problem = Problem::semantic(path, message);
-        Some(problem.with_help("say that it may: `contact = { collides = false }` in this body"))
+        let problem = Problem::semantic(KeyPath::root().key("body").index(i), message);
+        Some(problem.with_help(
+            "give it: `contact = { radius = \"1 mm\" }` in this body; or let them pass, by `contact = { self = \
+             false }` and by [contact] `pairs = [{ between = [...], contact = false }]`",
+        ))
     };
-    let problems: Vec<Problem> = parties.iter().enumerate().filter_map(missing).collect();
+    let problems: Vec<Problem> = parts.iter().filter_map(problem).collect();
     if problems.is_empty() { Ok(()) } else { Err(problems) }
 }
 
@@ -183,7 +240,7 @@ fn surface<const D: usize>(
     vertices: usize,
 ) -> ContactSurface {
     let mut bodies = vec![0; vertices];
-    let (mut triangles, mut edges) = (vec![], vec![]);
+    let (mut triangles, mut edges, mut particles) = (vec![], vec![], vec![]);
     for (i, party) in (0..).zip(parties) {
         let internal = |v: u32| numbering.internal(party.body.first_vertex + v);
         (0..party.body.mass.len() as u32).for_each(|v| bodies[internal(v) as usize] = i);
@@ -191,14 +248,16 @@ fn surface<const D: usize>(
             match face[..] {
                 [a, b, c] => triangles.push([a, b, c].map(internal)),
                 [a, b] => edges.push([a, b].map(internal)),
+                [p] => particles.push(internal(p)),
                 _ => {}
             }
         }
     }
+    let primitives = SurfacePrimitives { triangles: &triangles, edges: &edges, particles: &particles };
     if D == 3 {
-        ContactSurface::of_triangles(&triangles, rest, &bodies)
+        ContactSurface::in_space(&primitives, rest, &bodies)
     } else {
-        ContactSurface::of_plane_edges(&edges, rest, &bodies)
+        ContactSurface::in_plane(&primitives, rest, &bodies)
     }
 }
 
@@ -252,10 +311,15 @@ fn model<const D: usize>(
             friction[a * parties.len() + b] = pair.friction.unwrap_or(contact.friction);
         }
     }
+    let h = scene.time.step.unwrap_or(scene.time.duration);
     let laws = ContactLaws::new(parties.len(), |a, b| {
         let (one, other) = (&parties[a], &parties[b]);
         let softer = one.young.into_iter().chain(other.young).reduce(f64::min);
-        let stiffness = contact.stiffness.or(softer).unwrap_or(1.0);
+        let by_mass = || {
+            let densest = [one, other].map(|party| party.densest(&surface, numbering));
+            distance * densest[0].max(densest[1]) / (h * h)
+        };
+        let stiffness = contact.stiffness.or(softer).unwrap_or_else(by_mass);
         let offset = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
         let barrier = Barrier { stiffness, reach: distance, offset };
         ContactLaw { barrier, friction: friction[a * parties.len() + b] }

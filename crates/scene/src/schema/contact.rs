@@ -100,10 +100,27 @@ pub enum ObstacleShape {
     HalfSpace(HalfSpace),
     /// A ball, in the plane a disk: exactly round, however coarse it is drawn.
     Ball(ObstacleBall),
+    /// A cylinder with round ends, in the plane a strip with round ends: exactly round, however coarse it is
+    /// drawn.
+    Capsule(ObstacleCapsule),
     /// A box along the axes, in the plane a rectangle.
     Box(BoxSelection),
     /// The surface of a mesh, in the plane its outline.
     Mesh(Box<MeshSpec>),
+}
+
+/// A capsule: all that is within the radius of a segment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleCapsule {
+    /// Ends of its axis, `(2, dimension)` [m].
+    #[serde(with = "As::<Vec<Vec<Length>>>")]
+    #[schemars(length(min = 2, max = 2))]
+    pub axis: Vec<Vec<f64>>,
+    /// Radius [m].
+    #[serde(with = "As::<Length>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub radius: f64,
 }
 
 /// A ball.

@@ -132,6 +132,17 @@ fn shape(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec) {
             check.vector(&path.key("centre"), &ball.centre, "m");
             check.number(&path.key("radius"), ball.radius, Sign::Positive, "m");
         }
+        ObstacleShape::Capsule(capsule) => {
+            let path = path.key("capsule");
+            check.number(&path.key("radius"), capsule.radius, Sign::Positive, "m");
+            check.vectors(&path.key("axis"), &capsule.axis, "m");
+            let message = match &capsule.axis[..] {
+                [a, b] if a == b => "both ends of the axis are one point: that is a `ball`".into(),
+                [_, _] => return,
+                ends => format!("the axis has two ends, got {}", ends.len()),
+            };
+            check.report(Problem::semantic(path.key("axis"), message));
+        }
         ObstacleShape::Box(corners) => {
             let path = path.key("box");
             motion::corners_of_box(check, &path, corners);
