@@ -2,6 +2,7 @@
 
 mod bench;
 mod commands;
+mod contact;
 mod export;
 mod failures;
 mod live;

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pliant
 import pytest
 
 
-def block() -> pliant.Scene:
+def block(**more: Any) -> pliant.Scene:
     """A soft block above a floor, and a wall to its right."""
     return pliant.Scene(
         dimension=2,
@@ -26,6 +29,7 @@ def block() -> pliant.Scene:
             {"name": "floor", "shape": {"half_space": {"normal": [0, 1], "offset": 0}}},
             {"name": "pusher", "shape": {"box": {"min": [0.21, 0.0], "max": [0.25, 0.1]}}},
         ],
+        **more,
     )
 
 
@@ -60,3 +64,20 @@ def test_what_cannot_be_is_told_with_names() -> None:
     scene = block().with_changes({"body.0.mesh.grid.origin": [0.0, -0.05]})
     with pytest.raises(pliant.SceneError, match="`floor`"):
         pliant.Simulation(scene)
+
+
+def test_contacts_are_recorded_frame_by_frame(tmp_path: Path) -> None:
+    simulation = pliant.Simulation(block(output={"rate": 100.0, "channels": ["state", "contacts"]}))
+    simulation.run(0.1, record=tmp_path / "a.mcap")
+    trajectory = pliant.load(tmp_path / "a.mcap")
+    now, last = simulation.contacts(), trajectory.contacts()
+    assert last["bodies"] == now["bodies"] and len(now["bodies"]) > 0
+    for name in ["points", "normals", "gaps", "forces"]:
+        np.testing.assert_array_equal(last[name], now[name])
+    assert trajectory.contacts(0)["gaps"].size <= now["gaps"].size
+    with pytest.raises(IndexError, match="frame 100 of"):
+        trajectory.contacts(100)
+    without = block(output={"rate": 100.0, "channels": ["state"]})
+    pliant.Simulation(without).run(0.1, record=tmp_path / "b.mcap")
+    with pytest.raises(KeyError, match="contacts"):
+        pliant.load(tmp_path / "b.mcap").contacts()

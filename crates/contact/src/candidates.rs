@@ -4,6 +4,9 @@
 //! vertex.
 
 use crate::broad_phase::{Bounds, BoundsTree};
+use crate::closest::Primitives;
+use crate::contacts::rows;
+use crate::pair::{EdgeEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
 use rayon::prelude::*;
 
@@ -77,6 +80,17 @@ impl CandidatePairs {
         let tree = BoundsTree::new(&edges);
         found.edge_edge = search.pairs(&surface.edges, &edges, &surface.edges, &tree, true);
         found.point_edge = search.wires::<D>();
+        if dx.is_none() {
+            // Boxes of slanted neighbours meet all over a surface: most of what they find is far apart.
+            search.keep_near::<PointTriangle>(&mut found.point_triangle, |[p, t]| {
+                let [a, b, c] = surface.triangles[t as usize];
+                [p, a, b, c]
+            });
+            search.keep_near::<EdgeEdge>(&mut found.edge_edge, |pair| {
+                let [[a, b], [c, d]] = pair.map(|e| surface.edges[e as usize]);
+                [a, b, c, d]
+            });
+        }
         found
     }
 }
@@ -162,6 +176,22 @@ impl Search<'_> {
         blocks.concat()
     }
 
+    /// Keeps the pairs whose radii are nearer to each other than the reach, `vertices` those of a pair.
+    fn keep_near<K: Primitives<3, 4>>(
+        &self,
+        pairs: &mut Vec<[u32; 2]>,
+        vertices: impl Fn([u32; 2]) -> [u32; 4] + Sync,
+    ) {
+        let is_near = |pair: &&[u32; 2]| {
+            let vertices = vertices(**pair);
+            let radii = self.surface.radius(vertices[0]) + self.surface.radius(vertices[3]);
+            // Distances are rounded.
+            let distance = (self.reach + radii) * (1.0 + 1e-9);
+            K::closest(&rows::<3, 4>(self.x, &vertices)).squared_distance < distance * distance
+        };
+        *pairs = pairs.par_iter().filter(is_near).copied().collect();
+    }
+
     #[inline]
     fn allows<const N: usize, const M: usize>(&self, a: &[u32; N], b: &[u32; M]) -> bool {
         let body = |v: u32| self.surface.bodies[v as usize];
@@ -171,8 +201,8 @@ impl Search<'_> {
 
 /// Candidates that stay complete while vertices move little.
 ///
-/// Gathered with the reach and twice the `margin`, they hold all pairs within reach of their radii until bodies, relative to
-/// each other, and vertices, relative to their bodies, have moved by more than the margin.
+/// Gathered with the reach and twice the `margin`, they hold all pairs within reach of their radii until
+/// bodies, relative to each other, and vertices, relative to their bodies, have moved by more than the margin.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateCache {
     pairs: CandidatePairs,

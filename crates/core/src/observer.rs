@@ -5,6 +5,7 @@ mod quantities;
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{Diagnostics, ElementState, Reaction};
+use crate::energy::SurfaceContact;
 use crate::simulation::Simulation;
 pub use crate::simulation::Work;
 pub use quantities::Quantities;
@@ -34,6 +35,8 @@ pub struct Frame<'a> {
     pub points: Option<&'a [ElementState]>,
     /// Forces with which pins that have not let go hold their vertices, and walls push.
     pub reactions: Option<&'a [Reaction]>,
+    /// Surfaces that touch, in a fixed order.
+    pub contacts: Option<&'a [SurfaceContact]>,
     /// Work counters.
     pub work: Work,
 }
@@ -50,6 +53,7 @@ impl Frame<'_> {
     ) -> R {
         let reads = |quantity| quantities.contains(quantity);
         let reactions = reads(Quantities::REACTIONS).then(|| simulation.reactions());
+        let contacts = reads(Quantities::CONTACTS).then(|| simulation.contacts());
         let points = reads(Quantities::POINTS).then(|| simulation.point_states());
         let elements = reads(Quantities::ELEMENTS).then(|| simulation.element_states());
         let (x, v, state) = (simulation.positions(), simulation.velocities(), simulation.state());
@@ -64,6 +68,7 @@ impl Frame<'_> {
             elements: elements.as_deref(),
             points: points.as_deref(),
             reactions: reactions.as_deref(),
+            contacts: contacts.as_deref(),
             work: simulation.work(),
         })
     }
@@ -77,6 +82,7 @@ impl<'a> Frame<'a> {
             | Quantities::ELEMENTS.only_if(self.elements.is_some())
             | Quantities::POINTS.only_if(self.points.is_some())
             | Quantities::REACTIONS.only_if(self.reactions.is_some())
+            | Quantities::CONTACTS.only_if(self.contacts.is_some())
     }
 
     /// The same moment with these quantities at most.
@@ -89,6 +95,7 @@ impl<'a> Frame<'a> {
             elements: self.elements.filter(|_| has(Quantities::ELEMENTS)),
             points: self.points.filter(|_| has(Quantities::POINTS)),
             reactions: self.reactions.filter(|_| has(Quantities::REACTIONS)),
+            contacts: self.contacts.filter(|_| has(Quantities::CONTACTS)),
             ..*self
         }
     }

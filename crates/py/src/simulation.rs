@@ -23,7 +23,7 @@ use pyo3::types::PyDict;
 use crate::arrays::Doubles;
 use crate::scene::PyScene;
 use crate::{arrays, errors, threads};
-pub(crate) use measure::{energies, measure_named};
+pub(crate) use measure::{contacts_table, energies, measure_named};
 pub(crate) use parameters::{Additions, Raised};
 pub(crate) use vibration::PySuperposition;
 

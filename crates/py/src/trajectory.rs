@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::arrays::Doubles;
-use crate::simulation::measure_named;
+use crate::simulation::{contacts_table, measure_named};
 use crate::{arrays, document, errors};
 
 /// The frames of a complete file, read one by one. What `Trajectory` is made of.
@@ -96,6 +96,10 @@ impl PyRecording {
 
     fn probe<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyDict>> {
         self.columns(py, |reader| reader.probe(name))
+    }
+
+    fn contacts<'py>(&self, py: Python<'py>, frame: usize) -> PyResult<Bound<'py, PyDict>> {
+        contacts_table(py, &self.read(py, |reader| reader.contacts(frame))?)
     }
 
     fn attachment<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyBytes>>> {

@@ -1,13 +1,15 @@
 //! Copies of frames, kept until they are encoded.
 
 use pliant::diagnostics::{Diagnostics, ElementState, Reaction};
+use pliant::energy::SurfaceContact;
 use pliant::observer::{Frame, Work};
 
 /// Bytes that a copy of `frame` takes.
 pub(super) fn bytes_of(frame: &Frame<'_>) -> usize {
-    let Frame { x, v, elements, points, reactions, .. } = *frame;
+    let Frame { x, v, elements, points, reactions, contacts, .. } = *frame;
     let elements = elements.map_or(0, size_of_val) + points.map_or(0, size_of_val);
-    size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + reactions.map_or(0, size_of_val)
+    let forces = reactions.map_or(0, size_of_val) + contacts.map_or(0, size_of_val);
+    size_of::<FrameCopy>() + size_of_val(x) + size_of_val(v) + elements + forces
 }
 
 /// A slice that may be missing, copied to where the last one was.
@@ -44,6 +46,7 @@ pub(super) struct FrameCopy {
     elements: OptionalCopy<ElementState>,
     points: OptionalCopy<ElementState>,
     reactions: OptionalCopy<Reaction>,
+    contacts: OptionalCopy<SurfaceContact>,
     work: Work,
 }
 
@@ -61,14 +64,15 @@ impl FrameCopy {
             elements: OptionalCopy::EMPTY,
             points: OptionalCopy::EMPTY,
             reactions: OptionalCopy::EMPTY,
+            contacts: OptionalCopy::EMPTY,
             work: Work::default(),
         }
     }
 
     fn set(&mut self, frame: &Frame<'_>) {
-        let Frame { index, step, time, dimension, x, v, diagnostics, elements, points, reactions, work } =
-            *frame;
-        (self.index, self.step, self.time, self.dimension) = (index, step, time, dimension);
+        let Frame { x, v, diagnostics, elements, points, reactions, contacts, work, .. } = *frame;
+        (self.index, self.step) = (frame.index, frame.step);
+        (self.time, self.dimension) = (frame.time, frame.dimension);
         self.x.clear();
         self.x.extend_from_slice(x);
         self.v.clear();
@@ -77,6 +81,7 @@ impl FrameCopy {
         self.elements.set(elements);
         self.points.set(points);
         self.reactions.set(reactions);
+        self.contacts.set(contacts);
         self.work = work;
     }
 
@@ -92,6 +97,7 @@ impl FrameCopy {
             elements: self.elements.get(),
             points: self.points.get(),
             reactions: self.reactions.get(),
+            contacts: self.contacts.get(),
             work: self.work,
         }
     }

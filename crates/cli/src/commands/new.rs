@@ -22,6 +22,7 @@ const KINDS: &[SceneKind] = &[
     SceneKind { name: "beam", text: include_str!("new/beam.toml") },
     SceneKind { name: "galaxy", text: include_str!("new/galaxy.toml") },
     SceneKind { name: "static", text: include_str!("new/static.toml") },
+    SceneKind { name: "gripper", text: include_str!("new/gripper.toml") },
 ];
 
 impl SceneKind {

@@ -198,7 +198,7 @@ pub trait MovablePlaces {
 }
 
 /// Two primitives of surfaces that touch.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SurfaceContact {
     /// Names of the two bodies.
     pub bodies: [String; 2],

@@ -16,7 +16,8 @@ use std::ops::{BitOr, BitOrAssign};
 pub struct Quantities(u8);
 
 /// Names, in the order of the bits.
-const NAMES: [&str; 5] = ["state", "diagnostics", "states of elements", "states of points", "reactions"];
+const NAMES: [&str; 6] =
+    ["state", "diagnostics", "states of elements", "states of points", "reactions", "contacts"];
 
 impl Quantities {
     /// None of them.
@@ -31,6 +32,8 @@ impl Quantities {
     pub const POINTS: Quantities = Quantities(1 << 3);
     /// Forces of pins and walls, [`Frame::reactions`](super::Frame::reactions).
     pub const REACTIONS: Quantities = Quantities(1 << 4);
+    /// Surfaces that touch, [`Frame::contacts`](super::Frame::contacts).
+    pub const CONTACTS: Quantities = Quantities(1 << 5);
 
     /// True if all of `others` are in the set.
     pub const fn contains(self, others: Quantities) -> bool {

@@ -213,6 +213,31 @@ class Trajectory:
         """dict of str to ndarray of float64, shape (F,): Forces [N] and moments [N m] of pins, by name; NaN where one has let go."""
         return self._recording.reactions()
 
+    def contacts(self, frame: int = -1) -> dict[str, Any]:
+        """Surfaces that touch in a frame.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame, from the end where it is negative.
+
+        Returns
+        -------
+        dict
+            As :meth:`Simulation.contacts` has them: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"`` [m] and ``"forces"`` [N].
+
+        Raises
+        ------
+        KeyError
+            The recording does not have the channel ``contacts``.
+        IndexError
+            There is no such frame.
+        """
+        count = len(self)
+        if not -count <= frame < count:
+            raise IndexError(f"frame {frame} of {count}")
+        return self._recording.contacts(frame % count)
+
     def probe(self, name: str) -> dict[str, Array]:
         """Read a probe over time.
 

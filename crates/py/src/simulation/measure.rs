@@ -2,6 +2,7 @@
 
 use numpy::{IntoPyArray, PyArray1};
 use pliant::diagnostics::{Diagnostics, ElementState, MEASURES, Measure};
+use pliant::energy::SurfaceContact;
 use pliant::simulation::{MatrixError, SparseMatrix};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -183,19 +184,7 @@ impl PySimulation {
         let inner = self.lock()?;
         let simulation = &inner.simulation;
         let contacts = py.detach(|| threads::run(|| simulation.contacts()));
-        let (count, table) = (contacts.len(), PyDict::new(py));
-        let bodies: Vec<(String, String)> =
-            contacts.iter().map(|c| (c.bodies[0].clone(), c.bodies[1].clone())).collect();
-        table.set_item("bodies", bodies)?;
-        let points: Vec<f64> = contacts.iter().flat_map(|c| c.points.as_flattened().to_vec()).collect();
-        table.set_item("points", arrays::array(py, points, &[count, 2, 3])?)?;
-        let normals: Vec<f64> = contacts.iter().flat_map(|c| c.normal).collect();
-        table.set_item("normals", arrays::array(py, normals, &[count, 3])?)?;
-        let gaps: Vec<f64> = contacts.iter().map(|c| c.gap).collect();
-        table.set_item("gaps", arrays::array(py, gaps, &[count])?)?;
-        let forces: Vec<f64> = contacts.iter().map(|c| c.force).collect();
-        table.set_item("forces", arrays::array(py, forces, &[count])?)?;
-        Ok(table)
+        contacts_table(py, &contacts)
     }
 
     /// The largest stable step of the scheme for the motion linearised about the present state.
@@ -290,4 +279,24 @@ impl PySimulation {
         let count = self.vertices * self.dimension;
         py.import("scipy.sparse")?.call_method1("csr_array", (parts, (count, count)))
     }
+}
+
+/// Contacts as a dict of arrays.
+pub(crate) fn contacts_table<'py>(
+    py: Python<'py>,
+    contacts: &[SurfaceContact],
+) -> PyResult<Bound<'py, PyDict>> {
+    let (count, table) = (contacts.len(), PyDict::new(py));
+    let bodies: Vec<(String, String)> =
+        contacts.iter().map(|c| (c.bodies[0].clone(), c.bodies[1].clone())).collect();
+    table.set_item("bodies", bodies)?;
+    let points: Vec<f64> = contacts.iter().flat_map(|c| c.points.as_flattened().to_vec()).collect();
+    table.set_item("points", arrays::array(py, points, &[count, 2, 3])?)?;
+    let normals: Vec<f64> = contacts.iter().flat_map(|c| c.normal).collect();
+    table.set_item("normals", arrays::array(py, normals, &[count, 3])?)?;
+    let gaps: Vec<f64> = contacts.iter().map(|c| c.gap).collect();
+    table.set_item("gaps", arrays::array(py, gaps, &[count])?)?;
+    let forces: Vec<f64> = contacts.iter().map(|c| c.force).collect();
+    table.set_item("forces", arrays::array(py, forces, &[count])?)?;
+    Ok(table)
 }

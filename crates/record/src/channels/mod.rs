@@ -52,7 +52,7 @@ macro_rules! channels {
     };
 }
 
-channels![mesh, probe, elements, reactions, energy, state];
+channels![mesh, probe, elements, contacts, reactions, energy, state];
 
 /// Encoders of all channels of a recording, in the order in which their messages stand in a frame.
 pub(crate) fn encoders(options: &Options, topology: &Topology) -> Encoders {

@@ -1,4 +1,4 @@
-//! The messages of one channel that has rows of doubles, one message per frame.
+//! The messages of one channel that has one per frame.
 
 use mcap::records::{MessageIndexEntry, Record};
 
@@ -35,8 +35,18 @@ impl MessageSeries {
         MessageSeries { channel, bytes: stride.saturating_mul(rows), messages, cached: None }
     }
 
-    /// The rows of a frame.
+    /// The rows of a frame, where messages end with rows.
     pub(super) fn rows(&mut self, source: &mut RecordingFile, frame: usize) -> Result<&[u8], RecordError> {
+        let bytes = self.bytes;
+        let path = source.path.clone();
+        let data = self.message(source, frame)?;
+        // `data` is the last field of the message, so its bytes are the last ones.
+        let rows = data.len().checked_sub(bytes).map(|at| &data[at..]);
+        rows.ok_or_else(|| read_error(&path, mcap::McapError::BadIndex))
+    }
+
+    /// The message of a frame.
+    pub(super) fn message(&mut self, source: &mut RecordingFile, frame: usize) -> Result<&[u8], RecordError> {
         let count = self.messages.len();
         let Some((chunk, entry)) = self.messages.get(frame) else {
             return Err(RecordError::NoFrame { path: source.path.clone(), frame, count });
@@ -54,9 +64,7 @@ impl MessageSeries {
             self.cached = Some(CachedChunk { number: chunk, messages: messages.collect() });
         }
         let cached = self.cached.as_ref().and_then(|cached| cached.messages.get(frame - first));
-        let data = cached.filter(|(other, _)| *other == time).map(|(_, data)| data);
-        // `data` is the last field of the message, so its bytes are the last ones.
-        let rows = data.and_then(|data| data.len().checked_sub(self.bytes).map(|at| &data[at..]));
-        rows.ok_or_else(|| read_error(&source.path, mcap::McapError::BadIndex))
+        let data = cached.filter(|(other, _)| *other == time).map(|(_, data)| &data[..]);
+        data.ok_or_else(|| read_error(&source.path, mcap::McapError::BadIndex))
     }
 }

@@ -14,10 +14,11 @@ use crate::RecordError;
 use crate::attachments::{MASS, METADATA, REST};
 use crate::channels::elements::{self, BodyRows, CENTROID};
 use crate::channels::state::STRIDE;
-use crate::channels::{energy, is_in_every_frame, last_of_frame, probe, reactions, state};
+use crate::channels::{contacts, energy, is_in_every_frame, last_of_frame, probe, reactions, state};
 use crate::clock::seconds;
 use crate::error::read_error;
 use pliant::diagnostics::Measure;
+use pliant::energy::SurfaceContact;
 
 /// The frames of a complete file, read one by one as they are asked for.
 #[derive(Debug)]
@@ -29,6 +30,7 @@ pub struct Trajectory {
     states: Option<MessageSeries>,
     /// Elements that have been asked for, by the number of the channel.
     elements: BTreeMap<u16, MessageSeries>,
+    contacts: Option<MessageSeries>,
 }
 
 /// A measure of every element in one frame.
@@ -94,7 +96,8 @@ impl Trajectory {
         let times = frames.iter().map(|(_, entry)| seconds(entry.log_time)).collect();
         let states =
             source.channel(state::TOPIC).map(|id| MessageSeries::new(id, STRIDE, vertex_count, frames));
-        Ok(Trajectory { source, dimension, vertex_count, times, states, elements: BTreeMap::new() })
+        let elements = BTreeMap::new();
+        Ok(Trajectory { source, dimension, vertex_count, times, states, elements, contacts: None })
     }
 
     /// 2 or 3.
@@ -145,6 +148,30 @@ impl Trajectory {
     /// As [`energy`](Self::energy).
     pub fn reactions(&mut self) -> Result<Vec<Column>, RecordError> {
         self.columns(reactions::TOPIC)
+    }
+
+    /// Surfaces that touch in a frame, in the order of the run.
+    ///
+    /// # Errors
+    /// As [`positions`](Self::positions); [`RecordError::Unexpected`] if a message is none of contacts.
+    pub fn contacts(&mut self, frame: usize) -> Result<Vec<SurfaceContact>, RecordError> {
+        /// One message of `/contacts`.
+        #[derive(serde::Deserialize)]
+        struct ContactsMessage {
+            contacts: Vec<SurfaceContact>,
+        }
+        let path = self.source.path.clone();
+        let Some(id) = self.source.channel(contacts::TOPIC) else {
+            return Err(RecordError::NoChannel { path, topic: contacts::TOPIC.to_owned() });
+        };
+        let series = match &mut self.contacts {
+            Some(series) => series,
+            series => series.insert(MessageSeries::new(id, 0, 0, self.source.messages(id)?)),
+        };
+        let message = series.message(&mut self.source, frame)?;
+        let read: Result<ContactsMessage, _> = serde_json::from_slice(message);
+        let what = "a message of `/contacts` is none of contacts";
+        read.map(|read| read.contacts).map_err(|_| RecordError::Unexpected { path, what })
     }
 
     /// All readings of a probe, one column per field, by name: `time`, `position[0]`, `cauchy_stress[3]`.

@@ -95,6 +95,7 @@ fn record_moment(recorder: &mut McapRecorder, index: u32) {
         elements: Some(&states[..1]),
         points: Some(&states),
         reactions: Some(&[reaction]),
+        contacts: None,
         work: Work::default(),
     };
     recorder.record(&frame).unwrap();

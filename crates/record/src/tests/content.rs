@@ -114,6 +114,7 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
         elements: None,
         points: None,
         reactions: None,
+        contacts: None,
         work: Work::default(),
     };
     recorder.record(&frame).unwrap();

@@ -173,6 +173,7 @@ fn a_frame_without_the_states_of_its_elements_is_refused() {
         elements,
         points: None,
         reactions: None,
+        contacts: None,
         work: pliant::observer::Work::default(),
     };
     let error = recorder.record(&frame(None)).unwrap_err();

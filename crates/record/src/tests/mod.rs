@@ -89,6 +89,7 @@ impl Moment {
             elements: None,
             points: None,
             reactions: None,
+            contacts: None,
             work: Work {
                 steps: 10 * self.index,
                 force_evaluations: 20 * self.index,

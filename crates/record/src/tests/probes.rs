@@ -88,6 +88,7 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
         elements: None,
         points: Some(&states),
         reactions: None,
+        contacts: None,
         work: pliant::observer::Work::default(),
     };
     let readings: Vec<Reading> = assembly.probes.iter().map(|probe| probe.read(&frame)).collect();
@@ -253,6 +254,7 @@ fn probes_in_quadratic_elements_are_exact_at_their_point() {
                 elements: None,
                 points: Some(&states),
                 reactions: None,
+                contacts: None,
                 work: pliant::observer::Work::default(),
             });
             assert!(close(&found.position[..d], &moved(place)[..d]), "{found:?}");

@@ -7,6 +7,7 @@ mod bending;
 mod body;
 mod contact;
 mod damping;
+mod duration;
 mod gravity;
 mod initial;
 mod loads;

@@ -67,7 +67,7 @@ pub struct Report {
     /// Features that it does not name, and that therefore cost nothing.
     pub left_out: Vec<String>,
     /// Answers that are likely to be wrong or other than one would think, and what to do about it: walls that
-    /// steps do not see, bodies that lock, numbers of models in millimetres.
+    /// steps do not see, bodies that lock, numbers of models in millimetres, runs of hours.
     pub warnings: Vec<String>,
 }
 
@@ -135,6 +135,7 @@ impl Report {
                 super::warnings::warnings(scene, simulation, bodies),
                 super::locking::warnings(scene, bodies),
                 super::millimetres::warnings(scene, bodies),
+                super::duration::warnings(scene, simulation, bodies),
             ]
             .concat(),
         }
@@ -287,7 +288,9 @@ fn uses(
         "error estimates, steps that are taken back: the step size is fixed",
     );
     for channel in Channel::ALL {
-        if let Some([with, without]) = channel.sentences() {
+        // Without contact there is nothing that could be listed.
+        let is_about_nothing = *channel == Channel::Contacts && scene.contact.is_none();
+        if let Some([with, without]) = channel.sentences().filter(|_| !is_about_nothing) {
             say(scene.output.channels.contains(channel), with.into(), without);
         }
     }

@@ -1,4 +1,5 @@
 mod arbitrary;
+mod duration;
 mod files;
 mod millimetres;
 mod overrides;

@@ -134,6 +134,11 @@ pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             let problem = Problem::semantic(path.key("channels").index(index), message);
             check.report(problem.with_help("leave it out, or give a body a `pin` or the world a wall"));
         }
+        if *channel == Channel::Contacts && scene.contact.is_none() {
+            let message = "channel `contacts` is about surfaces that touch, and the scene has no `[contact]`";
+            let problem = Problem::semantic(path.key("channels").index(index), message);
+            check.report(problem.with_help("leave it out, or add `contact = {}` to the scene"));
+        }
         if channel.measure().is_some() && !scene.body.iter().any(|body| body.elastic.is_some()) {
             let message =
                 format!("channel `{}` is about finite elements, and no body is `elastic`", channel.name());

@@ -22,6 +22,17 @@ use crate::text::{self, counted, entry, number};
 const ENERGY_DRIFT_BOUND: f64 = 1e-3;
 /// And should never be farther off on the way.
 const ENERGY_ERROR_BOUND: f64 = 1e-2;
+/// Contact is overloaded where less than this part of its distance is left.
+const OVERLOAD: f64 = 0.05;
+/// The part that would be left with the stiffness that is advised.
+const COMFORT: f64 = 0.5;
+
+/// Pressure of the contact barrier at the part `s` of its distance, in parts of its stiffness: `-2 s B'(s^2)`
+/// with `B(q) = -(q - 1)^2 ln q`.
+fn relative_pressure(s: f64) -> f64 {
+    let q = s * s;
+    -2.0 * s * (1.0 - q) * (2.0 * q.ln() - 1.0 / q + 1.0)
+}
 
 /// How a run ended, and what is known of it.
 pub(crate) struct Closing<'a> {
@@ -67,6 +78,7 @@ impl<'a> Closing<'a> {
             self.loose(),
             self.jumped(),
             self.unsettled(),
+            self.overloaded(),
             self.energy_off().or_else(|| self.energy_gained()),
         ];
         self.report.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()
@@ -109,6 +121,23 @@ impl<'a> Closing<'a> {
                 counted(unsettled, "solve", "solves"),
             )
         })
+    }
+
+    /// Surfaces that were pressed together until little of the gap between them was left.
+    fn overloaded(&self) -> Option<String> {
+        let least = self.statistics.least_gap.as_ref().filter(|least| least.relative < OVERLOAD)?;
+        let pairs = &self.report.contact.as_ref()?.pairs;
+        let [a, b] = &least.bodies;
+        let is_theirs = |(one, other): (&String, &String)| (one, other) == (a, b) || (one, other) == (b, a);
+        let (.., stiffness, _) = pairs.iter().find(|(one, other, ..)| is_theirs((one, other)))?;
+        let enough = stiffness * relative_pressure(least.relative) / relative_pressure(COMFORT);
+        Some(format!(
+            "contact of `{a}` and `{b}` was pressed to {} of its distance at t = {} s: solves become hard there, and the gap means \
+             little; a `stiffness` of {} Pa would have kept half of it",
+            share(least.relative),
+            number(least.time),
+            number(enough),
+        ))
     }
 
     /// Prescribed motion that jumped.
@@ -280,8 +309,9 @@ impl<'a> Closing<'a> {
         };
         let work =
             [(balance.motion, "prescribed motion"), (by_loads, "loads"), (by_gravity, "changing gravity")];
+        let damping = if self.rubs() { "damping and friction" } else { "damping" };
         let losses =
-            [(balance.ether_drag, "ether drag"), (balance.damping, "damping"), (balance.walls, "walls")];
+            [(balance.ether_drag, "ether drag"), (balance.damping, damping), (balance.walls, "walls")];
         for (name, said) in [("work", parts("by", &work)), ("lost", parts("to", &losses))] {
             if !said.is_empty() {
                 line(name, said);
@@ -307,6 +337,19 @@ impl<'a> Closing<'a> {
         }
         if let Some(solver) = &self.summary.work.solver {
             line("solver", solver_work(solver));
+        }
+        if let Some(least) = &self.statistics.least_gap {
+            let [a, b] = &least.bodies;
+            let part = share(least.relative);
+            let most = counted(least.most, "pair", "pairs");
+            line(
+                "contact",
+                format!(
+                    "least gap {} m, {part} of its distance, between {a} and {b} at t = {} s; up to {most} at a time",
+                    number(least.gap),
+                    number(least.time),
+                ),
+            );
         }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
@@ -366,6 +409,7 @@ impl<'a> Closing<'a> {
                 "motion_jumps": self.summary.motion_jumps,
                 "reactions": self.summary.reactions,
                 "min_j": self.statistics.min_j.or(end.min_j),
+                "least_gap": self.statistics.least_gap,
                 "most_inverted": self.statistics.most_inverted.or(end.inverted),
                 "start": start,
                 "end": end,
@@ -402,7 +446,12 @@ impl<'a> Closing<'a> {
         let world = &self.scene.world;
         let dashpots = self.scene.attachment.iter().any(|attachment| attachment.dashpot.is_some());
         let damped = dashpots || self.scene.body.iter().any(|body| body.damping.is_some());
-        damped || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
+        damped || self.rubs() || !world.walls.is_empty() || world.ether_drag.unwrap_or(0.0) != 0.0
+    }
+
+    /// True if any contact has friction.
+    fn rubs(&self) -> bool {
+        self.report.contact.as_ref().is_some_and(|contact| contact.threshold_speed.is_some())
     }
 
     /// True if it is known how much, in this run as in any other of the scene: those that show frames to

@@ -7,6 +7,7 @@ mod search;
 mod solve;
 mod tolerance;
 
+use self::solve::Begin;
 use super::cholesky::{self, Cholesky};
 use super::conjugate_gradients::{self, CgEnd, ConjugateGradients};
 use super::hessian::{Assembler, Weights};
@@ -96,7 +97,8 @@ impl<const D: usize> Newton<D> {
     }
 
     /// Goes on from a minimum until what dissipative terms hold is that of the minimum itself, at most `most`
-    /// times.
+    /// times. Ways between minima shrink by about the same factor each time: the last is not gone where it
+    /// would be none.
     fn settle(
         &mut self,
         system: &mut System,
@@ -104,16 +106,19 @@ impl<const D: usize> Newton<D> {
         at: &mut Iterate,
         most: u32,
     ) -> Result<(), StepFault> {
+        let mut last = f64::INFINITY;
         for _ in 1..most {
             let before = at.u.clone();
             if system.freeze(&at.x).is_none() {
                 return Ok(());
             }
-            self.solve(system, objective, at)?;
+            self.solve(system, objective, at, Begin::NearMinimum)?;
             let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs()));
-            if moved <= self.tolerance(system, objective, at) {
+            let left = if last.is_finite() && moved < last { moved * (moved / last) } else { moved };
+            if left <= self.tolerance(system, objective, at) {
                 return Ok(());
             }
+            last = moved;
         }
         self.work.unsettled += u64::from(most > 1);
         Ok(())
@@ -148,7 +153,7 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         self.prepare(system, &at.x);
         // A single iteration sees what there is where it starts.
         let most = system.freeze(&at.x).filter(|_| !objective.single_iteration);
-        let mut end = self.solve(system, objective, at);
+        let mut end = self.solve(system, objective, at, Begin::Anywhere);
         if let Some(most) = most {
             end = end.and_then(|()| self.settle(system, objective, at, most));
         }

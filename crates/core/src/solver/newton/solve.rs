@@ -43,6 +43,14 @@ pub(super) struct NewtonSolve<'a> {
     negligible: f64,
 }
 
+/// Place where a solve begins.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Begin {
+    Anywhere,
+    /// So near that the first correction may be the last: it is worth an accurate one.
+    NearMinimum,
+}
+
 /// Solution of the linear system of one iteration, in `direction`.
 #[derive(Clone, Copy)]
 struct Correction {
@@ -130,12 +138,13 @@ impl<const D: usize> Newton<D> {
         system: &mut System,
         objective: &Objective<'_>,
         at: &mut Iterate,
+        begin: Begin,
     ) -> Result<(), StepFault> {
         let mut solve = NewtonSolve::new(system, objective, at);
-        self.iterate(&mut solve).map_err(|verdict| solve.fault(verdict))
+        self.iterate(&mut solve, begin).map_err(|verdict| solve.fault(verdict))
     }
 
-    fn iterate(&mut self, solve: &mut NewtonSolve<'_>) -> Result<(), SolveFailure> {
+    fn iterate(&mut self, solve: &mut NewtonSolve<'_>, begin: Begin) -> Result<(), SolveFailure> {
         if !self.residual(solve.system, solve.objective, solve.at) {
             return Err(SolveFailure::Infeasible);
         }
@@ -147,7 +156,9 @@ impl<const D: usize> Newton<D> {
         solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
         if solve.inexact {
             self.at_hand = None;
-            solve.forcing = FORCING[0];
+            if begin == Begin::Anywhere {
+                solve.forcing = FORCING[0];
+            }
         }
         for iteration in 0..self.options.max_iterations {
             solve.iteration = iteration;

@@ -1,0 +1,57 @@
+//! Runs that take hours: said before they begin, with what they take them for.
+
+use super::body::BodyAssembly;
+use crate::Scene;
+use pliant::simulation::Simulation;
+
+/// From so many seconds on it is said.
+const LONG: f64 = 2.0 * 3600.0;
+/// Elements, springs and pairs of masses that two ordinary cores compute forces of in a second, and
+/// coordinates that they solve a step for: rounded from the rows of `pliant bench`, and right to a factor of
+/// three.
+const ELEMENTS: f64 = 5e7;
+const SPRINGS: f64 = 1e8;
+const PAIRS: f64 = 1e9;
+const COORDINATES: f64 = 5e4;
+
+/// One sentence where the steps of a scene take hours.
+pub(super) fn warnings(scene: &Scene, simulation: &Simulation, bodies: &[BodyAssembly]) -> Vec<String> {
+    // Steps that follow the error are not known before.
+    if simulation.step_control().is_some() {
+        return vec![];
+    }
+    let h = simulation.step_size();
+    let steps = scene.plan().steps(h) as f64;
+    let free = simulation.system().inverse_mass().iter().filter(|w| **w > 0.0).count() as f64;
+    let (each, what) = if simulation.method().documentation.solves > 0 {
+        (
+            free / COORDINATES,
+            format!("each solves for {free} coordinates; a larger step or a coarser mesh takes less"),
+        )
+    } else {
+        let elements: f64 =
+            bodies.iter().filter(|body| body.elastic).map(|body| body.mesh.element_count() as f64).sum();
+        let springs: f64 = bodies.iter().map(|body| body.springs.len() as f64).sum();
+        let pairs = match &scene.world.nbody {
+            Some(nbody) if nbody.tree.is_none() => 0.5 * (simulation.system().mass().len() as f64).powi(2),
+            _ => 0.0,
+        };
+        let each = elements / ELEMENTS + springs / SPRINGS + pairs / PAIRS;
+        let parts = [(elements, "elements"), (springs, "springs"), (pairs, "pairs of masses")];
+        let parts = parts.iter().filter(|(count, _)| *count > 0.0);
+        let parts: Vec<String> = parts.map(|(count, name)| format!("{count} {name}")).collect();
+        let advice = if pairs > 0.0 {
+            "`tree` in `nbody` takes less"
+        } else {
+            "a coarser mesh has a larger stable step, and implicit schemes are stable at larger ones"
+        };
+        (each, format!("each computes the forces of {}; {advice}", parts.join(", ")))
+    };
+    let hours = steps * each / 3600.0;
+    if steps * each < LONG {
+        return vec![];
+    }
+    vec![format!(
+        "all {steps} steps of {h:.3e} s take about {hours:.0} h on two ordinary cores: {what}; `--until` takes a part"
+    )]
+}
