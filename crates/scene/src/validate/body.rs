@@ -1,10 +1,11 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{bending, damping, loads, membrane, mesh, motion, nodal, pins, transform};
+use super::{bending, damping, expression, loads, membrane, mesh, motion, nodal, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, MassSpec, MeshSpec, SpringsSpec};
+use pliant::material::MaterialSpec;
 
 /// Names become topics and file names in a recording.
 const LONGEST_NAME: usize = 64;
@@ -39,15 +40,13 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     for problem in made_of.problems(path, &body.mesh, has, dimension, attracted) {
         check.report(problem);
     }
-    if let Some(material) = &body.elastic
-        && let Err(error) = material.check()
-    {
+    if let Some(material) = &body.elastic {
         let path = path.key("elastic").key(material.name());
-        let mut problem = Problem::parameter(&path, error.field, error.value, error.problem);
-        if let Some(index) = error.index {
-            problem.path = problem.path.index(index);
+        if let MaterialSpec::ExpressedEnergy(energy) = material {
+            expression::expression(check, &path, energy, body);
+        } else if let Err(error) = material.check() {
+            check.report(expression::parameter(&path, &error));
         }
-        check.report(problem);
     }
     if let Some(material) = &body.elastic
         && material.plane().is_some()

@@ -11,6 +11,7 @@ mod body_names;
 mod check;
 mod contact;
 mod damping;
+mod expression;
 mod loads;
 mod membrane;
 mod mesh;

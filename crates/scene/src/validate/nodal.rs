@@ -29,6 +29,10 @@ pub(super) fn nodal(check: &mut Checker, body_path: &KeyPath, nodal: &NodalInteg
             format!("`{}` knows no Poisson's ratio and does not lock: nothing can be split off", material.name()),
             "remove `nodal_integration`",
         ),
+        Some(material) if material.check().is_ok() && material.split(part).is_none() => report(
+            format!("`{}` cannot be split into two materials of its kind", material.name()),
+            "use `order = 2`, or a material of `pliant list materials` with a Poisson's ratio",
+        ),
         Some(material) if material.check().is_ok() => {
             // 1 - 2 nu = mu / (lambda + mu): what is split off is lost in the rounding of the rest.
             let close = material.lame().is_some_and(|lame| lame.mu < CLOSEST * (lame.lambda + lame.mu));
