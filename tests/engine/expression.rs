@@ -92,7 +92,7 @@ fn other_elements_take_formulas_too() {
         let sheet = format!(
             "dimension = 3\ntime = {{ integrator = 'symplectic-euler', step = 1e-4, duration = 1.0 }}\n\
              world = {{ gravity = [0.0, 0.0, -9.8] }}\n[[body]]\nname = 'sheet'\n\
-             mesh = {{ cloth = {{ cells = [4, 4], size = [0.4, 0.4] }} }}\nelastic = {{ {elastic} }}\n\
+             mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.4, 0] }} }}\nelastic = {{ {elastic} }}\n\
              membrane = {{ thickness = 0.01 }}\nmass = {{ density = 1000.0 }}\npin = [{{ vertices = [0, 4] }}]\n"
         );
         [cells, sheet]
@@ -117,7 +117,7 @@ fn mistakes_are_told_with_their_place() {
         (
             "expression = { psi = 'mu/2*(I1 - 3) - mu*log(K)', parameters = { mu = 1e5 } }",
             "",
-            &["body.0.elastic.expression.psi", "unknown name `K`", "I1"][..],
+            &["<scene>:7:58", "unknown name `K`", "`I1`"][..],
         ),
         (
             "expression = { psi = 'mu/2*(I1 - 3)', parameters = { mu = '1 MPa' } }",
@@ -127,12 +127,12 @@ fn mistakes_are_told_with_their_place() {
         (
             "expression = { psi = 'mu/2*(I1 - 3) - mu*log(J)', parameters = { mu = '1 m' } }",
             "",
-            &["body.0.elastic.expression.parameters.mu", "`1 m` is a length [m], not a pressure [Pa]"],
+            &["<scene>:7:83", "`1 m` is a length [m], not a pressure [Pa]"],
         ),
         (
             "expression = { psi = 'mu/2*(I1 - 3) - mu*log(J)', parameters = { mu = 1e5 }, nu = 0.3 }",
             "",
-            &["nu", "parameters"],
+            &["unknown field `nu`", "`parameters`"],
         ),
         (
             "expression = { psi = 'k*E11^2', parameters = { k = 1e5 } }",
@@ -142,7 +142,12 @@ fn mistakes_are_told_with_their_place() {
         (
             "expression = { psi = 'mu/2*(I1 - 3) - mu*log(J) + mu*log(J)^2', parameters = { mu = 1e5 } }",
             "nodal_integration = {}",
-            &["body.0.nodal_integration", "`expression` cannot be split into two materials of its kind"],
+            &["nodal_integration = {}", "`expression` cannot be split into two materials of its kind"],
+        ),
+        (
+            "expression = { psi = 'mu*(l1 + C12)', parameters = { mu = 1e5 } }",
+            "",
+            &["`psi` has both l1 and C12", "help: write the isotropic part with I1, I2 and J"],
         ),
     ] {
         let message = refused(elastic, keys);
@@ -169,4 +174,56 @@ fn fibres_stiffen_their_direction() {
     let (along, across) = (stretch("[1.0, 0.0]"), stretch("[0.0, 2.0]"));
     // Of small strains: the mean stress rho g L / 2 over 2 mu + k along, 2 mu across where the sides are held by fibres.
     assert!(along > 0.0 && across / along > 2.5, "{along} {across}");
+}
+
+/// A net of springs, hung at two corners.
+fn net(springs: &str, time: &str) -> String {
+    format!(
+        "dimension = 3\ntime = {{ {time}, duration = 1.0 }}\nworld = {{ gravity = [0.0, 0.0, -9.8] }}\n[[body]]\n\
+         mesh = {{ cloth = {{ cells = [4, 3], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.3, 0] }} }}\n\
+         springs = {{ {springs} }}\nmass = {{ per_vertex = 0.01 }}\npin = [{{ vertices = [0, 4] }}]\n"
+    )
+}
+
+#[test]
+fn springs_by_their_formula_are_springs() {
+    let implicit = "integrator = 'implicit-euler', step = 5e-3, solver = { tolerance = 1e-13 }";
+    for (time, steps) in [("integrator = 'symplectic-euler', step = 5e-4", 200), (implicit, 10)] {
+        for lengths in ["", ", rest_length = 0.11"] {
+            let by_hand = positions(&net(&format!("stiffness = 200.0{lengths}"), time), steps);
+            let formula =
+                format!("expression = 'k/2*(l - l0)^2', parameters = {{ k = '0.2 N/mm' }}{lengths}");
+            let found = positions(&net(&formula, time), steps);
+            assert!(by_hand.iter().any(|z| *z < -1e-3), "it does not fall");
+            let error = by_hand.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(error < 1e-12, "{time}{lengths}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn mistakes_in_the_formula_of_springs_are_told_with_their_place() {
+    for (springs, expected) in [
+        (
+            "expression = 'k/2*(l - L)^2', parameters = { k = 9.0 }",
+            &["<scene>:6:37", "unknown name `L`", "`l0`"][..],
+        ),
+        (
+            "expression = 'k/2*l^2', parameters = { k = 9.0 }",
+            &["`expression` is 9.0 N as the tension, which must be 0"],
+        ),
+        ("expression = '(l - l0)^2', parameters = { k = 9.0 }", &["`k` is not in the formula"]),
+        (
+            "expression = '(l - l0)^2', young = 9.0",
+            &["exactly one of `stiffness` [N/m], `young`", "two are given"],
+        ),
+        ("stiffness = 1.0, parameters = { k = 9.0 }", &["`parameters` are those of `expression`"]),
+    ] {
+        let message = Scene::from_toml(&net(springs, "integrator = 'symplectic-euler', step = 1e-4"))
+            .expect_err("a mistake")
+            .to_string();
+        for part in expected {
+            assert!(message.contains(part), "{part} is not in:\n{message}");
+        }
+    }
 }

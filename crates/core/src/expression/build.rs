@@ -23,7 +23,12 @@ impl Formula {
     /// # Errors
     /// The text is not a formula, or has a name in it that is neither a function nor one of `names`.
     pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Formula, ExpressionError> {
-        let (steps, places) = parse::program(text, names)?;
+        let (steps, places) = parse::program(text, names).map_err(|error| match error {
+            ExpressionError::UnknownName { name, known, place, .. } => {
+                ExpressionError::UnknownName { name, known, functions: AVAILABLE.to_vec(), place }
+            }
+            error => error,
+        })?;
         Ok(Formula { steps, places })
     }
 

@@ -18,7 +18,7 @@ impl NodeId {
 
 /// A value and what it is made of; numbers by their bits, so that nodes can be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Node {
+pub(super) enum FormulaNode {
     Number(u64),
     Variable(u16),
     Negative(NodeId),
@@ -36,21 +36,22 @@ pub(super) enum Node {
     IfLess([NodeId; 4]),
 }
 
-impl Node {
+impl FormulaNode {
     /// What it is made of.
     pub(super) fn operands(self) -> impl DoubleEndedIterator<Item = NodeId> {
         let (operands, count) = match self {
-            Node::Number(_) | Node::Variable(_) => ([NodeId(0); 4], 0),
-            Node::Negative(a)
-            | Node::Root(a)
-            | Node::Logarithm(a)
-            | Node::Exponential(a)
-            | Node::Power(a, _)
-            | Node::Magnitude(a) => ([a; 4], 1),
-            Node::Sum(a, b) | Node::Difference(a, b) | Node::Product(a, b) | Node::Quotient(a, b) => {
-                ([a, b, a, a], 2)
-            }
-            Node::IfLess(operands) => (operands, 4),
+            FormulaNode::Number(_) | FormulaNode::Variable(_) => ([NodeId(0); 4], 0),
+            FormulaNode::Negative(a)
+            | FormulaNode::Root(a)
+            | FormulaNode::Logarithm(a)
+            | FormulaNode::Exponential(a)
+            | FormulaNode::Power(a, _)
+            | FormulaNode::Magnitude(a) => ([a; 4], 1),
+            FormulaNode::Sum(a, b)
+            | FormulaNode::Difference(a, b)
+            | FormulaNode::Product(a, b)
+            | FormulaNode::Quotient(a, b) => ([a, b, a, a], 2),
+            FormulaNode::IfLess(operands) => (operands, 4),
         };
         operands.into_iter().take(count).collect::<Vec<_>>().into_iter()
     }
@@ -59,16 +60,16 @@ impl Node {
 /// Values, each made of earlier ones. Equal values are one node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
-    nodes: Vec<Node>,
-    ids: HashMap<Node, NodeId>,
+    nodes: Vec<FormulaNode>,
+    ids: HashMap<FormulaNode, NodeId>,
 }
 
 impl Graph {
-    pub(super) fn node(&self, id: NodeId) -> Node {
+    pub(super) fn node(&self, id: NodeId) -> FormulaNode {
         self.nodes[id.index()]
     }
 
-    fn add(&mut self, node: Node) -> NodeId {
+    fn add(&mut self, node: FormulaNode) -> NodeId {
         if let Some(id) = self.ids.get(&node) {
             return *id;
         }
@@ -81,29 +82,29 @@ impl Graph {
     /// The value of a constant.
     pub(crate) fn constant(&self, id: NodeId) -> Option<f64> {
         match self.node(id) {
-            Node::Number(bits) => Some(f64::from_bits(bits)),
+            FormulaNode::Number(bits) => Some(f64::from_bits(bits)),
             _ => None,
         }
     }
 
     pub(crate) fn number(&mut self, value: f64) -> NodeId {
-        self.add(Node::Number(value.to_bits()))
+        self.add(FormulaNode::Number(value.to_bits()))
     }
 
     pub(crate) fn variable(&mut self, variable: u16) -> NodeId {
-        self.add(Node::Variable(variable))
+        self.add(FormulaNode::Variable(variable))
     }
 
     pub(crate) fn negative(&mut self, a: NodeId) -> NodeId {
         match self.node(a) {
-            Node::Number(bits) => self.number(-f64::from_bits(bits)),
-            Node::Negative(a) => a,
-            Node::Difference(a, b) => self.difference(b, a),
-            Node::Product(k, x) if let Some(k) = self.constant(k) => {
+            FormulaNode::Number(bits) => self.number(-f64::from_bits(bits)),
+            FormulaNode::Negative(a) => a,
+            FormulaNode::Difference(a, b) => self.difference(b, a),
+            FormulaNode::Product(k, x) if let Some(k) = self.constant(k) => {
                 let k = self.number(-k);
                 self.product(k, x)
             }
-            _ => self.add(Node::Negative(a)),
+            _ => self.add(FormulaNode::Negative(a)),
         }
     }
 
@@ -115,17 +116,17 @@ impl Graph {
             _ => {}
         }
         match (self.node(a), self.node(b)) {
-            (_, Node::Negative(b)) => self.difference(a, b),
-            (Node::Negative(a), _) => self.difference(b, a),
+            (_, FormulaNode::Negative(b)) => self.difference(a, b),
+            (FormulaNode::Negative(a), _) => self.difference(b, a),
             _ if a == b => {
                 let two = self.number(2.0);
                 self.product(two, a)
             }
             // Constants come first, and of two values the earlier one.
             _ if self.constant(b).is_some() || (self.constant(a).is_none() && b < a) => {
-                self.add(Node::Sum(b, a))
+                self.add(FormulaNode::Sum(b, a))
             }
-            _ => self.add(Node::Sum(a, b)),
+            _ => self.add(FormulaNode::Sum(a, b)),
         }
     }
 
@@ -142,8 +143,8 @@ impl Graph {
         }
         match self.node(b) {
             _ if a == b => self.number(0.0),
-            Node::Negative(b) => self.sum(a, b),
-            _ => self.add(Node::Difference(a, b)),
+            FormulaNode::Negative(b) => self.sum(a, b),
+            _ => self.add(FormulaNode::Difference(a, b)),
         }
     }
 
@@ -155,26 +156,26 @@ impl Graph {
             (Some(1.0), _) => return b,
             (Some(-1.0), _) => return self.negative(b),
             (Some(k), None) => match self.node(b) {
-                Node::Product(m, x) if let Some(m) = self.constant(m) => {
+                FormulaNode::Product(m, x) if let Some(m) = self.constant(m) => {
                     let k = self.number(k * m);
                     return self.product(k, x);
                 }
-                Node::Negative(x) => {
+                FormulaNode::Negative(x) => {
                     let k = self.number(-k);
                     return self.product(k, x);
                 }
-                _ => return self.add(Node::Product(a, b)),
+                _ => return self.add(FormulaNode::Product(a, b)),
             },
             _ => {}
         }
         // A constant factor stands in front of everything else.
         for (factor, other) in [(a, b), (b, a)] {
             match self.node(factor) {
-                Node::Product(k, x) if self.constant(k).is_some() => {
+                FormulaNode::Product(k, x) if self.constant(k).is_some() => {
                     let product = self.product(x, other);
                     return self.product(k, product);
                 }
-                Node::Negative(x) => {
+                FormulaNode::Negative(x) => {
                     let product = self.product(x, other);
                     return self.negative(product);
                 }
@@ -185,7 +186,7 @@ impl Graph {
             return self.power(a, 2.0);
         }
         let (a, b) = if b < a { (b, a) } else { (a, b) };
-        self.add(Node::Product(a, b))
+        self.add(FormulaNode::Product(a, b))
     }
 
     pub(crate) fn quotient(&mut self, a: NodeId, b: NodeId) -> NodeId {
@@ -196,35 +197,35 @@ impl Graph {
                 let reciprocal = self.number(1.0 / b);
                 self.product(reciprocal, a)
             }
-            _ => self.add(Node::Quotient(a, b)),
+            _ => self.add(FormulaNode::Quotient(a, b)),
         }
     }
 
     pub(crate) fn root(&mut self, a: NodeId) -> NodeId {
         match self.constant(a) {
             Some(a) => self.number(a.sqrt()),
-            None => self.add(Node::Root(a)),
+            None => self.add(FormulaNode::Root(a)),
         }
     }
 
     pub(crate) fn logarithm(&mut self, a: NodeId) -> NodeId {
         match self.constant(a) {
             Some(a) => self.number(libm::log(a)),
-            None => self.add(Node::Logarithm(a)),
+            None => self.add(FormulaNode::Logarithm(a)),
         }
     }
 
     pub(crate) fn exponential(&mut self, a: NodeId) -> NodeId {
         match self.constant(a) {
             Some(a) => self.number(libm::exp(a)),
-            None => self.add(Node::Exponential(a)),
+            None => self.add(FormulaNode::Exponential(a)),
         }
     }
 
     pub(crate) fn magnitude(&mut self, a: NodeId) -> NodeId {
         match self.constant(a) {
             Some(a) => self.number(a.abs()),
-            None => self.add(Node::Magnitude(a)),
+            None => self.add(FormulaNode::Magnitude(a)),
         }
     }
 
@@ -234,10 +235,12 @@ impl Graph {
             _ if exponent == 0.0 => self.number(1.0),
             _ if exponent == 1.0 => a,
             // Where one of them is not an integer, (a^m)^n is |a|^(m n) at times.
-            (_, Node::Power(b, inner)) if exponent.fract() == 0.0 && f64::from_bits(inner).fract() == 0.0 => {
+            (_, FormulaNode::Power(b, inner))
+                if exponent.fract() == 0.0 && f64::from_bits(inner).fract() == 0.0 =>
+            {
                 self.power(b, exponent * f64::from_bits(inner))
             }
-            _ => self.add(Node::Power(a, exponent.to_bits())),
+            _ => self.add(FormulaNode::Power(a, exponent.to_bits())),
         }
     }
 
@@ -252,13 +255,13 @@ impl Graph {
                     otherwise
                 }
             }
-            _ => self.add(Node::IfLess([a, b, then, otherwise])),
+            _ => self.add(FormulaNode::IfLess([a, b, then, otherwise])),
         }
     }
 
     /// `then` where `condition` is not zero.
     pub(super) fn choice(&mut self, condition: NodeId, then: NodeId, otherwise: NodeId) -> NodeId {
-        if let Node::IfLess([a, b, holds, fails]) = self.node(condition) {
+        if let FormulaNode::IfLess([a, b, holds, fails]) = self.node(condition) {
             match (self.constant(holds), self.constant(fails)) {
                 (Some(1.0), Some(0.0)) => return self.if_less(a, b, then, otherwise),
                 (Some(0.0), Some(1.0)) => return self.if_less(a, b, otherwise, then),
@@ -285,15 +288,15 @@ impl Graph {
 
     /// A variable, if it is anywhere.
     pub(super) fn find_variable(&self, variable: u16) -> Option<NodeId> {
-        self.ids.get(&Node::Variable(variable)).copied()
+        self.ids.get(&FormulaNode::Variable(variable)).copied()
     }
 
     /// The variables that `root` depends on, ascending.
     pub(crate) fn variables(&self, root: NodeId) -> Vec<u16> {
         let reached = self.reached(&[root]);
         let nodes = self.nodes.iter().zip(reached).filter(|(_, reached)| *reached);
-        let variable = |(node, _): (&Node, bool)| match node {
-            Node::Variable(variable) => Some(*variable),
+        let variable = |(node, _): (&FormulaNode, bool)| match node {
+            FormulaNode::Variable(variable) => Some(*variable),
             _ => None,
         };
         let mut variables: Vec<u16> = nodes.filter_map(variable).collect();
@@ -321,42 +324,42 @@ impl Graph {
         let this = NodeId::new(index);
         let flat = |graph: &Self, a: NodeId| graph.constant(of(a)) == Some(0.0);
         match self.nodes[index] {
-            Node::Number(_) => self.number(0.0),
-            Node::Variable(other) => self.number(if other == variable { 1.0 } else { 0.0 }),
+            FormulaNode::Number(_) => self.number(0.0),
+            FormulaNode::Variable(other) => self.number(if other == variable { 1.0 } else { 0.0 }),
             node if node.operands().all(|operand| flat(self, operand)) => self.number(0.0),
-            Node::Negative(a) => self.negative(of(a)),
-            Node::Sum(a, b) => self.sum(of(a), of(b)),
-            Node::Difference(a, b) => self.difference(of(a), of(b)),
-            Node::Product(a, b) => {
+            FormulaNode::Negative(a) => self.negative(of(a)),
+            FormulaNode::Sum(a, b) => self.sum(of(a), of(b)),
+            FormulaNode::Difference(a, b) => self.difference(of(a), of(b)),
+            FormulaNode::Product(a, b) => {
                 let (first, second) = (self.product(of(a), b), self.product(a, of(b)));
                 self.sum(first, second)
             }
             // (a' - (a/b) b') / b
-            Node::Quotient(a, b) => {
+            FormulaNode::Quotient(a, b) => {
                 let lost = self.product(this, of(b));
                 let rest = self.difference(of(a), lost);
                 self.quotient(rest, b)
             }
-            Node::Root(a) => {
+            FormulaNode::Root(a) => {
                 let half = self.number(0.5);
                 let half = self.product(half, of(a));
                 self.quotient(half, this)
             }
-            Node::Logarithm(a) => self.quotient(of(a), a),
-            Node::Exponential(a) => self.product(this, of(a)),
-            Node::Power(a, exponent) => {
+            FormulaNode::Logarithm(a) => self.quotient(of(a), a),
+            FormulaNode::Exponential(a) => self.product(this, of(a)),
+            FormulaNode::Power(a, exponent) => {
                 let exponent = f64::from_bits(exponent);
                 let power = self.power(a, exponent - 1.0);
                 let outer = self.number(exponent);
                 let outer = self.product(outer, power);
                 self.product(outer, of(a))
             }
-            Node::Magnitude(a) => {
+            FormulaNode::Magnitude(a) => {
                 let zero = self.number(0.0);
                 let negative = self.negative(of(a));
                 self.if_less(a, zero, negative, of(a))
             }
-            Node::IfLess([a, b, then, otherwise]) => self.if_less(a, b, of(then), of(otherwise)),
+            FormulaNode::IfLess([a, b, then, otherwise]) => self.if_less(a, b, of(then), of(otherwise)),
         }
     }
 
@@ -377,7 +380,7 @@ impl Graph {
                 }
                 let node = self.node(id);
                 let stands_for = match node {
-                    Node::Variable(variable) => definitions.get(&variable).copied(),
+                    FormulaNode::Variable(variable) => definitions.get(&variable).copied(),
                     _ => None,
                 };
                 let missing = |operand: &NodeId| !done.contains_key(operand);
@@ -390,19 +393,19 @@ impl Graph {
                 let of = |a: NodeId| done[&a];
                 let new = match (node, stands_for) {
                     (_, Some(definition)) => of(definition),
-                    (Node::Number(bits), _) => lowered.number(f64::from_bits(bits)),
-                    (Node::Variable(variable), _) => lowered.variable(variable),
-                    (Node::Negative(a), _) => lowered.negative(of(a)),
-                    (Node::Sum(a, b), _) => lowered.sum(of(a), of(b)),
-                    (Node::Difference(a, b), _) => lowered.difference(of(a), of(b)),
-                    (Node::Product(a, b), _) => lowered.factor(of(a), of(b)),
-                    (Node::Quotient(a, b), _) => lowered.quotient(of(a), of(b)),
-                    (Node::Root(a), _) => lowered.root(of(a)),
-                    (Node::Logarithm(a), _) => lowered.logarithm(of(a)),
-                    (Node::Exponential(a), _) => lowered.exponential(of(a)),
-                    (Node::Magnitude(a), _) => lowered.magnitude(of(a)),
-                    (Node::Power(a, exponent), _) => lowered.raised(of(a), f64::from_bits(exponent)),
-                    (Node::IfLess(all), _) => {
+                    (FormulaNode::Number(bits), _) => lowered.number(f64::from_bits(bits)),
+                    (FormulaNode::Variable(variable), _) => lowered.variable(variable),
+                    (FormulaNode::Negative(a), _) => lowered.negative(of(a)),
+                    (FormulaNode::Sum(a, b), _) => lowered.sum(of(a), of(b)),
+                    (FormulaNode::Difference(a, b), _) => lowered.difference(of(a), of(b)),
+                    (FormulaNode::Product(a, b), _) => lowered.factor(of(a), of(b)),
+                    (FormulaNode::Quotient(a, b), _) => lowered.quotient(of(a), of(b)),
+                    (FormulaNode::Root(a), _) => lowered.root(of(a)),
+                    (FormulaNode::Logarithm(a), _) => lowered.logarithm(of(a)),
+                    (FormulaNode::Exponential(a), _) => lowered.exponential(of(a)),
+                    (FormulaNode::Magnitude(a), _) => lowered.magnitude(of(a)),
+                    (FormulaNode::Power(a, exponent), _) => lowered.raised(of(a), f64::from_bits(exponent)),
+                    (FormulaNode::IfLess(all), _) => {
                         let [a, b, then, otherwise] = all.map(of);
                         lowered.if_less(a, b, then, otherwise)
                     }
@@ -417,10 +420,14 @@ impl Graph {
     /// A product as such: of equal factors no power.
     fn factor(&mut self, a: NodeId, b: NodeId) -> NodeId {
         match a == b && self.constant(a).is_none() {
-            true => self.add(Node::Product(a, a)),
+            true => self.add(FormulaNode::Product(a, a)),
             false => {
                 let is_number = self.constant(a).is_some() || self.constant(b).is_some();
-                if is_number { self.product(a, b) } else { self.add(Node::Product(a.min(b), a.max(b))) }
+                if is_number {
+                    self.product(a, b)
+                } else {
+                    self.add(FormulaNode::Product(a.min(b), a.max(b)))
+                }
             }
         }
     }

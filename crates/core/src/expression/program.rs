@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::graph::{Graph, Node, NodeId};
+use super::graph::{FormulaNode, Graph, NodeId};
 use crate::scalar::Scalar;
 
 /// Registers of a short program: few, since they are cleared where it begins.
@@ -173,7 +173,9 @@ impl<'g> Compiler<'g> {
     /// Factors of a product that only one sum needs.
     fn fused(&self, id: NodeId) -> Option<[NodeId; 2]> {
         match self.graph.node(id) {
-            Node::Product(a, b) if self.uses[id.index()] == 1 && !self.is_root[id.index()] => Some([a, b]),
+            FormulaNode::Product(a, b) if self.uses[id.index()] == 1 && !self.is_root[id.index()] => {
+                Some([a, b])
+            }
             _ => None,
         }
     }
@@ -185,16 +187,16 @@ impl<'g> Compiler<'g> {
         let two = |code, a, b, k| Fate::Computed { code, k, operands: [a, b, a, a], count: 2 };
         let three = |code, a, b, c| Fate::Computed { code, k: 0.0, operands: [a, b, c, a], count: 3 };
         match self.graph.node(id) {
-            Node::Variable(_) => Fate::Nothing,
-            Node::Number(bits) => {
+            FormulaNode::Variable(_) => Fate::Nothing,
+            FormulaNode::Number(bits) => {
                 Fate::Computed { code: Code::Number, k: f64::from_bits(bits), operands: [id; 4], count: 0 }
             }
-            Node::Negative(a) => one(Code::Negate, a, 0.0),
-            Node::Root(a) => one(Code::Root, a, 0.0),
-            Node::Logarithm(a) => one(Code::Logarithm, a, 0.0),
-            Node::Exponential(a) => one(Code::Exponential, a, 0.0),
-            Node::Magnitude(a) => one(Code::Magnitude, a, 0.0),
-            Node::Sum(a, b) => match (constant(a), self.fused(a), self.fused(b)) {
+            FormulaNode::Negative(a) => one(Code::Negate, a, 0.0),
+            FormulaNode::Root(a) => one(Code::Root, a, 0.0),
+            FormulaNode::Logarithm(a) => one(Code::Logarithm, a, 0.0),
+            FormulaNode::Exponential(a) => one(Code::Exponential, a, 0.0),
+            FormulaNode::Magnitude(a) => one(Code::Magnitude, a, 0.0),
+            FormulaNode::Sum(a, b) => match (constant(a), self.fused(a), self.fused(b)) {
                 (Some(k), _, Some([c, d])) if constant(c).is_none() => two(Code::MultiplyShift, c, d, k),
                 (Some(k), ..) => one(Code::Shift, b, k),
                 (_, Some([c, d]), _) => match constant(c) {
@@ -207,7 +209,7 @@ impl<'g> Compiler<'g> {
                 },
                 _ => two(Code::Add, a, b, 0.0),
             },
-            Node::Difference(a, b) => match (constant(a), self.fused(a), self.fused(b)) {
+            FormulaNode::Difference(a, b) => match (constant(a), self.fused(a), self.fused(b)) {
                 (Some(k), ..) => one(Code::SubtractFrom, b, k),
                 (.., Some([c, d])) => match constant(c) {
                     Some(k) => two(Code::ScaleAdd, d, a, -k),
@@ -216,16 +218,18 @@ impl<'g> Compiler<'g> {
                 (_, Some([c, d]), _) if constant(c).is_none() => three(Code::MultiplySubtract, c, d, b),
                 _ => two(Code::Subtract, a, b, 0.0),
             },
-            Node::Product(a, b) => match constant(a) {
+            FormulaNode::Product(a, b) => match constant(a) {
                 Some(k) => one(Code::Scale, b, k),
                 None => two(Code::Multiply, a, b, 0.0),
             },
-            Node::Quotient(a, b) => match constant(a) {
+            FormulaNode::Quotient(a, b) => match constant(a) {
                 Some(k) => one(Code::DivideInto, b, k),
                 None => two(Code::Divide, a, b, 0.0),
             },
-            Node::IfLess(operands) => Fate::Computed { code: Code::IfLess, k: 0.0, operands, count: 4 },
-            Node::Power(..) => unreachable!("lowered graphs have no powers"),
+            FormulaNode::IfLess(operands) => {
+                Fate::Computed { code: Code::IfLess, k: 0.0, operands, count: 4 }
+            }
+            FormulaNode::Power(..) => unreachable!("lowered graphs have no powers"),
         }
     }
 

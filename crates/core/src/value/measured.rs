@@ -177,6 +177,8 @@ measured! {
     Density: DENSITY | AREA_DENSITY | LINEAR_DENSITY;
     /// As the formula of an energy density needs them.
     EnergyParameter: PRESSURE | COMPRESSIBILITY | ANGLE | NUMBER;
+    /// As the formula of the energy of a spring needs them.
+    SpringParameter: STIFFNESS | FORCE | LENGTH | ENERGY | PRESSURE | NUMBER;
     /// As of the density.
     BendingStiffness: PLATE_STIFFNESS | BEAM_STIFFNESS;
 }

@@ -138,6 +138,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         );
     }
     match &spec.springs {
+        Some(SpringsSpec { expression: Some(_), .. }) => {}
         Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
         Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
         None => {}

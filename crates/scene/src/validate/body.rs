@@ -230,19 +230,32 @@ impl BodyContents {
 
 fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, edge_count: Option<u64>) {
     let edges = edge_count.filter(|&count| count > 0).map(|count| (count, "edges"));
-    match (&springs.stiffness, springs.young) {
-        (Some(stiffness), None) => {
+    match (&springs.stiffness, springs.young, &springs.expression) {
+        (Some(stiffness), None, None) => {
             check.one_or_many(&path.key("stiffness"), stiffness, Sign::Positive, "N/m", edges);
         }
-        (None, Some(young)) => {
+        (None, Some(young), None) => {
             check.number(&path.key("young"), young, Sign::Positive, "N/m^2");
         }
-        (given, _) => {
-            let how = if given.is_some() { "both are given" } else { "neither is given" };
-            let message =
-                format!("`springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], {how}");
+        (None, None, Some(text)) => expression::springs(check, path, springs, text),
+        (stiffness, young, formula) => {
+            let given = usize::from(stiffness.is_some())
+                + usize::from(young.is_some())
+                + usize::from(formula.is_some());
+            let how = match given {
+                0 => "none is given",
+                2 => "two are given",
+                _ => "all are given",
+            };
+            let message = format!(
+                "`springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and `expression` [J], {how}"
+            );
             check.report(Problem::semantic(path.clone(), message).at_key());
         }
+    }
+    if springs.expression.is_none() && !springs.parameters.is_empty() {
+        let message = "`parameters` are those of `expression`, which these springs do not have";
+        check.report(Problem::semantic(path.key("parameters"), message).with_help("remove `parameters`"));
     }
     if let Some(rest_length) = &springs.rest_length {
         check.one_or_many(&path.key("rest_length"), rest_length, Sign::Positive, "m", edges);

@@ -24,6 +24,8 @@ mod study;
 mod surroundings;
 mod transform;
 
+pub(crate) use expression::spring_problem;
+
 use std::collections::BTreeMap;
 
 use self::check::Checker;

@@ -49,7 +49,7 @@ pub(super) struct Compiled {
 }
 
 /// A formula with its numbers.
-pub(super) struct Source<'s> {
+pub(super) struct FormulaSource<'s> {
     pub(super) psi: &'s str,
     pub(super) names: &'s [&'s str],
     pub(super) values: &'s [f64],
@@ -62,7 +62,7 @@ pub(super) struct Source<'s> {
 /// A graph under construction.
 struct Builder<'s> {
     graph: Graph,
-    source: &'s Source<'s>,
+    source: &'s FormulaSource<'s>,
     formula: &'s Formula,
     dimension: usize,
     /// What variables stand for that are no inputs.
@@ -71,7 +71,7 @@ struct Builder<'s> {
 
 impl Compiled {
     /// Reads and compiles a formula; the domain is not yet known.
-    pub(super) fn new(source: &Source<'_>) -> Result<Compiled, EnergyMistake> {
+    pub(super) fn new(source: &FormulaSource<'_>) -> Result<Compiled, EnergyMistake> {
         let names: Vec<&str> = NAMES.iter().chain(source.names).copied().collect();
         let formula = Formula::parse(source.psi, &names)?;
         for (index, name) in source.names.iter().enumerate() {
@@ -95,11 +95,7 @@ impl Compiled {
         let component = has(FIBRES.start..NAMES.len());
         if let (Some(stretch), Some(component)) = (stretch, component) {
             let (stretch, component) = (NAMES[stretch], NAMES[component]);
-            let problem = format!(
-                "has both {stretch} and {component}: principal stretches have no direction, components have; write the \
-                 isotropic part with I1, I2 and J"
-            );
-            return Err(ParameterError::new("psi", f64::NAN, problem).into());
+            return Err(EnergyMistake::Mixed { stretch, component });
         }
         let builder = |dimension| Builder {
             graph: Graph::default(),

@@ -8,7 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::ExpressedEnergy;
-use super::measures::{Compiled, NAMES, Source};
+use super::measures::{Compiled, FormulaSource, NAMES};
 use crate::expression::{ExpressionError, signatures};
 use crate::material::{Lame, ParameterError, Parameters};
 use crate::value::{As, EnergyParameter};
@@ -20,6 +20,17 @@ pub enum EnergyMistake {
     /// The text is no formula of what there is; places are in bytes of it.
     #[error(transparent)]
     Formula(#[from] ExpressionError),
+    /// Principal stretches stand beside components.
+    #[error(
+        "has both {stretch} and {component}: principal stretches have no direction, components have; write the isotropic \
+         part with I1, I2 and J"
+    )]
+    Mixed {
+        /// A stretch in it.
+        stretch: &'static str,
+        /// A component in it.
+        component: &'static str,
+    },
     /// A number is impossible, or what follows from it at rest.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
@@ -215,7 +226,8 @@ fn compile(
     let names: Vec<&str> = parameters.keys().map(String::as_str).collect();
     let values: Vec<f64> = parameters.values().copied().collect();
     let by = by.and_then(|by| names.iter().position(|name| *name == by));
-    let mut compiled = Compiled::new(&Source { psi, names: &names, values: &values, fibres: &units, by })?;
+    let mut compiled =
+        Compiled::new(&FormulaSource { psi, names: &names, values: &values, fibres: &units, by })?;
     compiled.find_domain();
     Ok(Arc::new(compiled))
 }
@@ -237,6 +249,9 @@ impl Parameters for EnergyExpression {
             EnergyMistake::Formula(error) => {
                 let place = error.place().start;
                 Err(ParameterError::new("psi", f64::NAN, format!("is no energy: {error} (at byte {place})")))
+            }
+            mixed @ EnergyMistake::Mixed { .. } => {
+                Err(ParameterError::new("psi", f64::NAN, mixed.to_string()))
             }
         }
     }
