@@ -32,6 +32,8 @@ pub(super) enum FormulaNode {
     /// To a constant exponent.
     Power(NodeId, u64),
     Magnitude(NodeId),
+    /// The same where it is positive, elsewhere no number: the slope of a logarithm goes on where it has none.
+    Positive(NodeId),
     /// The third where the first is less than the second, else the fourth.
     IfLess([NodeId; 4]),
 }
@@ -46,7 +48,8 @@ impl FormulaNode {
             | FormulaNode::Logarithm(a)
             | FormulaNode::Exponential(a)
             | FormulaNode::Power(a, _)
-            | FormulaNode::Magnitude(a) => ([a; 4], 1),
+            | FormulaNode::Magnitude(a)
+            | FormulaNode::Positive(a) => ([a; 4], 1),
             FormulaNode::Sum(a, b)
             | FormulaNode::Difference(a, b)
             | FormulaNode::Product(a, b)
@@ -229,6 +232,13 @@ impl Graph {
         }
     }
 
+    fn positive(&mut self, a: NodeId) -> NodeId {
+        match self.constant(a) {
+            Some(a) => self.number(if a > 0.0 { a } else { f64::NAN }),
+            None => self.add(FormulaNode::Positive(a)),
+        }
+    }
+
     pub(crate) fn power(&mut self, a: NodeId, exponent: f64) -> NodeId {
         match (self.constant(a), self.node(a)) {
             (Some(a), _) => self.number(libm::pow(a, exponent)),
@@ -345,7 +355,11 @@ impl Graph {
                 let half = self.product(half, of(a));
                 self.quotient(half, this)
             }
-            FormulaNode::Logarithm(a) => self.quotient(of(a), a),
+            FormulaNode::Logarithm(a) => {
+                let positive = self.positive(a);
+                self.quotient(of(a), positive)
+            }
+            FormulaNode::Positive(a) => of(a),
             FormulaNode::Exponential(a) => self.product(this, of(a)),
             FormulaNode::Power(a, exponent) => {
                 let exponent = f64::from_bits(exponent);
@@ -404,6 +418,7 @@ impl Graph {
                     (FormulaNode::Logarithm(a), _) => lowered.logarithm(of(a)),
                     (FormulaNode::Exponential(a), _) => lowered.exponential(of(a)),
                     (FormulaNode::Magnitude(a), _) => lowered.magnitude(of(a)),
+                    (FormulaNode::Positive(a), _) => lowered.positive(of(a)),
                     (FormulaNode::Power(a, exponent), _) => lowered.raised(of(a), f64::from_bits(exponent)),
                     (FormulaNode::IfLess(all), _) => {
                         let [a, b, then, otherwise] = all.map(of);

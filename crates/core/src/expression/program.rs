@@ -65,6 +65,8 @@ enum Code {
     Logarithm,
     Exponential,
     Magnitude,
+    /// `a > 0 ? a : NaN`
+    Positive,
     /// `a < b ? c : d`
     IfLess,
 }
@@ -125,6 +127,7 @@ impl Program {
                 Code::Logarithm => a.ln(),
                 Code::Exponential => a.exp(),
                 Code::Magnitude => a.abs(),
+                Code::Positive => S::select(S::zero().lt(a), a, S::splat(f64::NAN) * a),
                 Code::IfLess => S::select(a.lt(b), registers[c], registers[d]),
             };
         }
@@ -196,6 +199,7 @@ impl<'g> Compiler<'g> {
             FormulaNode::Logarithm(a) => one(Code::Logarithm, a, 0.0),
             FormulaNode::Exponential(a) => one(Code::Exponential, a, 0.0),
             FormulaNode::Magnitude(a) => one(Code::Magnitude, a, 0.0),
+            FormulaNode::Positive(a) => one(Code::Positive, a, 0.0),
             FormulaNode::Sum(a, b) => match (constant(a), self.fused(a), self.fused(b)) {
                 (Some(k), _, Some([c, d])) if constant(c).is_none() => two(Code::MultiplyShift, c, d, k),
                 (Some(k), ..) => one(Code::Shift, b, k),

@@ -102,8 +102,8 @@ impl ExpressedEnergy {
             programs.energy.run(&sigma, &mut psi);
             psi[0]
         };
-        let first = psi([1.3, 1.1, 0.8]);
-        let others = [psi([1.1, 1.3, 0.8]), psi([0.8, 1.1, 1.3]), psi([1.3, 0.8, 1.1])];
+        let first = psi([1.05, 1.02, 0.98]);
+        let others = [psi([1.02, 1.05, 0.98]), psi([0.98, 1.02, 1.05]), psi([1.05, 0.98, 1.02])];
         others.iter().fold(0.0, |most: f64, other| most.max((other - first).abs() / first.abs()))
     }
 }
