@@ -25,8 +25,9 @@ fn beam(dimension: usize, elastic: &str, time: &str, keys: &str) -> String {
         ("[4, 2, 1]", "[0.0, -9.8, 1.0]", "[1.0, 0.0, 0.0]", start)
     };
     format!(
-        "dimension = {dimension}\ntime = {{ {time}, duration = 1.0 }}\nworld = {{ gravity = {gravity} }}\n[[body]]\n\
-         name = 'beam'\nmesh = {{ grid = {{ cells = {cells}, spacing = 0.1 }} }}\nelastic = {{ {elastic} }}\n\
+        "dimension = {dimension}\ntime = {{ {time}, duration = 1.0 }}\nworld = {{ gravity = {gravity} }}\n\
+         [[body]]\nname = 'beam'\nmesh = {{ grid = {{ cells = {cells}, spacing = 0.1 }} }}\n\
+         elastic = {{ {elastic} }}\n\
          mass = {{ density = 1000.0 }}\npin = [{{ half_space = {{ normal = {normal}, offset = 0.0 }} }}]\n\
          position = {{ affine = {{ matrix = {start} }} }}\n{keys}"
     )
@@ -92,7 +93,8 @@ fn other_elements_take_formulas_too() {
         let sheet = format!(
             "dimension = 3\ntime = {{ integrator = 'symplectic-euler', step = 1e-4, duration = 1.0 }}\n\
              world = {{ gravity = [0.0, 0.0, -9.8] }}\n[[body]]\nname = 'sheet'\n\
-             mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.4, 0] }} }}\nelastic = {{ {elastic} }}\n\
+             mesh = {{ cloth = {{ cells = [4, 4], origin = [0, 0, 0], u = [0.4, 0, 0], v = [0, 0.4, 0] }} }}\n\
+             elastic = {{ {elastic} }}\n\
              membrane = {{ thickness = 0.01 }}\nmass = {{ density = 1000.0 }}\npin = [{{ vertices = [0, 4] }}]\n"
         );
         [cells, sheet]
@@ -157,7 +159,8 @@ fn mistakes_are_told_with_their_place() {
     }
 }
 
-/// Fibres along the beam: it is stiffer along them, in proportion, and `check` says that it is not isotropic.
+/// Fibres along the beam: it is stiffer along them, in proportion, and `check` says that it is not
+/// isotropic.
 #[test]
 fn fibres_stiffen_their_direction() {
     let stretch = |direction: &str| {
@@ -172,7 +175,8 @@ fn fibres_stiffen_their_direction() {
         x.chunks(2).map(|x| x[0]).fold(0.0, f64::max) / 0.4 - 1.0
     };
     let (along, across) = (stretch("[1.0, 0.0]"), stretch("[0.0, 2.0]"));
-    // Of small strains: the mean stress rho g L / 2 over 2 mu + k along, 2 mu across where the sides are held by fibres.
+    // Of small strains: the mean stress rho g L / 2 over 2 mu + k along, 2 mu across where the sides are
+    // held by fibres.
     assert!(along > 0.0 && across / along > 2.5, "{along} {across}");
 }
 
@@ -206,7 +210,7 @@ fn mistakes_in_the_formula_of_springs_are_told_with_their_place() {
     for (springs, expected) in [
         (
             "expression = 'k/2*(l - L)^2', parameters = { k = 9.0 }",
-            &["<scene>:6:37", "unknown name `L`", "`l0`"][..],
+            &["<scene>:6:36", "unknown name `L`", "`l0`"][..],
         ),
         (
             "expression = 'k/2*l^2', parameters = { k = 9.0 }",

@@ -1,16 +1,14 @@
 //! From a text to a graph.
 
-use std::ops::Range;
-
 use super::function::Function;
 use super::graph::{Graph, NodeId};
-use super::{ExpressionError, Operation, parse};
+use super::parse::{self, PlacedOperation};
+use super::{ExpressionError, Operation};
 
 /// A formula of names that its reader chooses, as it was written, not yet a [`Graph`].
 #[derive(Clone, Debug)]
 pub(crate) struct Formula {
-    steps: Vec<Operation<usize>>,
-    places: Vec<Range<usize>>,
+    steps: Vec<PlacedOperation>,
 }
 
 /// Functions that have values and derivatives on packs of numbers.
@@ -23,18 +21,18 @@ impl Formula {
     /// # Errors
     /// The text is not a formula, or has a name in it that is neither a function nor one of `names`.
     pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Formula, ExpressionError> {
-        let (steps, places) = parse::program(text, names).map_err(|error| match error {
+        let steps = parse::program(text, names).map_err(|error| match error {
             ExpressionError::UnknownName { name, known, place, .. } => {
                 ExpressionError::UnknownName { name, known, functions: AVAILABLE.to_vec(), place }
             }
             error => error,
         })?;
-        Ok(Formula { steps, places })
+        Ok(Formula { steps })
     }
 
     /// True if the name of this index is in it.
     pub(crate) fn has(&self, name: usize) -> bool {
-        self.steps.iter().any(|step| matches!(step, Operation::Variable(index) if *index == name))
+        self.steps.iter().any(|(step, _)| matches!(step, Operation::Variable(index) if *index == name))
     }
 
     /// Adds its value to a graph in which the names stand for `values`.
@@ -43,7 +41,7 @@ impl Formula {
     /// A function that packs of numbers do not have, of something that is no constant.
     pub(crate) fn add_to(&self, graph: &mut Graph, values: &[NodeId]) -> Result<NodeId, ExpressionError> {
         let mut stack: Vec<NodeId> = Vec::new();
-        for (step, place) in self.steps.iter().zip(&self.places) {
+        for (step, place) in &self.steps {
             let value = match step {
                 Operation::Number(number) => graph.number(*number),
                 Operation::Variable(index) => values[*index],

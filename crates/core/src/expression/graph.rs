@@ -32,7 +32,8 @@ pub(super) enum FormulaNode {
     /// To a constant exponent.
     Power(NodeId, u64),
     Magnitude(NodeId),
-    /// The same where it is positive, elsewhere no number: the slope of a logarithm goes on where it has none.
+    /// The same where it is positive, elsewhere no number: the slope of a logarithm goes on where it has
+    /// none.
     Positive(NodeId),
     /// The third where the first is less than the second, else the fourth.
     IfLess([NodeId; 4]),
@@ -314,8 +315,8 @@ impl Graph {
         variables
     }
 
-    /// The derivative of `root` with respect to a variable. Forward, so that what a comparison leaves aside is
-    /// not multiplied by zero but left aside.
+    /// The derivative of `root` with respect to a variable. Forward, so that what a comparison leaves aside
+    /// is not multiplied by zero but left aside.
     pub(crate) fn derivative(&mut self, root: NodeId, variable: u16) -> NodeId {
         let zero = self.number(0.0);
         let reached = self.reached(&[root]);
@@ -377,8 +378,8 @@ impl Graph {
         }
     }
 
-    /// The values `roots` in a graph of their own, without powers, in which variables that `definitions` has are
-    /// what they stand for there.
+    /// The values `roots` in a graph of their own, without powers, in which variables that `definitions`
+    /// has are what they stand for there.
     pub(super) fn lowered(
         &self,
         roots: &[NodeId],

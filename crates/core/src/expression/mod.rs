@@ -116,8 +116,8 @@ impl Expression {
     /// The text is not a formula, or has a name in it that is neither a function nor one of `variables`.
     pub fn parse(text: &str, variables: &[Variable]) -> Result<Expression, ExpressionError> {
         let names: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
-        let (program, _) = parse::program(text, &names)?;
-        let program: Vec<_> = program.into_iter().map(|operation| operation.of(variables)).collect();
+        let program = parse::program(text, &names)?;
+        let program: Vec<_> = program.into_iter().map(|(operation, _)| operation.of(variables)).collect();
         let mut height = 0_usize;
         for operation in &program {
             if let Operation::Call(function) = operation {

@@ -11,6 +11,9 @@ use crate::quantity::number_length;
 /// is not.
 const DEEPEST: usize = 16;
 
+/// An operation, its variables by their indices, and where it was read.
+pub(super) type PlacedOperation = (Operation<usize>, Range<usize>);
+
 type Parsed<T = ()> = Result<T, ExpressionError>;
 
 /// Symbols of one precedence, each before those that it begins with.
@@ -28,11 +31,11 @@ const POWERS: &Operators = &[("**", &function::POWER), ("^", &function::POWER)];
 
 /// Operations of a whole text, in which `names` stand for variables: their indices, and where each operation
 /// was read.
-pub(super) fn program(text: &str, names: &[&str]) -> Parsed<(Vec<Operation<usize>>, Vec<Range<usize>>)> {
-    let mut parser = Parser { text, at: 0, names, depth: 0, program: Vec::new(), places: Vec::new() };
+pub(super) fn program(text: &str, names: &[&str]) -> Parsed<Vec<PlacedOperation>> {
+    let mut parser = Parser { text, at: 0, names, depth: 0, program: Vec::new() };
     parser.comparison()?;
     match parser.next() {
-        None => Ok((parser.program, parser.places)),
+        None => Ok(parser.program),
         Some('^' | '*' | '<' | '>') => {
             Err(parser.unexpected("parentheses (`a^b^c` can be read in two ways)"))
         }
@@ -46,9 +49,7 @@ struct Parser<'t> {
     names: &'t [&'t str],
     depth: usize,
     /// Operations of what has been read.
-    program: Vec<Operation<usize>>,
-    /// Where each stands.
-    places: Vec<Range<usize>>,
+    program: Vec<PlacedOperation>,
 }
 
 impl<'t> Parser<'t> {
@@ -82,8 +83,7 @@ impl<'t> Parser<'t> {
     }
 
     fn push(&mut self, operation: Operation<usize>, place: Range<usize>) {
-        self.program.push(operation);
-        self.places.push(place);
+        self.program.push((operation, place));
     }
 
     /// The operator that was read last.

@@ -239,8 +239,8 @@ impl<'g> Compiler<'g> {
 
     fn program(self) -> Result<Program, [usize; 2]> {
         let fates: Vec<Fate> = (0..self.uses.len()).map(|index| self.fate(NodeId::new(index))).collect();
-        // What is needed in a register, from the end: a product that went into a sum is not, nor is a constant that
-        // went into an instruction.
+        // What is needed in a register, from the end: a product that went into a sum is not, nor is a
+        // constant that went into an instruction.
         let mut last_use: Vec<Option<usize>> = vec![None; fates.len()];
         for root in self.roots {
             last_use[root.index()] = Some(usize::MAX);

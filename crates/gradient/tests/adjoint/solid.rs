@@ -266,7 +266,9 @@ fn numbers_of_a_formula_have_the_derivatives_of_the_model() {
         for scheme in ["velocity-verlet", "implicit-euler"] {
             let setup = &case(case_name)["setup"];
             let by_hand = scene(setup, "neo-hookean", scheme, 10, Further::default());
-            let Some(MaterialSpec::NeoHookean(solid)) = by_hand.body[0].elastic else { panic!("neo-Hookean") };
+            let Some(MaterialSpec::NeoHookean(solid)) = by_hand.body[0].elastic else {
+                panic!("neo-Hookean")
+            };
             let mut of_formula = by_hand.clone();
             let numbers = [("young", solid.young), ("nu", solid.poisson)];
             let formula = EnergyExpression::new(psi, numbers, &[]);
@@ -278,7 +280,8 @@ fn numbers_of_a_formula_have_the_derivatives_of_the_model() {
                 let mut selection =
                     ParameterSelection::new(scene, &topology, simulation.numbering(), &keys).unwrap();
                 let mut loss = loss("tip_y", 10, topology.dimension, tip);
-                let found = gradient(&mut simulation, 10, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+                let found =
+                    gradient(&mut simulation, 10, &mut loss, selection.parameters(), UNLIMITED).unwrap();
                 selection.parts(&found)
             };
             let expected = by(&by_hand, ["elastic.young", "elastic.poisson", "rest"]);

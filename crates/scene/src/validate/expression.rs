@@ -44,8 +44,8 @@ pub(super) fn parameter(path: &KeyPath, error: &ParameterError) -> Problem {
     problem
 }
 
-/// `springs.expression`, which is `text`, at `path` of `springs`; at every rest length that the scene gives, and without one at
-/// a length of 1 m: those of the mesh are checked when it is there.
+/// `springs.expression`, which is `text`, at `path` of `springs`; at every rest length that the scene
+/// gives, and without one at a length of 1 m: those of the mesh are checked when it is there.
 pub(super) fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, text: &str) {
     let lengths = springs.rest_length.as_ref().map_or(&[1.0][..], |lengths| lengths.as_slice());
     let Some(formula) = springs.formula() else { return };

@@ -108,7 +108,8 @@ impl SpringFormula {
         Ok(SpringFormula { programs: Arc::new(programs) })
     }
 
-    /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and resists a change.
+    /// Checks that a spring of the rest length `length` [m] has neither energy nor tension there, and
+    /// resists a change.
     ///
     /// # Errors
     /// [`SpringFormulaError::Rest`] with the number that is not what it has to be.
@@ -153,8 +154,8 @@ pub struct ExpressedSprings<const D: usize> {
 }
 
 impl<const D: usize> ExpressedSprings<D> {
-    /// Springs of `body` along `edges` (global vertex indices) with their rest lengths [m]; `rest` (flat, all vertices of
-    /// the system) [m] says what is near what.
+    /// Springs of `body` along `edges` (global vertex indices) with their rest lengths [m]; `rest` (flat,
+    /// all vertices of the system) [m] says what is near what.
     ///
     /// # Panics
     /// If there are not as many lengths as edges.

@@ -24,8 +24,8 @@ const GREEN: usize = 27;
 pub(super) struct Programs {
     pub(super) energy: Program,
     pub(super) slopes: Program,
-    /// Of invariants: `psi_I1`, `psi_I2`, `psi_J`, then the second derivatives `I1 J`, `I2 J`, `J J`, `I1 I1`, `I1 I2`,
-    /// `I2 I2`. Of stretches the matrix of second derivatives. Of components nothing.
+    /// Of invariants: `psi_I1`, `psi_I2`, `psi_J`, then the second derivatives `I1 J`, `I2 J`, `J J`, `I1
+    /// I1`, `I1 I2`, `I2 I2`. Of stretches the matrix of second derivatives. Of components nothing.
     pub(super) curvatures: Program,
 }
 

@@ -26,11 +26,11 @@ use measures::{Compiled, Measures, Programs};
 /// I4, I6            |F a|^2 of the first and of the second fibre direction a
 /// ```
 ///
-/// In two dimensions `F33 = 1` (plane strain), so that `I1 = 3` at rest there too. The stress is
-/// `P = 2 psi_I1 F + psi_I2 dI2/dF + psi_J cof F`, `P = U diag(psi_li) V^T` or `P = sum psi_m dm/dF` over the
-/// components; first and second derivatives are those of the formula itself, and isotropic energies (those of
-/// the first two lines) have the analytic eigensystem of the Hessian. The formula is compiled once, to a program
-/// of a few registers that runs on packs of elements.
+/// In two dimensions `F33 = 1` (plane strain), so that `I1 = 3` at rest there too. The stress is `P = 2
+/// psi_I1 F + psi_I2 dI2/dF + psi_J cof F`, `P = U diag(psi_li) V^T` or `P = sum psi_m dm/dF` over the
+/// components; first and second derivatives are those of the formula itself, and isotropic energies (those
+/// of the first two lines) have the analytic eigensystem of the Hessian. The formula is compiled once, to a
+/// program of a few registers that runs on packs of elements.
 ///
 /// Defined for `J > 0` alone if the energy or its stress is not finite where `J <= 0`, else everywhere.
 #[derive(Clone, Debug)]
@@ -42,8 +42,8 @@ impl Model for ExpressedEnergy {
     type Parameters = EnergyExpression;
     const ABOUT: MaterialDescription = MaterialDescription {
         summary: "An energy density of your own, written as a formula in the scene.",
-        formula: "any psi of I1, I2, I3, J, or of the principal stretches l1, l2, l3, or of the components F11.., C11.., \
-                  E11.. and the fibres' I4, I6",
+        formula: "any psi of I1, I2, I3, J, or of the principal stretches l1, l2, l3, or of the components \
+                  F11.., C11.., E11.. and the fibres' I4, I6",
         source: "the scene",
         domain: Domain::Everywhere,
         frame_indifferent: true,
@@ -134,7 +134,8 @@ impl<const D: usize> Material<D> for ExpressedEnergy {
         };
         let square = f.norm_squared();
         let infinite = S::splat(f64::INFINITY);
-        // Beyond where the formula has a value, as a logarithm of what is left of a stretch, it is no state to be in.
+        // Beyond where the formula has a value, as a logarithm of what is left of a stretch, it is no state
+        // to be in.
         let psi = S::select(psi.lt(infinite), psi, infinite * (square + S::one()));
         match self.compiled.domain {
             Domain::Everywhere => psi,

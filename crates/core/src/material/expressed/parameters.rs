@@ -78,14 +78,16 @@ impl PartialEq for EnergyExpression {
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct EnergyExpressionTable {
-    /// The energy density [J/m^3]: a formula of the invariants `I1`, `I2`, `I3`, `J`, or of the principal stretches `l1`, `l2`,
-    /// `l3`, or of components of the deformation gradient (`F12`), of C = F^T F (`C12`), of Green's strain (`E12`) and of `I4`, `I6`
-    /// of `fibres`; and of `parameters`. In 2D in plane strain: `F33 = 1`.
+    /// The energy density [J/m^3]: a formula of the invariants `I1`, `I2`, `I3`, `J`, or of the principal
+    /// stretches `l1`, `l2`, `l3`, or of components of the deformation gradient (`F12`), of C = F^T F
+    /// (`C12`), of Green's strain (`E12`) and of `I4`, `I6` of `fibres`; and of `parameters`. In 2D in
+    /// plane strain: `F33 = 1`.
     psi: String,
     /// Numbers of the formula by their names.
     #[serde(default, with = "As::<BTreeMap<String, EnergyParameter>>")]
     parameters: BTreeMap<String, f64>,
-    /// Directions of fibres at rest, at most two, of any length: `I4` and `I6` are the squares of their stretches.
+    /// Directions of fibres at rest, at most two, of any length: `I4` and `I6` are the squares of their
+    /// stretches.
     #[serde(default)]
     #[schemars(length(max = 2))]
     fibres: Vec<Vec<f64>>,
@@ -112,8 +114,8 @@ impl JsonSchema for EnergyExpression {
 }
 
 impl EnergyExpression {
-    /// The formula `psi` [J/m^3] of measures and of `parameters`, in SI units, with the directions `fibres`; whether
-    /// it makes sense is what [`Parameters::check`] says.
+    /// The formula `psi` [J/m^3] of measures and of `parameters`, in SI units, with the directions
+    /// `fibres`; whether it makes sense is what [`Parameters::check`] says.
     pub fn new<'a>(
         psi: &str,
         parameters: impl IntoIterator<Item = (&'a str, f64)>,
@@ -129,8 +131,8 @@ impl EnergyExpression {
         EnergyExpression { psi, parameters, fibres, by: None, compiled, lame }
     }
 
-    /// The derivative of the energy density by one of its parameters, as an energy density that is defined where this
-    /// one is; `None` without a parameter of that name.
+    /// The derivative of the energy density by one of its parameters, as an energy density that is defined
+    /// where this one is; `None` without a parameter of that name.
     pub fn derivative(&self, parameter: &str) -> Option<EnergyExpression> {
         let mut compiled = compile(&self.psi, &self.parameters, &self.fibres, Some(parameter)).ok()?;
         Arc::make_mut(&mut compiled).domain = self.compiled.as_ref().ok()?.domain;
@@ -161,8 +163,9 @@ impl EnergyExpression {
         self.compiled.as_ref().is_ok_and(|compiled| compiled.is_isotropic())
     }
 
-    /// Checks it where nothing is deformed, in two or three dimensions: the energy and the stress are to vanish, and
-    /// the body is to resist every plane wave (strong ellipticity); an isotropic one also every change of volume.
+    /// Checks it where nothing is deformed, in two or three dimensions: the energy and the stress are to
+    /// vanish, and the body is to resist every plane wave (strong ellipticity); an isotropic one also every
+    /// change of volume.
     ///
     /// # Errors
     /// The mistake in the text or in a number, or the value that is not what it has to be.

@@ -7,8 +7,8 @@ use super::{EnergyMistake, ExpressedEnergy};
 use crate::algebra::{Mat, symmetric_eigen};
 use crate::material::{Domain, Lame, Material, ParameterError, Psd, Tangent};
 
-/// How far the energy and the stress at rest may be from zero, in parts of the stiffness: many times the rounding, and
-/// less than any constant with few digits is off.
+/// How far the energy and the stress at rest may be from zero, in parts of the stiffness: many times the
+/// rounding, and less than any constant with few digits is off.
 const ROUNDING: f64 = 1e-10;
 
 impl Compiled {
@@ -94,7 +94,8 @@ impl ExpressedEnergy {
         }
     }
 
-    /// The largest change of the energy of three different stretches where two of them are exchanged, relative to it.
+    /// The largest change of the energy of three different stretches where two of them are exchanged,
+    /// relative to it.
     fn asymmetry(&self) -> f64 {
         let Measures::Stretches([_, programs]) = &self.compiled.measures else { return 0.0 };
         let psi = |sigma: [f64; 3]| {
