@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 17] = [
+const ROWS: [&str; 18] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -12,6 +12,7 @@ const ROWS: [&str; 17] = [
     "nbody-direct",
     "svd",
     "autodiff",
+    "expression",
     "solve",
     "solve-growth",
     "threads",

@@ -76,7 +76,7 @@ fn every_listed_integrator_and_material_runs() {
     }
     for material in json["materials"].as_array().unwrap() {
         let table = serde_json::json!({ material["name"].as_str().unwrap(): material["example"] });
-        let elastic = table.to_string().replace(':', " =").replace('"', "");
+        let elastic = table.to_string().replace(':', " =");
         let set = format!("body.0.elastic={elastic}");
         let mesh = "body.0.mesh={ grid = { cells = [2, 2], spacing = 1.0 } }";
         bench

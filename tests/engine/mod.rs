@@ -2,6 +2,7 @@
 
 mod batch_material;
 mod element_state;
+mod expression;
 mod hessian;
 mod modes;
 mod multigrid;

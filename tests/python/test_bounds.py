@@ -73,6 +73,7 @@ MORE: list[dict[str, Any]] = [
         "obstacle": [{"shape": {"ball": {"centre": [9.0, 9.0], "radius": 1.0}}}],
     },
     made_of({"dirichlet": {"stiffness": 1e5}}),
+    made_of({"expression": {"psi": "k/2*(I1 - 3) - k*ln(J) + c/8*(I4 - 1)^2", "parameters": {"k": 1e5, "c": 1e4}, "fibres": [[1.0, 1.0]]}}),
     {
         **solid(2, GRID),
         "body": [{"mesh": GRID, "springs": {"stiffness": 9.0}, "mass": {"total": 1.0}, "damping": {"dashpot": 0.1}}],

@@ -168,3 +168,25 @@ def test_measures_of_a_material_in_python_are_those_of_the_same_in_rust() -> Non
         simulation.step(20)
     for name in ("corotated-strain", "energy-density", "green-strain"):
         np.testing.assert_allclose(theirs.measure(name), ours.measure(name), atol=1e-9, rtol=1e-8)
+
+
+# lecture 20: a formula in a scene is the material that it says.
+def test_a_formula_is_the_model_that_it_says() -> None:
+    mu, lame = MU, LAMBDA
+    formula = {
+        "psi": "mu*(E11^2 + E22^2 + 2*E12^2 + E33^2) + lambda/2*(E11 + E22 + E33)^2",
+        "parameters": {"mu": mu, "lambda": f"{lame!r} Pa"},
+    }
+    runs = []
+    for elastic in ({"stvk": {"young": 1e5, "poisson": 0.3}}, {"expression": formula}):
+        simulation = pliant.Simulation(beam().with_changes({"body.beam.elastic": elastic}))
+        simulation.step(100)
+        runs.append(simulation.positions)
+    assert np.abs(runs[0] - pliant.Simulation(beam()).positions).max() > 1e-3
+    np.testing.assert_allclose(runs[1], runs[0], rtol=0, atol=1e-12)
+
+
+def test_a_formula_with_stress_at_rest_is_refused() -> None:
+    formula = {"psi": "mu/2*(I1 - 3)", "parameters": {"mu": 1e5}}
+    with pytest.raises(pliant.SceneError, match=r"stress at rest \[Pa\], which must be 0"):
+        beam().with_changes({"body.beam.elastic": {"expression": formula}})

@@ -83,7 +83,7 @@ fn nodally_integrated_tetrahedra_do_not_lock() {
 #[test]
 fn an_affine_motion_has_the_energy_and_the_stress_of_the_whole_material() {
     for dimension in [2, 3] {
-        for (spec, elastic) in every_material().into_iter().filter(|(spec, _)| spec.lame().is_some()) {
+        for (spec, elastic) in every_material().into_iter().filter(|(spec, _)| spec.split(0.2).is_some()) {
             let cells = &[3, 3, 2][..dimension];
             let size = &[1.0, 0.9, 0.7][..dimension];
             let plain = Solid::grid(cells, size, elastic);

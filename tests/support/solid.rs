@@ -147,7 +147,7 @@ pub(crate) enum Kind {
 impl Kind {
     /// Every registered material that such elements can be made of, as in a scene.
     pub(crate) fn materials(self) -> impl Iterator<Item = (MaterialSpec, Value)> {
-        every_material().into_iter().filter(move |(spec, _)| self != Kind::Nodal || spec.lame().is_some())
+        every_material().into_iter().filter(move |(spec, _)| self != Kind::Nodal || spec.split(0.2).is_some())
     }
 }
 

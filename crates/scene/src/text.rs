@@ -61,7 +61,8 @@ fn quantity_problem(path: KeyPath, text: &str, error: &QuantityError) -> Problem
     }
 }
 
-fn expression_problem(path: KeyPath, text: &str, error: &ExpressionError) -> Problem {
+/// The mistake in a formula.
+pub(super) fn expression_problem(path: KeyPath, text: &str, error: &ExpressionError) -> Problem {
     // What does not even begin as a formula is none.
     if matches!(error, ExpressionError::Unexpected { place, .. } if text[..place.start].trim().is_empty()) {
         return not_a_number(path, text);
@@ -71,11 +72,15 @@ fn expression_problem(path: KeyPath, text: &str, error: &ExpressionError) -> Pro
     problem.inside = Some(error.place());
     match error {
         ExpressionError::UnknownName { name, known, functions, .. } => {
-            let names: Vec<&str> = known.iter().chain(functions).copied().collect();
+            let known = known.iter().map(String::as_str);
+            let names: Vec<&str> = known.chain(functions.iter().copied()).collect();
             problem.help = suggest::help(name, &names, "names in a formula");
             problem
         }
         ExpressionError::Arguments { signature, .. } => problem.with_help(format!("write {signature}")),
+        ExpressionError::Unavailable { available, .. } => {
+            problem.with_help(format!("functions that are: {}", available.join(", ")))
+        }
         _ => problem,
     }
 }

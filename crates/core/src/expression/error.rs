@@ -22,7 +22,7 @@ pub enum ExpressionError {
         /// The name.
         name: String,
         /// The variables and constants there are.
-        known: Vec<&'static str>,
+        known: Vec<String>,
         /// The functions there are.
         functions: Vec<&'static str>,
         /// Where.
@@ -38,6 +38,26 @@ pub enum ExpressionError {
         /// How many arguments there are.
         found: usize,
         /// Where.
+        place: Range<usize>,
+    },
+    /// A function that has no value on packs of numbers, of something that is not a constant.
+    #[error("`{name}` of something that changes is not available in an energy")]
+    Unavailable {
+        /// The function.
+        name: &'static str,
+        /// Functions that are.
+        available: Vec<&'static str>,
+        /// Where.
+        place: Range<usize>,
+    },
+    /// More numbers at once than a program keeps.
+    #[error("the formula needs {found} intermediate numbers at once, and there is room for {most}")]
+    TooLong {
+        /// What it needs.
+        found: usize,
+        /// What there is.
+        most: usize,
+        /// Where: all of it.
         place: Range<usize>,
     },
     /// A number beyond the range of floating point.
@@ -61,6 +81,8 @@ impl ExpressionError {
             Self::Unexpected { place, .. }
             | Self::UnknownName { place, .. }
             | Self::Arguments { place, .. }
+            | Self::Unavailable { place, .. }
+            | Self::TooLong { place, .. }
             | Self::TooLarge { place }
             | Self::TooDeep { place } => place.clone(),
         }

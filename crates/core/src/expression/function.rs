@@ -2,7 +2,7 @@
 
 use super::ExpressionError;
 
-/// An operator or a function of up to three arguments.
+/// An operator or a function of up to three arguments; `log` is the natural logarithm, as `ln` is.
 pub(super) struct Function {
     pub(super) name: &'static str,
     /// How it is called; empty for an operator.
@@ -93,6 +93,7 @@ functions! {
     TANH "tanh" "tanh(a)" 1: |[a]| libm::tanh(a), [1.0 - libm::tanh(a) * libm::tanh(a)];
     EXP "exp" "exp(a)" 1: |[a]| libm::exp(a), [libm::exp(a)];
     LN "ln" "ln(a)" 1: |[a]| libm::log(a), [1.0 / a];
+    LOG "log" "log(a)" 1: |[a]| libm::log(a), [1.0 / a];
     SQRT "sqrt" "sqrt(a)" 1: |[a]| a.sqrt(), [0.5 / a.sqrt()];
     ABS "abs" "abs(a)" 1: |[a]| a.abs(), [sign_of(a)];
     SIGN "sign" "sign(a)" 1: |[a]| sign_of(a), [0.0];

@@ -8,17 +8,23 @@
 //!
 //! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands for.
 
+mod build;
 mod error;
 mod function;
+mod graph;
 mod parse;
+mod program;
 #[cfg(test)]
 mod tests;
 
 use std::fmt;
 
+pub(crate) use build::Formula;
 pub use error::ExpressionError;
 use function::Function;
 pub use function::signatures;
+pub(crate) use graph::{Graph, NodeId};
+pub(crate) use program::Program;
 
 /// A variable of a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,15 +83,27 @@ impl Variable {
 pub struct Expression {
     text: String,
     /// In postfix order.
-    program: Vec<Operation>,
+    program: Vec<Operation<Variable>>,
 }
 
-/// One step of a formula: takes its arguments from the top of a stack and leaves its result there.
+/// One step of a formula of variables `V`: takes its arguments from the top of a stack and leaves its result
+/// there.
 #[derive(Clone, Copy, Debug)]
-enum Operation {
+enum Operation<V> {
     Number(f64),
-    Variable(Variable),
+    Variable(V),
     Call(&'static Function),
+}
+
+impl Operation<usize> {
+    /// With the variable of that index.
+    fn of<V: Copy>(self, variables: &[V]) -> Operation<V> {
+        match self {
+            Operation::Number(number) => Operation::Number(number),
+            Operation::Variable(index) => Operation::Variable(variables[index]),
+            Operation::Call(function) => Operation::Call(function),
+        }
+    }
 }
 
 impl Expression {
@@ -97,7 +115,9 @@ impl Expression {
     /// # Errors
     /// The text is not a formula, or has a name in it that is neither a function nor one of `variables`.
     pub fn parse(text: &str, variables: &[Variable]) -> Result<Expression, ExpressionError> {
-        let program = parse::program(text, variables)?;
+        let names: Vec<&str> = variables.iter().map(|variable| variable.name()).collect();
+        let program = parse::program(text, &names)?;
+        let program: Vec<_> = program.into_iter().map(|(operation, _)| operation.of(variables)).collect();
         let mut height = 0_usize;
         for operation in &program {
             if let Operation::Call(function) = operation {
@@ -140,15 +160,14 @@ impl Expression {
 
     /// True if it depends on the place.
     pub fn depends_on_place(&self) -> bool {
-        let elsewhere = |operation: &Operation| matches!(operation, Operation::Variable(variable) if *variable != Variable::T);
+        let elsewhere = |operation: &Operation<Variable>| matches!(operation, Operation::Variable(variable) if *variable != Variable::T);
         self.program.iter().any(elsewhere)
     }
 
     /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
     /// these.
     pub fn is_continuous(&self) -> bool {
-        let jumps =
-            |operation: &Operation| matches!(operation, Operation::Call(function) if function.jumps());
+        let jumps = |operation: &Operation<Variable>| matches!(operation, Operation::Call(function) if function.jumps());
         !self.program.iter().any(jumps)
     }
 

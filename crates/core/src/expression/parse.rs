@@ -4,12 +4,15 @@
 use std::ops::Range;
 
 use super::function::{self, FUNCTIONS, Function};
-use super::{ExpressionError, Operation, Variable};
+use super::{ExpressionError, Operation};
 use crate::quantity::number_length;
 
 /// Parentheses and signed exponents nest no deeper than this: the text is the user's, the stack of the parser
 /// is not.
 const DEEPEST: usize = 16;
+
+/// An operation, its variables by their indices, and where it was read.
+pub(super) type PlacedOperation = (Operation<usize>, Range<usize>);
 
 type Parsed<T = ()> = Result<T, ExpressionError>;
 
@@ -26,9 +29,10 @@ const SUMS: &Operators = &[("+", &function::ADD), ("-", &function::SUBTRACT)];
 const PRODUCTS: &Operators = &[("*", &function::MULTIPLY), ("/", &function::DIVIDE)];
 const POWERS: &Operators = &[("**", &function::POWER), ("^", &function::POWER)];
 
-/// Reads a whole text.
-pub(super) fn program(text: &str, variables: &[Variable]) -> Parsed<Vec<Operation>> {
-    let mut parser = Parser { text, at: 0, variables, depth: 0, program: Vec::new() };
+/// Operations of a whole text, in which `names` stand for variables: their indices, and where each operation
+/// was read.
+pub(super) fn program(text: &str, names: &[&str]) -> Parsed<Vec<PlacedOperation>> {
+    let mut parser = Parser { text, at: 0, names, depth: 0, program: Vec::new() };
     parser.comparison()?;
     match parser.next() {
         None => Ok(parser.program),
@@ -42,10 +46,10 @@ pub(super) fn program(text: &str, variables: &[Variable]) -> Parsed<Vec<Operatio
 struct Parser<'t> {
     text: &'t str,
     at: usize,
-    variables: &'t [Variable],
+    names: &'t [&'t str],
     depth: usize,
     /// Operations of what has been read.
-    program: Vec<Operation>,
+    program: Vec<PlacedOperation>,
 }
 
 impl<'t> Parser<'t> {
@@ -78,8 +82,13 @@ impl<'t> Parser<'t> {
         Some(function)
     }
 
+    fn push(&mut self, operation: Operation<usize>, place: Range<usize>) {
+        self.program.push((operation, place));
+    }
+
+    /// The operator that was read last.
     fn call(&mut self, function: &'static Function) {
-        self.program.push(Operation::Call(function));
+        self.push(Operation::Call(function), self.at..self.at);
     }
 
     fn comparison(&mut self) -> Parsed {
@@ -158,7 +167,7 @@ impl<'t> Parser<'t> {
         }
         self.at += length;
         match self.text[start..self.at].parse::<f64>() {
-            Ok(value) if value.is_finite() => self.program.push(Operation::Number(value)),
+            Ok(value) if value.is_finite() => self.push(Operation::Number(value), start..self.at),
             _ => return Err(ExpressionError::TooLarge { place: start..self.at }),
         }
         Ok(())
@@ -174,21 +183,21 @@ impl<'t> Parser<'t> {
         if let Some(function) = function::function(name) {
             return self.function(function, place);
         }
-        let variable = self.variables.iter().find(|variable| variable.name() == name);
+        let variable = self.names.iter().position(|variable| *variable == name);
         let operation = match (name, variable) {
             ("pi", _) => Operation::Number(std::f64::consts::PI),
-            (_, Some(variable)) => Operation::Variable(*variable),
+            (_, Some(variable)) => Operation::Variable(variable),
             (_, None) => return Err(self.unknown(name, place)),
         };
-        self.program.push(operation);
+        self.push(operation, place);
         Ok(())
     }
 
     fn unknown(&self, name: &str, place: Range<usize>) -> ExpressionError {
-        let known = self.variables.iter().map(|variable| variable.name());
+        let known = self.names.iter().chain(&["pi"]);
         ExpressionError::UnknownName {
             name: name.to_owned(),
-            known: known.chain(["pi"]).collect(),
+            known: known.map(|name| (*name).to_owned()).collect(),
             functions: FUNCTIONS.iter().map(|function| function.name).collect(),
             place,
         }
@@ -200,8 +209,8 @@ impl<'t> Parser<'t> {
             return Err(self.unexpected("`(` and the arguments of the function"));
         }
         let count = self.deeper(1, Self::arguments)?;
-        function.takes(count, place)?;
-        self.call(function);
+        function.takes(count, place.clone())?;
+        self.push(Operation::Call(function), place);
         Ok(())
     }
 

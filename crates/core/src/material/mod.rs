@@ -13,6 +13,7 @@ mod stretches;
 pub use arap::WithoutPoisson;
 pub(crate) use autodiff::stress_along;
 pub use autodiff::{autodiff_hessian, autodiff_stress};
+pub use expressed::{EnergyExpression, EnergyMistake};
 pub use linear::PlaneIsotropic;
 pub use mooney_rivlin::TwoConstants;
 pub use ogden::OgdenTerms;
@@ -204,6 +205,7 @@ register_materials! {
     "hencky" => hencky::Hencky(Isotropic);
     "displacement-gradient" => displacement_gradient::DisplacementGradient(Stiffness);
     "dirichlet" => dirichlet::Dirichlet(Stiffness);
+    "expression" => expressed::ExpressedEnergy(EnergyExpression);
 }
 
 #[cfg(test)]

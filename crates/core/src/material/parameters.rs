@@ -1,5 +1,7 @@
 //! Parameters of a model in a scene: elastic constants, and the checks that they make sense.
 
+use std::borrow::Cow;
+
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -19,12 +21,12 @@ pub struct ParameterError {
     /// Its value.
     pub value: f64,
     /// The mistake, and what would be right.
-    pub problem: &'static str,
+    pub problem: Cow<'static, str>,
 }
 
 impl ParameterError {
-    pub(super) fn new(field: &'static str, value: f64, problem: &'static str) -> Self {
-        ParameterError { field, index: None, value, problem }
+    pub(super) fn new(field: &'static str, value: f64, problem: impl Into<Cow<'static, str>>) -> Self {
+        ParameterError { field, index: None, value, problem: problem.into() }
     }
 
     /// Of entry `index` of a list.

@@ -5,6 +5,7 @@
 //! holds more than one number: [`As`] reads as the type that it names, holds as the type of the field, and
 //! has the JSON schema of the former.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -79,6 +80,13 @@ impl<T, A: ReadAs<T>> ReadAs<Option<T>> for Option<A> {
 impl<T, A: ReadAs<T>> ReadAs<Vec<T>> for Vec<A> {
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<T>, D::Error> {
         Ok(Vec::<Entry<A, T>>::deserialize(deserializer)?.into_iter().map(|entry| entry.0).collect())
+    }
+}
+
+impl<T, A: ReadAs<T>> ReadAs<BTreeMap<String, T>> for BTreeMap<String, A> {
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, T>, D::Error> {
+        let entries = BTreeMap::<String, Entry<A, T>>::deserialize(deserializer)?;
+        Ok(entries.into_iter().map(|(name, entry)| (name, entry.0)).collect())
     }
 }
 
@@ -167,6 +175,10 @@ measured! {
     Number: NUMBER;
     /// Which of them is right shows when the body is built.
     Density: DENSITY | AREA_DENSITY | LINEAR_DENSITY;
+    /// As the formula of an energy density needs them.
+    EnergyParameter: PRESSURE | COMPRESSIBILITY | ANGLE | NUMBER;
+    /// As the formula of the energy of a spring needs them.
+    SpringParameter: STIFFNESS | FORCE | LENGTH | ENERGY | PRESSURE | NUMBER;
     /// As of the density.
     BendingStiffness: PLATE_STIFFNESS | BEAM_STIFFNESS;
 }

@@ -3,6 +3,9 @@
 mod materials;
 mod terms;
 
+use std::borrow::Cow;
+
+use pliant::material::MaterialSpec;
 use pliant::numbering::Numbering;
 use pliant::topology::{BodyKind, BodyTopology, Topology};
 use pliant_scene::{Body, MassSpec, Scene, SpringsSpec};
@@ -16,6 +19,9 @@ use materials::{by_poisson, young};
 
 /// Names of positions and of velocities at the start.
 const START: [&str; 2] = ["position", "velocity"];
+
+/// Beginning of the names of the parameters of an energy that is a formula.
+const OF_FORMULA: &str = "elastic.parameters.";
 
 /// A number, or numbers, that the gradient is taken by.
 enum NamedQuantity {
@@ -89,7 +95,7 @@ pub fn names(scene: &Scene, topology: &Topology) -> Vec<String> {
 }
 
 /// Keys of a body that the gradient can be taken by.
-fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<&'static str> {
+fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, str>> {
     let (dimension, is_static) = (scene.dimension, is_static(scene));
     let by_mass = match spec.mass {
         MassSpec::Density(_) | MassSpec::Preset(_) => Some("mass.density"),
@@ -102,6 +108,7 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<&'static str>
         _ => !is_static || !scene.world.gravity_changes() && !spec.is_quadratic(),
     };
     let mut keys: Vec<&str> = by_mass.into_iter().filter(|_| has_weight).collect();
+    let mut of_formula = vec![];
     let known = is_plain_solid(spec, body) && (body.blocks.is_empty() || !is_viscous(spec));
     if let Some(material) = spec.elastic.as_ref().filter(|_| known) {
         let viscous = is_viscous(spec);
@@ -112,6 +119,9 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<&'static str>
         }
         if by_poisson(material, dimension).is_some() {
             keys.extend(each("elastic.poisson", "elastic.poisson_per_element"));
+        }
+        if let (MaterialSpec::ExpressedEnergy(energy), false) = (material, viscous) {
+            of_formula.extend(energy.parameters().keys().map(|name| format!("{OF_FORMULA}{name}").into()));
         }
         if linear && !is_static && spec.springs.is_none() && spec.bending.is_none() {
             keys.push("rest");
@@ -128,11 +138,12 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<&'static str>
         );
     }
     match &spec.springs {
+        Some(SpringsSpec { expression: Some(_), .. }) => {}
         Some(SpringsSpec { young: Some(_), .. }) => keys.push("springs.young"),
         Some(_) => keys.extend(["springs.stiffness", "springs.rest_length"]),
         None => {}
     }
-    keys
+    keys.into_iter().map(Cow::Borrowed).chain(of_formula).collect()
 }
 
 /// True if nothing has inertia: masses are weights.
@@ -184,7 +195,7 @@ impl Places<'_> {
             return Ok(Box::new(Gravity::new(self.topology.dimension)));
         }
         let (spec, body, key) = self.body(name).ok_or_else(|| unknown("is no parameter of this scene"))?;
-        if !of_body(self.scene, spec, body).contains(&key) {
+        if !of_body(self.scene, spec, body).iter().any(|known| known == key) {
             return Err(unknown("has no derivative"));
         }
         self.of_body(spec, body, key).ok_or_else(|| unknown("has no derivative"))
@@ -273,9 +284,14 @@ impl Places<'_> {
                     body.vertices.clone().map(|vertex| self.numbering.internal(vertex)).collect();
                 return Some(elements.rest_shape(material, density(&spec.mass), &vertices));
             }
-            _ => vec![],
+            _ => match (key.strip_prefix(OF_FORMULA), material) {
+                (Some(name), MaterialSpec::ExpressedEnergy(energy)) => {
+                    vec![(1.0, MaterialSpec::ExpressedEnergy(energy.derivative(name)?))]
+                }
+                _ => vec![],
+            },
         };
-        if key.ends_with("_per_element") {
+        if key.ends_with("_per_element") && !key.starts_with(OF_FORMULA) {
             return Some(elements.moduli(&parts));
         }
         let term = |(factor, material)| (factor, self.term(&material, body));

@@ -1,5 +1,6 @@
 //! Solids of linear elements, made by scenes: a beam of six triangles, a box of twelve tetrahedra.
 
+use pliant::material::{EnergyExpression, MaterialSpec};
 use pliant::simulation::Simulation;
 use pliant::topology::Topology;
 use pliant_gradient::{GradientError, LossFrame, ParameterSelection, UNLIMITED, gradient, names};
@@ -255,6 +256,42 @@ fn names_that_are_no_parameter_are_answered_with_those_that_are() {
     assert_eq!((problem.as_str(), known), ("is no parameter of this scene", all.clone()));
     assert!(all.iter().all(|name| select(name).is_ok()));
     assert!(select("body.0.elastic.young").is_ok());
+}
+
+// Neo-Hookean as a formula of Young's modulus and Poisson's ratio: its derivatives by these are those of the model.
+#[test]
+fn numbers_of_a_formula_have_the_derivatives_of_the_model() {
+    let psi = "young/(4*(1 + nu))*(I1 - 3 - 2*log(J)) + young*nu/(2*(1 + nu)*(1 - 2*nu))*log(J)^2";
+    for (case_name, tip) in [("beam", 7), ("box", 7)] {
+        for scheme in ["velocity-verlet", "implicit-euler"] {
+            let setup = &case(case_name)["setup"];
+            let by_hand = scene(setup, "neo-hookean", scheme, 10, Further::default());
+            let Some(MaterialSpec::NeoHookean(solid)) = by_hand.body[0].elastic else {
+                panic!("neo-Hookean")
+            };
+            let mut of_formula = by_hand.clone();
+            let numbers = [("young", solid.young), ("nu", solid.poisson)];
+            let formula = EnergyExpression::new(psi, numbers, &[]);
+            of_formula.body[0].elastic = Some(MaterialSpec::ExpressedEnergy(formula));
+            let by = |scene: &Scene, keys: [&str; 3]| {
+                let keys = keys.map(|key| format!("body.beam.{key}"));
+                let keys = keys.each_ref().map(String::as_str);
+                let (mut simulation, topology) = assembled(scene);
+                let mut selection =
+                    ParameterSelection::new(scene, &topology, simulation.numbering(), &keys).unwrap();
+                let mut loss = loss("tip_y", 10, topology.dimension, tip);
+                let found =
+                    gradient(&mut simulation, 10, &mut loss, selection.parameters(), UNLIMITED).unwrap();
+                selection.parts(&found)
+            };
+            let expected = by(&by_hand, ["elastic.young", "elastic.poisson", "rest"]);
+            let found = by(&of_formula, ["elastic.parameters.young", "elastic.parameters.nu", "rest"]);
+            for (part, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert!(expected.iter().any(|number| *number != 0.0));
+                compare(&format!("{case_name} {scheme} {part}"), found, expected, 1e-9);
+            }
+        }
+    }
 }
 
 // Sums are in fixed order, and what threads share has the same bits.

@@ -20,14 +20,19 @@ pub(super) fn rate(cells: [usize; 3]) -> Metric {
     Metric::Rate { per_repetition: tets(cells) as f64, scale: 1e-6, unit: "M tet-steps/s" }
 }
 
-fn text(cells: [usize; 3], material: &str, stress: &str, step: f64) -> String {
+/// The material of a name.
+fn named(material: &str) -> String {
+    format!("{material} = {{ young = 5e5, poisson = 0.4 }}")
+}
+
+fn text(cells: [usize; 3], elastic: &str, stress: &str, step: f64) -> String {
     format!(
         "dimension = 3
         time = {{ integrator = 'symplectic-euler', step = {step:?}, duration = 1.0 }}
         world = {{ gravity = [0.0, 0.0, -9.81] }}
         [[body]]
         mesh = {{ grid = {{ cells = {cells:?}, size = [0.4, 0.1, 0.1] }} }}
-        elastic = {{ {material} = {{ young = 5e5, poisson = 0.4 }} }}
+        elastic = {{ {elastic} }}
         stress = '{stress}'
         mass = {{ density = 1000.0 }}
         pin = [{{ half_space = {{ normal = [1.0, 0.0, 0.0], offset = 0.0 }} }}]"
@@ -37,7 +42,12 @@ fn text(cells: [usize; 3], material: &str, stress: &str, step: f64) -> String {
 /// Stretched and squeezed by up to 5 %, in waves: `x_c = X_c (1 + 0.05 sin(40 X_(c+1) + c))`. It moves freely, with steps of
 /// 1e-6 s; no branch depends on how far it has come.
 pub(super) fn wavy(cells: [usize; 3], stress: &str) -> Result<Scene, BenchmarkError> {
-    displaced(&text(cells, "stable-neo-hookean-log", stress, 1e-6), |x| {
+    wavy_of(cells, &named("stable-neo-hookean-log"), stress)
+}
+
+/// The same of another material.
+pub(super) fn wavy_of(cells: [usize; 3], elastic: &str, stress: &str) -> Result<Scene, BenchmarkError> {
+    displaced(&text(cells, elastic, stress, 1e-6), |x| {
         let X = [x[0], x[1], x[2]];
         for c in 0..3 {
             x[c] = X[c] * (1.0 + 0.05 * (40.0 * X[(c + 1) % 3] + c as f64).sin());
@@ -52,7 +62,7 @@ pub(super) fn wavy(cells: [usize; 3], stress: &str) -> Result<Scene, BenchmarkEr
 /// what it is: steps are 1e-9 s, and in the thousands of steps of a repetition the elements move by less than 1e-3 cell widths.
 pub(super) fn noisy(cells: [usize; 3], noise: f64) -> Result<Scene, BenchmarkError> {
     let (mut random, width) = (Scatter::new(3), 0.1 / cells[1] as f64);
-    displaced(&text(cells, "corotated", "analytic", 1e-9), |x| {
+    displaced(&text(cells, &named("corotated"), "analytic", 1e-9), |x| {
         let (sin, cos) = (0.7 + x[0] / 0.4 * std::f64::consts::FRAC_PI_2).sin_cos();
         let (y, z) = (x[1] - 0.05, x[2] - 0.05);
         (x[1], x[2]) = (cos * y - sin * z, sin * y + cos * z);
@@ -68,7 +78,12 @@ const TOLERANCE: &str = "1e-7";
 
 /// At rest, then let go: `4n x n x n` cells, steps of 0.01 s by implicit Euler.
 pub(super) fn falling(n: usize) -> Result<Scene, BenchmarkError> {
-    let text = text([4 * n, n, n], "stable-neo-hookean-log", "analytic", 0.01);
+    falling_of(n, &named("stable-neo-hookean-log"))
+}
+
+/// The same of another material.
+pub(super) fn falling_of(n: usize, elastic: &str) -> Result<Scene, BenchmarkError> {
+    let text = text([4 * n, n, n], elastic, "analytic", 0.01);
     let integrator = format!("'implicit-euler', solver = {{ tolerance = {TOLERANCE} }}");
     Ok(Scene::from_toml(&text.replace("'symplectic-euler'", &integrator))?)
 }

@@ -9,6 +9,7 @@ mod autodiff;
 mod beam;
 mod cloth_implicit;
 mod contact;
+mod expression;
 mod hessian_stable_neo_hookean;
 mod implicit_euler;
 mod measure;
@@ -48,6 +49,7 @@ pub fn rows() -> Vec<BenchmarkRow> {
         nbody_direct::ROW,
         svd::ROW,
         autodiff::ROW,
+        expression::ROW,
         solve::ROW,
         solve_growth::ROW,
         threads::ROW,

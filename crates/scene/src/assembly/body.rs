@@ -347,6 +347,14 @@ fn spring_constants(
             springs.iter().map(|&[a, b]| distance(mesh.point(a as usize), mesh.point(b as usize))).collect()
         }
     };
+    if let (Some(Ok(formula)), Some(text)) = (spec.formula(), &spec.expression) {
+        // Those of the mesh are known here alone.
+        if let Some(error) = rest.iter().find_map(|length| formula.check_at_rest(*length).err()) {
+            problems.push(crate::validate::spring_problem(path, text, &error));
+        }
+        let stiffness = rest.iter().map(|length| formula.stiffness_at_rest(*length)).collect();
+        return (stiffness, rest);
+    }
     let stiffness = match (&spec.stiffness, spec.young) {
         (Some(k), _) => spread(k, springs.len(), "springs", path.key("stiffness"), problems),
         // k = Y l0, as the lecture's program has it (lecture 9).

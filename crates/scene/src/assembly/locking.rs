@@ -73,7 +73,8 @@ fn poisson(material: &MaterialSpec, mesh: &Mesh) -> Option<f64> {
 /// Keys to write in place.
 fn remedy(material: &MaterialSpec) -> &'static str {
     // Where it is not, the scene is refused.
-    if material.lame().is_some_and(|lame| lame.lambda + lame.mu < 1e7 * lame.mu) {
+    let is_split = material.split(0.5).is_some();
+    if is_split && material.lame().is_some_and(|lame| lame.lambda + lame.mu < 1e7 * lame.mu) {
         "`order = 2` or `nodal_integration = {}` in the body does not lock"
     } else {
         "`order = 2` in the body does not lock"

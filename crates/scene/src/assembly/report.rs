@@ -15,7 +15,7 @@ use pliant::energy::nbody::ForceError;
 use pliant::integrator::Documentation;
 use pliant::integrator::estimate::Tolerances;
 use pliant::lanes;
-use pliant::material::{AboutPreset, MaterialSpec, Plane, Preset};
+use pliant::material::{AboutPreset, EnergyExpression, MaterialSpec, Parameters, Plane, Preset};
 use pliant::simulation::Simulation;
 use pliant_mesh::{Contents, Quality};
 
@@ -232,6 +232,13 @@ fn uses(
         "automatic differentiation: no body asks for it",
     );
     for (i, body) in scene.body.iter().enumerate() {
+        if let Some(MaterialSpec::ExpressedEnergy(energy)) = &body.elastic {
+            say(
+                true,
+                format!("energy of `{}` by its formula: {}", body.name_or_default(i), at_rest(energy)),
+                "",
+            );
+        }
         let mass = if let MassSpec::Preset(preset) = body.mass { Some(preset) } else { None };
         let elastic = body.elastic.as_ref().and_then(MaterialSpec::preset);
         for (preset, what) in [(elastic, "elastic constants"), (mass, "density")] {
@@ -325,6 +332,14 @@ fn uses(
         left_out.push("the study: a run takes no notice of it, `pliant study` makes it".into());
     }
     (uses, left_out)
+}
+
+/// The elasticity of small strains of a formula.
+fn at_rest(energy: &EnergyExpression) -> String {
+    match energy.lame().map(|lame| lame.young_and_poisson()) {
+        Some((young, poisson)) => format!("E = {young:.6e} Pa and nu = {poisson:.6} at rest"),
+        None => "not isotropic, and elliptic at rest".to_owned(),
+    }
 }
 
 /// How step sizes follow the error.

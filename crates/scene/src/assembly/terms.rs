@@ -1,10 +1,10 @@
 //! Terms that store energy in a body: finite elements of every kind, springs, bending.
 
 use super::body::{BodyAssembly, renumbered};
-use crate::Body;
+use crate::{Body, SpringsSpec};
 use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::Sheet;
-use pliant::energy::spring::Springs;
+use pliant::energy::spring::{ExpressedSprings, Springs};
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
@@ -30,6 +30,11 @@ impl BodyAssembly {
             let edges: Vec<[u32; 2]> =
                 springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
             let count = rest.len() / D;
+            if let Some(Ok(formula)) = spec.springs.as_ref().and_then(SpringsSpec::formula) {
+                let term = ExpressedSprings::<D>::new(name, formula, &edges, &self.rest_length, rest);
+                system.add_term(Box::new(term));
+                return;
+            }
             system.add_term(Box::new(Springs::<D>::new(
                 name,
                 &edges,

@@ -1,5 +1,7 @@
 //! Bodies: what they are made of, and how they start.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +9,7 @@ use super::{
     BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec,
     ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
 };
+use pliant::energy::spring::{SpringFormula, SpringFormulaError};
 use pliant::material::{MaterialSpec, Preset, Stress};
 use pliant::quantity::Quantity;
 use pliant::value::*;
@@ -80,7 +83,8 @@ pub struct Body {
     pub obstacle: Option<ObstacleShape>,
 }
 
-/// Springs along edges: `E = 1/2 k (l - l0)^2` each. Exactly one of `stiffness` and `young`.
+/// Springs along edges: `E = 1/2 k (l - l0)^2` each, or what `expression` says. Exactly one of `stiffness`, `young` and
+/// `expression`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[serde(rename = "Springs")]
@@ -93,9 +97,32 @@ pub struct SpringsSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young: Option<f64>,
+    /// The energy [J] of a spring: a formula of its length `l`, its rest length `l0` [m] and of `parameters`. At `l = l0` it
+    /// has no energy and no tension.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expression: Option<String>,
+    /// Numbers of the formula by their names.
+    #[serde(
+        default,
+        skip_serializing_if = "BTreeMap::is_empty",
+        with = "As::<BTreeMap<String, SpringParameter>>"
+    )]
+    pub parameters: BTreeMap<String, f64>,
     /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Length>>>")]
     pub rest_length: Option<OneOrMany>,
+}
+
+impl SpringsSpec {
+    /// The energy by its formula, where it has one.
+    ///
+    /// # Errors
+    /// [`SpringFormulaError`]: the text is no formula of what there is.
+    pub fn formula(&self) -> Option<Result<SpringFormula, SpringFormulaError>> {
+        let parameters: Vec<(&str, f64)> =
+            self.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        self.expression.as_ref().map(|text| SpringFormula::new(text, &parameters))
+    }
 }
 
 /// The mass of a body, lumped to its vertices.

@@ -269,14 +269,14 @@ fn bodies() {
             SPRINGS,
             "{}",
             &[
-                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], neither is given",
+                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and `expression` [J], none is given",
             ],
         ),
         (
             SPRINGS,
             "{ stiffness = 1, young = 1 }",
             &[
-                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], both are given",
+                "14:1 body.0.springs: `springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and `expression` [J], two are given",
             ],
         ),
         (

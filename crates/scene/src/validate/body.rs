@@ -1,10 +1,11 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::{Checker, Sign};
-use super::{bending, damping, loads, membrane, mesh, motion, nodal, pins, transform};
+use super::{bending, damping, expression, loads, membrane, mesh, motion, nodal, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, MassSpec, MeshSpec, SpringsSpec};
+use pliant::material::MaterialSpec;
 
 /// Names become topics and file names in a recording.
 const LONGEST_NAME: usize = 64;
@@ -39,15 +40,13 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     for problem in made_of.problems(path, &body.mesh, has, dimension, attracted) {
         check.report(problem);
     }
-    if let Some(material) = &body.elastic
-        && let Err(error) = material.check()
-    {
+    if let Some(material) = &body.elastic {
         let path = path.key("elastic").key(material.name());
-        let mut problem = Problem::parameter(&path, error.field, error.value, error.problem);
-        if let Some(index) = error.index {
-            problem.path = problem.path.index(index);
+        if let MaterialSpec::ExpressedEnergy(energy) = material {
+            expression::expression(check, &path, energy, body);
+        } else if let Err(error) = material.check() {
+            check.report(expression::parameter(&path, &error));
         }
-        check.report(problem);
     }
     if let Some(material) = &body.elastic
         && material.plane().is_some()
@@ -231,19 +230,32 @@ impl BodyContents {
 
 fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, edge_count: Option<u64>) {
     let edges = edge_count.filter(|&count| count > 0).map(|count| (count, "edges"));
-    match (&springs.stiffness, springs.young) {
-        (Some(stiffness), None) => {
+    match (&springs.stiffness, springs.young, &springs.expression) {
+        (Some(stiffness), None, None) => {
             check.one_or_many(&path.key("stiffness"), stiffness, Sign::Positive, "N/m", edges);
         }
-        (None, Some(young)) => {
+        (None, Some(young), None) => {
             check.number(&path.key("young"), young, Sign::Positive, "N/m^2");
         }
-        (given, _) => {
-            let how = if given.is_some() { "both are given" } else { "neither is given" };
-            let message =
-                format!("`springs` take exactly one of `stiffness` [N/m] and `young` [N/m^2], {how}");
+        (None, None, Some(text)) => expression::springs(check, path, springs, text),
+        (stiffness, young, formula) => {
+            let given = usize::from(stiffness.is_some())
+                + usize::from(young.is_some())
+                + usize::from(formula.is_some());
+            let how = match given {
+                0 => "none is given",
+                2 => "two are given",
+                _ => "all are given",
+            };
+            let message = format!(
+                "`springs` take exactly one of `stiffness` [N/m], `young` [N/m^2] and `expression` [J], {how}"
+            );
             check.report(Problem::semantic(path.clone(), message).at_key());
         }
+    }
+    if springs.expression.is_none() && !springs.parameters.is_empty() {
+        let message = "`parameters` are those of `expression`, which these springs do not have";
+        check.report(Problem::semantic(path.key("parameters"), message).with_help("remove `parameters`"));
     }
     if let Some(rest_length) = &springs.rest_length {
         check.one_or_many(&path.key("rest_length"), rest_length, Sign::Positive, "m", edges);

@@ -11,6 +11,7 @@ mod body_names;
 mod check;
 mod contact;
 mod damping;
+mod expression;
 mod loads;
 mod membrane;
 mod mesh;
@@ -22,6 +23,8 @@ mod shapes;
 mod study;
 mod surroundings;
 mod transform;
+
+pub(crate) use expression::spring_problem;
 
 use std::collections::BTreeMap;
 

@@ -4,6 +4,7 @@ use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, NodalIntegrationSpec};
+use pliant::material::MaterialSpec;
 
 /// `1 - 2 nu` at least.
 const CLOSEST: f64 = 1e-7;
@@ -24,6 +25,10 @@ pub(super) fn nodal(check: &mut Checker, body_path: &KeyPath, nodal: &NodalInteg
         None => report(
             "`nodal_integration` is one of finite elements: it needs `elastic`, which this body does not have".into(),
             "remove `nodal_integration`, or add `elastic`",
+        ),
+        Some(material @ MaterialSpec::ExpressedEnergy(_)) => report(
+            format!("`{}` cannot be split into two materials of its kind", material.name()),
+            "use `order = 2`, or a material of `pliant list materials` with a Poisson's ratio",
         ),
         Some(material) if material.lame().is_none() => report(
             format!("`{}` knows no Poisson's ratio and does not lock: nothing can be split off", material.name()),

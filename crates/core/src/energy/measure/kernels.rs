@@ -21,7 +21,7 @@ pub(crate) fn gather<L: Lanes, const D: usize, const N: usize>(
 
 /// Adds `factor` times `gradient` to the rows of one pack.
 #[inline(always)]
-fn scatter<L: Lanes, const D: usize, const N: usize>(
+pub(crate) fn scatter<L: Lanes, const D: usize, const N: usize>(
     rows: &mut RowSlice<D>,
     index: &[[u16; WIDTH]; N],
     factor: L,

@@ -18,7 +18,7 @@ pub use length::Length;
 pub use stencils::{MeasuredStencils, StencilConstants};
 
 pub(crate) use self::blocks::{MatrixOutput, fill};
-pub(crate) use self::kernels::RateKernel;
+pub(crate) use self::kernels::{RateKernel, gather, scatter};
 use self::kernels::{StencilEnergyKernel, StencilGradientKernel, StencilHessianKernel};
 use super::patch::Workspace;
 use super::{EnergyKind, EnergyTerm, Fault, TermProperties, TermViews};

@@ -1,6 +1,7 @@
-//! Linear springs.
+//! Springs: linear ones, and those whose energy is a formula.
 
 mod arrangement;
+mod expressed;
 mod gathered;
 mod half_springs;
 mod kernels;
@@ -12,6 +13,8 @@ mod slots;
 mod tests;
 
 use std::ops::Range;
+
+pub use self::expressed::{ExpressedSprings, SpringFormula, SpringFormulaError};
 
 use self::arrangement::Arrangement;
 use self::gathered::GatheredNeighbours;

@@ -70,7 +70,7 @@ fn stresses<M: Material<D>, const D: usize>(
 
 /// Checks one material, on a large stack: unoptimised, the kernels of all instruction sets need more than a
 /// test has.
-pub(super) fn same_bits<M: Material<D>, const D: usize>(name: &str, material: &M) {
+pub(crate) fn same_bits<M: Material<D>, const D: usize>(name: &str, material: &M) {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(1 << 26);
         let check = thread.spawn_scoped(scope, || same_bits_here(name, material)).expect("a thread");

@@ -4,7 +4,7 @@ mod conformance;
 mod degenerate;
 mod energy_alone;
 mod invariance;
-mod lanes;
+pub(crate) mod lanes;
 mod reference;
 mod registry;
 mod rubber;
@@ -135,7 +135,7 @@ fn stress_scale<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
 }
 
 /// Deformations of every kind that keep away from the rotation's jump, those with `J <= 0` only if `inverted`.
-fn samples<const D: usize>(inverted: bool) -> Vec<Mat<f64, D>> {
+pub(crate) fn samples<const D: usize>(inverted: bool) -> Vec<Mat<f64, D>> {
     let mut random = Random(21);
     let mut list = vec![];
     for (name, generate) in categories::<D>() {
@@ -165,6 +165,6 @@ fn eigenvalues<const D: usize>(t: &Tangent<D>) -> Vec<f64> {
 }
 
 /// `|a - b| / |a|`, Frobenius.
-fn difference<const D: usize>(a: &Tangent<D>, b: &Tangent<D>) -> f64 {
+pub(crate) fn difference<const D: usize>(a: &Tangent<D>, b: &Tangent<D>) -> f64 {
     (flat(a) - flat(b)).norm() / flat(a).norm()
 }

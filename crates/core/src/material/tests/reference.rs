@@ -25,6 +25,9 @@ struct Point {
 fn read<T: serde::de::DeserializeOwned>(text: &str) -> BTreeMap<String, BTreeMap<String, T>> {
     let mut table: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text).unwrap();
     table.remove("note");
+    // The formula of the example is that of this model.
+    let known = table["stable-neo-hookean"].clone();
+    table.insert("expression".to_owned(), known);
     table.into_iter().map(|(name, value)| (name, serde_json::from_value(value).unwrap())).collect()
 }
 

@@ -29,7 +29,8 @@ fn names() {
             "ogden",
             "hencky",
             "displacement-gradient",
-            "dirichlet"
+            "dirichlet",
+            "expression"
         ]
     );
 }

@@ -28,7 +28,8 @@ fn specs() -> Vec<MaterialSpec> {
 fn parts_add_up<const D: usize>(spec: &MaterialSpec, part: f64) {
     let whole = probe::<D>(spec);
     let Some(specs) = spec.split(part) else {
-        return assert_eq!(spec.lame(), None, "{}", spec.name());
+        // Of a formula nobody knows what could be split off.
+        return assert!(spec.lame().is_none() || spec.name() == "expression", "{}", spec.name());
     };
     let parts = specs.each_ref().map(|spec| probe::<D>(spec));
     for spec in &specs {

@@ -1,0 +1,113 @@
+//! From a text to a graph.
+
+use super::function::Function;
+use super::graph::{Graph, NodeId};
+use super::parse::{self, PlacedOperation};
+use super::{ExpressionError, Operation};
+
+/// A formula of names that its reader chooses, as it was written, not yet a [`Graph`].
+#[derive(Clone, Debug)]
+pub(crate) struct Formula {
+    steps: Vec<PlacedOperation>,
+}
+
+/// Functions that have values and derivatives on packs of numbers.
+const AVAILABLE: &[&str] =
+    &["exp", "ln", "log", "sqrt", "abs", "min", "max", "clamp", "if", "sinh", "cosh", "tanh"];
+
+impl Formula {
+    /// Reads a formula of `names`.
+    ///
+    /// # Errors
+    /// The text is not a formula, or has a name in it that is neither a function nor one of `names`.
+    pub(crate) fn parse(text: &str, names: &[&str]) -> Result<Formula, ExpressionError> {
+        let steps = parse::program(text, names).map_err(|error| match error {
+            ExpressionError::UnknownName { name, known, place, .. } => {
+                ExpressionError::UnknownName { name, known, functions: AVAILABLE.to_vec(), place }
+            }
+            error => error,
+        })?;
+        Ok(Formula { steps })
+    }
+
+    /// True if the name of this index is in it.
+    pub(crate) fn has(&self, name: usize) -> bool {
+        self.steps.iter().any(|(step, _)| matches!(step, Operation::Variable(index) if *index == name))
+    }
+
+    /// Adds its value to a graph in which the names stand for `values`.
+    ///
+    /// # Errors
+    /// A function that packs of numbers do not have, of something that is no constant.
+    pub(crate) fn add_to(&self, graph: &mut Graph, values: &[NodeId]) -> Result<NodeId, ExpressionError> {
+        let mut stack: Vec<NodeId> = Vec::new();
+        for (step, place) in &self.steps {
+            let value = match step {
+                Operation::Number(number) => graph.number(*number),
+                Operation::Variable(index) => values[*index],
+                Operation::Call(function) => {
+                    let arguments = stack.split_off(stack.len() - function.arity);
+                    call(graph, function, &arguments).ok_or_else(|| ExpressionError::Unavailable {
+                        name: function.name,
+                        available: AVAILABLE.to_vec(),
+                        place: place.clone(),
+                    })?
+                }
+            };
+            stack.push(value);
+        }
+        Ok(stack.pop().expect("a formula has a value"))
+    }
+}
+
+/// An operator or a function; `None` where packs have none.
+fn call(graph: &mut Graph, function: &Function, arguments: &[NodeId]) -> Option<NodeId> {
+    let constants: Option<Vec<f64>> = arguments.iter().map(|argument| graph.constant(*argument)).collect();
+    if let Some(constants) = constants {
+        let mut padded = [0.0; 3];
+        padded[..constants.len()].copy_from_slice(&constants);
+        return Some(graph.number((function.value)(padded)));
+    }
+    let (one, zero) = (graph.number(1.0), graph.number(0.0));
+    let node = match (function.name, arguments) {
+        ("-", [a]) => graph.negative(*a),
+        ("+", [a, b]) => graph.sum(*a, *b),
+        ("-", [a, b]) => graph.difference(*a, *b),
+        ("*", [a, b]) => graph.product(*a, *b),
+        ("/", [a, b]) => graph.quotient(*a, *b),
+        ("^", [a, b]) => match graph.constant(*b) {
+            Some(exponent) => graph.power(*a, exponent),
+            None => {
+                let logarithm = graph.logarithm(*a);
+                let exponent = graph.product(*b, logarithm);
+                graph.exponential(exponent)
+            }
+        },
+        ("<", [a, b]) | (">", [b, a]) => graph.if_less(*a, *b, one, zero),
+        (">=", [a, b]) | ("<=", [b, a]) => graph.if_less(*a, *b, zero, one),
+        ("exp", [a]) => graph.exponential(*a),
+        ("ln" | "log", [a]) => graph.logarithm(*a),
+        ("sqrt", [a]) => graph.root(*a),
+        ("abs", [a]) => graph.magnitude(*a),
+        ("min", [a, b]) => graph.if_less(*a, *b, *a, *b),
+        ("max", [a, b]) => graph.if_less(*b, *a, *a, *b),
+        ("clamp", [x, low, high]) => {
+            let below = graph.if_less(*high, *x, *high, *x);
+            graph.if_less(*x, *low, *low, below)
+        }
+        ("if", [condition, then, otherwise]) => graph.choice(*condition, *then, *otherwise),
+        ("sinh" | "cosh" | "tanh", [a]) => {
+            let up = graph.exponential(*a);
+            let down = graph.quotient(one, up);
+            let (sinh, cosh) = (graph.difference(up, down), graph.sum(up, down));
+            let half = graph.number(0.5);
+            match function.name {
+                "sinh" => graph.product(half, sinh),
+                "cosh" => graph.product(half, cosh),
+                _ => graph.quotient(sinh, cosh),
+            }
+        }
+        _ => return None,
+    };
+    Some(node)
+}

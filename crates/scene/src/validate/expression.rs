@@ -1,0 +1,69 @@
+//! Energies that are formulas.
+
+use super::check::Checker;
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::{Body, SpringsSpec};
+use crate::text::expression_problem;
+use pliant::energy::spring::SpringFormulaError;
+use pliant::material::{EnergyExpression, EnergyMistake, ParameterError};
+
+/// `elastic.expression` at `path` of `body`.
+pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExpression, body: &Body) {
+    // A sheet is a plane of its own; a scene whose dimension is wrong is checked as a solid.
+    let sheet = body.membrane.is_some();
+    let dimension = if sheet { 2 } else { check.dimension.unwrap_or(3) };
+    let of_solid = if energy.is_isotropic() { energy.check_at_rest(3) } else { Ok(()) };
+    match of_solid.and_then(|()| energy.check_at_rest(dimension)) {
+        Ok(()) => {}
+        Err(EnergyMistake::Formula(error)) => {
+            check.report(expression_problem(path.key("psi"), energy.text(), &error));
+        }
+        Err(EnergyMistake::Parameter(error)) => check.report(parameter(path, &error)),
+        Err(other) => {
+            let message = format!("`psi` {other}");
+            let (message, help) = message.split_once("; ").unwrap_or((&message, ""));
+            let problem = Problem::semantic(path.key("psi"), message.to_owned());
+            check.report(if help.is_empty() { problem } else { problem.with_help(help) });
+        }
+    }
+    if sheet && !energy.is_isotropic() && energy.check_at_rest(2).is_ok() {
+        let message = "`psi` depends on how an element is turned, and triangles of a sheet have no direction to be compared \
+                       with";
+        let problem = Problem::semantic(path.key("psi"), message);
+        check.report(problem.with_help("write it with I1, I2 and J, or with l1, l2 and l3"));
+    }
+}
+
+/// A number that is wrong, or that follows from what is wrong.
+pub(super) fn parameter(path: &KeyPath, error: &ParameterError) -> Problem {
+    let mut problem = Problem::parameter(path, error.field, error.value, &error.problem);
+    if let Some(index) = error.index {
+        problem.path = problem.path.index(index);
+    }
+    problem
+}
+
+/// `springs.expression`, which is `text`, at `path` of `springs`; at every rest length that the scene
+/// gives, and without one at a length of 1 m: those of the mesh are checked when it is there.
+pub(super) fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, text: &str) {
+    let lengths = springs.rest_length.as_ref().map_or(&[1.0][..], |lengths| lengths.as_slice());
+    let Some(formula) = springs.formula() else { return };
+    let positive = lengths.iter().filter(|length| length.is_finite() && **length > 0.0);
+    let result = formula
+        .and_then(|formula| positive.into_iter().try_for_each(|length| formula.check_at_rest(*length)));
+    if let Err(error) = result {
+        check.report(spring_problem(path, text, &error));
+    }
+}
+
+/// The mistake in the formula `text` of springs at `path`.
+pub(crate) fn spring_problem(path: &KeyPath, text: &str, error: &SpringFormulaError) -> Problem {
+    match error {
+        SpringFormulaError::Formula(error) => expression_problem(path.key("expression"), text, error),
+        SpringFormulaError::Parameter { name, .. } => {
+            Problem::semantic(path.key("parameters").key(name), error.to_string())
+        }
+        other => Problem::semantic(path.key("expression"), format!("`expression` {other}")),
+    }
+}
