@@ -4,6 +4,7 @@ mod bench;
 mod commands;
 mod export;
 mod failures;
+mod fit;
 mod live;
 mod memory;
 mod meshes;

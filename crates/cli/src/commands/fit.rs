@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use pliant_lab::fit::{Fit, FitError, FitOptions, FitProgress};
+use pliant_lab::fit::{FitError, FitOptions, FitProgress, SceneFit};
 use serde_json::{Value, json};
 
 use crate::arguments::FitArguments;
@@ -47,7 +47,7 @@ pub(crate) fn execute(arguments: &FitArguments, terminal: Terminal) -> Result<Ex
             None => {}
         }
     };
-    let found = Fit::of(&input.source, (&name, &data), &options, interrupt::flag()?, &mut watch);
+    let found = SceneFit::of(&input.source, (&name, &data), &options, interrupt::flag()?, &mut watch);
     if let Some(bar) = &bar {
         bar.finish_and_clear();
     }
@@ -111,8 +111,8 @@ fn failure(error: FitError) -> Failure {
 }
 
 /// The report for people.
-fn describe(found: &Fit, data: &str, width: usize) -> String {
-    let Fit { parameters, series, .. } = found;
+fn describe(found: &SceneFit, data: &str, width: usize) -> String {
+    let SceneFit { parameters, series, .. } = found;
     let mut rows = vec![["parameter", "value", "95 % within", "in the scene"].map(str::to_owned).to_vec()];
     for parameter in parameters {
         let within = match (parameter.interval, parameter.at_bound) {
@@ -150,7 +150,7 @@ fn describe(found: &Fit, data: &str, width: usize) -> String {
     format!("{out}\n{}", found.toml)
 }
 
-fn document(found: &Fit, scene: &str, data: &str) -> Value {
+fn document(found: &SceneFit, scene: &str, data: &str) -> Value {
     let mut document = json!({ "status": ExitStatus::Done, "scene": scene, "data": data });
     if let (Some(document), Value::Object(found)) = (document.as_object_mut(), json!(found)) {
         document.extend(found);

@@ -1,14 +1,14 @@
 //! Charts of a fit: what was measured and what is predicted, below it the difference.
 
-use super::{Fit, MeasuredSeries};
+use super::{MeasuredSeries, SceneFit};
 use crate::study::plot::{AxisSpec, Chart, Line, PlotError, Point};
 
 /// Height that a chart has in any case.
 const HEIGHT: u32 = 520;
 
 /// Both charts, one below the other.
-pub(super) fn svg(fit: &Fit, title: &str) -> Result<String, PlotError> {
-    let unit = |fit: &Fit| match fit.series.first() {
+pub(super) fn svg(fit: &SceneFit, title: &str) -> Result<String, PlotError> {
+    let unit = |fit: &SceneFit| match fit.series.first() {
         Some(first) if fit.series.iter().all(|series| series.unit == first.unit) => {
             format!("[{}]", first.unit)
         }

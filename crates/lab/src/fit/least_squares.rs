@@ -4,8 +4,8 @@
 //! equations, which would lose half of the digits where parameters are alike. The damping `m` follows the
 //! gain; Nielsen 1999, *Damping parameter in Marquardt's method*, IMM-REP-1999-05.
 //!
-//! A step to where there is no prediction (a scene that is none, a run that fails) is taken back like one that
-//! makes the sum of squares larger.
+//! A step to where there is no prediction (a scene that is none, a run that fails) is halved until there is
+//! one. Damping would turn it towards the gradient, along which steps creep up to such a place and stay there.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -75,18 +75,23 @@ impl<R: Send> LeastSquares<'_, R> {
                 at.converged = false;
                 return Ok(at);
             }
+            let mut part = 1.0;
             loop {
                 let Some(step) = self.step(&at, &free, damping) else { return Ok(at) };
-                let next: Vec<f64> = self.clipped(&at.parameters, &step);
+                let next: Vec<f64> = self.clipped(&at.parameters, &step, part);
                 if self.is_same(&at.parameters, &next) || damping > LARGEST_DAMPING {
                     return Ok(at);
                 }
                 at.evaluations += 1;
-                let found = (self.residuals)(&next).ok().map(DVector::from_vec);
-                let Some(found) = found.filter(|found| found.norm_squared() < at.sum_of_squares()) else {
-                    (damping, growth) = (damping * growth, 2.0 * growth);
+                let Ok(found) = (self.residuals)(&next) else {
+                    part *= 0.5;
                     continue;
                 };
+                let found = DVector::from_vec(found);
+                if found.norm_squared() >= at.sum_of_squares() {
+                    (damping, growth, part) = (damping * growth, 2.0 * growth, 1.0);
+                    continue;
+                }
                 let taken =
                     DVector::from_iterator(step.len(), next.iter().zip(&at.parameters).map(|(a, b)| a - b));
                 let predicted = at.sum_of_squares() - (&at.residuals + &at.jacobian * taken).norm_squared();
@@ -162,9 +167,10 @@ impl<R: Send> LeastSquares<'_, R> {
         step.iter().all(|d| d.is_finite()).then_some(step)
     }
 
-    fn clipped(&self, parameters: &[f64], step: &[f64]) -> Vec<f64> {
+    /// Parameters after this part of a step.
+    fn clipped(&self, parameters: &[f64], step: &[f64], part: f64) -> Vec<f64> {
         let moved = parameters.iter().zip(step).zip(self.bounds);
-        moved.map(|((value, step), [low, high])| (value + step).clamp(*low, *high)).collect()
+        moved.map(|((value, step), [low, high])| (value + part * step).clamp(*low, *high)).collect()
     }
 
     fn is_same(&self, a: &[f64], b: &[f64]) -> bool {

@@ -10,28 +10,28 @@
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};
-//! use pliant_lab::fit::{Fit, FitOptions};
+//! use pliant_lab::fit::{SceneFit, FitOptions};
 //! use pliant_scene::Source;
 //!
 //! let source = Source::new("rubber", "dimension = 3
 //!     time = { integrator = 'velocity-verlet', step = 1e-5, duration = 0 }
 //!     [[body]]
-//!     mesh = { box = { cells = [1, 1, 1], size = [1, 1, 1] } }
+//!     mesh = { grid = { cells = [1, 1, 1], spacing = 1 } }
 //!     elastic = { hencky = { young = '1 MPa', poisson = 0.3 } }
 //!     mass = { density = 1000 }");
 //! // P = E ln(l)/l with E = 2 MPa.
 //! let data = "stretch,uniaxial [MPa]\n1.1,0.17329\n1.5,0.54062\n2,0.69315\n";
 //! let options = FitOptions::of(&["body.0.elastic.young"]);
-//! let fit = Fit::of(&source, ("data.csv", data), &options, &Arc::new(AtomicBool::new(false)), &mut |_| {})?;
+//! let fit = SceneFit::of(&source, ("data.csv", data), &options, &Arc::new(AtomicBool::new(false)), &mut |_| {})?;
 //! assert!((fit.parameters[0].value - 2e6).abs() < 100.0);
 //! # Ok::<(), pliant_lab::fit::FitError>(())
 //! ```
 
 mod chart;
 mod curves;
-mod experiment;
 mod keys;
 mod least_squares;
+mod measurement;
 mod student;
 mod table;
 #[cfg(test)]
@@ -46,9 +46,9 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::study::plot::PlotError;
-use experiment::{Experiment, Refusal};
 use keys::FittedKey;
 use least_squares::{LeastSquares, Minimum};
+use measurement::{Measurement, Refusal};
 use table::MeasuredTable;
 
 /// Probability that an interval holds the parameter.
@@ -190,7 +190,7 @@ pub struct FitStart {
 
 /// A fit.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Fit {
+pub struct SceneFit {
     /// The parameters, in the order asked for.
     pub parameters: Vec<FittedParameter>,
     /// Correlation of their errors, by rows; `None` where one is not settled or at a bound.
@@ -221,7 +221,7 @@ pub struct Fit {
     pub scene: Source,
 }
 
-impl Fit {
+impl SceneFit {
     /// Fits parameters of a scene to a table, its name and its text; `watch` is shown every step, `stop` ends
     /// it.
     ///
@@ -237,14 +237,14 @@ impl Fit {
         options: &FitOptions,
         stop: &Arc<AtomicBool>,
         watch: &mut dyn FnMut(FitProgress<'_>),
-    ) -> Result<Fit, FitError> {
+    ) -> Result<SceneFit, FitError> {
         let scene = source.scene()?;
         let keys = chosen(source, &scene, options)?;
         let bounds = bounds(source, &scene, &keys, options)?;
         let table = MeasuredTable::read(name, text)?;
         let body = body_of(&keys);
-        let experiment = Experiment::read(&table, source, &scene, body, options)?;
-        let (measured, count) = (experiment.observations.len(), keys.len());
+        let measurement = Measurement::read(&table, source, &scene, body, options)?;
+        let (measured, count) = (measurement.observations.len(), keys.len());
         if measured <= count {
             let (numbers, of) = (words(measured, "number"), words(count, "parameter"));
             return Err(table.wrong(format!(
@@ -253,13 +253,19 @@ impl Fit {
             )));
         }
         let sizes = sizes(&keys, &bounds)?;
-        let search =
-            Search { source, keys: &keys, bounds: &bounds, sizes: &sizes, experiment: &experiment, stop };
-        let found = search.all(options, experiment.difference(&scene), watch)?;
-        search.describe(found, experiment.difference(&scene))
+        let search = FitSearch {
+            source,
+            keys: &keys,
+            bounds: &bounds,
+            sizes: &sizes,
+            measurement: &measurement,
+            stop,
+        };
+        let found = search.all(options, measurement.difference(&scene), watch)?;
+        search.describe(found, measurement.difference(&scene))
     }
 
-    /// Fit and residuals as one SVG.
+    /// The fit and its residuals as one SVG.
     ///
     /// # Errors
     /// The drawing library does not manage.
@@ -345,12 +351,12 @@ fn sizes(keys: &[FittedKey], bounds: &[[f64; 2]]) -> Result<Vec<f64>, FitError> 
 }
 
 /// A search for the best parameters.
-struct Search<'a> {
+struct FitSearch<'a> {
     source: &'a Source,
     keys: &'a [FittedKey],
     bounds: &'a [[f64; 2]],
     sizes: &'a [f64],
-    experiment: &'a Experiment,
+    measurement: &'a Measurement,
     stop: &'a Arc<AtomicBool>,
 }
 
@@ -361,7 +367,7 @@ struct SearchResult {
     runs: u64,
 }
 
-impl Search<'_> {
+impl FitSearch<'_> {
     /// The scene with these parameters.
     fn scene(&self, parameters: &[f64]) -> Result<Source, SceneError> {
         let changes: Vec<_> = self.keys.iter().zip(parameters).map(|(key, value)| key.set(*value)).collect();
@@ -369,12 +375,12 @@ impl Search<'_> {
     }
 
     fn predict(&self, parameters: &[f64]) -> Result<Vec<f64>, Refusal> {
-        self.experiment.predict(&self.scene(parameters).map_err(Refusal::Scene)?, self.stop)
+        self.measurement.predict(&self.scene(parameters).map_err(Refusal::Scene)?, self.stop)
     }
 
     fn residuals(&self, parameters: &[f64]) -> Result<Vec<f64>, Refusal> {
         let predicted = self.predict(parameters)?;
-        let observed = self.experiment.observations.iter().zip(&predicted);
+        let observed = self.measurement.observations.iter().zip(&predicted);
         let residuals: Vec<f64> = observed.map(|(one, value)| one.weight * (value - one.value)).collect();
         match residuals.iter().all(|residual| residual.is_finite()) {
             true => Ok(residuals),
@@ -449,13 +455,13 @@ impl Search<'_> {
     }
 
     /// The report of what was found.
-    fn describe(&self, found: SearchResult, difference: f64) -> Result<Fit, FitError> {
+    fn describe(&self, found: SearchResult, difference: f64) -> Result<SceneFit, FitError> {
         let SearchResult { best, starts, runs } = found;
         let at_bound: Vec<bool> = (best.parameters.iter().zip(self.bounds))
             .map(|(value, [low, high])| value <= low || value >= high)
             .collect();
         let free: Vec<usize> = (0..self.keys.len()).filter(|&j| !at_bound[j]).collect();
-        let degrees_of_freedom = self.experiment.observations.len() - free.len();
+        let degrees_of_freedom = self.measurement.observations.len() - free.len();
         let theory = LinearTheory::of(&best, &free, degrees_of_freedom, difference);
         let t = student::two_sided(CONFIDENCE, degrees_of_freedom);
         let parameter = |j: usize| {
@@ -468,10 +474,10 @@ impl Search<'_> {
         let parameters: Vec<FittedParameter> = (0..self.keys.len()).map(parameter).collect();
         let scene = self.scene(&best.parameters)?;
         let warnings = self.warnings(&best, &parameters, &theory, &starts);
-        Ok(Fit {
+        Ok(SceneFit {
             correlation: theory.correlation,
             sum_of_squares: best.sum_of_squares(),
-            measured: self.experiment.observations.len(),
+            measured: self.measurement.observations.len(),
             degrees_of_freedom,
             steps: best.steps,
             runs: runs + 1,
@@ -479,7 +485,7 @@ impl Search<'_> {
             warnings,
             toml: self.toml(&scene),
             series: self.series(&best)?,
-            axis: self.experiment.axis(),
+            axis: self.measurement.axis(),
             parameters,
             scene,
         })
@@ -488,8 +494,8 @@ impl Search<'_> {
     /// Columns with what the best parameters predict.
     fn series(&self, best: &Minimum) -> Result<Vec<MeasuredSeries>, FitError> {
         let predicted = self.predict(&best.parameters)?;
-        let mut series = self.experiment.series.clone();
-        for (one, value) in self.experiment.observations.iter().zip(predicted) {
+        let mut series = self.measurement.series.clone();
+        for (one, value) in self.measurement.observations.iter().zip(predicted) {
             let MeasuredSeries { at, measured, fitted, .. } = &mut series[one.series];
             at.push(one.at);
             measured.push(one.value);
@@ -555,8 +561,8 @@ impl Search<'_> {
                 starts.len()
             ));
         }
-        if !self.experiment.left_out.is_empty() {
-            let columns = self.experiment.left_out.join(", ");
+        if !self.measurement.left_out.is_empty() {
+            let columns = self.measurement.left_out.join(", ");
             warnings.push(format!("left out, for they say the same as the positions: {columns}"));
         }
         warnings

@@ -11,7 +11,7 @@ use pliant_scene::Source;
 use pliant_scene::assembly::UnstableStep;
 
 use super::curves::{MaterialTest, nominal_stress};
-use super::{Fit, FitError, FitOptions};
+use super::{FitError, FitOptions, SceneFit};
 
 const YOUNG_AND_POISSON: [&str; 2] = ["body.beam.elastic.young", "body.beam.elastic.poisson"];
 
@@ -60,7 +60,7 @@ fn film(source: &Source) -> String {
     let mut out = vec![];
     let mut table = Table::new(&assembly.probes, &mut out, "film");
     let summary = run(&mut assembly.simulation, &scene.plan(), &mut [&mut table], &AtomicBool::new(false));
-    assert_eq!(summary.frames, 11);
+    assert!(summary.frames > 10, "{summary:?}");
     String::from_utf8(out).unwrap()
 }
 
@@ -75,8 +75,8 @@ fn positions(film: &str, change: impl Fn(f64) -> f64) -> String {
     out
 }
 
-fn fit(source: &Source, data: &str, options: &FitOptions) -> Result<Fit, FitError> {
-    Fit::of(source, ("data.csv", data), options, &Arc::new(AtomicBool::new(false)), &mut |_| {})
+fn fit(source: &Source, data: &str, options: &FitOptions) -> Result<SceneFit, FitError> {
+    SceneFit::of(source, ("data.csv", data), options, &Arc::new(AtomicBool::new(false)), &mut |_| {})
 }
 
 fn assert_close(found: f64, expected: f64, tolerance: f64) {
@@ -100,7 +100,7 @@ fn young_and_poisson_of_a_beam_are_found_again_from_its_film() {
     }
 }
 
-fn material(found: &Fit) -> MaterialSpec {
+fn material(found: &SceneFit) -> MaterialSpec {
     MaterialSpec::NeoHookean(Isotropic::new(found.parameters[0].value, found.parameters[1].value))
 }
 
@@ -139,28 +139,40 @@ fn noisy_films_have_the_fit_and_the_errors_of_independent_code() {
     }
 }
 
-// Between frames: a measurement at its own times, from a film of steps a hundredth as long.
+// Free fall, y = v t - g t^2 / 2, which Verlet's steps follow without error and cubics between them too; straight
+// lines would be wrong by g h^2 / 8.
 #[test]
 fn measured_times_need_not_be_those_of_steps() {
-    let fine = beam("velocity-verlet", 5e4, 0.35)
-        .varied(&[("time.step".into(), "1e-4".into()), ("output.rate".into(), "1000.0".into())]);
-    let scene = fine.unwrap().scene().unwrap();
-    let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap();
-    let mut out = vec![];
-    let mut table = Table::new(&assembly.probes, &mut out, "film");
-    run(&mut assembly.simulation, &scene.plan(), &mut [&mut table], &AtomicBool::new(false));
-    let film = String::from_utf8(out).unwrap();
-    let rows: Vec<&str> = film.lines().skip(1).skip(13).step_by(37).collect();
-    let data = format!("{}\n{}\n", film.lines().next().unwrap(), rows.join("\n"));
-    let steps = [("time.step".to_owned(), "1e-3".to_owned())];
-    let coarse = beam("velocity-verlet", 8e4, 0.2).varied(&steps).unwrap();
-    let offset = data.replace("time [s]", "time [s]");
-    let options =
-        FitOptions { columns: vec!["tip.x".into(), "tip.y".into()], ..FitOptions::of(&YOUNG_AND_POISSON) };
-    let found = fit(&coarse, &offset, &options).unwrap();
-    // Errors of Verlet's steps, (h omega)^2 / 24 of the fastest motion that counts.
-    assert_close(found.parameters[0].value, 5e4, 1e-3);
-    assert_close(found.parameters[1].value, 0.35, 1e-3);
+    let scene = Source::new(
+        "fall.toml",
+        "dimension = 2
+        time = { integrator = 'velocity-verlet', step = 0.1, duration = 1 }
+        world = { gravity = [0, -5] }
+        [[body]]
+        mesh = { strand = { segments = 1, start = [0, 0], end = [1, 0] } }
+        springs = { stiffness = 1 }
+        mass = { per_vertex = 1 }
+        velocity = { rigid = { linear = [0, 1] } }
+        [[probe]]
+        name = 'ball'
+        vertex = 0",
+    );
+    let mut data = "time [ms],ball.uy [mm],ball.y [mm]\n".to_owned();
+    for t in [0.05, 0.23, 0.27, 0.3, 0.68, 0.94] {
+        data += &format!("{:?},,{:?}\n", 1e3 * t, 1e3 * (2.0 * t - 0.5 * 9.81 * t * t));
+    }
+    let keys = FitOptions::of(&["world.gravity.1", "body.0.velocity.rigid.linear.1"]);
+    let found = fit(&scene, &data, &keys).unwrap();
+    assert_close(found.parameters[0].value, -9.81, 1e-9);
+    assert_close(found.parameters[1].value, 2.0, 1e-9);
+    assert_eq!(
+        found.toml,
+        "[world]\ngravity = [0, VALUE]\n".replace("VALUE", &format!("{:?}", found.parameters[0].value))
+            + &format!(
+                "[[body]] # number 0\nvelocity = {{ rigid = {{ linear = [0, {:?}] }} }}\n",
+                found.parameters[1].value
+            )
+    );
 }
 
 fn rubber(elastic: &str) -> Source {
@@ -170,7 +182,7 @@ fn rubber(elastic: &str) -> Source {
             "dimension = 3
             time = {{ integrator = 'velocity-verlet', step = 1e-5, duration = 0 }}
             [[body]]
-            mesh = {{ box = {{ cells = [1, 1, 1], size = [1, 1, 1] }} }}
+            mesh = {{ grid = {{ cells = [1, 1, 1], spacing = 1 }} }}
             elastic = {{ {elastic} }}
             mass = {{ density = 1000 }}"
         ),
@@ -265,25 +277,31 @@ fn frequencies_give_moduli_and_what_they_cannot_tell_is_said() {
     assert_eq!(found.parameters[0].standard_deviation, None);
 }
 
+// Over four seconds a beam of four times the stiffness swings against the film at first: least squares end in
+// another minimum.
 #[test]
 fn random_starts_find_what_one_does_not_and_are_the_same_each_time() {
-    let data = positions(&film(&beam("velocity-verlet", 5e4, 0.35)), |_| 0.0);
+    let long = |young, poisson| {
+        let duration = [("time.duration".to_owned(), "4".to_owned())];
+        beam("velocity-verlet", young, poisson).varied(&duration).unwrap()
+    };
+    let data = positions(&film(&long(5e4, 0.35)), |_| 0.0);
     let options = FitOptions {
         bounds: vec![
-            ("body.0.elastic.young".into(), [1e4, 1e6]),
-            ("body.0.elastic.poisson".into(), [0.0, 0.49]),
+            ("body.0.elastic.young".into(), [1e4, 3e5]),
+            ("body.0.elastic.poisson".into(), [0.0, 0.45]),
         ],
-        starts: 4,
-        seed: 7,
+        starts: 3,
+        seed: 1,
         ..FitOptions::of(&YOUNG_AND_POISSON)
     };
-    // Beyond here least squares end in another minimum, of a beam that swings otherwise.
-    let far = beam("velocity-verlet", 4e5, 0.2);
-    let found = fit(&far, &data, &options).unwrap();
-    assert_eq!(found.starts.len(), 4);
+    let found = fit(&long(2e5, 0.35), &data, &options).unwrap();
+    assert_eq!(found.starts.len(), 3);
     assert_close(found.parameters[0].value, 5e4, 1e-8);
-    assert!(found.starts.iter().all(|start| (1e4..=1e6).contains(&start.from[0])));
-    assert_eq!(fit(&far, &data, &options).unwrap(), found);
+    let sums: Vec<f64> = found.starts.iter().filter_map(|start| start.sum_of_squares).collect();
+    assert!(sums[0] > 1.0 && found.sum_of_squares < 1e-15, "{sums:?}");
+    assert!(found.starts.iter().all(|start| (1e4..=3e5).contains(&start.from[0])));
+    assert_eq!(fit(&long(2e5, 0.35), &data, &options).unwrap(), found);
 }
 
 #[test]
