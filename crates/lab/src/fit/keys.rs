@@ -70,10 +70,11 @@ fn full_path(scene: &Scene, document: &Value, name: &str) -> Option<(KeyPath, Op
     let key: KeyPath = key.parse().ok()?;
     let mut segments = key.segments().to_vec();
     let model = document["body"][i]["elastic"].as_object().and_then(|elastic| elastic.keys().next());
-    if let ([KeySegment::Key(first), KeySegment::Key(second), ..], Some(model)) = (&segments[..], model) {
-        if first == "elastic" && second != model {
-            segments.insert(1, KeySegment::Key(model.clone()));
-        }
+    if let ([KeySegment::Key(first), KeySegment::Key(second), ..], Some(model)) = (&segments[..], model)
+        && first == "elastic"
+        && second != model
+    {
+        segments.insert(1, KeySegment::Key(model.clone()));
     }
     let body = KeyPath::root().key("body").index(i);
     Some((segments.into_iter().fold(body, |path, segment| path.child(segment)), Some(i)))

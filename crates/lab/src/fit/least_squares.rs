@@ -17,10 +17,13 @@ const SMALLEST_STEP: f64 = 1e-12;
 /// Beyond this damping a step goes nowhere.
 const LARGEST_DAMPING: f64 = 1e16;
 
-/// Residuals as a function of parameters.
+/// Residuals as a function of parameters, or why there are none.
+pub(super) type Residuals<'a, R> = dyn Fn(&[f64]) -> Result<Vec<f64>, R> + Sync + 'a;
+
+/// Residuals and what is known of their parameters.
 pub(super) struct LeastSquares<'a, R> {
-    /// Residuals at these parameters, as many each time, or why there are none.
-    pub(super) residuals: &'a (dyn Fn(&[f64]) -> Result<Vec<f64>, R> + Sync),
+    /// As many each time.
+    pub(super) residuals: &'a Residuals<'a, R>,
     /// Bounds of each parameter; infinite without any.
     pub(super) bounds: &'a [[f64; 2]],
     /// Size of each parameter, positive.
@@ -186,11 +189,7 @@ mod tests {
 
     const FREE: [[f64; 2]; 2] = [[f64::NEG_INFINITY, f64::INFINITY]; 2];
 
-    fn minimum(
-        residuals: &(dyn Fn(&[f64]) -> Result<Vec<f64>, ()> + Sync),
-        bounds: &[[f64; 2]],
-        start: &[f64],
-    ) -> Minimum {
+    fn minimum(residuals: &Residuals<'_, ()>, bounds: &[[f64; 2]], start: &[f64]) -> Minimum {
         let sizes = vec![1.0; start.len()];
         let problem = LeastSquares { residuals, bounds, sizes: &sizes, difference: 1e-5 };
         problem.minimum(start, &mut |_, _, _| true).unwrap()

@@ -274,6 +274,14 @@ impl SceneFit {
     }
 }
 
+/// The path in the text of a scene of a number with this name, as [`FitOptions::parameters`] has it.
+///
+/// # Errors
+/// [`FitError::Key`].
+pub fn key_path(source: &Source, scene: &pliant_scene::Scene, name: &str) -> Result<String, FitError> {
+    FittedKey::find(source, scene, name).map(|key| key.path.to_string())
+}
+
 /// `1 number`, `3 numbers`.
 fn words(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })

@@ -113,13 +113,13 @@ fn noisy_films_have_the_fit_and_the_errors_of_independent_code() {
             "velocity-verlet",
             [50_273.842_648_804_04, 0.346_216_814_534_108_9],
             8.109_740_456_781_979e-6,
-            [127.168_160_349_726_3, 2.062_237_758_057_528_9e-3, -0.741_966_681_736_701_9],
+            [127.168_160_349_726_3, 2.062_237_758_057_529e-3, -0.741_966_681_736_701_9],
         ),
         (
             "implicit-euler",
             [50_376.149_944_559_47, 0.345_392_128_296_168_2],
             8.606_080_902_648_091e-6,
-            [202.608_939_746_932_3, 3.159_405_395_830_212_7e-3, -0.830_696_724_679_837_3],
+            [202.608_939_746_932_3, 3.159_405_395_830_213e-3, -0.830_696_724_679_837_3],
         ),
     ];
     for (integrator, parameters, sum_of_squares, [young, poisson, correlation]) in cases {
@@ -292,7 +292,7 @@ fn random_starts_find_what_one_does_not_and_are_the_same_each_time() {
             ("body.0.elastic.poisson".into(), [0.0, 0.45]),
         ],
         starts: 3,
-        seed: 1,
+        seed: 2,
         ..FitOptions::of(&YOUNG_AND_POISSON)
     };
     let found = fit(&long(2e5, 0.35), &data, &options).unwrap();
