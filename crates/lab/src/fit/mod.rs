@@ -29,9 +29,9 @@
 
 mod chart;
 mod curves;
+mod data;
 mod keys;
 mod least_squares;
-mod measurement;
 mod student;
 mod table;
 #[cfg(test)]
@@ -46,9 +46,9 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::study::plot::PlotError;
+use data::{FitData, Refusal};
 use keys::FittedKey;
 use least_squares::{LeastSquares, Minimum};
-use measurement::{Measurement, Refusal};
 use table::MeasuredTable;
 
 /// Probability that an interval holds the parameter.
@@ -243,8 +243,8 @@ impl SceneFit {
         let bounds = bounds(source, &scene, &keys, options)?;
         let table = MeasuredTable::read(name, text)?;
         let body = body_of(&keys);
-        let measurement = Measurement::read(&table, source, &scene, body, options)?;
-        let (measured, count) = (measurement.observations.len(), keys.len());
+        let data = FitData::read(&table, source, &scene, body, options)?;
+        let (measured, count) = (data.observations.len(), keys.len());
         if measured <= count {
             let (numbers, of) = (words(measured, "number"), words(count, "parameter"));
             return Err(table.wrong(format!(
@@ -253,16 +253,9 @@ impl SceneFit {
             )));
         }
         let sizes = sizes(&keys, &bounds)?;
-        let search = FitSearch {
-            source,
-            keys: &keys,
-            bounds: &bounds,
-            sizes: &sizes,
-            measurement: &measurement,
-            stop,
-        };
-        let found = search.all(options, measurement.difference(&scene), watch)?;
-        search.describe(found, measurement.difference(&scene))
+        let search = FitSearch { source, keys: &keys, bounds: &bounds, sizes: &sizes, data: &data, stop };
+        let found = search.all(options, data.difference(&scene), watch)?;
+        search.describe(found, data.difference(&scene))
     }
 
     /// The fit and its residuals as one SVG.
@@ -364,7 +357,7 @@ struct FitSearch<'a> {
     keys: &'a [FittedKey],
     bounds: &'a [[f64; 2]],
     sizes: &'a [f64],
-    measurement: &'a Measurement,
+    data: &'a FitData,
     stop: &'a Arc<AtomicBool>,
 }
 
@@ -383,12 +376,12 @@ impl FitSearch<'_> {
     }
 
     fn predict(&self, parameters: &[f64]) -> Result<Vec<f64>, Refusal> {
-        self.measurement.predict(&self.scene(parameters).map_err(Refusal::Scene)?, self.stop)
+        self.data.predict(&self.scene(parameters).map_err(Refusal::Scene)?, self.stop)
     }
 
     fn residuals(&self, parameters: &[f64]) -> Result<Vec<f64>, Refusal> {
         let predicted = self.predict(parameters)?;
-        let observed = self.measurement.observations.iter().zip(&predicted);
+        let observed = self.data.observations.iter().zip(&predicted);
         let residuals: Vec<f64> = observed.map(|(one, value)| one.weight * (value - one.value)).collect();
         match residuals.iter().all(|residual| residual.is_finite()) {
             true => Ok(residuals),
@@ -469,7 +462,7 @@ impl FitSearch<'_> {
             .map(|(value, [low, high])| value <= low || value >= high)
             .collect();
         let free: Vec<usize> = (0..self.keys.len()).filter(|&j| !at_bound[j]).collect();
-        let degrees_of_freedom = self.measurement.observations.len() - free.len();
+        let degrees_of_freedom = self.data.observations.len() - free.len();
         let theory = LinearTheory::of(&best, &free, degrees_of_freedom, difference);
         let t = student::two_sided(CONFIDENCE, degrees_of_freedom);
         let parameter = |j: usize| {
@@ -485,7 +478,7 @@ impl FitSearch<'_> {
         Ok(SceneFit {
             correlation: theory.correlation,
             sum_of_squares: best.sum_of_squares(),
-            measured: self.measurement.observations.len(),
+            measured: self.data.observations.len(),
             degrees_of_freedom,
             steps: best.steps,
             runs: runs + 1,
@@ -493,7 +486,7 @@ impl FitSearch<'_> {
             warnings,
             toml: self.toml(&scene),
             series: self.series(&best)?,
-            axis: self.measurement.axis(),
+            axis: self.data.axis(),
             parameters,
             scene,
         })
@@ -502,8 +495,8 @@ impl FitSearch<'_> {
     /// Columns with what the best parameters predict.
     fn series(&self, best: &Minimum) -> Result<Vec<MeasuredSeries>, FitError> {
         let predicted = self.predict(&best.parameters)?;
-        let mut series = self.measurement.series.clone();
-        for (one, value) in self.measurement.observations.iter().zip(predicted) {
+        let mut series = self.data.series.clone();
+        for (one, value) in self.data.observations.iter().zip(predicted) {
             let MeasuredSeries { at, measured, fitted, .. } = &mut series[one.series];
             at.push(one.at);
             measured.push(one.value);
@@ -569,8 +562,8 @@ impl FitSearch<'_> {
                 starts.len()
             ));
         }
-        if !self.measurement.left_out.is_empty() {
-            let columns = self.measurement.left_out.join(", ");
+        if !self.data.left_out.is_empty() {
+            let columns = self.data.left_out.join(", ");
             warnings.push(format!("left out, for they say the same as the positions: {columns}"));
         }
         warnings

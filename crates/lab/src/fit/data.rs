@@ -33,8 +33,8 @@ pub(super) struct Observation {
 }
 
 /// What was measured.
-pub(super) struct Measurement {
-    pub(super) kind: MeasurementKind,
+pub(super) struct FitData {
+    pub(super) kind: FitDataKind,
     pub(super) series: Vec<MeasuredSeries>,
     pub(super) observations: Vec<Observation>,
     /// Columns of the table that say nothing of their own.
@@ -42,7 +42,7 @@ pub(super) struct Measurement {
 }
 
 /// How a scene predicts it.
-pub(super) enum MeasurementKind {
+pub(super) enum FitDataKind {
     /// Columns of its probes, one for each series, at times.
     Trajectory { columns: Vec<usize> },
     /// Tests of the material of a body, one for each series.
@@ -72,7 +72,7 @@ impl From<Refusal> for FitError {
     }
 }
 
-impl Measurement {
+impl FitData {
     /// What a table holds; its first column says which kind it is.
     ///
     /// # Errors
@@ -83,9 +83,9 @@ impl Measurement {
         scene: &Scene,
         body: Option<usize>,
         options: &FitOptions,
-    ) -> Result<Measurement, FitError> {
+    ) -> Result<FitData, FitError> {
         let named = |name| table.column(name).is_some();
-        let mut measurement = if named("time") {
+        let mut data = if named("time") {
             trajectory(table, source, scene, options)?
         } else if named("mode") {
             frequencies(table)?
@@ -99,17 +99,17 @@ impl Measurement {
                 names.join(", ")
             )));
         };
-        if measurement.observations.is_empty() {
+        if data.observations.is_empty() {
             return Err(table.wrong("no number was measured: there is no row, or all cells are empty"));
         }
-        measurement.weigh();
-        Ok(measurement)
+        data.weigh();
+        Ok(data)
     }
 
     /// Weights residuals: frequencies by their size, since errors of these are a part of them; of several units
     /// each by the mean square of what was measured in it.
     fn weigh(&mut self) {
-        if matches!(self.kind, MeasurementKind::Frequencies) {
+        if matches!(self.kind, FitDataKind::Frequencies) {
             self.observations.iter_mut().for_each(|one| one.weight = 1.0 / one.value);
             return;
         }
@@ -133,9 +133,9 @@ impl Measurement {
     /// What the first axis of a chart shows.
     pub(super) fn axis(&self) -> &'static str {
         match self.kind {
-            MeasurementKind::Trajectory { .. } => "time [s]",
-            MeasurementKind::Curves { .. } => "stretch",
-            MeasurementKind::Frequencies => "mode",
+            FitDataKind::Trajectory { .. } => "time [s]",
+            FitDataKind::Curves { .. } => "stretch",
+            FitDataKind::Frequencies => "mode",
         }
     }
 
@@ -143,9 +143,9 @@ impl Measurement {
     /// error of the size `e^(2/3)` is the least that central differences can have.
     pub(super) fn difference(&self, scene: &Scene) -> f64 {
         match self.kind {
-            MeasurementKind::Curves { .. } => DIFFERENCE,
-            MeasurementKind::Frequencies => 1e-4,
-            MeasurementKind::Trajectory { .. } => {
+            FitDataKind::Curves { .. } => DIFFERENCE,
+            FitDataKind::Frequencies => 1e-4,
+            FitDataKind::Trajectory { .. } => {
                 let time = &scene.time;
                 let tolerance = time.solver.as_ref().and_then(|solver| solver.tolerance);
                 match (&time.adaptive, tolerance) {
@@ -176,9 +176,9 @@ impl Measurement {
             Ok(assembly)
         };
         let predicted = match &self.kind {
-            MeasurementKind::Trajectory { columns } => self.run(assembled(UnstableStep::Refuse)?, columns),
-            MeasurementKind::Frequencies => self.modes(assembled(UnstableStep::Accept)?),
-            MeasurementKind::Curves { tests, body } => self.stresses(&scene, tests, *body),
+            FitDataKind::Trajectory { columns } => self.run(assembled(UnstableStep::Refuse)?, columns),
+            FitDataKind::Frequencies => self.modes(assembled(UnstableStep::Accept)?),
+            FitDataKind::Curves { tests, body } => self.stresses(&scene, tests, *body),
         };
         match predicted {
             Err(_) if stop.load(Ordering::Relaxed) => Err(Refusal::Stopped),
@@ -301,7 +301,7 @@ fn trajectory(
     source: &Source,
     scene: &Scene,
     options: &FitOptions,
-) -> Result<Measurement, FitError> {
+) -> Result<FitData, FitError> {
     let assembly = scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;
     if assembly.probes.is_empty() {
         return Err(table.wrong(
@@ -318,12 +318,8 @@ fn trajectory(
     if let Some(name) = options.columns.iter().find(|name| table.column(name).is_none()) {
         return Err(table.wrong(format!("there is no column `{name}`")));
     }
-    let mut measurement = Measurement {
-        kind: MeasurementKind::Frequencies,
-        series: vec![],
-        observations: vec![],
-        left_out: vec![],
-    };
+    let mut data =
+        FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut columns = vec![];
     for (i, title) in table.titles.iter().enumerate().filter(|(i, title)| *i != axis && wanted(&title.name)) {
         let Some(column) = known.iter().position(|known| known.name == title.name) else {
@@ -335,21 +331,21 @@ fn trajectory(
             )));
         };
         if options.columns.is_empty() && repeats_position(table, &title.name, &known) {
-            measurement.left_out.push(title.name.clone());
+            data.left_out.push(title.name.clone());
             continue;
         }
         let TableColumn { name, unit } = known[column].clone();
         let (scale, _) = table.factor(i, &[kind_of(unit)])?;
-        let series = measurement.series.len();
+        let series = data.series.len();
         let observed = table.beside(axis, i)?.into_iter();
         let observation =
             |(at, value)| Observation { series, at: factor * at, value: scale * value, weight: 1.0 };
-        measurement.observations.extend(observed.map(observation));
-        measurement.series.push(MeasuredSeries::new(name, unit));
+        data.observations.extend(observed.map(observation));
+        data.series.push(MeasuredSeries::new(name, unit));
         columns.push(column);
     }
-    measurement.kind = MeasurementKind::Trajectory { columns };
-    Ok(measurement)
+    data.kind = FitDataKind::Trajectory { columns };
+    Ok(data)
 }
 
 /// True for the displacement `NAME.ux` beside a position `NAME.x`: the same once more.
@@ -369,7 +365,7 @@ fn kind_of(unit: &str) -> Kind {
 }
 
 /// Frequencies by the number of their mode.
-fn frequencies(table: &MeasuredTable) -> Result<Measurement, FitError> {
+fn frequencies(table: &MeasuredTable) -> Result<FitData, FitError> {
     let axis = table.column("mode").unwrap_or(0);
     if let Some(title) =
         table.titles.iter().find(|title| !matches!(title.name.as_str(), "mode" | "frequency"))
@@ -399,8 +395,8 @@ fn frequencies(table: &MeasuredTable) -> Result<Measurement, FitError> {
     let observed = table.beside(axis, column)?.into_iter();
     let observation =
         |(at, value): (f64, f64)| Observation { series: 0, at, value: factor * value, weight: 1.0 };
-    Ok(Measurement {
-        kind: MeasurementKind::Frequencies,
+    Ok(FitData {
+        kind: FitDataKind::Frequencies,
         series: vec![MeasuredSeries::new("frequency".into(), "Hz")],
         observations: observed.map(observation).collect(),
         left_out: vec![],
@@ -413,7 +409,7 @@ fn curves(
     scene: &Scene,
     body: Option<usize>,
     options: &FitOptions,
-) -> Result<Measurement, FitError> {
+) -> Result<FitData, FitError> {
     let Some(body) = body.filter(|body| scene.body[*body].elastic.is_some()) else {
         return Err(table.wrong(
             "curves are of the material of one body: all parameters must be of its `elastic`, like \
@@ -442,12 +438,8 @@ fn curves(
             Box::new(move |l| rest + factor * l)
         }
     };
-    let mut measurement = Measurement {
-        kind: MeasurementKind::Frequencies,
-        series: vec![],
-        observations: vec![],
-        left_out: vec![],
-    };
+    let mut data =
+        FitData { kind: FitDataKind::Frequencies, series: vec![], observations: vec![], left_out: vec![] };
     let mut tests = vec![];
     for (i, title) in table.titles.iter().enumerate().filter(|(i, _)| *i != axis) {
         let Some((name, test)) = MaterialTest::ALL.into_iter().find(|(name, _)| *name == title.name) else {
@@ -464,7 +456,7 @@ fn curves(
                 )));
             }
         };
-        let series = measurement.series.len();
+        let series = data.series.len();
         for (at, value) in table.beside(axis, i)? {
             let l = stretch(at);
             if l <= 0.0 {
@@ -472,11 +464,11 @@ fn curves(
                     table.wrong(format!("`{axis_name}` {at} is a stretch of {l}; it must be positive"))
                 );
             }
-            measurement.observations.push(Observation { series, at: l, value: factor * value, weight: 1.0 });
+            data.observations.push(Observation { series, at: l, value: factor * value, weight: 1.0 });
         }
-        measurement.series.push(MeasuredSeries::new(name.into(), "Pa"));
+        data.series.push(MeasuredSeries::new(name.into(), "Pa"));
         tests.push(test);
     }
-    measurement.kind = MeasurementKind::Curves { tests, body };
-    Ok(measurement)
+    data.kind = FitDataKind::Curves { tests, body };
+    Ok(data)
 }
