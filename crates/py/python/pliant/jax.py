@@ -106,4 +106,4 @@ def simulate(
 
 
 def _array(value: Any) -> Array:
-    return np.ascontiguousarray(np.asarray(value), dtype=np.float64)
+    return np.asarray(value, dtype=np.float64, order="C")

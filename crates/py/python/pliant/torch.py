@@ -68,7 +68,7 @@ def simulate(
     start = [torch.as_tensor(part) for part in run.start]
     x = start[0] if position is None else position
     v = start[1] if velocity is None else velocity
-    found: tuple[torch.Tensor, torch.Tensor] = _Simulate.apply(run, x, v, *given.values())  # type: ignore[no-untyped-call]
+    found: tuple[torch.Tensor, torch.Tensor] = _Simulate.apply(run, x, v, *given.values())
     return found
 
 
@@ -84,7 +84,7 @@ class _Simulate(torch.autograd.Function):
         return _tensor(found[0], inputs[0]), _tensor(found[1], inputs[0])
 
     @staticmethod
-    @torch.autograd.function.once_differentiable  # type: ignore[untyped-decorator]
+    @torch.autograd.function.once_differentiable
     def backward(ctx: Any, by_positions: torch.Tensor, by_velocities: torch.Tensor) -> tuple[Any, ...]:
         inputs = ctx.saved_tensors
         x, v, *parameters = map(_array, inputs)
@@ -95,9 +95,8 @@ class _Simulate(torch.autograd.Function):
 
 def _array(tensor: torch.Tensor) -> Array:
     """As NumPy has it; the same memory where it is on the CPU in double precision."""
-    array: Array = np.ascontiguousarray(tensor.detach().to("cpu", torch.float64).numpy())
-    return array
+    return np.asarray(tensor.detach().to("cpu", torch.float64).numpy(), dtype=np.float64, order="C")
 
 
 def _tensor(array: Array, like: torch.Tensor) -> torch.Tensor:
-    return torch.from_numpy(np.ascontiguousarray(array)).to(like)
+    return torch.from_numpy(np.asarray(array, order="C")).to(like)
