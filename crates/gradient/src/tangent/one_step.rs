@@ -213,7 +213,7 @@ fn bdf2(
     Ok(())
 }
 
-/// Free coordinates follow the held ones, whatever was before.
+/// Free coordinates follow the held ones: their own change is taken back by the solve.
 fn statics(
     forces: &mut TangentForces,
     system: &mut System,
@@ -221,8 +221,6 @@ fn statics(
     dots: &mut Tangent,
 ) -> Result<(), Singular> {
     let Tangent { x, v, .. } = dots;
-    let free = x.iter_mut().zip(system.inverse_mass()).filter(|(_, weight)| **weight > 0.0);
-    free.for_each(|(x, _)| *x = 0.0);
     v.fill(0.0);
     let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: step.v };
     let right = forces.force(system, at, (x, v));
