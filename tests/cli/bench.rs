@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 17] = [
+const ROWS: [&str; 19] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -21,6 +21,8 @@ const ROWS: [&str; 17] = [
     "contact-cloth",
     "contact-bars",
     "contact-stack",
+    "gradient-explicit",
+    "gradient-implicit",
     "recording",
 ];
 

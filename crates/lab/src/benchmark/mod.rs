@@ -9,6 +9,7 @@ mod autodiff;
 mod beam;
 mod cloth_implicit;
 mod contact;
+mod gradient;
 mod hessian_stable_neo_hookean;
 mod implicit_euler;
 mod measure;
@@ -57,6 +58,8 @@ pub fn rows() -> Vec<BenchmarkRow> {
         contact::CLOTH,
         contact::BARS,
         contact::STACK,
+        gradient::EXPLICIT,
+        gradient::IMPLICIT,
         recording::ROW,
     ]
 }
@@ -225,6 +228,9 @@ pub enum BenchmarkError {
     /// A step could not be taken.
     #[error("a benchmark stopped: {0}")]
     Step(#[from] StepError),
+    /// A gradient could not be had.
+    #[error("a benchmark has no gradient: {0}")]
+    Gradient(#[from] pliant_gradient::GradientError),
     /// A run ended otherwise than it should.
     #[error("a benchmark's run did not end well: {0}")]
     Run(String),
