@@ -2,9 +2,9 @@
 
     python beam_from_film.py
 
-The film is of the program itself: a beam that is let go and swings. Gauss and Newton's steps take the derivatives
-of every coordinate of the film; `pliant fit` does the same from the command line, for tables of measurements, by
-differences of runs.
+The film is of the program itself: a beam that is let go and swings. Gauss and Newton's steps take the
+derivatives of every coordinate of the film; `pliant fit` does the same from the command line, for tables of
+measurements, by differences of runs.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ def derivatives(young: float, poisson: float) -> Array:
     for step in range(EVERY, STEPS + 1, EVERY):
         for axis in range(2):
 
-            def coordinate(frame: pliant.Frame, step: int = step, axis: int = axis) -> tuple[float, Array] | None:
+            def coordinate(
+                frame: pliant.Frame, step: int = step, axis: int = axis
+            ) -> tuple[float, Array] | None:
                 if frame.index != step:
                     return None
                 by = np.zeros_like(frame.positions)

@@ -2,9 +2,9 @@
 
     python throw.py
 
-swings a rope of rubber that is held at one end, so that the other is at a target after 0.3 s, and prints how the
-miss becomes smaller. Newton's step needs the derivatives of both coordinates of the end by the velocity of the
-throw: one sweep of `Simulation.gradient` for each.
+swings a rope of rubber that is held at one end, so that the other is at a target after 0.3 s, and prints
+how the miss becomes smaller. Newton's step needs the derivatives of both coordinates of the end by the
+velocity of the throw: one sweep of `Simulation.gradient` for each.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def thrown(velocity: Array) -> tuple[pliant.Simulation, Array]:
 
 
 def end(velocity: Array) -> tuple[Array, Array]:
-    """Where the end is after the last step [m], and its derivatives by the velocity of the throw [s], by rows."""
+    """Where the end is at last [m], and its derivatives by the velocity of the throw [s], by rows."""
     found, rows = np.zeros(2), []
     for axis in range(2):
 

@@ -24,8 +24,8 @@ impl TangentForces {
         }
     }
 
-    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag; zero where
-    /// held.
+    /// Change of `-dE/dx - dR/dv - c M v` [N] at a place that changes by `(x, v)`, `c` the ether drag; zero
+    /// where held.
     pub(super) fn force(
         &mut self,
         system: &mut System,

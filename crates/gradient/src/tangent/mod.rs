@@ -1,8 +1,8 @@
 //! Tangents of runs: how states change with those that a run begins with, forwards beside the run.
 //!
 //! Each step is linearised where it was taken: a use of the force costs one product with the Hessian, an
-//! implicit stage one solve with the matrix that its [adjoint](crate::adjoint) has. With bars of the adjoint and
-//! dots of the tangent, `x_bar . x_dot + v_bar . v_dot` is the same before and after every step.
+//! implicit stage one solve with the matrix that its [adjoint](crate::adjoint) has. With bars of the adjoint
+//! and dots of the tangent, `x_bar . x_dot + v_bar . v_dot` is the same before and after every step.
 
 mod forces;
 mod one_step;
@@ -23,13 +23,13 @@ pub struct RunTangent {
     pub velocity: Vec<f64>,
 }
 
-/// Takes `steps` steps of `simulation` from where it is, and gives the directional derivative (`jvp`) of the last
-/// positions and velocities: how they change where those of the start change by `position` and `velocity`, flat
-/// `(n, dimension)`, vertices in the order of the scene. Held vertices change with the places where they are held;
-/// what `velocity` says of them is not looked at.
+/// Takes `steps` steps of `simulation` from where it is, and gives the directional derivative (`jvp`) of the
+/// last positions and velocities: how they change where those of the start change by `position` and
+/// `velocity`, flat `(n, dimension)`, vertices in the order of the scene. Held vertices change with the
+/// places where they are held; what `velocity` says of them is not looked at.
 ///
-/// `watch` is shown every state, the first and the last included, and its change. The simulation ends where the
-/// steps have led; schemes that remember earlier steps begin anew.
+/// `watch` is shown every state, the first and the last included, and its change. The simulation ends where
+/// the steps have led; schemes that remember earlier steps begin anew.
 ///
 /// ```
 /// use pliant::energy::gravity::UniformGravity;
@@ -48,7 +48,8 @@ pub struct RunTangent {
 /// ```
 ///
 /// # Errors
-/// [`GradientError`], as [`gradient`](crate::gradient()); damping that is not in proportion to masses, and ether drag
+/// [`GradientError`], as [`gradient`](crate::gradient()); damping that is not in proportion to masses, and
+/// ether drag
 /// in fully implicit schemes, have no tangent.
 ///
 /// # Panics

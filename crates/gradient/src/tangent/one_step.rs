@@ -230,8 +230,8 @@ fn statics(
     Ok(())
 }
 
-/// With `X_i = x + y_i`: `M y_i + h^2 sum_l (A^2)_il H_l y_l = h c_i M v - h^2 sum_l (A^2)_il H_l x`, all dots,
-/// without damping.
+/// With `X_i = x + y_i`: `M y_i + h^2 sum_l (A^2)_il H_l y_l = h c_i M v - h^2 sum_l (A^2)_il H_l x`, all
+/// dots, without damping.
 fn collocation(
     tableau: &CollocationTableau,
     forces: &mut TangentForces,

@@ -1,4 +1,5 @@
-//! Tangents against adjoints, which are compared with derivatives by complex steps: `w . (S u) = (S^T w) . u`.
+//! Tangents against adjoints, which are compared with derivatives by complex steps: `w . (S u) = (S^T w) .
+//! u`.
 
 use pliant::integrator::IntegratorSpec;
 use pliant_gradient::{GradientError, LossFrame, UNLIMITED, gradient, schemes, tangent};

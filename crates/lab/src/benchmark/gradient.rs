@@ -14,15 +14,15 @@ use super::{PublishedValue, goal};
 
 pub(super) const EXPLICIT: BenchmarkRow = BenchmarkRow {
     name: "gradient-explicit",
-    summary: "100 explicit steps of a wavy beam of tetrahedra and the gradient of the height of a vertex by Young's modulus, \
-              the start and gravity, beside the steps alone: 4 times, of which 3 for the way back",
+    summary: "100 explicit steps of a wavy beam of tetrahedra and the gradient of the height of a vertex by \
+              Young's modulus, the start and gravity, beside the steps alone: 4 times, of which 3 for the way back",
     cases: |threads| cases(threads, tets(CELLS), 100, goal(4.0), || wavy(CELLS, "analytic")),
 };
 
 pub(super) const IMPLICIT: BenchmarkRow = BenchmarkRow {
     name: "gradient-implicit",
-    summary: "10 steps of implicit Euler of a beam of tetrahedra that falls and the same gradient, beside the steps alone: \
-              twice, of which once for the way back",
+    summary: "10 steps of implicit Euler of a beam of tetrahedra that falls and the same gradient, beside \
+              the steps alone: twice, of which once for the way back",
     cases: |threads| cases(threads, 24 * ACROSS.pow(3) as u64, 10, goal(2.0), || falling(ACROSS)),
 };
 

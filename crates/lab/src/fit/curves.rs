@@ -137,8 +137,8 @@ mod tests {
 
     const STRETCHES: [f64; 6] = [0.7, 0.9, 1.1, 1.5, 2.0, 4.0];
 
-    // Incompressible neo-Hookean rubber, P = mu (l - p(l)); Treloar 1944. A bulk modulus of K leaves a part of
-    // about mu/K.
+    // Incompressible neo-Hookean rubber, P = mu (l - p(l)); Treloar 1944. A bulk modulus of K leaves a part
+    // of about mu/K.
     #[test]
     fn nearly_incompressible_rubber_has_the_closed_forms() {
         let (mu, poisson) = (0.4e6, 0.499_999_9);

@@ -106,8 +106,8 @@ impl FitData {
         Ok(data)
     }
 
-    /// Weights residuals: frequencies by their size, since errors of these are a part of them; of several units
-    /// each by the mean square of what was measured in it.
+    /// Weights residuals: frequencies by their size, since errors of these are a part of them; of several
+    /// units each by the mean square of what was measured in it.
     fn weigh(&mut self) {
         if matches!(self.kind, FitDataKind::Frequencies) {
             self.observations.iter_mut().for_each(|one| one.weight = 1.0 / one.value);
@@ -139,8 +139,8 @@ impl FitData {
         }
     }
 
-    /// The part of its size by which a parameter is changed for differences: where a prediction errs by `e`, an
-    /// error of the size `e^(2/3)` is the least that central differences can have.
+    /// The part of its size by which a parameter is changed for differences: where a prediction errs by `e`,
+    /// an error of the size `e^(2/3)` is the least that central differences can have.
     pub(super) fn difference(&self, scene: &Scene) -> f64 {
         match self.kind {
             FitDataKind::Curves { .. } => DIFFERENCE,
@@ -248,8 +248,8 @@ impl FollowedRun {
         Frame::of_state(simulation, 0, quantities, None, |frame| probe::row(probes, frame))
     }
 
-    /// The same at a time [s] that is not before the last one: between two steps by cubics through positions and
-    /// velocities (Hermite), and straight lines through the rest.
+    /// The same at a time [s] that is not before the last one: between two steps by cubics through positions
+    /// and velocities (Hermite), and straight lines through the rest.
     fn row_at(&mut self, time: f64) -> Result<Vec<f64>, String> {
         if self.simulation.step_control().is_some() {
             while self.simulation.state().time < time {
@@ -383,8 +383,8 @@ fn frequencies(table: &MeasuredTable) -> Result<FitData, FitError> {
     for (line, mode) in table.numbers(axis) {
         if mode < 1.0 || mode.fract() != 0.0 || mode > 1000.0 {
             return Err(table.wrong(format!(
-                "line {line}: `mode` is {mode}; modes are counted from 1, rigid motions too, as `pliant modes` \
-                 does"
+                "line {line}: `mode` is {mode}; modes are counted from 1, rigid motions too, as \
+                 `pliant modes` does"
             )));
         }
     }
@@ -452,7 +452,8 @@ fn curves(
             (true, Some(area)) => factor / area,
             (true, None) => {
                 return Err(table.wrong(format!(
-                    "column `{name}` is a force: it needs the area at rest that it acts on, `--area`, like 4mm^2"
+                    "column `{name}` is a force: it needs the area at rest that it acts on, `--area`, like \
+                     4mm^2"
                 )));
             }
         };

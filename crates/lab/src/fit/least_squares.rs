@@ -5,7 +5,8 @@
 //! gain; Nielsen 1999, *Damping parameter in Marquardt's method*, IMM-REP-1999-05.
 //!
 //! A step to where there is no prediction (a scene that is none, a run that fails) is halved until there is
-//! one. Damping would turn it towards the gradient, along which steps creep up to such a place and stay there.
+//! one. Damping would turn it towards the gradient, along which steps creep up to such a place and stay
+//! there.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

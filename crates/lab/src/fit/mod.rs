@@ -1,12 +1,11 @@
 //! Fits: constants of a scene from what was measured, a trajectory, curves of a material or frequencies.
 //!
-//! Least squares by Levenberg and Marquardt's method, between bounds, from one start or several. Derivatives of
-//! predictions are central differences: two runs a parameter, all at once on the cores that there are. A sweep
-//! of the adjoint ([`gradient`]) would give one residual's derivatives by all parameters, and there are many
-//! more residuals than parameters; it would also leave out what has no adjoint, contact, frequencies, adaptive
-//! steps. Least squares need no more: errors of derivatives make steps a little longer, not the fit worse.
-//!
-//! [`gradient`]: https://docs.rs/pliant-gradient
+//! Least squares by Levenberg and Marquardt's method, between bounds, from one start or several. Derivatives
+//! of predictions are central differences: two runs a parameter, all at once on the cores that there are. A
+//! sweep of the adjoint ([`pliant_gradient::gradient`]) would give one residual's derivatives by all
+//! parameters, and there are many more residuals than parameters; it would also leave out what has no
+//! adjoint, contact, frequencies, adaptive steps. Least squares need no more: errors of derivatives make
+//! steps a little longer, not the fit worse.
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};
@@ -22,7 +21,8 @@
 //! // P = E ln(l)/l with E = 2 MPa.
 //! let data = "stretch,uniaxial [MPa]\n1.1,0.17329\n1.5,0.54062\n2,0.69315\n";
 //! let options = FitOptions::of(&["body.0.elastic.young"]);
-//! let fit = SceneFit::of(&source, ("data.csv", data), &options, &Arc::new(AtomicBool::new(false)), &mut |_| {})?;
+//! let stop = Arc::new(AtomicBool::new(false));
+//! let fit = SceneFit::of(&source, ("data.csv", data), &options, &stop, &mut |_| {})?;
 //! assert!((fit.parameters[0].value - 2e6).abs() < 100.0);
 //! # Ok::<(), pliant_lab::fit::FitError>(())
 //! ```
@@ -225,9 +225,9 @@ impl SceneFit {
     /// Fits parameters of a scene to a table, its name and its text; `watch` is shown every step, `stop` ends
     /// it.
     ///
-    /// A table with a column `time` is a trajectory: its columns are those of `run --probes`. With `mode` it is
-    /// of frequencies (`frequency [Hz]`). With `stretch`, `strain` or `displacement` it is of curves of the
-    /// material: `uniaxial`, `equibiaxial`, `pure-shear`, nominal stress or force.
+    /// A table with a column `time` is a trajectory: its columns are those of `run --probes`. With `mode` it
+    /// is of frequencies (`frequency [Hz]`). With `stretch`, `strain` or `displacement` it is of curves of
+    /// the material: `uniaxial`, `equibiaxial`, `pure-shear`, nominal stress or force.
     ///
     /// # Errors
     /// [`FitError`].
@@ -330,7 +330,8 @@ fn bounds(
         let value = keys[i].value;
         if !(*low..=*high).contains(&value) {
             return Err(FitError::Options(format!(
-                "`{name}` is {value} in the scene, outside of its bounds {low} and {high}; the fit starts there"
+                "`{name}` is {value} in the scene, outside of its bounds {low} and {high}; the fit starts \
+                 there"
             )));
         }
         bounds[i] = [*low, *high];
@@ -437,8 +438,8 @@ impl FitSearch<'_> {
         }
     }
 
-    /// Random parameters: between their bounds, or without any up to the root of ten times more or less than in
-    /// the scene.
+    /// Random parameters: between their bounds, or without any up to the root of ten times more or less than
+    /// in the scene.
     fn drawn(&self, random: &mut Pcg64) -> Vec<f64> {
         let mut part = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let one = |(key, [low, high]): (&FittedKey, &[f64; 2])| {

@@ -1,5 +1,5 @@
-//! Fits of what is known: films of the program itself, rubber with known constants, frequencies; and V11 of the
-//! verification plan, computed independently.
+//! Fits of what is known: films of the program itself, rubber with known constants, frequencies; and V11 of
+//! the verification plan, computed independently.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -139,8 +139,8 @@ fn noisy_films_have_the_fit_and_the_errors_of_independent_code() {
     }
 }
 
-// Free fall, y = v t - g t^2 / 2, which Verlet's steps follow without error and cubics between them too; straight
-// lines would be wrong by g h^2 / 8.
+// Free fall, y = v t - g t^2 / 2, which Verlet's steps follow without error and cubics between them too;
+// straight lines would be wrong by g h^2 / 8.
 #[test]
 fn measured_times_need_not_be_those_of_steps() {
     let scene = Source::new(
@@ -203,8 +203,8 @@ fn curves(material: &MaterialSpec) -> String {
     out
 }
 
-// Ogden 1972 fitted Treloar's rubber with these exponents and moduli (of mu_p alpha_p); here mu_p/alpha_p is the
-// factor of a term.
+// Ogden 1972 fitted Treloar's rubber with these exponents and moduli (of mu_p alpha_p); here mu_p/alpha_p is
+// the factor of a term.
 #[test]
 fn constants_of_rubber_are_found_again_from_three_curves_at_once() {
     let (mu, alpha) = (vec![0.63e6, 0.0012e6, -0.01e6], vec![1.3, 5.0, -2.0]);

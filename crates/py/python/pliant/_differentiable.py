@@ -35,7 +35,8 @@ class Run:
         self, scene: Scene, steps: int, names: Sequence[str], every: int, memory: int | None
     ) -> None:
         if every < 1 or steps < 0 or steps % every:
-            raise ValueError(f"steps must be a multiple of every, which is 1 or more; got {steps} and {every}")
+            found = f"got {steps} and {every}"
+            raise ValueError(f"steps must be a multiple of every, which is 1 or more; {found}")
         simulation = Simulation(scene)
         known = [name for name in simulation.gradient_names() if name not in ("position", "velocity")]
         for name in names:
@@ -96,5 +97,6 @@ def _path(scene: Scene, name: str) -> str:
     if name == "world.gravity":
         return name
     if name.endswith((".rest", "_per_element", ".per_vertex")):
-        raise ValueError(f"`{name}` is many numbers, which no key of a scene is; `Simulation.gradient` has them")
+        message = f"`{name}` is many numbers, which no key of a scene is; `Simulation.gradient` has them"
+        raise ValueError(message)
     return scene._path(name)

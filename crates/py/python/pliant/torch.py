@@ -27,8 +27,8 @@ def simulate(
     """Take steps of a scene; what follows can be differentiated by what went in.
 
     The way back is one sweep of `Simulation.gradient`, which takes the steps once more: exact derivatives of
-    the steps that were taken. Steps run in double precision on the CPU; tensors of other types and devices are
-    converted, and gradients come back as theirs.
+    the steps that were taken. Steps run in double precision on the CPU; tensors of other types and devices
+    are converted, and gradients come back as theirs.
 
     Parameters
     ----------
