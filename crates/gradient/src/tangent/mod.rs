@@ -12,7 +12,7 @@ use pliant::simulation::{Simulation, Snapshot};
 use crate::adjoint::{AdjointPlace, Step, has_memory};
 use crate::{GradientError, LossFrame, support};
 use forces::TangentForces;
-use one_step::{Tangent, advance};
+use one_step::{StateTangent, advance};
 
 /// How the last state of a run changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub fn tangent(
     }
     let d = simulation.system().dimension();
     let inside = |rows: &[f64]| simulation.numbering().to_internal(rows, d).into_owned();
-    let mut dots = Tangent::new(inside(position), inside(velocity));
+    let mut dots = StateTangent::new(inside(position), inside(velocity));
     let mut forces = TangentForces::new(d, dots.x.len());
     forces.keep_free(simulation.system(), &mut dots.v);
     let first = simulation.state().step;
@@ -104,13 +104,13 @@ pub fn tangent(
 }
 
 /// In the order of the scene.
-fn outside(simulation: &Simulation, dots: &Tangent) -> RunTangent {
+fn outside(simulation: &Simulation, dots: &StateTangent) -> RunTangent {
     let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
     let rows = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
     RunTangent { position: rows(&dots.x), velocity: rows(&dots.v) }
 }
 
-fn show(simulation: &Simulation, dots: &Tangent, watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent)) {
+fn show(simulation: &Simulation, dots: &StateTangent, watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent)) {
     let (x, v) = (simulation.positions(), simulation.velocities());
     let state = simulation.state();
     watch(&LossFrame { step: state.step, time: state.time, x: &x, v: &v }, &outside(simulation, dots));

@@ -16,7 +16,7 @@ use crate::coupled::{CoupledEquations, StagePlace};
 use crate::linear::Coefficients;
 
 /// Change of a state.
-pub(super) struct Tangent {
+pub(super) struct StateTangent {
     pub(super) x: Vec<f64>,
     /// Zero where held.
     pub(super) v: Vec<f64>,
@@ -26,10 +26,10 @@ pub(super) struct Tangent {
     older: [Vec<f64>; 2],
 }
 
-impl Tangent {
+impl StateTangent {
     /// Of the state that a run begins with.
     pub(super) fn new(x: Vec<f64>, v: Vec<f64>) -> Self {
-        Tangent { a: vec![0.0; x.len()], older: [x.clone(), v.clone()], x, v }
+        StateTangent { a: vec![0.0; x.len()], older: [x.clone(), v.clone()], x, v }
     }
 
     /// True if all numbers are finite.
@@ -51,7 +51,7 @@ pub(super) fn advance(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) -> Result<(), Singular> {
     match method.scheme {
         Scheme::Splitting(stages) => {
@@ -83,7 +83,7 @@ fn splitting(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) {
     let mut places = kick_places((stages, order), system, step).into_iter();
     for stage in stages {
@@ -118,7 +118,7 @@ fn runge_kutta(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) -> Result<(), Singular> {
     let Tableau { a, b, .. } = *tableau;
     let (h, drag) = (step.h, system.ether_drag());
@@ -159,7 +159,7 @@ fn alpha(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) -> Result<(), Singular> {
     let AlphaCoefficients { alpha_m, alpha_f, beta, gamma } = *coefficients;
     let (h, drag, d) = (step.h, system.ether_drag(), system.dimension());
@@ -167,7 +167,7 @@ fn alpha(
     if step.is_first {
         dots.a = forces.acceleration(system, step.from, (&dots.x, &dots.v));
     }
-    let Tangent { x, v, a, .. } = dots;
+    let StateTangent { x, v, a, .. } = dots;
     let known_x = sum(&[(1.0, x), (h, v), (h * h * (0.5 - beta), a)]);
     let known_v = sum(&[(1.0, v), (h * (1.0 - gamma), a)]);
     let between = |(new, old): (&f64, &f64)| new_f * new + alpha_f * old;
@@ -196,10 +196,10 @@ fn bdf2(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) -> Result<(), Singular> {
     let (g, drag) = (2.0 / 3.0 * step.h, system.ether_drag());
-    let Tangent { x, v, older, .. } = dots;
+    let StateTangent { x, v, older, .. } = dots;
     let mut known_x = sum(&[(4.0 / 3.0, x), (-1.0 / 3.0, &older[0])]);
     let known_v = sum(&[(4.0 / 3.0, v), (-1.0 / 3.0, &older[1])]);
     let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: step.v };
@@ -218,9 +218,9 @@ fn statics(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) -> Result<(), Singular> {
-    let Tangent { x, v, .. } = dots;
+    let StateTangent { x, v, .. } = dots;
     v.fill(0.0);
     let at = AdjointPlace { time: step.from.time + step.h, x: step.x, v: step.v };
     let right = forces.force(system, at, (x, v));
@@ -237,7 +237,7 @@ fn collocation(
     forces: &mut TangentForces,
     system: &mut System,
     step: &Step<'_>,
-    dots: &mut Tangent,
+    dots: &mut StateTangent,
 ) -> Result<(), Singular> {
     let CollocationTableau { a, b } = *tableau;
     let (h, s, d) = (step.h, 0..b.len(), system.dimension());
