@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 18] = [
+const ROWS: [&str; 20] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -22,6 +22,8 @@ const ROWS: [&str; 18] = [
     "contact-cloth",
     "contact-bars",
     "contact-stack",
+    "gradient-explicit",
+    "gradient-implicit",
     "recording",
 ];
 

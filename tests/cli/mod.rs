@@ -5,6 +5,7 @@ mod commands;
 mod contact;
 mod export;
 mod failures;
+mod fit;
 mod live;
 mod memory;
 mod meshes;

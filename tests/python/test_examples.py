@@ -60,6 +60,22 @@ def test_a_dataset_is_the_same_for_the_same_seed() -> None:
     np.testing.assert_array_equal(one["positions"][2, -1], simulation.positions)
 
 
+def test_a_throw_hits_its_target_by_gradients() -> None:
+    throw = runpy.run_path(str(EXAMPLES / "throw.py"))
+    hit, misses = throw["aim"](np.array([0.0, 2.0]))
+    assert misses[0] > 0.3 and misses[-1] < 1e-9
+    # Without any gradient: the rope, thrown so.
+    simulation, _ = throw["thrown"](hit)
+    simulation.step(throw["STEPS"])
+    np.testing.assert_allclose(simulation.positions[-1], throw["TARGET"], atol=1e-9)
+
+
+def test_constants_of_a_beam_are_found_again_from_its_film() -> None:
+    example = runpy.run_path(str(EXAMPLES / "beam_from_film.py"))
+    found = example["identify"](example["film"](5e4, 0.35), np.array([7e4, 0.25]))
+    np.testing.assert_allclose(found, [5e4, 0.35], rtol=1e-6)
+
+
 def pictures(notebook: Any) -> int:
     """Number of outputs that have a picture."""
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]

@@ -36,6 +36,20 @@ def test_derivatives_are_those_of_differences() -> None:
     assert difference == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
+def test_products_with_the_jacobian_are_the_transpose_of_gradients() -> None:
+    forwards = pliant.Simulation(beam())
+    x, v = (np.sin(np.arange(20.0) + seed).reshape(10, 2) for seed in (1, 2))
+    by_x, by_v = forwards.jvp(x, v, steps=20)
+    assert forwards.steps == 20 and by_x.shape == by_v.shape == (10, 2)
+    gradient = pliant.Simulation(beam()).gradient(tip, ["position", "velocity"], steps=20)
+    assert np.sum(gradient["position"] * x) + np.sum(gradient["velocity"] * v) == pytest.approx(by_x[-1, 1], rel=1e-11)
+    np.testing.assert_array_equal(by_v[:2], 0.0)
+    only_v = pliant.Simulation(beam()).jvp(velocity=v, steps=20)[0]
+    np.testing.assert_allclose(only_v + pliant.Simulation(beam()).jvp(x, steps=20)[0], by_x, atol=1e-12)
+    with pytest.raises(ValueError, match=r"change of positions must have shape \(10, 2\)"):
+        forwards.jvp(np.zeros(3))
+
+
 def test_memory_changes_no_bit() -> None:
     all_states = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20)
     few = pliant.Simulation(beam()).gradient(tip, ["position"], steps=20, memory=2000)

@@ -3,6 +3,7 @@
 mod bench;
 mod check;
 mod export;
+mod fit;
 mod info;
 mod list;
 mod live;
@@ -29,6 +30,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 pub(crate) use bench::BenchArguments;
 pub(crate) use check::CheckArguments;
 pub(crate) use export::{ExportArguments, ExportFormat, FrameRange};
+pub(crate) use fit::FitArguments;
 pub(crate) use info::InfoArguments;
 pub(crate) use list::{Family, ListArguments};
 pub(crate) use live::LiveArguments;
@@ -142,6 +144,8 @@ pub(crate) enum Command {
     Stability(StabilityArguments),
     /// Compare schemes and steps: error against run time, with a report
     Study(StudyArguments),
+    /// Find constants of a scene from measurements: a trajectory, curves of a material, frequencies
+    Fit(Box<FitArguments>),
 }
 
 impl CommandLine {

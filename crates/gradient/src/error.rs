@@ -15,7 +15,7 @@ pub enum GradientError {
         known: Vec<&'static str>,
     },
     /// Something in the simulation has no adjoint.
-    #[error("there is no adjoint of {what}: {remedy}")]
+    #[error("there is no derivative of {what}: {remedy}")]
     Unsupported {
         /// Its name.
         what: String,
@@ -52,6 +52,14 @@ pub enum GradientError {
         time: f64,
         /// Growth of its logarithm per second of the run [1/s].
         growth: f64,
+    },
+    /// The changes of states are beyond the range of numbers.
+    #[error("the tangent overflows in step {step} (t = {time:.6} s); ask for a shorter run")]
+    TangentOverflow {
+        /// Number of the step.
+        step: u64,
+        /// Time at its end [s].
+        time: f64,
     },
     /// A step has no derivative: its matrix is singular.
     #[error(

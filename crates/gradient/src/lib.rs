@@ -42,6 +42,7 @@ mod names;
 mod parameter;
 mod support;
 mod sweep;
+mod tangent;
 
 use pliant::simulation::Simulation;
 
@@ -53,6 +54,7 @@ pub use parameter::{
     TunedSpring, WeightDensity, Weighted,
 };
 pub use support::schemes;
+pub use tangent::{RunTangent, tangent};
 
 /// A budget that keeps all states.
 pub const UNLIMITED: usize = usize::MAX;

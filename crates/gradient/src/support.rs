@@ -1,6 +1,6 @@
 //! Refusal of what has no adjoint.
 
-use pliant::integrator::IntegratorSpec;
+use pliant::integrator::{IntegratorSpec, Scheme};
 use pliant::simulation::Simulation;
 
 use crate::GradientError;
@@ -26,6 +26,28 @@ pub(crate) fn check(simulation: &mut Simulation) -> Result<(), GradientError> {
         Some((what, remedy)) => Err(GradientError::Unsupported { what, remedy }),
         None => Ok(()),
     }
+}
+
+/// Refuses what has an adjoint but no tangent.
+///
+/// # Errors
+/// [`GradientError::Unsupported`].
+pub(crate) fn check_tangent(simulation: &Simulation) -> Result<(), GradientError> {
+    let system = simulation.system();
+    let refused = |what: String, remedy| Err(GradientError::Unsupported { what, remedy });
+    if let Some(term) = system.dissipation().iter().find(|term| !term.scales_with_mass()) {
+        return refused(
+            format!("tangents with {}", term.name()),
+            "only `mass_proportional` damping and `ether_drag` have them; `gradient` has an adjoint",
+        );
+    }
+    if matches!(simulation.method().scheme, Scheme::Collocation(_))
+        && (system.is_damped() || system.ether_drag() != 0.0)
+    {
+        let remedy = "take another scheme; `gradient` has an adjoint";
+        return refused("tangents with damping of fully implicit schemes".into(), remedy);
+    }
+    Ok(())
 }
 
 /// The first thing in the way, and how to do without it.

@@ -8,6 +8,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod benchmark;
+pub mod fit;
 pub mod stability;
 pub mod statistics;
 pub mod stress;

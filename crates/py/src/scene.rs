@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pliant_lab::fit::key_path;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{self as core, SceneError, Source};
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -134,6 +135,11 @@ impl PyScene {
     ///     A path leads nowhere, or the changed scene cannot be simulated.
     fn with_changes(&self, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
         self.changed(changes)
+    }
+
+    /// The path of a number, with the name of the material that names of derivatives leave out.
+    fn _path(&self, name: &str) -> PyResult<String> {
+        key_path(&self.source, &self.scene, name).map_err(|error| PyKeyError::new_err(error.to_string()))
     }
 
     /// The scene as TOML.

@@ -3,6 +3,7 @@
 mod bench;
 mod check;
 mod export;
+mod fit;
 mod gallery;
 mod info;
 mod list;
@@ -65,6 +66,7 @@ pub(crate) fn execute(arguments: impl Iterator<Item = OsString>) -> ExitStatus {
         Command::Stress(arguments) => stress::execute(&arguments, terminal),
         Command::Stability(arguments) => stability::execute(&arguments, terminal),
         Command::Study(arguments) => study::execute(&arguments, terminal),
+        Command::Fit(arguments) => fit::execute(&arguments, terminal),
     };
     result.unwrap_or_else(|failure| give_up(&failure, terminal))
 }

@@ -26,6 +26,63 @@ pub struct Table<W> {
 /// Name of the note at a checkpoint: the bytes written until then, as eight bytes.
 const WRITTEN: &str = "probes";
 
+/// A column of the table, behind the one of time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TableColumn {
+    /// Of the probe and of its component, `NAME.x`.
+    pub name: String,
+    /// As written between brackets.
+    pub unit: &'static str,
+}
+
+/// The columns of these probes in a scene of this dimension, in the order of a [`row`].
+pub fn columns(probes: &[Probe], dimension: usize) -> Vec<TableColumn> {
+    let mut columns = vec![];
+    for probe in probes {
+        let mut add = |letter: &str, of: &[&str], unit: &'static str| {
+            let column = |c: &&str| TableColumn { name: format!("{}.{letter}{c}", probe.name), unit };
+            columns.extend(of.iter().map(column));
+        };
+        let axes = &AXES[..dimension];
+        add("", axes, "m");
+        add("v", axes, "m/s");
+        add("u", axes, "m");
+        if probe.point.is_some() {
+            add("E", &SYMMETRIC, "1");
+            add("C", &SYMMETRIC, "1");
+            add("s", &SYMMETRIC, "Pa");
+            add("", &["psi"], "J/m^3");
+        }
+    }
+    columns
+}
+
+/// The numbers of these probes in a frame, in the order of their [`columns`]; strains and stresses where the
+/// frame has the states of points.
+pub fn row(probes: &[Probe], frame: &Frame<'_>) -> Vec<f64> {
+    let mut numbers = vec![];
+    for probe in probes {
+        let Reading {
+            position,
+            velocity,
+            displacement,
+            green_strain,
+            corotated_strain,
+            cauchy_stress,
+            energy_density,
+            ..
+        } = probe.read(frame);
+        for vector in [position, velocity, displacement] {
+            numbers.extend(vector.into_iter().take(frame.dimension));
+        }
+        for tensor in [green_strain, corotated_strain, cauchy_stress].into_iter().flatten() {
+            numbers.extend(tensor);
+        }
+        numbers.extend(energy_density);
+    }
+    numbers
+}
+
 impl<W: Write> Table<W> {
     /// Of these probes to `out`, which `what` names in errors, e.g. `writing probes.csv`.
     pub fn new(probes: &[Probe], out: W, what: &str) -> Self {
@@ -37,43 +94,16 @@ impl<W: Write> Table<W> {
         Table { written, ..Self::new(probes, out, what) }
     }
 
-    fn header(&self, dimension: usize) -> String {
-        let mut columns = vec!["time [s]".to_owned()];
-        for probe in &self.probes {
-            let mut add = |letter: &str, of: &[&str], unit: &str| {
-                columns.extend(of.iter().map(|c| format!("{}.{letter}{c} [{unit}]", probe.name)));
-            };
-            let axes = &AXES[..dimension];
-            add("", axes, "m");
-            add("v", axes, "m/s");
-            add("u", axes, "m");
-            if probe.point.is_some() {
-                add("E", &SYMMETRIC, "1");
-                add("C", &SYMMETRIC, "1");
-                add("s", &SYMMETRIC, "Pa");
-                add("", &["psi"], "J/m^3");
-            }
-        }
-        columns.join(",")
-    }
-
     fn write(&mut self, frame: &Frame<'_>) -> io::Result<()> {
         self.line.clear();
         if self.written == 0 {
-            self.line = self.header(frame.dimension) + "\n";
+            let titles = columns(&self.probes, frame.dimension).into_iter();
+            let titles = titles.map(|TableColumn { name, unit }| format!(",{name} [{unit}]"));
+            self.line = "time [s]".to_owned() + &titles.collect::<String>() + "\n";
         }
         self.line += &format!("{:?}", frame.time);
-        for probe in &self.probes {
-            let reading = probe.read(frame);
-            let Reading { position, velocity, displacement, .. } = reading;
-            let vectors = [position, velocity, displacement]
-                .into_iter()
-                .flat_map(|v| v.into_iter().take(frame.dimension));
-            let tensors = [reading.green_strain, reading.corotated_strain, reading.cauchy_stress];
-            let tensors = tensors.into_iter().flatten().flatten();
-            for number in vectors.chain(tensors).chain(reading.energy_density) {
-                self.line += &format!(",{number:?}");
-            }
+        for number in row(&self.probes, frame) {
+            self.line += &format!(",{number:?}");
         }
         self.line.push('\n');
         self.out.write_all(self.line.as_bytes())?;

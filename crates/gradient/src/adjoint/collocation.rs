@@ -11,6 +11,7 @@
 //! b_j x_bar`.
 
 use pliant::integrator::collocation::CollocationTableau;
+use pliant::system::System;
 
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Singular, Step, add_scaled, free_only};
 use crate::coupled::{CoupledEquations, StagePlace};
@@ -27,7 +28,8 @@ pub(super) fn step_back(
 ) -> Result<(), Singular> {
     let CollocationTableau { a, b } = *tableau;
     let (h, s) = (step.h, 0..b.len());
-    let stages: Vec<StagePlace> = a.iter().enumerate().map(|(i, row)| place(forces, step, i, row)).collect();
+    let stages: Vec<StagePlace> =
+        a.iter().enumerate().map(|(i, row)| place(forces.system, step, i, row)).collect();
     let table = |entry: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
         s.clone().map(|i| s.clone().map(|k| entry(i, k)).collect()).collect()
     };
@@ -73,12 +75,12 @@ fn pass_on(
 }
 
 /// Where stage `i` of this row was.
-fn place(forces: &mut AdjointForces<'_, '_>, step: &Step<'_>, i: usize, row: &[f64]) -> StagePlace {
+pub(crate) fn place(system: &mut System, step: &Step<'_>, i: usize, row: &[f64]) -> StagePlace {
     let (mut x, mut v) = (step.from.x.to_vec(), step.stage_velocities[i].clone());
     for (a, velocity) in row.iter().zip(step.stage_velocities) {
         add_scaled(&mut x, step.h * a, velocity);
     }
     let time = step.from.time + row.iter().sum::<f64>() * step.h;
-    forces.system.prescribe(time, &mut x, &mut v);
+    system.prescribe(time, &mut x, &mut v);
     StagePlace { time, x, v }
 }

@@ -7,10 +7,10 @@
 
 mod alpha;
 mod bdf2;
-mod collocation;
+pub(crate) mod collocation;
 mod forces;
-mod runge_kutta;
-mod splitting;
+pub(crate) mod runge_kutta;
+pub(crate) mod splitting;
 mod statics;
 
 use pliant::integrator::{Method, Scheme, bdf2::Bdf2Start, implicit_euler, tr_bdf2};
@@ -96,7 +96,7 @@ pub(crate) fn step_back(
 }
 
 /// The scheme of the first step of BDF2.
-fn first_step(start: Bdf2Start) -> Method {
+pub(crate) fn first_step(start: Bdf2Start) -> Method {
     match start {
         Bdf2Start::TrBdf2 => tr_bdf2::METHOD,
         Bdf2Start::ImplicitEuler => implicit_euler::METHOD,
@@ -118,7 +118,7 @@ pub(crate) fn has_memory(scheme: Scheme) -> bool {
 }
 
 /// `y += c x`.
-fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
+pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += c * x);
 }
 

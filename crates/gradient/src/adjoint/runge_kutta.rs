@@ -67,7 +67,7 @@ pub(super) fn step_back(
 }
 
 /// Positions of the stage of this row.
-fn position(step: &Step<'_>, row: &[f64]) -> Vec<f64> {
+pub(crate) fn position(step: &Step<'_>, row: &[f64]) -> Vec<f64> {
     let mut x = step.from.x.to_vec();
     for (a, velocity) in row.iter().zip(step.stage_velocities).filter(|(a, _)| **a != 0.0) {
         add_scaled(&mut x, step.h * a, velocity);
@@ -76,7 +76,7 @@ fn position(step: &Step<'_>, row: &[f64]) -> Vec<f64> {
 }
 
 /// Node of a stage, in steps; the end of the step exactly, as the engine has it.
-fn node(row: &[f64]) -> f64 {
+pub(crate) fn node(row: &[f64]) -> f64 {
     let sum = row.iter().sum::<f64>();
     if (sum - 1.0).abs() < 1e-14 { 1.0 } else { sum }
 }

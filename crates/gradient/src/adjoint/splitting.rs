@@ -10,10 +10,10 @@ use pliant::system::System;
 use super::{Adjoint, AdjointForces, AdjointPlace, Bars, Step, add_scaled, free_only};
 
 /// Positions, and the velocities before the kick and after each of its stages but the last.
-struct KickPlace {
-    time: f64,
-    x: Vec<f64>,
-    v: Vec<Vec<f64>>,
+pub(crate) struct KickPlace {
+    pub(crate) time: f64,
+    pub(crate) x: Vec<f64>,
+    pub(crate) v: Vec<Vec<f64>>,
 }
 
 /// Takes `adjoint` back by one step of these stages, of a scheme of this order.
@@ -68,7 +68,7 @@ fn damped_kick_back(forces: &mut AdjointForces<'_, '_>, place: &KickPlace, time:
 }
 
 /// Factors of the velocity and of the acceleration in a kick of `time` [s].
-fn kick_of(system: &System, time: f64) -> (f64, f64) {
+pub(crate) fn kick_of(system: &System, time: f64) -> (f64, f64) {
     let drag = system.ether_drag();
     if drag == 0.0 {
         return (1.0, time);
@@ -79,7 +79,11 @@ fn kick_of(system: &System, time: f64) -> (f64, f64) {
 
 /// The places of all kicks. Positions before the first drift and after the last are known; for others, and
 /// for velocities where forces depend on them, the step is taken again.
-fn kick_places((stages, order): (&[Stage], u32), system: &mut System, step: &Step<'_>) -> Vec<KickPlace> {
+pub(crate) fn kick_places(
+    (stages, order): (&[Stage], u32),
+    system: &mut System,
+    step: &Step<'_>,
+) -> Vec<KickPlace> {
     let drifts = stages.iter().filter(|stage| matches!(stage, Drift(_))).count();
     let (mut x, mut v) = (step.from.x.to_vec(), step.from.v.to_vec());
     let (mut places, mut drifted, mut done) = (vec![], 0.0, 0);

@@ -79,10 +79,9 @@ fn what_has_no_adjoint_is_named_with_a_way_to_do_without() {
     };
     let (vertices, mass) = (|| vec![0, 1], || vec![1.0; 2]);
     let tree = TreeGravity::<2>::new(vertices(), mass(), 1.0, 0.1, 0.5);
-    let expected =
-        "there is no adjoint of mutual gravity of 2 particles by a tree: take the direct sum, without `tree`";
+    let expected = "there is no derivative of mutual gravity of 2 particles by a tree: take the direct sum, without `tree`";
     assert_eq!(refused(Box::new(tree), "velocity-verlet"), expected);
     let direct = NBody::<2>::new(vertices(), mass(), 1.0, 0.1);
-    let expected = "there is no adjoint of mutual gravity of 2 particles: take an explicit scheme";
+    let expected = "there is no derivative of mutual gravity of 2 particles: take an explicit scheme";
     assert_eq!(refused(Box::new(direct), "implicit-euler"), expected);
 }

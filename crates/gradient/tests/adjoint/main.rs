@@ -8,3 +8,4 @@ mod kepler;
 mod oscillator;
 mod solid;
 mod support;
+mod tangents;

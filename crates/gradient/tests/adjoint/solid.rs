@@ -29,9 +29,9 @@ fn velocities(setup: &Value, d: usize) -> Vec<f64> {
 /// Parts of a scene beside those of the reference: keys of the world, of the body, of the pin.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Further {
-    world: &'static str,
-    body: &'static str,
-    pin: &'static str,
+    pub(crate) world: &'static str,
+    pub(crate) body: &'static str,
+    pub(crate) pin: &'static str,
 }
 
 pub(crate) fn scene(setup: &Value, material: &str, scheme: &str, steps: u64, further: Further) -> Scene {

@@ -10,6 +10,7 @@ mod beam;
 mod cloth_implicit;
 mod contact;
 mod expression;
+mod gradient;
 mod hessian_stable_neo_hookean;
 mod implicit_euler;
 mod measure;
@@ -59,6 +60,8 @@ pub fn rows() -> Vec<BenchmarkRow> {
         contact::CLOTH,
         contact::BARS,
         contact::STACK,
+        gradient::EXPLICIT,
+        gradient::IMPLICIT,
         recording::ROW,
     ]
 }
@@ -227,6 +230,9 @@ pub enum BenchmarkError {
     /// A step could not be taken.
     #[error("a benchmark stopped: {0}")]
     Step(#[from] StepError),
+    /// A gradient could not be had.
+    #[error("a benchmark has no gradient: {0}")]
+    Gradient(#[from] pliant_gradient::GradientError),
     /// A run ended otherwise than it should.
     #[error("a benchmark's run did not end well: {0}")]
     Run(String),

@@ -168,6 +168,69 @@ impl PySimulation {
         self.shown(py, &with_respect_to, &selection, &found)
     }
 
+    /// Take steps, and the change of the last state by a change of the present one.
+    ///
+    /// That is the directional derivative of the steps as they were taken (the product of their Jacobian with a
+    /// vector), beside the run: the transpose of `gradient`, and exact as that is. The simulation is where the
+    /// steps have led afterwards.
+    ///
+    /// Parameters
+    /// ----------
+    /// position : array_like, optional
+    ///     Change of the positions, shape (n, dim) [m per unit of whatever changes them]; zero without it. Held
+    ///     vertices change with the places where they are held.
+    /// velocity : array_like, optional
+    ///     Change of the velocities, shape (n, dim) [m/s per that unit]; zero without it, and where held.
+    /// steps : int, optional
+    ///     How many steps to take; as many as are left of the scene's duration without it.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of ndarray
+    ///     Change of the last positions [m per unit] and velocities [m/s per unit], float64 of shape (n, dim).
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     The scheme, or something in the scene, has no derivative: as for `gradient`, and damping but that in
+    ///     proportion to masses; the changes overflow; an array has another shape.
+    /// StepError
+    ///     A step cannot be taken.
+    /// KeyboardInterrupt
+    ///     Ctrl-C.
+    #[pyo3(signature = (position = None, velocity = None, *, steps = None))]
+    fn jvp<'py>(
+        &self,
+        py: Python<'py>,
+        position: Option<&Bound<'py, PyAny>>,
+        velocity: Option<&Bound<'py, PyAny>>,
+        steps: Option<u64>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let shape = self.shape();
+        let change = |rows: Option<&Bound<'py, PyAny>>, what| match rows {
+            None => Ok(vec![0.0; shape[0] * shape[1]]),
+            Some(rows) => arrays::finite_rows(rows, &shape, what),
+        };
+        let (x, v) = (change(position, "change of positions")?, change(velocity, "change of velocities")?);
+        let mut inner = self.lock()?;
+        let steps = steps.unwrap_or_else(|| inner.steps_left());
+        let stop = Arc::new(AtomicBool::new(false));
+        let simulation = &mut inner.simulation;
+        simulation.set_stop(Some(Arc::clone(&stop)));
+        let mut signal = None;
+        let work = move || pliant_gradient::tangent(simulation, steps, (&x, &v), &mut |_, _| {});
+        let found = threads::interruptible(py, &stop, &mut signal, work);
+        inner.simulation.set_stop(None);
+        inner.publish(py)?;
+        if let Some(raised) = signal {
+            return Err(raised);
+        }
+        let found = found?.map_err(|fault| inner.failed(py, error(&fault)))?;
+        let parts = [found.position, found.velocity].map(|part| arrays::array(py, part, &shape));
+        let [position, velocity] = parts;
+        PyTuple::new(py, [position?, velocity?])
+    }
+
     /// Names that `gradient` takes derivatives by.
     ///
     /// Returns

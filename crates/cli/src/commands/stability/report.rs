@@ -228,6 +228,7 @@ fn amplification(found: &StabilitySurvey) -> Result<String, Failure> {
             name: curve.integrator.clone(),
             points: points(&curve.measured),
             marked: false,
+            joined: true,
             look,
         });
     }

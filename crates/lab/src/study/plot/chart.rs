@@ -65,6 +65,8 @@ pub struct Line {
     pub points: Vec<Point>,
     /// True if each point has a mark; a line of many points is better without.
     pub marked: bool,
+    /// False for points that no line joins: measurements.
+    pub joined: bool,
     /// Number of its colour, dashes and mark, the same in all charts that show it: the first 24 differ.
     pub look: usize,
 }
@@ -163,7 +165,9 @@ impl Chart {
         let placed: Vec<&Point> = line.points.iter().filter(|p| self.x.scale.holds(p.x)).collect();
         let at = |p: &Point| p.y.filter(|y| self.y.scale.holds(*y)).map(|y| (p.x, y));
         let path: Vec<(f64, f64)> = placed.iter().filter_map(|p| at(p)).collect();
-        chart.draw_series(std::iter::once(PathElement::new(path.clone(), stroke(line.look))))?;
+        if line.joined {
+            chart.draw_series(std::iter::once(PathElement::new(path.clone(), stroke(line.look))))?;
+        }
         if line.marked {
             chart.draw_series(path.iter().map(|at| Mark { at: *at, line: line.look, failed: false }))?;
         }
@@ -236,7 +240,9 @@ impl Chart {
     fn draw_legend(&self, area: &Area<'_>) -> Drawn {
         let mut y = 14;
         for line in &self.lines {
-            area.draw(&PathElement::new(vec![(4, y), (34, y)], stroke(line.look)))?;
+            if line.joined {
+                area.draw(&PathElement::new(vec![(4, y), (34, y)], stroke(line.look)))?;
+            }
             if line.marked {
                 area.draw(&Mark { at: (19, y), line: line.look, failed: false })?;
             }

@@ -7,7 +7,7 @@ use super::*;
 fn chart() -> Chart {
     let mut chart = Chart::new("Error & <time>", AxisSpec::log("time [s]"), AxisSpec::log("error"));
     let points = (0..15).map(|i| Point::new(1e-3 * 10f64.powf(0.2 * f64::from(i)), 10f64.powi(-i))).collect();
-    chart.lines.push(Line { name: "rk4".into(), points, marked: true, look: 0 });
+    chart.lines.push(Line { name: "rk4".into(), points, marked: true, joined: true, look: 0 });
     chart
 }
 
@@ -96,7 +96,7 @@ fn as_many_lines_as_there_are_schemes_can_be_told_apart() {
                 Point { x: 1.0, y: Some(1.0), label: Some("1.25 ms".into()) },
                 Point::new(2.0 + look as f64, 0.1),
             ];
-            chart.lines.push(Line { name: format!("scheme {look}"), points, marked, look });
+            chart.lines.push(Line { name: format!("scheme {look}"), points, marked, joined: true, look });
         }
         let svg = chart.svg().unwrap();
         let document = Document::parse(&svg).unwrap();

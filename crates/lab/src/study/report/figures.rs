@@ -112,7 +112,7 @@ fn against(variant: &VariantResult, title: &str, x: &str, label: bool, cost: imp
             point.label =
                 Some(row.tol.map_or_else(|| seconds(row.dt), |tolerance| format!("tol. {tolerance:e}")));
         }
-        chart.lines.push(Line { name: line.integrator.clone(), points, marked: true, look });
+        chart.lines.push(Line { name: line.integrator.clone(), points, marked: true, joined: true, look });
     }
     chart
 }
@@ -167,7 +167,7 @@ fn energy(variant: &VariantResult) -> (Chart, String) {
         let other =
             if record.row.dt == step { String::new() } else { format!(" ({})", seconds(record.row.dt)) };
         let name = format!("{}{other}", line.integrator);
-        chart.lines.push(Line { name, points, marked: false, look });
+        chart.lines.push(Line { name, points, marked: false, joined: true, look });
     }
     let caption =
         format!("Energy over time at steps of {}, or what the scheme has nearest to it.", seconds(step));

@@ -1,0 +1,117 @@
+//! Tangents of runs: how states change with those that a run begins with, forwards beside the run.
+//!
+//! Each step is linearised where it was taken: a use of the force costs one product with the Hessian, an
+//! implicit stage one solve with the matrix that its [adjoint](crate::adjoint) has. With bars of the adjoint
+//! and dots of the tangent, `x_bar . x_dot + v_bar . v_dot` is the same before and after every step.
+
+mod forces;
+mod one_step;
+
+use pliant::simulation::{Simulation, Snapshot};
+
+use crate::adjoint::{AdjointPlace, Step, has_memory};
+use crate::{GradientError, LossFrame, support};
+use forces::TangentForces;
+use one_step::{StateTangent, advance};
+
+/// How the last state of a run changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunTangent {
+    /// Of the positions, flat `(n, dimension)`, vertices in the order of the scene.
+    pub position: Vec<f64>,
+    /// Of the velocities, likewise.
+    pub velocity: Vec<f64>,
+}
+
+/// Takes `steps` steps of `simulation` from where it is, and gives the directional derivative (`jvp`) of the
+/// last positions and velocities: how they change where those of the start change by `position` and
+/// `velocity`, flat `(n, dimension)`, vertices in the order of the scene. Held vertices change with the
+/// places where they are held; what `velocity` says of them is not looked at.
+///
+/// `watch` is shown every state, the first and the last included, and its change. The simulation ends where
+/// the steps have led; schemes that remember earlier steps begin anew.
+///
+/// ```
+/// use pliant::energy::gravity::UniformGravity;
+/// use pliant::integrator::IntegratorSpec;
+/// use pliant::{simulation::Simulation, state::State, system::System};
+/// use pliant_gradient::tangent;
+///
+/// let mut system = System::new(2, vec![2.0]);
+/// system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[2.0])));
+/// let state = State::new(vec![0.0, 5.0], vec![1.0, 0.0]);
+/// let mut simulation = Simulation::new(system, state, IntegratorSpec::VelocityVerlet.method(), 0.125);
+/// // y = y_0 + v_0 t - g t^2/2 at t = 1.
+/// let found = tangent(&mut simulation, 8, (&[0.0, 1.0], &[0.0, 2.0]), &mut |_, _| {})?;
+/// assert_eq!((found.position, found.velocity), (vec![0.0, 3.0], vec![0.0, 2.0]));
+/// # Ok::<(), pliant_gradient::GradientError>(())
+/// ```
+///
+/// # Errors
+/// [`GradientError`], as [`gradient`](crate::gradient()); damping that is not in proportion to masses, and
+/// ether drag
+/// in fully implicit schemes, have no tangent.
+///
+/// # Panics
+/// The change of the start has another length than the state.
+pub fn tangent(
+    simulation: &mut Simulation,
+    steps: u64,
+    (position, velocity): (&[f64], &[f64]),
+    watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent),
+) -> Result<RunTangent, GradientError> {
+    support::check(simulation)?;
+    support::check_tangent(simulation)?;
+    if has_memory(simulation.method().scheme) {
+        let (step, time) = (simulation.state().step, simulation.state().time);
+        let (x, v) = (simulation.positions().into_owned(), simulation.velocities().into_owned());
+        simulation.restore(&Snapshot::new(step, time, x, v))?;
+    }
+    let d = simulation.system().dimension();
+    let inside = |rows: &[f64]| simulation.numbering().to_internal(rows, d).into_owned();
+    let mut dots = StateTangent::new(inside(position), inside(velocity));
+    let mut forces = TangentForces::new(d, dots.x.len());
+    forces.keep_free(simulation.system(), &mut dots.v);
+    let first = simulation.state().step;
+    show(simulation, &dots, watch);
+    for step in first..first + steps {
+        let state = simulation.state();
+        let (time, x, v) = (state.time, state.x().to_vec(), state.v().to_vec());
+        if simulation.system().is_stopped() {
+            return Err(GradientError::Stopped { step });
+        }
+        simulation.step()?;
+        support::check_run(simulation)?;
+        let (h, method) = (simulation.step_size(), simulation.method());
+        let stage_velocities = simulation.stage_velocities().to_vec();
+        let (after_x, after_v) = (simulation.state().x().to_vec(), simulation.state().v().to_vec());
+        let taken = Step {
+            from: AdjointPlace { time, x: &x, v: &v },
+            x: &after_x,
+            v: &after_v,
+            stage_velocities: &stage_velocities,
+            h,
+            is_first: step == first,
+        };
+        let singular = |_| GradientError::Singular { step: step + 1, time: time + h };
+        advance(&method, &mut forces, simulation.system_mut(), &taken, &mut dots).map_err(singular)?;
+        if !dots.is_finite() {
+            return Err(GradientError::TangentOverflow { step: step + 1, time: time + h });
+        }
+        show(simulation, &dots, watch);
+    }
+    Ok(outside(simulation, &dots))
+}
+
+/// In the order of the scene.
+fn outside(simulation: &Simulation, dots: &StateTangent) -> RunTangent {
+    let (numbering, d) = (simulation.numbering(), simulation.system().dimension());
+    let rows = |rows: &[f64]| numbering.to_original(rows, d).into_owned();
+    RunTangent { position: rows(&dots.x), velocity: rows(&dots.v) }
+}
+
+fn show(simulation: &Simulation, dots: &StateTangent, watch: &mut dyn FnMut(&LossFrame<'_>, &RunTangent)) {
+    let (x, v) = (simulation.positions(), simulation.velocities());
+    let state = simulation.state();
+    watch(&LossFrame { step: state.step, time: state.time, x: &x, v: &v }, &outside(simulation, dots));
+}

@@ -1,0 +1,684 @@
+//! Fits: constants of a scene from what was measured, a trajectory, curves of a material or frequencies.
+//!
+//! Least squares by Levenberg and Marquardt's method, between bounds, from one start or several. Derivatives
+//! of predictions are central differences: two runs a parameter, all at once on the cores that there are. A
+//! sweep of the adjoint ([`pliant_gradient::gradient`]) would give one residual's derivatives by all
+//! parameters, and there are many more residuals than parameters; it would also leave out what has no
+//! adjoint, contact, frequencies, adaptive steps. Least squares need no more: errors of derivatives make
+//! steps a little longer, not the fit worse.
+//!
+//! ```
+//! use std::sync::{Arc, atomic::AtomicBool};
+//! use pliant_lab::fit::{SceneFit, FitOptions};
+//! use pliant_scene::Source;
+//!
+//! let source = Source::new("rubber", "dimension = 3
+//!     time = { integrator = 'velocity-verlet', step = 1e-5, duration = 0 }
+//!     [[body]]
+//!     mesh = { grid = { cells = [1, 1, 1], spacing = 1 } }
+//!     elastic = { hencky = { young = '1 MPa', poisson = 0.3 } }
+//!     mass = { density = 1000 }");
+//! // P = E ln(l)/l with E = 2 MPa.
+//! let data = "stretch,uniaxial [MPa]\n1.1,0.17329\n1.5,0.54062\n2,0.69315\n";
+//! let options = FitOptions::of(&["body.0.elastic.young"]);
+//! let stop = Arc::new(AtomicBool::new(false));
+//! let fit = SceneFit::of(&source, ("data.csv", data), &options, &stop, &mut |_| {})?;
+//! assert!((fit.parameters[0].value - 2e6).abs() < 100.0);
+//! # Ok::<(), pliant_lab::fit::FitError>(())
+//! ```
+
+mod chart;
+mod curves;
+mod data;
+mod keys;
+mod least_squares;
+mod student;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use nalgebra::DMatrix;
+use pliant_scene::{KeySegment, SceneError, Source};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+
+use crate::study::plot::PlotError;
+use data::{FitData, Refusal};
+use keys::FittedKey;
+use least_squares::{LeastSquares, Minimum};
+use table::MeasuredTable;
+
+/// Probability that an interval holds the parameter.
+const CONFIDENCE: f64 = 0.95;
+/// Parameters whose errors are correlated more than this can hardly be told apart.
+const CORRELATED: f64 = 0.98;
+/// How often a start is drawn that can be simulated.
+const DRAWS: u32 = 20;
+/// Starts that come to within this part of the least sum of squares have found it.
+const SAME_MINIMUM: f64 = 1e-6;
+
+/// What is to be fitted, and how.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FitOptions {
+    /// Keys of the parameters, `body.0.elastic.young`: bodies by name or number, the model may be left out.
+    pub parameters: Vec<String>,
+    /// Keys of some of them and their bounds, in SI units.
+    pub bounds: Vec<(String, [f64; 2])>,
+    /// From how many places to start: that of the scene, then random ones. 0 is 1.
+    pub starts: u32,
+    /// Seed of the random ones.
+    pub seed: u64,
+    /// Columns of a trajectory that count; all, where there is none.
+    pub columns: Vec<String>,
+    /// Length at rest [m] of a piece whose displacement was measured.
+    pub length: Option<f64>,
+    /// Area at rest [m^2] of a piece on which a force was measured.
+    pub area: Option<f64>,
+}
+
+impl FitOptions {
+    /// Of these parameters, from the values of the scene.
+    pub fn of(parameters: &[&str]) -> FitOptions {
+        FitOptions { parameters: parameters.iter().map(|&key| key.to_owned()).collect(), ..Self::default() }
+    }
+}
+
+/// A fit cannot be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// The scene cannot be simulated.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The table of measurements makes no sense, or does not belong to the scene.
+    #[error("{name}: {message}")]
+    Data {
+        /// Name of the table.
+        name: String,
+        /// The mistake, its place, and what would be right.
+        message: String,
+    },
+    /// There is no such parameter, or it cannot be fitted.
+    #[error("`{name}` {problem}; these can be fitted: {}", known.join(", "))]
+    Key {
+        /// Its name.
+        name: String,
+        /// The mistake.
+        problem: String,
+        /// Names of those that can be.
+        known: Vec<String>,
+    },
+    /// Options that contradict each other or the scene.
+    #[error("{0}")]
+    Options(String),
+    /// The scene as it is does not run to the end of the measurements.
+    #[error("there is nothing to compare with: {0}")]
+    Run(String),
+    /// It was told to stop.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// How far a fit is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitProgress<'a> {
+    /// Number of the start, from 0.
+    pub start: u32,
+    /// Steps from there.
+    pub steps: u32,
+    /// Weighted sum of squares of the residuals.
+    pub sum_of_squares: f64,
+    /// The parameters, in their order, in SI units.
+    pub parameters: &'a [f64],
+}
+
+/// A parameter and what was found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct FittedParameter {
+    /// Its key in the text of the scene.
+    pub path: String,
+    /// The best value, in SI units, as all here.
+    pub value: f64,
+    /// The value in the scene.
+    pub start: f64,
+    /// Standard deviation by the linear theory of least squares; `None` where the measurements do not settle
+    /// the parameter, and at a bound.
+    pub standard_deviation: Option<f64>,
+    /// Where it is with a probability of 95 %, by Student's t; `None` likewise.
+    pub interval: Option<[f64; 2]>,
+    /// True if the best is at a bound.
+    pub at_bound: bool,
+}
+
+/// Numbers that were measured in one column.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct MeasuredSeries {
+    /// Name of the column.
+    pub name: String,
+    /// SI unit of the numbers here.
+    pub unit: String,
+    /// Time [s], stretch, or number of the mode.
+    pub at: Vec<f64>,
+    /// As measured.
+    pub measured: Vec<f64>,
+    /// As predicted with the parameters found.
+    pub fitted: Vec<f64>,
+    /// Root of the mean square of the difference.
+    pub rms: f64,
+}
+
+impl MeasuredSeries {
+    fn new(name: String, unit: &str) -> Self {
+        let unit = unit.to_owned();
+        MeasuredSeries { name, unit, at: vec![], measured: vec![], fitted: vec![], rms: 0.0 }
+    }
+}
+
+/// What came of one start.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct FitStart {
+    /// Where it started.
+    pub from: Vec<f64>,
+    /// Where it came to, in the order of the parameters; `None` where no start was found that runs.
+    pub to: Option<Vec<f64>>,
+    /// Weighted sum of squares of the residuals there.
+    pub sum_of_squares: Option<f64>,
+}
+
+/// A fit.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct SceneFit {
+    /// The parameters, in the order asked for.
+    pub parameters: Vec<FittedParameter>,
+    /// Correlation of their errors, by rows; `None` where one is not settled or at a bound.
+    pub correlation: Vec<Vec<Option<f64>>>,
+    /// Weighted sum of squares of the residuals: in SI units, or where several units were measured, and for
+    /// frequencies, without any.
+    pub sum_of_squares: f64,
+    /// Numbers that were measured.
+    pub measured: usize,
+    /// Measured numbers less parameters that were free.
+    pub degrees_of_freedom: usize,
+    /// Steps from the start that was best.
+    pub steps: u32,
+    /// Runs, or other predictions, all together.
+    pub runs: u64,
+    /// What came of each start.
+    pub starts: Vec<FitStart>,
+    /// What a user should know of it, a sentence each.
+    pub warnings: Vec<String>,
+    /// Keys with their values as they go into the scene.
+    pub toml: String,
+    /// Columns of measurements and what was predicted.
+    pub series: Vec<MeasuredSeries>,
+    /// What the first axis of a chart shows.
+    pub axis: &'static str,
+    /// The scene with the values found.
+    #[serde(skip)]
+    pub scene: Source,
+}
+
+impl SceneFit {
+    /// Fits parameters of a scene to a table, its name and its text; `watch` is shown every step, `stop` ends
+    /// it.
+    ///
+    /// A table with a column `time` is a trajectory: its columns are those of `run --probes`. With `mode` it
+    /// is of frequencies (`frequency [Hz]`). With `stretch`, `strain` or `displacement` it is of curves of
+    /// the material: `uniaxial`, `equibiaxial`, `pure-shear`, nominal stress or force.
+    ///
+    /// # Errors
+    /// [`FitError`].
+    pub fn of(
+        source: &Source,
+        (name, text): (&str, &str),
+        options: &FitOptions,
+        stop: &Arc<AtomicBool>,
+        watch: &mut dyn FnMut(FitProgress<'_>),
+    ) -> Result<SceneFit, FitError> {
+        let scene = source.scene()?;
+        let keys = chosen(source, &scene, options)?;
+        let bounds = bounds(source, &scene, &keys, options)?;
+        let table = MeasuredTable::read(name, text)?;
+        let body = body_of(&keys);
+        let data = FitData::read(&table, source, &scene, body, options)?;
+        let (measured, count) = (data.observations.len(), keys.len());
+        if measured <= count {
+            let (numbers, of) = (words(measured, "number"), words(count, "parameter"));
+            return Err(table.wrong(format!(
+                "{numbers} cannot settle {of}: at least {} are needed, and more tell how well",
+                count + 1
+            )));
+        }
+        let sizes = sizes(&keys, &bounds)?;
+        let search = FitSearch { source, keys: &keys, bounds: &bounds, sizes: &sizes, data: &data, stop };
+        let found = search.all(options, data.difference(&scene), watch)?;
+        search.describe(found, data.difference(&scene))
+    }
+
+    /// The fit and its residuals as one SVG.
+    ///
+    /// # Errors
+    /// The drawing library does not manage.
+    pub fn svg(&self, title: &str) -> Result<String, PlotError> {
+        chart::svg(self, title)
+    }
+}
+
+/// The path in the text of a scene of a number with this name, as [`FitOptions::parameters`] has it.
+///
+/// # Errors
+/// [`FitError::Key`].
+pub fn key_path(source: &Source, scene: &pliant_scene::Scene, name: &str) -> Result<String, FitError> {
+    FittedKey::find(source, scene, name).map(|key| key.path.to_string())
+}
+
+/// `1 number`, `3 numbers`.
+fn words(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The keys of the parameters.
+fn chosen(
+    source: &Source,
+    scene: &pliant_scene::Scene,
+    options: &FitOptions,
+) -> Result<Vec<FittedKey>, FitError> {
+    if options.parameters.is_empty() {
+        return Err(FitError::Options("no parameter is to be fitted".into()));
+    }
+    let mut keys: Vec<FittedKey> = vec![];
+    for name in &options.parameters {
+        let key = FittedKey::find(source, scene, name)?;
+        if keys.iter().any(|other| other.path == key.path) {
+            return Err(FitError::Options(format!("`{name}` is asked for twice")));
+        }
+        keys.push(key);
+    }
+    Ok(keys)
+}
+
+/// The body whose material all keys are of.
+fn body_of(keys: &[FittedKey]) -> Option<usize> {
+    let body = keys[0].body;
+    let is_elastic = |key: &FittedKey| {
+        key.body == body && key.path.segments().get(2) == Some(&KeySegment::Key("elastic".into()))
+    };
+    body.filter(|_| keys.iter().all(is_elastic))
+}
+
+/// Bounds of each key; infinite where none are given.
+fn bounds(
+    source: &Source,
+    scene: &pliant_scene::Scene,
+    keys: &[FittedKey],
+    options: &FitOptions,
+) -> Result<Vec<[f64; 2]>, FitError> {
+    let mut bounds = vec![[f64::NEG_INFINITY, f64::INFINITY]; keys.len()];
+    for (name, [low, high]) in &options.bounds {
+        let path = FittedKey::find(source, scene, name)?.path;
+        let Some(i) = keys.iter().position(|key| key.path == path) else {
+            return Err(FitError::Options(format!("`{name}` has bounds but is not to be fitted")));
+        };
+        if low >= high {
+            return Err(FitError::Options(format!(
+                "the bounds of `{name}`, {low} and {high}, leave nothing between them"
+            )));
+        }
+        let value = keys[i].value;
+        if !(*low..=*high).contains(&value) {
+            return Err(FitError::Options(format!(
+                "`{name}` is {value} in the scene, outside of its bounds {low} and {high}; the fit starts \
+                 there"
+            )));
+        }
+        bounds[i] = [*low, *high];
+    }
+    Ok(bounds)
+}
+
+/// Sizes of parameters, which differences and random starts go by.
+fn sizes(keys: &[FittedKey], bounds: &[[f64; 2]]) -> Result<Vec<f64>, FitError> {
+    let size = |(key, [low, high]): (&FittedKey, &[f64; 2])| match (key.value.abs(), 0.5 * (high - low)) {
+        (size, _) if size > 0.0 => Ok(size),
+        (_, width) if width.is_finite() => Ok(width),
+        _ => Err(FitError::Options(format!(
+            "`{}` is 0 in the scene, which says nothing of its size; give it a value or bounds",
+            key.path
+        ))),
+    };
+    keys.iter().zip(bounds).map(size).collect()
+}
+
+/// A search for the best parameters.
+struct FitSearch<'a> {
+    source: &'a Source,
+    keys: &'a [FittedKey],
+    bounds: &'a [[f64; 2]],
+    sizes: &'a [f64],
+    data: &'a FitData,
+    stop: &'a Arc<AtomicBool>,
+}
+
+/// The best minimum, what came of each start, and predictions that were made.
+struct SearchResult {
+    best: Minimum,
+    starts: Vec<FitStart>,
+    runs: u64,
+}
+
+impl FitSearch<'_> {
+    /// The scene with these parameters.
+    fn scene(&self, parameters: &[f64]) -> Result<Source, SceneError> {
+        let changes: Vec<_> = self.keys.iter().zip(parameters).map(|(key, value)| key.set(*value)).collect();
+        self.source.varied(&changes)
+    }
+
+    fn predict(&self, parameters: &[f64]) -> Result<Vec<f64>, Refusal> {
+        self.data.predict(&self.scene(parameters).map_err(Refusal::Scene)?, self.stop)
+    }
+
+    fn residuals(&self, parameters: &[f64]) -> Result<Vec<f64>, Refusal> {
+        let predicted = self.predict(parameters)?;
+        let observed = self.data.observations.iter().zip(&predicted);
+        let residuals: Vec<f64> = observed.map(|(one, value)| one.weight * (value - one.value)).collect();
+        match residuals.iter().all(|residual| residual.is_finite()) {
+            true => Ok(residuals),
+            false => Err(Refusal::Failed("a number that is predicted is not finite".into())),
+        }
+    }
+
+    /// From the scene's parameters, and from random ones.
+    fn all(
+        &self,
+        options: &FitOptions,
+        difference: f64,
+        watch: &mut dyn FnMut(FitProgress<'_>),
+    ) -> Result<SearchResult, FitError> {
+        let residuals = |parameters: &[f64]| self.residuals(parameters);
+        let problem =
+            LeastSquares { residuals: &residuals, bounds: self.bounds, sizes: self.sizes, difference };
+        let mut minimum = |start: u32, from: &[f64]| {
+            problem.minimum(from, &mut |steps, sum_of_squares, parameters| {
+                watch(FitProgress { start, steps, sum_of_squares, parameters });
+                !self.stop.load(Ordering::Relaxed)
+            })
+        };
+        let own: Vec<f64> = self.keys.iter().map(|key| key.value).collect();
+        let best = minimum(0, &own)?;
+        let mut found = SearchResult { runs: best.evaluations, starts: vec![reached(own, &best)], best };
+        let mut random = Pcg64::new(options.seed.into(), 1);
+        for start in 1..options.starts {
+            let mut from = self.drawn(&mut random);
+            let mut next = minimum(start, &from);
+            for _ in 1..DRAWS {
+                if next.is_ok() || self.stop.load(Ordering::Relaxed) {
+                    break;
+                }
+                from = self.drawn(&mut random);
+                next = minimum(start, &from);
+            }
+            match next {
+                Err(Refusal::Stopped) => return Err(FitError::Stopped),
+                Err(_) => found.starts.push(FitStart { from, to: None, sum_of_squares: None }),
+                Ok(next) => {
+                    found.runs += next.evaluations;
+                    found.starts.push(reached(from, &next));
+                    if next.sum_of_squares() < found.best.sum_of_squares() {
+                        found.best = next;
+                    }
+                }
+            }
+        }
+        match self.stop.load(Ordering::Relaxed) {
+            true => Err(FitError::Stopped),
+            false => Ok(found),
+        }
+    }
+
+    /// Random parameters: between their bounds, or without any up to the root of ten times more or less than
+    /// in the scene.
+    fn drawn(&self, random: &mut Pcg64) -> Vec<f64> {
+        let mut part = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let one = |(key, [low, high]): (&FittedKey, &[f64; 2])| {
+            let part = part();
+            if low.is_finite() && high.is_finite() {
+                // Over decades by the logarithm.
+                return match *low > 0.0 && *high > 10.0 * low {
+                    true => low * (high / low).powf(part),
+                    false => low + part * (high - low),
+                };
+            }
+            (key.value * 10.0_f64.powf(part - 0.5)).clamp(*low, *high)
+        };
+        self.keys.iter().zip(self.bounds).map(one).collect()
+    }
+
+    /// The report of what was found.
+    fn describe(&self, found: SearchResult, difference: f64) -> Result<SceneFit, FitError> {
+        let SearchResult { best, starts, runs } = found;
+        let at_bound: Vec<bool> = (best.parameters.iter().zip(self.bounds))
+            .map(|(value, [low, high])| value <= low || value >= high)
+            .collect();
+        let free: Vec<usize> = (0..self.keys.len()).filter(|&j| !at_bound[j]).collect();
+        let degrees_of_freedom = self.data.observations.len() - free.len();
+        let theory = LinearTheory::of(&best, &free, degrees_of_freedom, difference);
+        let t = student::two_sided(CONFIDENCE, degrees_of_freedom);
+        let parameter = |j: usize| {
+            let (key, value) = (&self.keys[j], best.parameters[j]);
+            let standard_deviation = theory.deviations[j];
+            let interval = standard_deviation.map(|deviation| [value - t * deviation, value + t * deviation]);
+            let (path, start, at_bound) = (key.path.to_string(), key.value, at_bound[j]);
+            FittedParameter { path, value, start, standard_deviation, interval, at_bound }
+        };
+        let parameters: Vec<FittedParameter> = (0..self.keys.len()).map(parameter).collect();
+        let scene = self.scene(&best.parameters)?;
+        let warnings = self.warnings(&best, &parameters, &theory, &starts);
+        Ok(SceneFit {
+            correlation: theory.correlation,
+            sum_of_squares: best.sum_of_squares(),
+            measured: self.data.observations.len(),
+            degrees_of_freedom,
+            steps: best.steps,
+            runs: runs + 1,
+            starts,
+            warnings,
+            toml: self.toml(&scene),
+            series: self.series(&best)?,
+            axis: self.data.axis(),
+            parameters,
+            scene,
+        })
+    }
+
+    /// Columns with what the best parameters predict.
+    fn series(&self, best: &Minimum) -> Result<Vec<MeasuredSeries>, FitError> {
+        let predicted = self.predict(&best.parameters)?;
+        let mut series = self.data.series.clone();
+        for (one, value) in self.data.observations.iter().zip(predicted) {
+            let MeasuredSeries { at, measured, fitted, .. } = &mut series[one.series];
+            at.push(one.at);
+            measured.push(one.value);
+            fitted.push(value);
+        }
+        for series in &mut series {
+            let squares = series.measured.iter().zip(&series.fitted).map(|(a, b)| (a - b) * (a - b));
+            series.rms = (squares.sum::<f64>() / series.at.len().max(1) as f64).sqrt();
+        }
+        Ok(series)
+    }
+
+    fn warnings(
+        &self,
+        best: &Minimum,
+        parameters: &[FittedParameter],
+        theory: &LinearTheory,
+        starts: &[FitStart],
+    ) -> Vec<String> {
+        let mut warnings = vec![];
+        if !best.converged {
+            warnings.push(format!("it went on getting better after {} steps; start nearer", best.steps));
+        }
+        for (j, parameter) in parameters.iter().enumerate() {
+            let path = &parameter.path;
+            if best.jacobian.column(j).norm() == 0.0 {
+                warnings.push(format!("`{path}` changes nothing that was measured"));
+            } else if parameter.at_bound {
+                warnings.push(format!(
+                    "`{path}` is at a bound: the measurements ask for more or less than it allows"
+                ));
+            }
+        }
+        if let Some(alike) = &theory.alike {
+            let paths: Vec<String> = alike.iter().map(|&j| format!("`{}`", parameters[j].path)).collect();
+            warnings.push(format!(
+                "{} cannot be told apart by these measurements: together they can change without any \
+                 difference; fix all but one, or measure something else",
+                paths.join(", ")
+            ));
+        }
+        for i in 0..parameters.len() {
+            for j in 0..i {
+                let correlation = theory.correlation[i][j].filter(|r| r.abs() > CORRELATED);
+                if let (Some(r), None) = (correlation, &theory.alike) {
+                    warnings.push(format!(
+                        "`{}` and `{}` can hardly be told apart: the correlation of their errors is {r:.4}",
+                        parameters[j].path, parameters[i].path
+                    ));
+                }
+            }
+        }
+        let least = best.sum_of_squares();
+        let same = |start: &&FitStart| {
+            start.sum_of_squares.is_some_and(|sum| sum <= least * (1.0 + SAME_MINIMUM) + f64::MIN_POSITIVE)
+        };
+        let reached = starts.iter().filter(same).count();
+        // Sums of squares of a perfect fit are rounding, and differ.
+        let is_perfect = theory.is_perfect;
+        if starts.len() > 1 && reached < starts.len() && !is_perfect {
+            warnings.push(format!(
+                "{reached} of {} starts came to the best: there are other minima",
+                starts.len()
+            ));
+        }
+        if !self.data.left_out.is_empty() {
+            let columns = self.data.left_out.join(", ");
+            warnings.push(format!("left out, for they say the same as the positions: {columns}"));
+        }
+        warnings
+    }
+
+    /// The keys with their new values, as the text has them.
+    fn toml(&self, scene: &Source) -> String {
+        let Ok(document) = scene.text().parse::<toml::Table>() else { return String::new() };
+        let document = toml::Value::Table(document);
+        let (mut lines, mut said, mut heading): (Vec<String>, Vec<String>, String) = Default::default();
+        for key in self.keys {
+            let segments = key.path.segments();
+            // The whole value of a key, which replaces that of the scene.
+            let depth = if key.body.is_some() { 3 } else { 2 }.min(segments.len());
+            let path: pliant_scene::KeyPath = segments[..depth].iter().cloned().collect();
+            let value = segments[..depth].iter().try_fold(&document, |value, segment| match segment {
+                KeySegment::Key(key) => value.get(key),
+                KeySegment::Index(index) => value.get(*index),
+            });
+            let (Some(value), false) = (value, said.contains(&path.to_string())) else { continue };
+            let above = match key.body {
+                Some(body) => format!("[[body]] # number {body}"),
+                None => segments.first().map(|first| format!("[{}]", name(first))).unwrap_or_default(),
+            };
+            if above != heading {
+                lines.push(above.clone());
+                heading = above;
+            }
+            let last = segments[..depth].last().map(name).unwrap_or_default();
+            lines.push(format!("{last} = {}", inline(value)));
+            said.push(path.to_string());
+        }
+        lines.join("\n") + "\n"
+    }
+}
+
+/// A value on one line.
+fn inline(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Table(table) => {
+            let entries: Vec<String> =
+                table.iter().map(|(key, value)| format!("{key} = {}", inline(value))).collect();
+            format!("{{ {} }}", entries.join(", "))
+        }
+        toml::Value::Array(list) => {
+            format!("[{}]", list.iter().map(inline).collect::<Vec<_>>().join(", "))
+        }
+        value => value.to_string(),
+    }
+}
+
+fn name(segment: &KeySegment) -> String {
+    match segment {
+        KeySegment::Key(key) => key.clone(),
+        KeySegment::Index(index) => index.to_string(),
+    }
+}
+
+fn reached(from: Vec<f64>, minimum: &Minimum) -> FitStart {
+    let sum_of_squares = Some(minimum.sum_of_squares());
+    FitStart { from, to: Some(minimum.parameters.clone()), sum_of_squares }
+}
+
+/// Errors of parameters by the linear theory: covariance `s^2 (J^T J)^-1`, `s^2 = |r|^2 / (N - n)`.
+struct LinearTheory {
+    deviations: Vec<Option<f64>>,
+    correlation: Vec<Vec<Option<f64>>>,
+    /// Parameters that differ in nothing that was measured.
+    alike: Option<Vec<usize>>,
+    /// True if residuals are rounding.
+    is_perfect: bool,
+}
+
+impl LinearTheory {
+    fn of(best: &Minimum, free: &[usize], degrees_of_freedom: usize, difference: f64) -> LinearTheory {
+        let count = best.parameters.len();
+        let mut theory = LinearTheory {
+            deviations: vec![None; count],
+            correlation: vec![vec![None; count]; count],
+            alike: None,
+            is_perfect: best.residuals.norm() <= 1e-10 * best.jacobian.norm(),
+        };
+        let moving: Vec<usize> =
+            free.iter().copied().filter(|&j| best.jacobian.column(j).norm() > 0.0).collect();
+        if moving.is_empty() {
+            return theory;
+        }
+        // Columns of length one: parameters have different units.
+        let lengths: Vec<f64> = moving.iter().map(|&j| best.jacobian.column(j).norm()).collect();
+        let scaled = DMatrix::from_fn(best.residuals.len(), moving.len(), |row, column| {
+            best.jacobian[(row, moving[column])] / lengths[column]
+        });
+        let decomposed = scaled.svd(false, true);
+        let Some(right) = decomposed.v_t else { return theory };
+        let values = &decomposed.singular_values;
+        // Below the error of the differences nothing is known.
+        let floor = (10.0 * difference * difference).max(1e-8) * values.max();
+        if values.min() <= floor {
+            let direction = right.row(values.imin());
+            let takes_part = |i: &usize| direction[*i].abs() > 0.1;
+            theory.alike = Some((0..moving.len()).filter(takes_part).map(|i| moving[i]).collect());
+            return theory;
+        }
+        let variance = best.residuals.norm_squared() / degrees_of_freedom as f64;
+        let inverse = DMatrix::from_fn(moving.len(), moving.len(), |i, j| {
+            (0..values.len()).map(|k| right[(k, i)] * right[(k, j)] / (values[k] * values[k])).sum::<f64>()
+        });
+        for (i, &p) in moving.iter().enumerate() {
+            theory.deviations[p] = Some((variance * inverse[(i, i)]).sqrt() / lengths[i]);
+            for (j, &q) in moving.iter().enumerate() {
+                let correlation = inverse[(i, j)] / (inverse[(i, i)] * inverse[(j, j)]).sqrt();
+                theory.correlation[p][q] = Some(correlation.clamp(-1.0, 1.0));
+            }
+        }
+        theory
+    }
+}

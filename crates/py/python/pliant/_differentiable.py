@@ -1,0 +1,102 @@
+"""Runs as functions with a derivative, for libraries that differentiate programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._pliant import Frame, Scene, Simulation
+
+Array = npt.NDArray[np.float64]
+
+
+class Run:
+    """Steps of a scene, as a function of how it starts and of numbers in it.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is simulated; numbers that are no arguments are its own.
+    steps : int
+        How many steps are taken.
+    names : sequence of str
+        Keys of the scene that are arguments, as `Simulation.gradient_names` has them: each one number, or
+        `world.gravity`.
+    every : int
+        How many steps lie between states that are returned.
+    memory : int, optional
+        Bytes for states on the way back, as `Simulation.gradient` has it.
+    """
+
+    def __init__(
+        self, scene: Scene, steps: int, names: Sequence[str], every: int, memory: int | None
+    ) -> None:
+        if every < 1 or steps < 0 or steps % every:
+            found = f"got {steps} and {every}"
+            raise ValueError(f"steps must be a multiple of every, which is 1 or more; {found}")
+        simulation = Simulation(scene)
+        known = [name for name in simulation.gradient_names() if name not in ("position", "velocity")]
+        for name in names:
+            if name not in known:
+                raise KeyError(f"`{name}` has no derivative; these have one: {', '.join(known)}")
+        self.scene, self.steps, self.names = scene, steps, list(names)
+        self.every, self.memory = every, memory
+        self.paths = {name: _path(scene, name) for name in names}
+        self.start = (simulation.positions, simulation.velocities)
+        #: Shape of the positions that are returned, and of the velocities: (frames, n, dim).
+        self.shape = (steps // every + 1, *self.start[0].shape)
+
+    def simulation(self, position: Array, velocity: Array, parameters: Sequence[Array]) -> Simulation:
+        """The simulation at its start."""
+        changes = {
+            self.paths[name]: float(value) if value.ndim == 0 else value.tolist()
+            for name, value in zip(self.names, parameters, strict=True)
+        }
+        simulation = Simulation(self.scene.with_changes(changes) if changes else self.scene)
+        simulation.positions, simulation.velocities = position, velocity
+        return simulation
+
+    def forward(self, position: Array, velocity: Array, parameters: Sequence[Array]) -> tuple[Array, Array]:
+        """Positions and velocities of all frames."""
+        simulation = self.simulation(position, velocity, parameters)
+        x, v = np.empty(self.shape), np.empty(self.shape)
+        x[0], v[0] = simulation.positions, simulation.velocities
+        for k in range(1, self.shape[0]):
+            simulation.step(self.every)
+            x[k], v[k] = simulation.positions, simulation.velocities
+        return x, v
+
+    def backward(
+        self,
+        inputs: tuple[Array, Array, Sequence[Array]],
+        by_positions: Array,
+        by_velocities: Array,
+    ) -> tuple[Array, Array, list[Array]]:
+        """Derivatives by the arguments of a sum that has these by what was returned."""
+        position, velocity, parameters = inputs
+
+        def loss(frame: Frame) -> tuple[Any, ...] | None:
+            if frame.index % self.every:
+                return None
+            k = frame.index // self.every
+            return 0.0, by_positions[k], by_velocities[k]
+
+        simulation = self.simulation(position, velocity, parameters)
+        names = ["position", "velocity", *self.names]
+        gradient = simulation.gradient(loss, names, steps=self.steps, memory=self.memory)
+        parts = [np.asarray(gradient[name], dtype=np.float64) for name in names]
+        shaped = [part.reshape(value.shape) for part, value in zip(parts[2:], parameters, strict=True)]
+        return parts[0], parts[1], shaped
+
+
+def _path(scene: Scene, name: str) -> str:
+    """The path of a number in the scene by its name among the derivatives."""
+    if name == "world.gravity":
+        return name
+    if name.endswith((".rest", "_per_element", ".per_vertex")):
+        message = f"`{name}` is many numbers, which no key of a scene is; `Simulation.gradient` has them"
+        raise ValueError(message)
+    return scene._path(name)

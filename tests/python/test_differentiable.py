@@ -1,0 +1,106 @@
+"""`pliant.jax` and `pliant.torch`, where these libraries are installed: against differences of runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pliant
+import pytest
+from conftest import beam
+
+YOUNG = "body.beam.elastic.young"
+STEPS = 40
+NAMES = ["position", "velocity", YOUNG, "world.gravity"]
+
+
+def loss(library: Any, x: Any, v: Any) -> Any:
+    """Some number that all frames have a part in."""
+    weights = library.asarray(np.arange(x.shape[0]) / STEPS)
+    return (weights[:, None, None] * x**2).sum() + 0.1 * (v[-1] ** 2).sum()
+
+
+def value(inputs: list[np.ndarray]) -> float:
+    """The same by a run without any of these libraries."""
+    changes = {"body.0.elastic.corotated.young": float(inputs[2]), "world.gravity": inputs[3].tolist()}
+    simulation = pliant.Simulation(beam(**changes))
+    simulation.positions, simulation.velocities = inputs[0], inputs[1]
+    frames = [(simulation.positions, simulation.velocities)]
+    for _ in range(STEPS // 10):
+        simulation.step(10)
+        frames.append((simulation.positions, simulation.velocities))
+    return float(loss(np, np.array([x for x, _ in frames]), np.array([v for _, v in frames])))
+
+
+def start() -> list[np.ndarray]:
+    simulation = pliant.Simulation(beam())
+    velocity = 0.1 * np.sin(np.arange(simulation.positions.size)).reshape(simulation.positions.shape)
+    velocity[:2] = 0.0
+    return [simulation.positions, velocity, np.array(1e5), np.array([0.3, -9.8])]
+
+
+def check(gradients: list[np.ndarray]) -> None:
+    """Each against the difference along a direction, at a step where that has nine digits."""
+    for i, gradient in enumerate(gradients):
+        inputs = start()
+        assert gradient.shape == inputs[i].shape
+        direction = np.cos(np.arange(max(inputs[i].size, 1), dtype=float)).reshape(inputs[i].shape)
+        if i < 2:
+            # Held vertices stay where they are.
+            direction[:2] = 0.0
+        size = (1e-6 if i < 2 else 1e-4) * max(float(np.abs(inputs[i]).max()), 0.1)
+        values = []
+        for sign in (1.0, -1.0):
+            changed = start()
+            changed[i] = changed[i] + sign * size * direction
+            values.append(value(changed))
+        difference = (values[0] - values[1]) / (2.0 * size)
+        assert np.sum(gradient * direction) == pytest.approx(difference, rel=1e-6), NAMES[i]
+
+
+def test_jax_has_the_derivatives_of_differences() -> None:
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    from pliant.jax import simulate
+
+    def total(x: Any, v: Any, young: Any, gravity: Any) -> Any:
+        parameters = {YOUNG: young, "world.gravity": gravity}
+        frames = simulate(beam(), STEPS, position=x, velocity=v, parameters=parameters, every=10)
+        return loss(jax.numpy, *frames)
+
+    found, gradients = jax.value_and_grad(total, argnums=(0, 1, 2, 3))(*start())
+    assert float(found) == pytest.approx(value(start()), rel=1e-14)
+    check([np.asarray(gradient) for gradient in gradients])
+    compiled = jax.jit(jax.grad(total, argnums=2))(*start())
+    assert float(compiled) == float(gradients[2])
+    twice = jax.vmap(lambda young: total(start()[0], start()[1], young, start()[3]))(np.array([1e5, 1e5]))
+    assert np.asarray(twice).tolist() == [float(found)] * 2
+
+
+def test_torch_has_the_derivatives_of_differences() -> None:
+    torch = pytest.importorskip("torch")
+    from pliant.torch import simulate
+
+    x, v, young, gravity = (torch.tensor(part, requires_grad=True) for part in start())
+    parameters = {YOUNG: young, "world.gravity": gravity}
+    frames = simulate(beam(), STEPS, position=x, velocity=v, parameters=parameters, every=10)
+    total = loss(torch, *frames)
+    assert total.item() == pytest.approx(value(start()), rel=1e-14)
+    total.backward()
+    check([part.grad.numpy() for part in (x, v, young, gravity)])
+    single = torch.tensor(1e5, requires_grad=True)
+    loss(torch, *simulate(beam(), STEPS, parameters={YOUNG: single})).backward()
+    assert single.grad.dtype == torch.float32
+
+
+@pytest.mark.parametrize("library", ["jax", "torch"])
+def test_names_that_are_none_are_answered_with_those_that_are(library: str) -> None:
+    pytest.importorskip(library)
+    simulate = __import__(f"pliant.{library}", fromlist=["simulate"]).simulate
+    known = r"`time\.step` has no derivative; these have one: world\.gravity, body\.beam"
+    with pytest.raises(KeyError, match=known):
+        simulate(beam(), 1, parameters={"time.step": np.array(1e-3)})
+    with pytest.raises(ValueError, match="a multiple of every"):
+        simulate(beam(), 3, every=2)
+    with pytest.raises(ValueError, match="many numbers"):
+        simulate(beam(), 1, parameters={"body.beam.elastic.young_per_element": np.ones(8)})
