@@ -114,7 +114,7 @@ fn lists_are_neither_tables_nor_longer_than_they_should_be() {
     assert_eq!(
         problems("{ stiffness = 100.0 }", "[100.0]"),
         [
-            "14:11 body.0.springs: `springs` takes a table with `stiffness`, `young`, `rest_length`, found a list of 1 entry"
+            "14:11 body.0.springs: `springs` takes a table with `stiffness`, `young`, `expression`, `parameters`, `rest_length`, found a list of 1 entry"
         ]
     );
 }

@@ -33,7 +33,7 @@ error: unknown field `stifness`
    |             ^^^^^^^^
    |
    = help: did you mean `stiffness`?
-   = help: fields here: `stiffness`, `young`, `rest_length`
+   = help: fields here: `stiffness`, `young`, `expression`, `parameters`, `rest_length`
 ";
     assert_eq!(picture("stiffness", "stifness"), golden(expected));
 }

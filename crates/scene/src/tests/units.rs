@@ -232,7 +232,7 @@ fn mistakes_in_formulas_are_placed_inside_the_text() {
             "[0, \"-9.81 * x\"]",
             "9:24 world.gravity.1: `gravity`: unknown name `x`",
             Some(
-                "names in a formula: `t`, `pi`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2`, `sinh`, `cosh`, `tanh`, `exp`, `ln`, `sqrt`, `abs`, `sign`, `floor`, `min`, `max`, `clamp`, `step`, `smoothstep`, `pulse`, `if`",
+                "names in a formula: `t`, `pi`, `sin`, `cos`, `tan`, `asin`, `acos`, `atan`, `atan2`, `sinh`, `cosh`, `tanh`, `exp`, `ln`, `log`, `sqrt`, `abs`, `sign`, `floor`, `min`, `max`, `clamp`, `step`, `smoothstep`, `pulse`, `if`",
             ),
         ),
         (
