@@ -31,7 +31,12 @@ fn runs_of_hours_are_told_with_their_steps() {
             "2142 coordinates",
             "about 12 h",
         ),
-        ("{ integrator = 'velocity-verlet', step = 1e-4, duration = 1e3 }", STARS, "2000000 pairs of masses", "about 6 h"),
+        (
+            "{ integrator = 'velocity-verlet', step = 1e-4, duration = 1e3 }",
+            STARS,
+            "2000000 pairs of masses",
+            "about 6 h",
+        ),
     ];
     for (time, body, what, long) in cases {
         let said = warnings(time, body).concat();
