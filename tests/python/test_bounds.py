@@ -70,7 +70,10 @@ MORE: list[dict[str, Any]] = [
             **{"distance": 1e-3, "stiffness": 1e5, "friction": 0.3, "threshold_speed": 1e-3},
             **{"friction_iterations": 5, "pairs": [{"between": ["body0", "body0"], "friction": 0.1}]},
         },
-        "obstacle": [{"shape": {"ball": {"centre": [9.0, 9.0], "radius": 1.0}}}],
+        "obstacle": [
+            {"shape": {"ball": {"centre": [9.0, 9.0], "radius": 1.0}}},
+            {"shape": {"capsule": {"axis": [[9.0, 5.0], [9.0, 6.0]], "radius": 1.0}}},
+        ],
     },
     made_of({"dirichlet": {"stiffness": 1e5}}),
     made_of({"expression": {"psi": "k/2*(I1 - 3) - k*ln(J) + c/8*(I4 - 1)^2", "parameters": {"k": 1e5, "c": 1e4}, "fibres": [[1.0, 1.0]]}}),

@@ -179,7 +179,7 @@ def test_a_formula_is_the_model_that_it_says() -> None:
     }
     runs = []
     for elastic in ({"stvk": {"young": 1e5, "poisson": 0.3}}, {"expression": formula}):
-        simulation = pliant.Simulation(beam().with_changes({"body.beam.elastic": elastic}))
+        simulation = pliant.Simulation(beam().with_changes({"body.0.elastic": elastic}))
         simulation.step(100)
         runs.append(simulation.positions)
     assert np.abs(runs[0] - pliant.Simulation(beam()).positions).max() > 1e-3
@@ -189,4 +189,4 @@ def test_a_formula_is_the_model_that_it_says() -> None:
 def test_a_formula_with_stress_at_rest_is_refused() -> None:
     formula = {"psi": "mu/2*(I1 - 3)", "parameters": {"mu": 1e5}}
     with pytest.raises(pliant.SceneError, match=r"stress at rest \[Pa\], which must be 0"):
-        beam().with_changes({"body.beam.elastic": {"expression": formula}})
+        beam().with_changes({"body.0.elastic": {"expression": formula}})

@@ -214,7 +214,7 @@ class Trajectory:
         return self._recording.reactions()
 
     def contacts(self, frame: int = -1) -> dict[str, Any]:
-        """Surfaces that touch in a frame.
+        """Return the surfaces that touch in a frame.
 
         Parameters
         ----------
