@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use schemars::{Schema, generate::SchemaSettings};
+use serde_json::Value;
 
 use super::schema::Scene;
 
@@ -13,7 +14,32 @@ use super::schema::Scene;
 pub fn schema() -> Schema {
     let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<Scene>();
     schema.insert("title".to_owned(), "pliant scene".into());
+    if let Some(definitions) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
+        let needs_nothing: Vec<String> = definitions
+            .iter()
+            .filter(|(_, definition)| definition["type"] == "object" && definition["required"].is_null())
+            .map(|(name, _)| format!("#/$defs/{name}"))
+            .collect();
+        definitions.values_mut().for_each(|definition| add_words(definition, &needs_nothing));
+    }
     schema
+}
+
+/// Where a choice has words, tables of which no key is required are words too: `"bdf2"` is `{ bdf2 = {} }`, as
+/// the reader has it.
+fn add_words(choice: &mut Value, needs_nothing: &[String]) {
+    let Some(alternatives) = choice.get_mut("oneOf").and_then(Value::as_array_mut) else { return };
+    let is_table = |content: &Value| {
+        content["$ref"].as_str().is_some_and(|content| needs_nothing.iter().any(|known| known == content))
+    };
+    let tables =
+        alternatives.iter().filter_map(|alternative| alternative["properties"].as_object()).flatten();
+    let words: Vec<Value> =
+        tables.filter(|(_, content)| is_table(content)).map(|(name, _)| name.clone().into()).collect();
+    let listed = alternatives.iter_mut().find_map(|alternative| alternative.get_mut("enum")?.as_array_mut());
+    if let Some(listed) = listed {
+        listed.extend(words);
+    }
 }
 
 /// The place of the table that has a key of this name, for messages: "in `[world]`".

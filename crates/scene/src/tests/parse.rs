@@ -218,3 +218,22 @@ mass = { density = 1000.0 }
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[1].contains("world.walls.0.normal"), "{found:#?}");
 }
+
+/// Editors underline what the schema does not have.
+#[test]
+fn every_scheme_that_is_read_as_a_word_is_one_in_the_schema() {
+    let schema = crate::json_schema::schema();
+    let choices = schema.as_value()["$defs"]["IntegratorSpec"]["oneOf"].as_array().unwrap();
+    let words: Vec<&str> =
+        choices[0]["enum"].as_array().unwrap().iter().map(|word| word.as_str().unwrap()).collect();
+    for name in ["rk4", "bdf2", "newmark", "ias15", "generalised-alpha"] {
+        assert!(words.contains(&name), "{name} of {words:?}");
+    }
+    for word in words {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = '{word}', step = 1e-3, duration = 1.0 }}\n[[body]]\n\
+             mesh = {{ inline = {{ points = [[0.0, 0.0]] }} }}\nmass = {{ total = 1.0 }}\n"
+        );
+        Scene::from_toml(&text).unwrap_or_else(|error| panic!("{word}: {error}"));
+    }
+}
