@@ -81,7 +81,8 @@ fn an_interrupted_measurement_prints_the_rows_so_far() {
 
     let mut command = Command::new(super::PLIANT);
     command.args(["bench", "--quick", "--json"]);
-    // Behind the row that is interrupted there is one that takes seconds to assemble: the signal does not come too late.
+    // Behind the row that is interrupted there is one that takes seconds to assemble: the signal does not
+    // come too late.
     for row in ["tri-corotated", "nbody-direct", "svd", "autodiff"] {
         command.args(["--row", row]);
     }

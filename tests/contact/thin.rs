@@ -131,8 +131,8 @@ fn forces_of_all_kinds_of_primitives_are_gradients() {
     }
 }
 
-/// A wire that slides over the diagonal and the side of two triangles in one plane feels no bump: one place is
-/// counted once. So do a triangle's worth of wire and a wire on a wire's bend.
+/// A wire that slides over the diagonal and the side of two triangles in one plane feels no bump: one place
+/// is counted once. So do a triangle's worth of wire and a wire on a wire's bend.
 #[test]
 fn the_normal_force_of_a_wire_does_not_depend_on_the_edges_below_it() {
     let model = mixed();

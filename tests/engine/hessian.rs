@@ -77,7 +77,8 @@ fn the_matrix_of_every_material_is_its_hessian() {
     }
 }
 
-/// A vertex in the middle of `n` others on a circle, and as many around these; in 3D the others are on the equator of two poles.
+/// A vertex in the middle of `n` others on a circle, and as many around these; in 3D the others are on the
+/// equator of two poles.
 fn wheel(dimension: usize, n: u32) -> serde_json::Value {
     let around = |r: f64| {
         (0..n).map(move |i| {
@@ -209,8 +210,8 @@ fn solves_end_at_rounding_where_more_is_asked() {
     }
 }
 
-// Volumetric locking: the coarse levels cannot move without a change of volume, and the stiffness against that is a million times
-// the other one.
+// Volumetric locking: the coarse levels cannot move without a change of volume, and the stiffness against
+// that is a million times the other one.
 #[test]
 fn conjugate_gradients_that_stall_leave_the_solve_to_a_factorisation() {
     let exact = |linear| fallen_to(serde_json::json!({ "linear": linear, "tolerance": 1e-10 }), 0.499_999_9);
@@ -221,8 +222,8 @@ fn conjugate_gradients_that_stall_leave_the_solve_to_a_factorisation() {
     assert!(apart < 1e-8, "{apart:e}");
 }
 
-// Pressure follows the surface, and the matrix knows how: a factor serves a whole step of a balloon that is blown up. Without that
-// corrections shrink slowly, and nearly each of them takes a matrix of its own.
+// Pressure follows the surface, and the matrix knows how: a factor serves a whole step of a balloon that is
+// blown up. Without that corrections shrink slowly, and nearly each of them takes a matrix of its own.
 #[test]
 fn balloons_are_blown_up_with_one_matrix_a_step() {
     let scene: Scene = serde_json::from_value(serde_json::json!({

@@ -26,8 +26,8 @@ fn modes(solid: &Solid) -> (Vec<f64>, DMatrix<f64>, Vec<usize>) {
     (eigen.eigenvalues.iter().copied().collect(), eigen.eigenvectors, free)
 }
 
-/// 10 m x 1 m, nu = 0, ten cells along it, clamped at x = 0; masses of a chain of ten, so that the axial modes are
-/// those of the chain.
+/// 10 m x 1 m, nu = 0, ten cells along it, clamped at x = 0; masses of a chain of ten, so that the axial
+/// modes are those of the chain.
 fn axial_bar(material: &str) -> Solid {
     let mut solid = Solid::grid(&[10, 1], &[10.0, 1.0], isotropic(material, 1e6, 0.0));
     let mut mass: Vec<f64> = vec![500.0; 22];

@@ -29,8 +29,8 @@ fn nodally_integrated_triangles_do_not_lock() {
     }
 }
 
-// C9, nearly incompressible: the corner rises by 6.932, by 2.205 with 16 x 16 plain elements. Those that do not lock are no further from
-// their limit than plain ones are where nu = 0.3: 5.837 and 7.057 of 7.78138.
+// C9, nearly incompressible: the corner rises by 6.932, by 2.205 with 16 x 16 plain elements. Those that do
+// not lock are no further from their limit than plain ones are where nu = 0.3: 5.837 and 7.057 of 7.78138.
 #[test]
 fn cooks_membrane_does_not_lock() {
     let corner = |n: usize, kind: Kind| {
@@ -47,7 +47,8 @@ fn cooks_membrane_does_not_lock() {
     }
 }
 
-/// How far the middle of the top of a quarter of a block sinks under a load on a quarter of it, as in `incompressible_block.toml`.
+/// How far the middle of the top of a quarter of a block sinks under a load on a quarter of it, as in
+/// `incompressible_block.toml`.
 fn sunk(kind: Kind, n: usize, poisson: f64) -> f64 {
     let mut solid =
         Solid::grid(&[n, n, n], &[1.0, 1.0, 1.0], isotropic("neo-hookean", 0.24e6, poisson)).of_kind(kind);
@@ -79,7 +80,8 @@ fn nodally_integrated_tetrahedra_do_not_lock() {
     assert_relative(nodal, quadratic, 0.05, "4 x 4 x 4 cells");
 }
 
-// C1: an affine motion has the energy density, and every element the stress, of one point of all of the material.
+// C1: an affine motion has the energy density, and every element the stress, of one point of all of the
+// material.
 #[test]
 fn an_affine_motion_has_the_energy_and_the_stress_of_the_whole_material() {
     for dimension in [2, 3] {

@@ -168,8 +168,8 @@ pub(crate) fn every_material() -> Vec<(MaterialSpec, Value)> {
     MaterialSpec::examples().into_iter().map(|m| (m.clone(), serde_json::to_value(m).unwrap())).collect()
 }
 
-/// Measures energies and forces of a solid at any positions: one step of 1 s of forward Euler from rest leaves the
-/// positions where they are and makes the velocities the accelerations.
+/// Measures energies and forces of a solid at any positions: one step of 1 s of forward Euler from rest
+/// leaves the positions where they are and makes the velocities the accelerations.
 pub(crate) struct Probe(pub(crate) Simulation);
 
 impl Probe {

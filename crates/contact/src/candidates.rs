@@ -202,7 +202,8 @@ impl Search<'_> {
 /// Candidates that stay complete while vertices move little.
 ///
 /// Gathered with the reach and twice the `margin`, they hold all pairs within reach of their radii until
-/// bodies, relative to each other, and vertices, relative to their bodies, have moved by more than the margin.
+/// bodies, relative to each other, and vertices, relative to their bodies, have moved by more than the
+/// margin.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateCache {
     pairs: CandidatePairs,

@@ -78,8 +78,8 @@ pub(crate) fn plane_distance<const D: usize>(normal: &[f64; 3], x: &[f64], [p, o
 }
 
 impl Contacts {
-    /// Contacts at `x`, flat `(n, D)` [m], among these candidates of surfaces with a gap below `reach` [m], and
-    /// with all obstacles.
+    /// Contacts at `x`, flat `(n, D)` [m], among these candidates of surfaces with a gap below `reach` [m],
+    /// and with all obstacles.
     pub fn find<const D: usize>(
         model: &ContactModel,
         candidates: &CandidatePairs,

@@ -6,8 +6,8 @@
 //! counted once (Li et al. 2023, arXiv 2307.15908). Pairs of edges weigh `w_e / 4` from each side; where `n`
 //! edges of the other side meet at a vertex, `n - 1` of them are taken off.
 //!
-//! Wires and particles have no triangles of their own: against triangles the ends of a wire weigh `w_p / 2` and
-//! its edges `w_e / 2`, against other wires half as much from each side; particles weigh `w_p` against
+//! Wires and particles have no triangles of their own: against triangles the ends of a wire weigh `w_p / 2`
+//! and its edges `w_e / 2`, against other wires half as much from each side; particles weigh `w_p` against
 //! everything, the mean of both against each other.
 
 use crate::candidates::CandidatePairs;
@@ -67,8 +67,8 @@ pub struct ContactStencils {
 const CANCELLED: f64 = 1e-12;
 
 impl ContactStencils {
-    /// Stencils of the candidates whose gap, their distance less their radii, is below `reach` [m] at `x`, flat
-    /// `(n, D)` [m].
+    /// Stencils of the candidates whose gap, their distance less their radii, is below `reach` [m] at `x`,
+    /// flat `(n, D)` [m].
     pub fn find<const D: usize>(
         surface: &ContactSurface,
         candidates: &CandidatePairs,

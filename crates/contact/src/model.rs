@@ -93,8 +93,8 @@ pub struct ContactModel {
 }
 
 impl ContactModel {
-    /// Largest gap at which the surfaces of any two bodies act on each other [m]; half-spaces and balls are no
-    /// surfaces.
+    /// Largest gap at which the surfaces of any two bodies act on each other [m]; half-spaces and balls are
+    /// no surfaces.
     pub fn surface_reach(&self) -> f64 {
         let exact = |body: &u32| {
             self.half_spaces.iter().any(|h| h.body == *body) || self.balls.iter().any(|b| b.body == *body)

@@ -104,8 +104,8 @@ impl IncidenceLists {
 const NONE: u32 = u32::MAX;
 
 impl ContactSurface {
-    /// Surface of these primitives in space; `rest` flat `(n, 3)` [m], `bodies` by vertex. Wires and particles
-    /// have no area yet.
+    /// Surface of these primitives in space; `rest` flat `(n, 3)` [m], `bodies` by vertex. Wires and
+    /// particles have no area yet.
     pub fn in_space(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
         let triangles = primitives.triangles;
         let wires = primitives.edges.iter().copied().map(sorted);
@@ -190,9 +190,9 @@ impl ContactSurface {
         }
     }
 
-    /// Gives bodies their radii [m], and wires and particles an area, by the width `t` that others meet, twice
-    /// the radius and the `reach` [m]: of a wire of the length `l` it is `l t`, half of it at each end, of a particle `pi t^2 /
-    /// 4`, in the plane `t`, one metre deep. Outlines have theirs.
+    /// Gives bodies their radii [m], and wires and particles an area, by the width `t` that others meet,
+    /// twice the radius and the `reach` [m]: of a wire of the length `l` it is `l t`, half of it at each end,
+    /// of a particle `pi t^2 / 4`, in the plane `t`, one metre deep. Outlines have theirs.
     pub fn thicken(&mut self, radii: Vec<f64>, reach: f64) {
         self.radii = radii;
         let width = |v: u32| 2.0 * self.radii[self.bodies[v as usize] as usize] + reach;

@@ -32,8 +32,8 @@ const BATCH: Duration = Duration::from_millis(20);
 
 /// Advances a scene in time, ``(x_n, v_n) -> (x_{n+1}, v_{n+1})``.
 ///
-/// The same steps with the same bits as ``pliant run``. While it takes steps, other Python threads run; one simulation is used by one
-/// thread at a time.
+/// The same steps with the same bits as ``pliant run``. While it takes steps, other Python threads run; one
+/// simulation is used by one thread at a time.
 ///
 /// Parameters
 /// ----------

@@ -7,10 +7,11 @@ use serde_json::Value;
 
 use super::schema::Scene;
 
-/// The JSON Schema (draft 2020-12) that `pliant schema` prints: types, ranges, and the documentation of every key.
+/// The JSON Schema (draft 2020-12) that `pliant schema` prints: types, ranges, and the documentation of every
+/// key.
 ///
-/// A TOML file names it in a comment, `#:schema scene.json`, and editors then complete and underline. The schema is
-/// looser than [`Scene::validate`]: it cannot compare two values.
+/// A TOML file names it in a comment, `#:schema scene.json`, and editors then complete and underline. The
+/// schema is looser than [`Scene::validate`]: it cannot compare two values.
 pub fn schema() -> Schema {
     let mut schema = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<Scene>();
     schema.insert("title".to_owned(), "pliant scene".into());
@@ -25,8 +26,8 @@ pub fn schema() -> Schema {
     schema
 }
 
-/// Where a choice has words, tables of which no key is required are words too: `"bdf2"` is `{ bdf2 = {} }`, as
-/// the reader has it.
+/// Where a choice has words, tables of which no key is required are words too: `"bdf2"` is `{ bdf2 = {} }`,
+/// as the reader has it.
 fn add_words(choice: &mut Value, needs_nothing: &[String]) {
     let Some(alternatives) = choice.get_mut("oneOf").and_then(Value::as_array_mut) else { return };
     let is_table = |content: &Value| {

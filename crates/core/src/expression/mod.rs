@@ -1,12 +1,14 @@
 //! Formulas of place and time that a user writes, `"0.1 * sin(2*pi*t)"`: parsed once, evaluated often.
 //!
 //! Of the crates that parse and evaluate formulas by themselves,
-//! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which also differentiates,
-//! comes with a regular expression engine and does not say where in the text a mistake is. None of them lets a formula have
-//! the same bits everywhere: they call the `sin` and `exp` of the platform, whose last bit depends on the C library and on the
-//! processor. Here these come from `libm`, which is plain Rust.
+//! `meval` and `fasteval` have not been kept up for years, `evalexpr` is under the AGPL, and `exmex`, which
+//! also differentiates, comes with a regular expression engine and does not say where in the text a mistake
+//! is. None of them lets a formula have the same bits everywhere: they call the `sin` and `exp` of the
+//! platform, whose last bit depends on the C library and on the processor. Here these come from `libm`, which
+//! is plain Rust.
 //!
-//! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands for.
+//! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands
+//! for.
 
 mod build;
 mod error;
@@ -69,8 +71,8 @@ impl Variable {
 
 /// A formula of `x`, `y`, `z` [m] and `t` [s].
 ///
-/// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`, `^` or `**`. Functions:
-/// [`signatures`]. Constant: `pi`.
+/// Operators, from the weakest: `<` `<=` `>` `>=` (1 if true, else 0), `+` `-`, `*` `/`, the sign `-`, `^` or
+/// `**`. Functions: [`signatures`]. Constant: `pi`.
 ///
 /// ```
 /// use pliant::expression::{Expression, Variable};
@@ -136,8 +138,8 @@ impl Expression {
         &self.text
     }
 
-    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none. Coordinates in the rest shape, if
-    /// it is a formula of these, are `x` as well.
+    /// The value at the point `x` [m] and the time `t` [s]; NaN where the formula has none. Coordinates in
+    /// the rest shape, if it is a formula of these, are `x` as well.
     pub fn value(&self, x: [f64; 3], t: f64) -> f64 {
         self.evaluate(|variable| match variable {
             Variable::T => t,
@@ -147,7 +149,8 @@ impl Expression {
         })
     }
 
-    /// The derivative with respect to `t` at a fixed point; where the formula jumps or has a kink, that of one side.
+    /// The derivative with respect to `t` at a fixed point; where the formula jumps or has a kink, that of
+    /// one side.
     pub fn rate(&self, x: [f64; 3], t: f64) -> f64 {
         let result = self.evaluate(|variable| match variable {
             Variable::T => Rated { value: t, rate: 1.0 },

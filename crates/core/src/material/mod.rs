@@ -118,8 +118,8 @@ impl<const D: usize> Tangent<D> {
 
 /// A hyperelastic energy density `psi(F)`.
 ///
-/// Written once, generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two dimensions the
-/// model is in plane strain (`F_33 = 1`), per unit thickness.
+/// Written once, generic over the scalar: it runs on `f64`, on SIMD lanes and on dual numbers. In two
+/// dimensions the model is in plane strain (`F_33 = 1`), per unit thickness.
 ///
 /// The energy density is enough, for explicit and implicit schemes: stress and Hessian follow by automatic
 /// differentiation, exact to rounding. Closed forms of them are faster. What runs on lanes is to be inlined.
@@ -187,8 +187,8 @@ pub trait Material<const D: usize>: Send + Sync + 'static {
     }
 }
 
-// One line per model: its name in a scene, its file, its type, the type of its parameters. `rustfmt` does not look for
-// modules behind a macro, so format new files with `rustfmt --edition 2024 FILE`.
+// One line per model: its name in a scene, its file, its type, the type of its parameters. `rustfmt` does not
+// look for modules behind a macro, so format new files with `rustfmt --edition 2024 FILE`.
 register_materials! {
     "linear" => linear::Linear(PlaneIsotropic);
     "stvk" => stvk::Stvk(Isotropic);

@@ -43,8 +43,8 @@ pub trait Parameters {
     /// [`ParameterError`] with the field, its value and the range it must be in.
     fn check(&self) -> Result<(), ParameterError>;
 
-    /// The Lame parameters of the linear elasticity that the model reduces to at `F = I`; `None` where the model is
-    /// not meant to reduce to it.
+    /// The Lame parameters of the linear elasticity that the model reduces to at `F = I`; `None` where the
+    /// model is not meant to reduce to it.
     fn lame(&self) -> Option<Lame>;
 
     /// The preset that some of them are from, if there is one.
@@ -57,10 +57,10 @@ pub trait Parameters {
         None
     }
 
-    /// Parameters of two materials of this model whose energy densities add up to that of `self` for every `F`: first the rest,
-    /// then the `part` (between 0 and 1) of the shear modulus, with a Poisson's ratio of at most 1/3. `None` where the model knows no
-    /// Poisson's ratio. Both keep their rest shape, as their sum does, and their energies have no minima that those of the model have
-    /// not.
+    /// Parameters of two materials of this model whose energy densities add up to that of `self` for every
+    /// `F`: first the rest, then the `part` (between 0 and 1) of the shear modulus, with a Poisson's ratio of
+    /// at most 1/3. `None` where the model knows no Poisson's ratio. Both keep their rest shape, as their sum
+    /// does, and their energies have no minima that those of the model have not.
     fn split(&self, part: f64) -> Option<[Self; 2]>
     where
         Self: Sized,
@@ -95,7 +95,8 @@ pub struct Lame {
 }
 
 impl Lame {
-    /// `mu = E / (2 (1 + nu))`, `lambda = E nu / ((1 + nu) (1 - 2 nu))`; in two dimensions that is plane strain.
+    /// `mu = E / (2 (1 + nu))`, `lambda = E nu / ((1 + nu) (1 - 2 nu))`; in two dimensions that is plane
+    /// strain.
     pub fn new(young: f64, poisson: f64) -> Lame {
         Lame {
             lambda: young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
@@ -103,8 +104,8 @@ impl Lame {
         }
     }
 
-    /// Young's modulus [Pa] and Poisson's ratio of the same elasticity: `E = mu (3 lambda + 2 mu) / (lambda + mu)`,
-    /// `nu = lambda / (2 (lambda + mu))`.
+    /// Young's modulus [Pa] and Poisson's ratio of the same elasticity: `E = mu (3 lambda + 2 mu) / (lambda +
+    /// mu)`, `nu = lambda / (2 (lambda + mu))`.
     pub fn young_and_poisson(&self) -> (f64, f64) {
         let Lame { lambda, mu } = self;
         let sum = lambda + mu;
@@ -153,7 +154,8 @@ struct IsotropicTable {
     #[serde(default, with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     young: Option<f64>,
-    /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain. That of the preset without it.
+    /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain. That of the
+    /// preset without it.
     #[serde(default)]
     #[schemars(extend("exclusiveMinimum" = -1.0, "exclusiveMaximum" = 0.5))]
     poisson: Option<f64>,
@@ -172,7 +174,8 @@ struct IsotropicTable {
     #[serde(default, with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     mu: Option<f64>,
-    /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
+    /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list
+    /// presets` shows them.
     #[serde(default)]
     preset: Option<Preset>,
 }

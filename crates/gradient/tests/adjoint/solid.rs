@@ -258,7 +258,8 @@ fn names_that_are_no_parameter_are_answered_with_those_that_are() {
     assert!(select("body.0.elastic.young").is_ok());
 }
 
-// Neo-Hookean as a formula of Young's modulus and Poisson's ratio: its derivatives by these are those of the model.
+// Neo-Hookean as a formula of Young's modulus and Poisson's ratio: its derivatives by these are those of the
+// model.
 #[test]
 fn numbers_of_a_formula_have_the_derivatives_of_the_model() {
     let psi = "young/(4*(1 + nu))*(I1 - 3 - 2*log(J)) + young*nu/(2*(1 + nu)*(1 - 2*nu))*log(J)^2";

@@ -39,8 +39,8 @@ fn text(cells: [usize; 3], elastic: &str, stress: &str, step: f64) -> String {
     )
 }
 
-/// Stretched and squeezed by up to 5 %, in waves: `x_c = X_c (1 + 0.05 sin(40 X_(c+1) + c))`. It moves freely, with steps of
-/// 1e-6 s; no branch depends on how far it has come.
+/// Stretched and squeezed by up to 5 %, in waves: `x_c = X_c (1 + 0.05 sin(40 X_(c+1) + c))`. It moves
+/// freely, with steps of 1e-6 s; no branch depends on how far it has come.
 pub(super) fn wavy(cells: [usize; 3], stress: &str) -> Result<Scene, BenchmarkError> {
     wavy_of(cells, &named("stable-neo-hookean-log"), stress)
 }
@@ -55,11 +55,12 @@ pub(super) fn wavy_of(cells: [usize; 3], elastic: &str, stress: &str) -> Result<
     })
 }
 
-/// Corotated, its cross-sections turned by 40 degrees at x = 0 to 130 degrees at the free end, every vertex then moved by up to
-/// `noise` cell widths along each axis.
+/// Corotated, its cross-sections turned by 40 degrees at x = 0 to 130 degrees at the free end, every vertex
+/// then moved by up to `noise` cell widths along each axis.
 ///
-/// How many Halley steps the rotation takes, and where it needs the fallback, depends on the deformation, so that must stay
-/// what it is: steps are 1e-9 s, and in the thousands of steps of a repetition the elements move by less than 1e-3 cell widths.
+/// How many Halley steps the rotation takes, and where it needs the fallback, depends on the deformation, so
+/// that must stay what it is: steps are 1e-9 s, and in the thousands of steps of a repetition the elements
+/// move by less than 1e-3 cell widths.
 pub(super) fn noisy(cells: [usize; 3], noise: f64) -> Result<Scene, BenchmarkError> {
     let (mut random, width) = (Scatter::new(3), 0.1 / cells[1] as f64);
     displaced(&text(cells, &named("corotated"), "analytic", 1e-9), |x| {
@@ -72,8 +73,9 @@ pub(super) fn noisy(cells: [usize; 3], noise: f64) -> Result<Scene, BenchmarkErr
     })
 }
 
-/// Newton's corrections in implicit steps [m]: the heights of the tip are then within 1e-7 of those converged to rounding, relative
-/// (`tests/solids/falling.rs`). What the peers of the figure to reach stop at, a change of the velocity by 1e-3 m/s, is 1e-5 m.
+/// Newton's corrections in implicit steps [m]: the heights of the tip are then within 1e-7 of those converged
+/// to rounding, relative (`tests/solids/falling.rs`). What the peers of the figure to reach stop at, a change
+/// of the velocity by 1e-3 m/s, is 1e-5 m.
 const TOLERANCE: &str = "1e-7";
 
 /// At rest, then let go: `4n x n x n` cells, steps of 0.01 s by implicit Euler.

@@ -1,9 +1,10 @@
 //! Workloads of known size, to measure how fast this machine takes whole steps of them.
 //!
-//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one [`BenchmarkCase`] or several. A case has one
-//! [`BenchmarkPart`] that is timed, or two that are timed in turn and compared. Nearly all of them are scenes, assembled as a user's
-//! scene is. Adding a row is one file with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks
-//! (`cargo bench -p pliant --bench rows`).
+//! A [`BenchmarkRow`] is one line of the table that `pliant bench` prints: work of one kind, in one
+//! [`BenchmarkCase`] or several. A case has one [`BenchmarkPart`] that is timed, or two that are timed in
+//! turn and compared. Nearly all of them are scenes, assembled as a user's scene is. Adding a row is one file
+//! with its `ROW` and one line in [`rows`]. The same rows are criterion benchmarks (`cargo bench -p pliant
+//! --bench rows`).
 
 mod autodiff;
 mod beam;
@@ -76,8 +77,8 @@ pub struct BenchmarkRow {
     pub name: &'static str,
     /// One line that says what is measured.
     pub summary: &'static str,
-    /// Its cases, those for a first look first, all of one size; on this many threads in place of the usual number, if
-    /// there is one.
+    /// Its cases, those for a first look first, all of one size; on this many threads in place of the usual
+    /// number, if there is one.
     pub cases: fn(threads: Option<usize>) -> Vec<BenchmarkCase>,
 }
 

@@ -170,9 +170,9 @@ impl PySimulation {
 
     /// Take steps, and the change of the last state by a change of the present one.
     ///
-    /// That is the directional derivative of the steps as they were taken (the product of their Jacobian with a
-    /// vector), beside the run: the transpose of `gradient`, and exact as that is. The simulation is where the
-    /// steps have led afterwards.
+    /// That is the directional derivative of the steps as they were taken (the product of their Jacobian with
+    /// a vector), beside the run: the transpose of `gradient`, and exact as that is. The simulation is where
+    /// the steps have led afterwards.
     ///
     /// Parameters
     /// ----------

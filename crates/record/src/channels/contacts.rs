@@ -1,7 +1,7 @@
-//! `/contacts`: surfaces that touch, as one JSON object per frame: `time` [s], and `contacts`, a list with the
-//! names of the two `bodies`, their closest `points` [m], the unit `normal` from the second to the first, the
-//! `gap` between them less their radii [m], `relative_gap`, its part of the distance at which they begin to
-//! push, and the normal `force` [N].
+//! `/contacts`: surfaces that touch, as one JSON object per frame: `time` [s], and `contacts`, a list with
+//! the names of the two `bodies`, their closest `points` [m], the unit `normal` from the second to the first,
+//! the `gap` between them less their radii [m], `relative_gap`, its part of the distance at which they begin
+//! to push, and the normal `force` [N].
 
 use mcap::Channel;
 use serde_json::json;

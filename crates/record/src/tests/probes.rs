@@ -193,8 +193,9 @@ fn readings_come_back_bit_by_bit_from_the_recording_and_the_table() {
     assert!(knot.is_err(), "no channel about elements was named");
 }
 
-/// In elements of second order, curved at rest, probes are at the very point: of a deformation that is quadratic in the place at
-/// rest, straight or curved sides at rest, they know the place and `F` at any point.
+/// In elements of second order, curved at rest, probes are at the very point: of a deformation that is
+/// quadratic in the place at rest, straight or curved sides at rest, they know the place and `F` at any
+/// point.
 #[test]
 fn probes_in_quadratic_elements_are_exact_at_their_point() {
     // A ring whose nodes lie on its circles, and a block.

@@ -154,7 +154,8 @@ impl BodyAssembly {
         fixed
     }
 
-    /// Adds the loads on it to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
+    /// Adds the loads on it to `system`; `rest` holds the rest positions of the whole system, in its
+    /// `numbering`.
     pub(super) fn add_loads(&self, rest: &[f64], numbering: &Numbering, system: &mut System) {
         let fixed = if self.loads.is_empty() { vec![] } else { self.fixed() };
         for load in &self.loads {
@@ -162,7 +163,8 @@ impl BodyAssembly {
         }
     }
 
-    /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system, in its `numbering`.
+    /// Adds what holds its vertices to `system`; `start` and `rest` hold the positions of the whole system,
+    /// in its `numbering`.
     pub(super) fn add_holds(&self, start: &[f64], rest: &[f64], numbering: &Numbering, system: &mut System) {
         for held in &self.held {
             let vertices = held.vertices.iter().map(|v| numbering.internal(self.first_vertex + v)).collect();

@@ -87,8 +87,8 @@ pub(super) fn add<const D: usize>(
 struct ContactParty<'a> {
     body: &'a BodyAssembly,
     spec: &'a Body,
-    /// Triangles of its surface, in the plane edges of its outline, edges of strands, particles; vertices from
-    /// 0.
+    /// Triangles of its surface, in the plane edges of its outline, edges of strands, particles; vertices
+    /// from 0.
     faces: Vec<Vec<u32>>,
     /// Half its thickness [m].
     radius: f64,
@@ -141,8 +141,8 @@ impl<'a> ContactParty<'a> {
         !self.is_obstacle() && self.body.mesh.element_dimension() < 2
     }
 
-    /// Most mass of a vertex for its area [kg/m^2], where it has a thickness or the reach `distance` [m] gives
-    /// it one.
+    /// Most mass of a vertex for its area [kg/m^2], where it has a thickness or the reach `distance` [m]
+    /// gives it one.
     fn densest(&self, surface: &ContactSurface, numbering: &Numbering) -> f64 {
         let of = |(v, mass): (u32, &f64)| {
             let area = surface.vertex_areas[numbering.internal(self.body.first_vertex + v) as usize];
@@ -170,9 +170,9 @@ fn outline(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1).map(|same| same[0]).collect()
 }
 
-/// Young's modulus of a material; of springs that of the continuum that they are like: of a sheet `sum k l^2 /
-/// (3 A t)` with a thickness `t` of two radii, or of a hundredth of their length, of a strand the mean of `k l /
-/// (pi t^2 / 4)`.
+/// Young's modulus of a material; of springs that of the continuum that they are like: of a sheet `sum k l^2
+/// / (3 A t)` with a thickness `t` of two radii, or of a hundredth of their length, of a strand the mean of
+/// `k l / (pi t^2 / 4)`.
 fn young(body: &BodyAssembly, spec: &Body, radius: f64) -> Option<f64> {
     if let Some(material) = &spec.elastic {
         return Some(material.lame()?.young_and_poisson().0);

@@ -1,6 +1,7 @@
 //! From a scene to a simulation: meshes are built, masses lumped, energies made, the step judged.
 //!
-//! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed terms.
+//! The only place where the dimension of a scene turns into a type; it disappears again inside the boxed
+//! terms.
 
 mod attachments;
 mod bending;
@@ -72,7 +73,8 @@ impl Scene {
     /// Builds the simulation that this scene describes.
     ///
     /// # Errors
-    /// Every problem with a mesh, a selection or a mass; if there is none, a time step above the stability limit.
+    /// Every problem with a mesh, a selection or a mass; if there is none, a time step above the stability
+    /// limit.
     pub fn assemble(&self, unstable: UnstableStep) -> Result<Assembly, Vec<Problem>> {
         let scene = self.with_obstacles();
         match self.dimension {

@@ -53,7 +53,8 @@ pub struct Report {
     pub walls: usize,
     /// True if steps are solved.
     pub is_implicit: bool,
-    /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step and it was not asked for.
+    /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step
+    /// and it was not asked for.
     pub stability: Option<StabilityLimit>,
     /// Error of mutual gravity by a tree at the start, against the sum over all pairs; `None` without a tree.
     pub tree_force_error: Option<ForceError>,

@@ -11,7 +11,8 @@ use pliant::system::System;
 use pliant_elastic::ElementSet;
 
 impl BodyAssembly {
-    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its `numbering`.
+    /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its
+    /// `numbering`.
     pub(super) fn add_terms<const D: usize, const N: usize>(
         &self,
         spec: &Body,

@@ -37,16 +37,18 @@ pub struct Body {
     /// Makes a sheet in 3D of finite elements: how thick it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub membrane: Option<MembraneSpec>,
-    /// Order of the elements of `elastic`: 1 linear (the default), or 2 quadratic, with a node in the middle of every edge, which
-    /// bend without locking. Files of second order keep their nodes, curved sides included; all other meshes gain straight ones,
-    /// numbered after the corners, and selections by place and by group hold them.
+    /// Order of the elements of `elastic`: 1 linear (the default), or 2 quadratic, with a node in the middle
+    /// of every edge, which bend without locking. Files of second order keep their nodes, curved sides
+    /// included; all other meshes gain straight ones, numbered after the corners, and selections by place and
+    /// by group hold them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 2))]
     pub order: Option<u8>,
-    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its one number to the default.
-    /// Quadratic elements do not need it. A step takes longer than with plain linear elements, since every vertex acts on the neighbours
-    /// of its neighbours: measured on one core, explicit 2.4 and 4.2 times as long (5,184 and 98,304 tetrahedra), implicit with multigrid
-    /// 2.5 and 3.6 times (5,184 and 31,944), in as many iterations.
+    /// Keeps linear elements that are nearly incompressible from locking; `nodal_integration = {}` leaves its
+    /// one number to the default. Quadratic elements do not need it. A step takes longer than with plain
+    /// linear elements, since every vertex acts on the neighbours of its neighbours: measured on one core,
+    /// explicit 2.4 and 4.2 times as long (5,184 and 98,304 tetrahedra), implicit with multigrid 2.5 and 3.6
+    /// times (5,184 and 31,944), in as many iterations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodal_integration: Option<NodalIntegrationSpec>,
     /// How the stress of `elastic` is computed; by the closed form without it.
@@ -55,7 +57,8 @@ pub struct Body {
     /// Springs along the mesh's edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub springs: Option<SpringsSpec>,
-    /// Resistance to bending of a sheet in 3D, at every edge between two triangles, or of a strand, at every vertex between two edges.
+    /// Resistance to bending of a sheet in 3D, at every edge between two triangles, or of a strand, at every
+    /// vertex between two edges.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending: Option<BendingSpec>,
     /// What takes energy out of its deformation; nothing without it.
@@ -83,8 +86,8 @@ pub struct Body {
     pub obstacle: Option<ObstacleShape>,
 }
 
-/// Springs along edges: `E = 1/2 k (l - l0)^2` each, or what `expression` says. Exactly one of `stiffness`, `young` and
-/// `expression`.
+/// Springs along edges: `E = 1/2 k (l - l0)^2` each, or what `expression` says. Exactly one of `stiffness`,
+/// `young` and `expression`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[serde(rename = "Springs")]
@@ -97,8 +100,8 @@ pub struct SpringsSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub young: Option<f64>,
-    /// The energy [J] of a spring: a formula of its length `l`, its rest length `l0` [m] and of `parameters`. At `l = l0` it
-    /// has no energy and no tension.
+    /// The energy [J] of a spring: a formula of its length `l`, its rest length `l0` [m] and of `parameters`.
+    /// At `l = l0` it has no energy and no tension.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expression: Option<String>,
     /// Numbers of the formula by their names.
@@ -129,9 +132,10 @@ impl SpringsSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MassSpec {
-    /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; sheets of springs: kg/m^2; springs without cells: kg/m of edge; a `membrane`
-    /// takes it by area too, if the unit says so): each element gives
-    /// an equal share to its vertices, one of second order positive shares in proportion to the diagonal of its mass matrix.
+    /// Density [kg/m^3] (2D: kg/m^2 per metre of thickness; sheets of springs: kg/m^2; springs without cells:
+    /// kg/m of edge; a `membrane` takes it by area too, if the unit says so): each element gives an equal
+    /// share to its vertices, one of second order positive shares in proportion to the diagonal of its mass
+    /// matrix.
     Density(
         #[serde(with = "As::<Density>")]
         #[schemars(extend("exclusiveMinimum" = 0.0))]
@@ -149,8 +153,8 @@ pub enum MassSpec {
         #[schemars(extend("exclusiveMinimum" = 0.0))]
         f64,
     ),
-    /// The density of a well-known material, for solids, membranes, and bodies in 2D (which are one metre thick); `pliant list presets`
-    /// shows them.
+    /// The density of a well-known material, for solids, membranes, and bodies in 2D (which are one metre
+    /// thick); `pliant list presets` shows them.
     Preset(Preset),
 }
 
@@ -229,8 +233,8 @@ impl Body {
         self.name.clone().unwrap_or_else(|| format!("body{index}"))
     }
 
-    /// Number of vertices, copies included; `None` for a file, with nodes in the middle of edges, and for more than can be
-    /// counted.
+    /// Number of vertices, copies included; `None` for a file, with nodes in the middle of edges, and for
+    /// more than can be counted.
     pub fn vertex_count(&self) -> Option<u64> {
         if self.is_quadratic() {
             return None;

@@ -55,8 +55,8 @@ channels! {
     Reactions: "reactions",
         "output /reactions: force and moment of every pin and wall",
         "output /reactions: forces of pins and walls are looked at once, at the end";
-    /// Surfaces that touch, on `/contacts`: bodies, closest points [m], normal, gap [m] and normal force [N] of
-    /// every pair of primitives.
+    /// Surfaces that touch, on `/contacts`: bodies, closest points [m], normal, gap [m] and normal force [N]
+    /// of every pair of primitives.
     Contacts: "contacts",
         "output /contacts: every pair that touches, with its gap and force",
         "output /contacts: pairs that touch are not listed";

@@ -161,7 +161,8 @@ impl MeshCapabilities {
                 let none = simplices && others;
                 let cells = !none || !inline.triangles.is_empty() || !inline.tetrahedra.is_empty();
                 let explicit = inline.edges.len() as u64;
-                // Without explicit edges, springs run along the edges of the cells, which are not counted here.
+                // Without explicit edges, springs run along the edges of the cells, which are not counted
+                // here.
                 (!none, explicit > 0 || cells, (explicit > 0).then_some(explicit))
             }
         };

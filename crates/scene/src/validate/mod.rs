@@ -1,7 +1,7 @@
 //! Mistakes that make a scene impossible to simulate and show without building meshes.
 //!
-//! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh of a
-//! million points that are all wrong is one mistake.
+//! Everything is checked, nothing stops at the first mistake. A list reports its first bad entry only: a mesh
+//! of a million points that are all wrong is one mistake.
 
 mod adaptive;
 mod attachment;

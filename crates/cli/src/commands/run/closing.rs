@@ -17,8 +17,8 @@ use crate::failure::ExitStatus;
 use crate::statistics::Statistics;
 use crate::text::{self, counted, entry, number};
 
-/// A scene should have its energy back at the end this well, but for what is known to have come in and gone out, relative to the
-/// energy that it turns over.
+/// A scene should have its energy back at the end this well, but for what is known to have come in and gone
+/// out, relative to the energy that it turns over.
 const ENERGY_DRIFT_BOUND: f64 = 1e-3;
 /// And should never be farther off on the way.
 const ENERGY_ERROR_BOUND: f64 = 1e-2;
@@ -172,7 +172,8 @@ impl<'a> Closing<'a> {
         // What a scene brings in and takes away is known, but for losses that were not asked for.
         let known = !self.takes_energy() || self.loses_known();
         let (error, drift) = (self.summary.relative_energy_error()?, self.summary.relative_energy_drift()?);
-        // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a closer bound.
+        // The energy of a symplectic scheme oscillates and comes back; what is lost for good is held to a
+        // closer bound.
         if !known || drift <= ENERGY_DRIFT_BOUND && error <= ENERGY_ERROR_BOUND {
             return None;
         }

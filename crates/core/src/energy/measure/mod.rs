@@ -31,8 +31,8 @@ pub trait ScalarStrain<const D: usize, const N: usize>: Send + Sync + 'static {
     /// Name of a stencil: `hinge`.
     const OF: &'static str;
 
-    /// The deviation `s(x) - s_0` from rest, which is what `rest` says, and `ds/dx`. Written once, generic over the scalar: it
-    /// runs on lanes and on dual numbers.
+    /// The deviation `s(x) - s_0` from rest, which is what `rest` says, and `ds/dx`. Written once, generic
+    /// over the scalar: it runs on lanes and on dual numbers.
     fn deviation<S: Scalar>(x: &[[S; D]; N], rest: &[S; 2]) -> (S, [[S; D]; N]);
 }
 
@@ -44,8 +44,8 @@ pub struct ScalarStrainEnergy<Q, const D: usize, const N: usize> {
 }
 
 impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> ScalarStrainEnergy<Q, D, N> {
-    /// Stencils `vertices` (global vertex indices) of `body` with their constants, at rest at `rest` (flat, all vertices of the
-    /// system) [m]: rest positions only say what is near what.
+    /// Stencils `vertices` (global vertex indices) of `body` with their constants, at rest at `rest` (flat,
+    /// all vertices of the system) [m]: rest positions only say what is near what.
     ///
     /// # Panics
     /// If there are not as many constants as stencils.

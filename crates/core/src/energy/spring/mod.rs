@@ -26,14 +26,16 @@ use super::{EnergyKind, EnergyTerm, Fault, ForceLayout, Stencils, TermProperties
 use crate::lanes::dispatch;
 use crate::material::Psd;
 
-/// `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l - l0) (x_1 - x_2) / l` (lecture 9).
+/// `E = 1/2 k (l - l0)^2` with `l = |x_1 - x_2|`; the gradient on `x_1` is `k (l - l0) (x_1 - x_2) / l`
+/// (lecture 9).
 ///
-/// In the language of elements: `F = (x_1 - x_2) / l0`, `Psi = mu (|F| - 1)^2`, `E = l0 Psi`, so `k = 2 mu / l0`
-/// (lecture 10). A spring of length zero has no direction and pulls with no force.
+/// In the language of elements: `F = (x_1 - x_2) / l0`, `Psi = mu (|F| - 1)^2`, `E = l0 Psi`, so `k = 2 mu /
+/// l0` (lecture 10). A spring of length zero has no direction and pulls with no force.
 ///
-/// Eight consecutive vertices are computed side by side, each with its own springs. Where they are numbered as on a grid the
-/// other ends lie side by side, too: they are loaded as they lie, and a tension is computed at the lower end of a spring and read at
-/// the upper one. Elsewhere the other ends are gathered, and both ends compute.
+/// Eight consecutive vertices are computed side by side, each with its own springs. Where they are numbered
+/// as on a grid the other ends lie side by side, too: they are loaded as they lie, and a tension is computed
+/// at the lower end of a spring and read at the upper one. Elsewhere the other ends are gathered, and both
+/// ends compute.
 pub struct Springs<const D: usize> {
     body: String,
     /// Coordinates of the vertices from the first to the last with springs, in a flat array.
@@ -59,11 +61,12 @@ macro_rules! on {
 }
 
 impl<const D: usize> Springs<D> {
-    /// Springs of `body` along `edges` (global vertex indices) of `vertex_count` vertices; stiffness [N/m] and rest length
-    /// [m] of each.
+    /// Springs of `body` along `edges` (global vertex indices) of `vertex_count` vertices; stiffness [N/m]
+    /// and rest length [m] of each.
     ///
     /// # Panics
-    /// If an edge joins a vertex to itself or to one beyond `vertex_count`, or a list is shorter than `edges`.
+    /// If an edge joins a vertex to itself or to one beyond `vertex_count`, or a list is shorter than
+    /// `edges`.
     pub fn new(
         body: &str,
         edges: &[[u32; 2]],

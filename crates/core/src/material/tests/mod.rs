@@ -134,7 +134,8 @@ fn stress_scale<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
     model.pk1(f).norm_squared().sqrt() + (LAMBDA + 2.0 * MU) * f.norm_squared().sqrt()
 }
 
-/// Deformations of every kind that keep away from the rotation's jump, those with `J <= 0` only if `inverted`.
+/// Deformations of every kind that keep away from the rotation's jump, those with `J <= 0` only if
+/// `inverted`.
 pub(crate) fn samples<const D: usize>(inverted: bool) -> Vec<Mat<f64, D>> {
     let mut random = Random(21);
     let mut list = vec![];

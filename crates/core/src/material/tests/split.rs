@@ -1,4 +1,5 @@
-//! Every model in two parts, of which one does not resist changes of volume much: what nodal integration is made of.
+//! Every model in two parts, of which one does not resist changes of volume much: what nodal integration is
+//! made of.
 
 use super::{probe, samples, stress_scale};
 use crate::algebra::Mat;
@@ -36,7 +37,8 @@ fn parts_add_up<const D: usize>(spec: &MaterialSpec, part: f64) {
         assert_eq!(spec.check(), Ok(()), "{spec:?}");
     }
     for f in samples::<D>(whole.domain() == Domain::Everywhere) {
-        // Young's modulus and Poisson's ratio lose digits where the bulk modulus is thousands of times the shear modulus.
+        // Young's modulus and Poisson's ratio lose digits where the bulk modulus is thousands of times the
+        // shear modulus.
         let lame = spec.lame().unwrap();
         let scale = (1.0 + lame.lambda.abs() / lame.mu) * stress_scale(whole.as_ref(), &f);
         let stress = parts.iter().fold(Mat::zero(), |sum, part| sum + part.pk1(&f));

@@ -19,7 +19,8 @@ use crate::material::Psd;
 use crate::solver::StepFault;
 use crate::system::System;
 
-/// Corrections of so many units in the last place of the positions may be rounding: they are where they no longer shrink.
+/// Corrections of so many units in the last place of the positions may be rounding: they are where they no
+/// longer shrink.
 const ULPS: f64 = 64.0;
 /// A factor at hand is kept while each correction is at most this part of the one before.
 const CONTRACTION: f64 = 0.25;
@@ -43,13 +44,14 @@ pub(crate) struct Newton<const D: usize> {
     cholesky: Option<Cholesky>,
     /// The version of the pattern that `cholesky` is for.
     factor_pattern: u64,
-    /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients; none if it is projected.
+    /// The weights of the matrix that `cholesky` last factorised, or that is at hand for conjugate gradients;
+    /// none if it is projected.
     at_hand: Option<Weights>,
     iterative: Option<Iterative<D>>,
     /// True if what is at hand was last solved with by conjugate gradients.
     by_iterations: bool,
-    /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at the last time:
-    /// they are tried again after twice as many.
+    /// Solves that are left to the factorisation because conjugate gradients stalled, and how many were at
+    /// the last time: they are tried again after twice as many.
     direct: (u64, u64),
     /// Memory of the matrix-free solver.
     cg: ConjugateGradients,

@@ -107,7 +107,8 @@ impl Chart {
         Chart { title: title.to_owned(), x, y, lines: vec![], slopes: vec![], floor: None }
     }
 
-    /// The chart as a text, 900 by 520 or higher where the legend needs it. Points that have no place on the axes are left out.
+    /// The chart as a text, 900 by 520 or higher where the legend needs it. Points that have no place on the
+    /// axes are left out.
     ///
     /// # Errors
     /// The drawing library does not manage.
