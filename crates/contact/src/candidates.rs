@@ -238,11 +238,6 @@ impl CandidateCache {
         &self.pairs
     }
 
-    /// Forgets the candidates: bodies, pairs or reach have changed.
-    pub fn clear(&mut self) {
-        self.gathered_at.clear();
-    }
-
     /// True if no pair can have come nearer by more than twice the margin: bodies have moved as wholes
     /// relative to each other, and vertices relative to their bodies, by no more than that together.
     pub fn is_complete<const D: usize>(&self, surface: &ContactSurface, x: &[f64]) -> bool {

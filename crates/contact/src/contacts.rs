@@ -246,12 +246,7 @@ fn balls<const D: usize>(model: &ContactModel, x: &[f64], stencils: &mut Contact
             let closest = PointEdge::closest(&rows::<D, 3>(x, &[ball.vertex, a, b]));
             if near(a, closest.squared_distance) {
                 let inner = InnerPair::of_point_edge(&closest.coefficients);
-                let area = if D == 3 {
-                    surface.edge_areas[e as usize]
-                } else {
-                    surface.squared_lengths[e as usize].sqrt()
-                };
-                stencils.push(&[ball.vertex, a, b, 0], &inner, area);
+                stencils.push(&[ball.vertex, a, b, 0], &inner, surface.edge_areas[e as usize]);
             }
         }
         for (&[a, b, c], area) in surface.triangles.iter().zip(&surface.triangle_areas) {

@@ -12,6 +12,7 @@
 
 use crate::candidates::CandidatePairs;
 use crate::closest::{InnerKind, InnerPair, Primitives};
+use crate::contacts::rows;
 use crate::mollifier::{parallel_limit, squared_cross};
 use crate::pair::{EdgeEdge, PointEdge, PointTriangle};
 use crate::surface::{ContactSurface, VertexKind};
@@ -160,11 +161,7 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     fn rows<const D: usize, const N: usize>(&self, vertices: &[u32; N]) -> [[f64; D]; N] {
-        let mut rows = [[0.0; D]; N];
-        for i in 0..N {
-            rows[i].copy_from_slice(&self.x[vertices[i] as usize * D..][..D]);
-        }
-        rows
+        rows(self.x, vertices)
     }
 
     /// Distance below which the primitives of these two vertices act [m].

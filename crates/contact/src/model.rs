@@ -84,7 +84,7 @@ pub struct ContactModel {
     pub duplicates: Duplicates,
     /// `e`: speed below which friction grows smoothly from zero [m/s].
     pub threshold_speed: f64,
-    /// How often a solve renews the normal forces of friction.
+    /// Number of times that a solve takes the normal forces of friction anew.
     pub friction_iterations: u32,
     /// Names of the bodies.
     pub names: Vec<String>,

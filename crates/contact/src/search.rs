@@ -15,7 +15,7 @@ pub(crate) struct ContactSearch<const D: usize> {
     cache: CandidateCache,
     at: Vec<f64>,
     contacts: Contacts,
-    /// How far vertices may move until candidates are gathered anew [m].
+    /// Distance that vertices may move until candidates are gathered anew [m].
     margin: f64,
     least_margin: f64,
     largest_margin: f64,

@@ -13,7 +13,7 @@ use crate::vector::{cross, difference, dot};
 pub struct BadStart {
     /// Vertices of the two primitives, in the system; of obstacles their own vertex.
     pub primitives: [Vec<u32>; 2],
-    /// Where [m].
+    /// Place [m].
     pub place: [f64; 3],
     /// Distance less the radii [m]; `None` where they cross.
     pub gap: Option<f64>,
@@ -157,7 +157,7 @@ fn crossing_triangles(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     found
 }
 
-/// Where a segment passes through a triangle, by the signs of volumes of tetrahedra; touching counts.
+/// Place where a segment passes through a triangle, by the signs of volumes of tetrahedra; touching counts.
 fn crossing([p, q]: &[[f64; 3]; 2], [a, b, c]: &[[f64; 3]; 3]) -> Option<[f64; 3]> {
     let volume = |a: &[f64; 3], b: &[f64; 3], c: &[f64; 3], d: &[f64; 3]| orientation(a, b, c, d);
     let (side_p, side_q) = (volume(a, b, c, p), volume(a, b, c, q));

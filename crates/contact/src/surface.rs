@@ -44,7 +44,7 @@ pub struct ContactSurface {
     pub triangle_edges: Vec<[u32; 3]>,
     /// Area of every vertex of the system [m^2]; zero for those inside.
     pub vertex_areas: Vec<f64>,
-    /// Area of each edge [m^2].
+    /// Area of each edge [m^2]; in the plane its length, one metre deep.
     pub edge_areas: Vec<f64>,
     /// Squared length of each edge at rest [m^2].
     pub squared_lengths: Vec<f64>,
@@ -54,7 +54,7 @@ pub struct ContactSurface {
     pub vertex_edges: IncidenceLists,
     /// Triangles at each vertex of the system, ascending.
     pub vertex_triangles: IncidenceLists,
-    /// Whether the surface goes on around each vertex of the system.
+    /// True where the surface goes on around a vertex of the system.
     pub inner_vertices: Vec<bool>,
     /// Part of each vertex of the system in the surface.
     pub kinds: Vec<VertexKind>,
@@ -144,6 +144,7 @@ impl ContactSurface {
     pub fn in_plane(primitives: &SurfacePrimitives<'_>, rest: &[f64], bodies: &[u32]) -> Self {
         let edges = primitives.edges.iter().copied().map(sorted).collect();
         let mut surface = ContactSurface::of_edges(2, edges, primitives.particles, rest, bodies);
+        surface.edge_areas = surface.squared_lengths.iter().map(|squared| squared.sqrt()).collect();
         for &p in primitives.particles {
             surface.kinds[p as usize] = VertexKind::Particle;
         }

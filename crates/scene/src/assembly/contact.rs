@@ -24,7 +24,7 @@ const PART_OF_BODY: f64 = 1e-3;
 const PART_OF_EDGE: f64 = 0.25;
 /// Threshold of friction: this part of the size of the scene in a second.
 const THRESHOLD: f64 = 1e-3;
-/// How often normal forces of friction are renewed, unless the scene says.
+/// Number of times that normal forces of friction are renewed, unless the scene says.
 const FRICTION_ITERATIONS: u32 = 20;
 /// Contact of a body with itself begins at this part of the least distance at rest.
 const PART_OF_REST: f64 = 0.5;
