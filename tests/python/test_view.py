@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import struct
 import tempfile
+import time
+import urllib.error
+import urllib.request
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -152,3 +155,38 @@ def test_rerun_is_given_meshes_once_and_vertices_by_frame(recorded: pliant.Traje
     assert not last[:, 2].any()
     with pytest.raises(ValueError, match="call `rerun.init"):
         pliant.to_rerun(recorded)
+
+
+def test_a_live_view_runs_a_copy_in_a_page_of_this_machine() -> None:
+    simulation = pliant.Simulation(beam())
+    simulation.step(20)
+    with simulation.view(live=True, height=250) as view:
+        [(tag, attributes)] = Tags(view._repr_html_()).found
+        assert tag == "iframe" and attributes["src"] == view.url and "height: 250px" in (attributes["style"] or "")
+        assert view.url.startswith("http://127.0.0.1:") and view.is_running
+        with urllib.request.urlopen(view.url, timeout=10) as answer:
+            ancestors = answer.headers["Content-Security-Policy"]
+            assert answer.headers["X-Frame-Options"] is None
+            assert b"<canvas" in answer.read()
+        assert ancestors.startswith("frame-ancestors http://localhost:*") and "*:*" not in ancestors
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(view.url[:-3] + "xx/", timeout=10)
+        # Paced to real time: some steps of the page, none of the simulation.
+        time.sleep(0.3)
+        ended = view.stop()
+        assert not view.is_running and repr(view) == "<pliant.LiveView, stopped>"
+        with pytest.raises(RuntimeError, match="stopped before"):
+            view.stop()
+    assert simulation.steps == 20 and ended.steps > 20
+    # The same steps with the same bits, from where the page began.
+    simulation.step(ended.steps - 20)
+    assert np.array_equal(simulation.positions, ended.positions)
+
+
+def test_a_page_cannot_run_what_no_scene_says() -> None:
+    simulation = pliant.Simulation(beam())
+    simulation.pin([4], name="tip")
+    with pytest.raises(ValueError, match="pins added by `pin`"):
+        simulation.view(live=True)
+    with pytest.raises(ValueError, match="`height`"):
+        pliant.Simulation(beam()).view(live=True, height=0)

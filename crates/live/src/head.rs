@@ -79,14 +79,37 @@ pub(crate) fn refuse(stream: &mut TcpStream, status: &str) -> io::Result<()> {
     )
 }
 
+/// Pages that may show this one in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Framing {
+    /// None: clicks in a frame could be led by what lies over it.
+    None,
+    /// Those of this machine: notebooks and editors.
+    OfThisMachine,
+}
+
+impl Framing {
+    /// The fields that say so: CSP Level 3, section 6.4.2.1, `frame-ancestors`.
+    fn fields(self) -> &'static str {
+        match self {
+            Framing::None => "X-Frame-Options: DENY\r\nContent-Security-Policy: frame-ancestors 'none'\r\n",
+            Framing::OfThisMachine => {
+                "Content-Security-Policy: frame-ancestors http://localhost:* http://127.0.0.1:* \
+                 https://localhost:* vscode-webview:\r\n"
+            }
+        }
+    }
+}
+
 /// Answers with the page.
-pub(crate) fn answer(stream: &mut TcpStream, page: &str) -> io::Result<()> {
+pub(crate) fn answer(stream: &mut TcpStream, page: &str, framing: Framing) -> io::Result<()> {
     write!(
         stream,
         "HTTP/1.1 200 OK\r\nContent-Type: text/html; charset=utf-8\r\nContent-Length: {}\r\n\
-         Cache-Control: no-store\r\nReferrer-Policy: no-referrer\r\nX-Frame-Options: DENY\r\n\
+         Cache-Control: no-store\r\nReferrer-Policy: no-referrer\r\n{}\
          X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
-        page.len()
+        page.len(),
+        framing.fields()
     )?;
     stream.write_all(page.as_bytes())
 }

@@ -8,16 +8,17 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Duration;
 
+use pliant::simulation::Snapshot;
 use pliant_record::Recorded;
 use pliant_scene::Source;
-use pliant_scene::experiment::Experiment;
+use pliant_scene::experiment::{Experiment, ExperimentCommand};
 use pliant_view::page::LiveSocket;
 use tungstenite::handshake::derive_accept_key;
 use tungstenite::protocol::{Role, WebSocketConfig};
 use tungstenite::{Message, WebSocket};
 
 use crate::LiveError;
-use crate::head::{RequestHead, answer, refuse};
+use crate::head::{Framing, RequestHead, answer, refuse};
 use crate::outbox::{Outbox, Outgoing};
 use crate::page::LivePage;
 use crate::protocol::Request;
@@ -50,6 +51,10 @@ pub struct LiveOptions {
     pub record: Option<PathBuf>,
     /// Folder that recordings are below.
     pub folder: PathBuf,
+    /// State to begin with; `None` for that of the scene.
+    pub state: Option<Snapshot>,
+    /// True if pages of this machine (notebooks, editors) may show the page in a frame.
+    pub in_frames: bool,
 }
 
 impl Default for LiveOptions {
@@ -61,13 +66,19 @@ impl Default for LiveOptions {
             paused: false,
             record: None,
             folder: PathBuf::new(),
+            state: None,
+            in_frames: false,
         }
     }
 }
 
 /// End of a served scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LiveSummary {
+    /// The scene, with the changes of commands.
+    pub source: Source,
+    /// State at the end.
+    pub state: Snapshot,
     /// Steps that were tried, over all resets.
     pub steps: u64,
     /// Simulated time at the end [s].
@@ -89,6 +100,7 @@ struct Door {
     token: Token,
     socket: LiveSocket,
     page: String,
+    frames: Framing,
     outbox: Arc<Outbox>,
     commands: SyncSender<Incoming>,
     connections: AtomicUsize,
@@ -99,10 +111,14 @@ impl LiveServer {
     /// Assembles the scene and listens.
     ///
     /// # Errors
-    /// [`LiveError`]: the scene cannot be simulated, its page not be made, the recording not be begun, or the
-    /// port is taken.
+    /// [`LiveError`]: the scene cannot be simulated, the state is none of it, its page cannot be made, the
+    /// recording not be begun, or the port is taken.
     pub fn new(source: Source, options: &LiveOptions) -> Result<LiveServer, LiveError> {
         let mut experiment = Experiment::new(source)?;
+        if let Some(state) = &options.state {
+            let state = Box::new(state.clone());
+            experiment.execute(&ExperimentCommand::Place { state })?;
+        }
         let address = SocketAddr::new(options.address, options.port);
         let what = || format!("cannot listen at {address}");
         let listener = TcpListener::bind(address).map_err(LiveError::system(what()))?;
@@ -123,7 +139,8 @@ impl LiveServer {
             session.record(path)?;
         }
         let (connections, closed) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let door = Door { own: bound, token, socket, page, outbox, commands, connections, closed };
+        let frames = if options.in_frames { Framing::OfThisMachine } else { Framing::None };
+        let door = Door { own: bound, token, socket, page, frames, outbox, commands, connections, closed };
         Ok(LiveServer { listener, door: Arc::new(door), session })
     }
 
@@ -186,10 +203,10 @@ impl Door {
         if rest.is_empty() {
             let asks = |host: &str| format!("connect-src ws://{host}");
             let page = match host == self.socket.host {
-                true => return answer(&mut stream, &self.page),
+                true => return answer(&mut stream, &self.page, self.frames),
                 false => self.page.replacen(&asks(&self.socket.host), &asks(host), 1),
             };
-            return answer(&mut stream, &page);
+            return answer(&mut stream, &page, self.frames);
         }
         if head.field("origin") != Some(&format!("http://{host}")) {
             return refuse(&mut stream, "403 Forbidden");

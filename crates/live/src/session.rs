@@ -120,8 +120,9 @@ impl LiveSession {
             self.publish();
         }
         self.end_recording()?;
-        let state = self.experiment.simulation().state();
-        Ok(LiveSummary { steps: self.experiment.log().steps, time: state.time, recorded: self.recorded })
+        let LiveSession { experiment, recorded, .. } = self;
+        let (steps, state) = (experiment.log().steps, experiment.simulation().snapshot());
+        Ok(LiveSummary { source: experiment.source().clone(), steps, time: state.time, state, recorded })
     }
 
     /// Says hello to a page that has come.

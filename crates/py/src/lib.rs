@@ -3,6 +3,7 @@
 mod arrays;
 mod document;
 mod errors;
+mod live;
 mod material;
 mod reports;
 mod run;
@@ -19,6 +20,8 @@ use pyo3::prelude::*;
 /// Contents of the package; users import it from `pliant`.
 #[pymodule]
 mod _pliant {
+    #[pymodule_export]
+    use super::live::{_live, PyLiveRun};
     #[pymodule_export]
     use super::reports::{_catalogue, _columns, _stability, _stress, _study};
     #[pymodule_export]

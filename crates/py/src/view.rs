@@ -66,10 +66,13 @@ fn drawn(path: &std::path::Path) -> Result<Image, DrawError> {
 
 #[pymethods]
 impl PySimulation {
-    /// The present state as a page that can be turned and asked, for notebooks and files.
+    /// The present state as a page that can be turned and asked, for notebooks and files; or a page in which it runs.
     ///
     /// Parameters
     /// ----------
+    /// live : bool, default False
+    ///     Whether a copy of the simulation runs in the page, as in ``pliant live``: paced to real time, with sliders, and vertices that can be
+    ///     dragged. It is served by a thread of this process on loopback: the browser must be on the same machine.
     /// max_bytes : int, default 2000000
     ///     Bytes of data in the page, before it is encoded; what does not fit is left out, and the page says so.
     /// height : int, default 480
@@ -77,16 +80,26 @@ impl PySimulation {
     ///
     /// Returns
     /// -------
-    /// View
-    ///     Shown by a notebook where it is the last of a cell; ``.save("state.html")`` elsewhere.
+    /// View or LiveView
+    ///     Shown by a notebook where it is the last of a cell; ``.save("state.html")`` or, of one that is live, ``.open()`` elsewhere.
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     A number is below 1.
-    #[pyo3(signature = (*, max_bytes = 2_000_000, height = 480))]
-    fn view<'py>(slf: &Bound<'py, Self>, max_bytes: i64, height: i64) -> PyResult<Bound<'py, PyAny>> {
+    ///     A number is below 1; or the simulation has what no scene says (materials and forces of Python, added pins), and is to run live.
+    /// OSError
+    ///     No port can be listened at.
+    #[pyo3(signature = (*, live = false, max_bytes = 2_000_000, height = 480))]
+    fn view<'py>(
+        slf: &Bound<'py, Self>,
+        live: bool,
+        max_bytes: i64,
+        height: i64,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
+        if live {
+            return py.import("pliant.view")?.getattr("LiveView")?.call1((slf, height));
+        }
         let bounds = PyDict::new(py);
         bounds.set_item("max_bytes", max_bytes)?;
         bounds.set_item("height", height)?;

@@ -27,12 +27,13 @@ from .reports import Stability, StabilityMap, Stress, Study, stability, stress, 
 from .tables import Table
 from .trajectory import Frames, Trajectory, load, recover
 from .vibration import Modes, Sound, modes, sound
-from .view import View
+from .view import LiveView, View
 
 __all__ = [
     "Frame",
     "Frames",
     "Gradient",
+    "LiveView",
     "Material",
     "Modes",
     "Outcome",

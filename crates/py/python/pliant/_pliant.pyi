@@ -1,7 +1,7 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from ._run import Summary
 from .gradients import Gradient
 from .material import Material
-from .view import View
+from .view import LiveView, View
 
 _Array: TypeAlias = npt.NDArray[np.float64]
 _Watcher: TypeAlias = Callable[[dict[str, Any]], object]
@@ -18,6 +18,7 @@ _Force: TypeAlias = Callable[[float, _Array], npt.ArrayLike]
 
 __all__ = [
     "Frame",
+    "LiveRun",
     "Recording",
     "Scene",
     "Simulation",
@@ -27,6 +28,7 @@ __all__ = [
     "_catalogue",
     "_columns",
     "_command",
+    "_live",
     "_page",
     "_picture",
     "_recover",
@@ -57,6 +59,16 @@ def _stress(
 def _stability(
     scene: Scene, integrators: Sequence[str], against: str | None, quick: bool, function: _Watcher | None
 ) -> dict[str, Any]: ...
+
+@final
+class LiveRun:
+    @property
+    def url(self) -> str: ...
+    @property
+    def is_running(self) -> bool: ...
+    def stop(self) -> Simulation: ...
+
+def _live(simulation: Simulation) -> LiveRun: ...
 def _page(path: str | PathLike[str], max_bytes: int) -> tuple[str, int, int, list[str]]: ...
 def _picture(path: str | PathLike[str]) -> bytes: ...
 def _rollout(simulations: Sequence[Simulation], steps: int, threads: int) -> list[Exception | None]: ...
@@ -156,7 +168,10 @@ class Simulation:
         steps: int | None = None,
     ) -> tuple[_Array, _Array]: ...
     def gradient_names(self) -> list[str]: ...
-    def view(self, *, max_bytes: int = 2_000_000, height: int = 480) -> View: ...
+    @overload
+    def view(self, *, live: Literal[False] = False, max_bytes: int = 2_000_000, height: int = 480) -> View: ...
+    @overload
+    def view(self, *, live: Literal[True], max_bytes: int = 2_000_000, height: int = 480) -> LiveView: ...
     def advance(self, positions: npt.ArrayLike, velocities: npt.ArrayLike) -> tuple[_Array, _Array]: ...
     @property
     def scene(self) -> Scene: ...

@@ -11,7 +11,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
-from ._pliant import Simulation, _page, _picture
+from ._pliant import Simulation, _live, _page, _picture
 
 
 class View:
@@ -104,6 +104,80 @@ class View:
             file.write(self.html.encode())
         webbrowser.open(Path(file.name).as_uri())
         return Path(file.name)
+
+
+class LiveView:
+    """A copy of a simulation that runs in a page, as in ``pliant live``.
+
+    A thread of this process serves the page on loopback, at a random port and an address that nobody can guess; pages of other
+    machines are refused, and frames around it that are not of this machine.
+    A notebook shows it where it is the last of a cell.
+
+    Attributes
+    ----------
+    url : str
+        The address of the page.
+    height : int
+        Height in a notebook [pixel].
+    """
+
+    def __init__(self, simulation: Simulation, height: int = 480) -> None:
+        if height < 1:
+            raise ValueError(f"`height` must be 1 or more, got {height}")
+        self.height = height
+        self._run = _live(simulation)
+
+    @property
+    def url(self) -> str:
+        return self._run.url
+
+    @property
+    def is_running(self) -> bool:
+        """bool: Whether the page is still served."""
+        return self._run.is_running
+
+    def __repr__(self) -> str:
+        return f"<pliant.LiveView at {self.url}>" if self.is_running else "<pliant.LiveView, stopped>"
+
+    def _repr_html_(self) -> str:
+        # Another origin than the notebook: nothing in the page reaches it.
+        return (
+            f'<iframe src="{escape(self.url)}" style="width: 100%; height: {self.height}px; border: 0" '
+            'title="pliant"></iframe>'
+        )
+
+    def open(self) -> str:
+        """Show the page in the browser.
+
+        Returns
+        -------
+        str
+            Its address.
+        """
+        webbrowser.open(self.url)
+        return self.url
+
+    def stop(self) -> Simulation:
+        """End the page.
+
+        Returns
+        -------
+        Simulation
+            Where it was, with the parameters that were set in the page; pins that were turned off are on again.
+
+        Raises
+        ------
+        RuntimeError
+            It has been stopped before.
+        """
+        return self._run.stop()
+
+    def __enter__(self) -> LiveView:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.is_running:
+            self.stop()
 
 
 def _of_state(simulation: Simulation, max_bytes: int, height: int) -> View:

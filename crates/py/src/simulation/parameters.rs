@@ -93,6 +93,17 @@ impl Additions {
         }
     }
 
+    /// The first of what no scene says; `None` without any.
+    pub(crate) fn beyond_the_scene(&self) -> Option<&'static str> {
+        let kinds = [
+            (!self.pins.is_empty(), "pins added by `pin`"),
+            (!self.released.is_empty(), "pins released by `release`"),
+            (self.force.is_some(), "forces of a function"),
+            (!self.materials.is_empty(), "materials written in Python"),
+        ];
+        kinds.into_iter().find_map(|(is_there, what)| is_there.then_some(what))
+    }
+
     /// That materials in Python are slow, once, when steps that took `wall` more have shown it.
     pub(crate) fn slowness(&mut self, wall: Duration) -> Option<String> {
         if self.materials.is_empty() || self.pace.said {

@@ -1,6 +1,6 @@
 //! Commands between steps.
 
-use pliant::simulation::{GrabError, SnapshotError};
+use pliant::simulation::{GrabError, Snapshot, SnapshotError};
 use pliant::topology::BodyKind;
 
 use super::{Experiment, Grabbed, LoggedCommand, assembled};
@@ -48,6 +48,11 @@ pub enum ExperimentCommand {
     Reset,
     /// Goes to an earlier state, with the parameters and pins of now.
     GoBack,
+    /// Goes to a state from elsewhere, with the parameters and pins of now.
+    Place {
+        /// The state.
+        state: Box<Snapshot>,
+    },
 }
 
 /// A command was refused; nothing has changed.
@@ -118,6 +123,7 @@ impl Experiment {
             ExperimentCommand::Integrator { name } => self.swap_integrator(name),
             ExperimentCommand::Reset => self.reset(),
             ExperimentCommand::GoBack => self.go_back(),
+            ExperimentCommand::Place { state } => self.place(state),
         }?;
         self.log.commands.push(LoggedCommand { after: self.log.steps, command: command.clone() });
         Ok(())
@@ -234,6 +240,14 @@ impl Experiment {
         self.grabbed = None;
         self.assemble_anew(self.source.clone(), false)?;
         self.history.forget();
+        Ok(())
+    }
+
+    fn place(&mut self, state: &Snapshot) -> Result<(), CommandError> {
+        self.simulation.restore(state)?;
+        self.let_go();
+        self.history.forget();
+        self.failure = None;
         Ok(())
     }
 
