@@ -88,3 +88,83 @@ fn a_damaged_recording_asks_for_no_more_memory_than_its_bytes_can_need() {
         assert!(asked < allowed, "byte {at} of a part: {asked} bytes asked for, of {allowed}");
     }
 }
+
+/// A body of this kind in steps of this scheme, by this solver.
+fn body_of(kind: &str, cells: &[usize], integrator: &str, solver: Option<&str>) -> Scene {
+    let element = (kind == "hexahedra").then_some("hexahedron");
+    let mut body = serde_json::json!({
+        "name": "body",
+        "mesh": { "grid": { "cells": cells, "spacing": 0.01, "element": element } },
+        "mass": { "density": 1000.0 },
+    });
+    match kind {
+        "springs" => body["springs"] = serde_json::json!({ "stiffness": 100.0 }),
+        _ => body["elastic"] = serde_json::json!({ "stable-neo-hookean": { "young": 1e6, "poisson": 0.4 } }),
+    }
+    if kind == "quadratic" {
+        body["order"] = 2.into();
+    }
+    let mut time = serde_json::json!({ "integrator": integrator, "step": 1e-6, "duration": 3e-6 });
+    if let Some(solver) = solver {
+        time["step"] = 1e-3.into();
+        time["duration"] = 3e-3.into();
+        time["solver"] = serde_json::json!({ "linear": solver });
+    }
+    let mut gravity = vec![0.0; cells.len()];
+    gravity[cells.len() - 1] = -9.81;
+    let steps = if solver.is_some() { 1e3 } else { 1e6 };
+    serde_json::from_value(serde_json::json!({
+        "dimension": cells.len(),
+        "time": time,
+        "world": { "gravity": gravity },
+        "body": [body],
+        "output": { "rate": steps },
+    }))
+    .unwrap()
+}
+
+/// Bytes that do not grow with a scene, or hardly.
+const FIXED: usize = 2_000_000;
+
+/// What `check` says of a run, without the program itself, is within a fifth of the peak of what is allocated.
+#[test]
+fn a_run_takes_the_memory_that_was_predicted() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let directory = tempfile::tempdir().unwrap();
+    let kinds: [(&str, &[usize]); 5] = [
+        ("tetrahedra", &[14, 14, 14]),
+        ("quadratic", &[6, 6, 6]),
+        ("hexahedra", &[11, 11, 11]),
+        ("triangles", &[100, 100]),
+        ("springs", &[12, 12, 12]),
+    ];
+    let solvers = [None, Some("cholesky"), Some("multigrid"), Some("matrix-free")];
+    for (kind, cells) in kinds {
+        for solver in solvers {
+            let integrator = if solver.is_some() { "implicit-euler" } else { "symplectic-euler" };
+            let scene = body_of(kind, cells, integrator, solver);
+            let path = directory.path().join("a.mcap");
+            let (predicted, taken) = peak(|| {
+                let mut assembly = scene.assemble(UnstableStep::Refuse).unwrap();
+                let options = Options {
+                    channels: scene.output.channels.clone(),
+                    overwrite: true,
+                    max_loss: pliant_record::MAX_LOSS,
+                    ..Options::default()
+                };
+                let frames = assembly.report.frames;
+                let recording = pliant_record::predicted_bytes(&options, &assembly.topology, frames);
+                let mut recorder = McapRecorder::create(&path, &options, &assembly.topology).unwrap();
+                let plan = Plan { duration: scene.time.duration, rate: scene.output.rate };
+                let mut observers: Vec<&mut dyn Observer> = vec![&mut recorder];
+                let never = std::sync::atomic::AtomicBool::new(false);
+                run::run(&mut assembly.simulation, &plan, &mut observers, &never);
+                recorder.finish().unwrap();
+                assembly.report.bytes + recording
+            });
+            let allowed = predicted / 5 + FIXED;
+            let is_right = taken.abs_diff(predicted) < allowed;
+            assert!(is_right, "{kind}, {solver:?}: {taken} bytes taken, {predicted} predicted");
+        }
+    }
+}

@@ -114,7 +114,8 @@ pub(crate) fn checkpoint_of(recording: &Path) -> PathBuf {
     name.into()
 }
 
-fn options(input: &Input, assembly: &Assembly, overwrite: bool) -> Options {
+/// Content of the recording of a scene.
+pub(crate) fn options(input: &Input, assembly: &Assembly, overwrite: bool) -> Options {
     Options {
         overwrite,
         channels: input.scene.output.channels.clone(),

@@ -25,7 +25,14 @@ const BATCH_BYTES: usize = 1 << 17;
 /// Batches that wait at most; then the run waits for the thread.
 const WAITING: usize = 2;
 /// Bytes from which on a frame is not copied.
-const LARGE_BYTES: usize = CHUNK_BYTES as usize;
+pub(super) const LARGE_BYTES: usize = CHUNK_BYTES as usize;
+
+/// Bytes of the copies of frames of so many bytes each that are not encoded yet, at most: batches that wait,
+/// one that is filled and one that is emptied.
+pub(super) fn waiting_bytes(frame: usize, frames: usize) -> usize {
+    let batch = BATCH_BYTES.div_ceil(frame.max(1));
+    frame.saturating_mul(frames.min(batch * (WAITING + 2)))
+}
 
 /// Thread that encodes and writes, and its queues.
 struct WriterThread {

@@ -18,6 +18,9 @@ use mcap::records::op;
 use super::container::{Message, create_writer};
 use super::sink::Tail;
 
+/// Bytes of a message beside its data: opcode, length, channel, sequence number, two times.
+const HEADER_BYTES: usize = 1 + 8 + 22;
+
 /// The tail.
 #[derive(Debug)]
 pub(super) struct ChunkJournal {
@@ -61,6 +64,11 @@ impl ChunkJournal {
         }
         if !self.used {
             self.pending.extend_from_slice(&self.preamble);
+        }
+        // A frame of many may be as large as a chunk: the memory of one, not of two.
+        let bytes = group.iter().map(|message| HEADER_BYTES + message.data.len()).sum::<usize>();
+        if bytes > self.pending.capacity() {
+            self.pending.reserve_exact(bytes);
         }
         for Message { header, data } in group {
             // Opcode, length, channel, sequence, log time, publish time, data.

@@ -37,6 +37,8 @@ impl Cloud {
     /// Begins a message of `rows` rows in an empty buffer; the rows are to be appended. Only what changes is
     /// encoded anew: messages of protobuf are joined by writing one behind the other.
     pub(super) fn begin(&self, log_time: u64, rows: usize, buffer: &mut Vec<u8>) {
+        // Or a buffer that lacks a few bytes would double: messages at a time of zero are shorter.
+        buffer.reserve_exact(self.common.len() + rows * self.stride + HEAD_BYTES);
         timestamp(&mut MessageWriter::append_to(buffer), 1, log_time);
         buffer.extend_from_slice(&self.common);
         // As a field without content would be.
@@ -55,6 +57,9 @@ pub(super) fn describe(columns: &[&str], rows: usize) -> BTreeMap<String, String
         ("point_stride".to_owned(), (8 * columns.len()).to_string()),
     ])
 }
+
+/// Bytes that the time of a message and the length of its points take at most.
+const HEAD_BYTES: usize = 48;
 
 /// The field `data` of `foxglove.PointCloud`.
 const DATA: u8 = 6;

@@ -104,6 +104,7 @@ impl<'a> MessageWriter<'a> {
     pub(super) fn fixed32_list(&mut self, field: u8, values: &[u32]) -> &mut Self {
         if !values.is_empty() {
             self.length_delimited(field, 4 * values.len());
+            self.buffer.reserve_exact(4 * values.len());
             self.buffer.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         }
         self

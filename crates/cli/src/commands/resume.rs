@@ -46,7 +46,7 @@ pub(crate) fn execute(arguments: &ResumeArguments, terminal: Terminal) -> Result
         _ => {}
     }
     if terminal.verbose {
-        terminal.note(&check::describe(&assembly.report, terminal.width()));
+        terminal.note(&check::describe(&input, &assembly, terminal.width()));
     }
     note_changes(&from, &settings, terminal);
     session(arguments, recording.as_deref(), from, settings, input, assembly)?.run(terminal)

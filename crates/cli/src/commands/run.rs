@@ -32,7 +32,7 @@ pub(crate) fn execute(arguments: &RunArguments, terminal: Terminal) -> Result<Ex
     let input = Input::read(&arguments.scene, &arguments.set, arguments.options.until)?;
     let assembly = input.assemble(UnstableStep::Refuse)?;
     if terminal.verbose {
-        terminal.note(&check::describe(&assembly.report, terminal.width()));
+        terminal.note(&check::describe(&input, &assembly, terminal.width()));
     }
     // Before there is a file, so that no signal can leave it unfinished.
     let interrupted = interrupt::flag()?;

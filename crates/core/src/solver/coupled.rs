@@ -119,13 +119,14 @@ struct StageStructure<const D: usize> {
 impl<const D: usize> StageStructure<D> {
     /// `None` where the factor would not fit memory.
     fn new(system: &mut System, stages: usize, x: &[f64]) -> Option<Self> {
-        Self::of(Assembler::<D>::new(system), system.is_damped(), stages, x)
+        let assembler = Assembler::<D>::new(system);
+        Self::of(assembler, system.is_damped(), stages, system.ordering_positions(x))
     }
 
-    /// That of the pattern of `assembler`.
-    fn of(assembler: Assembler<D>, damped: bool, stages: usize, x: &[f64]) -> Option<Self> {
+    /// That of the pattern of `assembler`, with vertices ordered by their `positions`.
+    fn of(assembler: Assembler<D>, damped: bool, stages: usize, positions: &[f64]) -> Option<Self> {
         let matrix = assembler.matrix();
-        let order = nested_dissection(matrix, x);
+        let order = nested_dissection(matrix, positions);
         let mut place = vec![0; order.len()];
         order.iter().enumerate().for_each(|(k, v)| place[*v as usize] = k);
         let (mut column_start, mut row) = (vec![0], vec![]);

@@ -15,6 +15,7 @@ use super::{ChannelEncoder, ChannelKind, Encoders};
 use crate::Options;
 use crate::cloud::{self, Cloud};
 use crate::declaration::typed;
+use crate::memory::RecordingBytes;
 use crate::protobuf::POINT_CLOUD;
 use pliant::diagnostics::{MEASURES, Measure};
 use pliant::observer::{Frame, Quantities};
@@ -123,6 +124,13 @@ impl ChannelEncoder for ElementsChannel {
             ("bodies".to_owned(), serde_json::to_string(&self.elements.bodies).unwrap_or_default()),
         ]));
         typed(self.number, &topic(self.measure), POINT_CLOUD, metadata)
+    }
+
+    fn bytes(&self) -> RecordingBytes {
+        let message = 8 * (CENTROID.len() + self.measure.fields.len()) * self.elements.count();
+        // Measures share their list of cells.
+        let cells = self.elements.cells.iter().map(|(cells, _)| 4 * cells.len()).sum::<usize>();
+        RecordingBytes { held: cells / Arc::strong_count(&self.elements), message }
     }
 
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {

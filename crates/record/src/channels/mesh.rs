@@ -14,6 +14,7 @@ use crate::Options;
 use crate::clock::timestamp;
 use crate::cloud::identity;
 use crate::declaration::{FRAME_ID, typed};
+use crate::memory::RecordingBytes;
 use crate::protobuf::{MessageWriter, SCENE_UPDATE};
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::{BodyTopology, Topology};
@@ -38,6 +39,9 @@ pub const BODY_COLOURS: [[f64; 3]; 6] = [
     [0.34, 0.71, 0.91],
     [0.84, 0.37, 0.0],
 ];
+
+/// Bytes of a point in a message: three doubles with their tags, a tag and a length before them.
+const POINT_BYTES: usize = 3 * 9 + 2;
 
 /// Encoder of `/mesh`.
 struct MeshChannel {
@@ -100,6 +104,15 @@ impl ChannelEncoder for MeshChannel {
         due
     }
 
+    fn bytes(&self) -> RecordingBytes {
+        let cells = self.bodies.iter().flat_map(|body| [&body.triangles, &body.lines]);
+        let bytes = |cells: &DrawnCells| RecordingBytes {
+            held: 4 * (cells.vertices.len() + cells.indices.len()),
+            message: POINT_BYTES * cells.vertices.len() + 4 * cells.indices.len(),
+        };
+        cells.map(bytes).sum()
+    }
+
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
         let mut update = MessageWriter::append_to(buffer);
         for body in &self.bodies {
@@ -157,6 +170,8 @@ impl DrawnCells {
         let mut vertices = cells.to_vec();
         vertices.sort_unstable();
         vertices.dedup();
+        // A vertex is in several cells, six triangles mostly.
+        vertices.shrink_to_fit();
         // Every cell vertex was put into the list above, so the search always finds it.
         let number = |v: &u32| vertices.partition_point(|other| other < v) as u32;
         let indices = cells.iter().map(number).collect();

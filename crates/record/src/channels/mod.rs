@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use mcap::Channel;
 
 use crate::Options;
+use crate::memory::RecordingBytes;
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
 
@@ -23,6 +24,12 @@ pub(crate) trait ChannelEncoder: Send {
     fn is_due(&mut self, log_time: u64) -> bool {
         let _ = log_time;
         true
+    }
+
+    /// Bytes that encoding takes: what the encoder holds, and its longest message. Only those of channels that
+    /// grow with the problem.
+    fn bytes(&self) -> RecordingBytes {
+        RecordingBytes::default()
     }
 
     /// Appends the message of a frame that has the [`quantities`](Self::quantities) to an empty buffer.

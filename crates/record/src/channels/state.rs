@@ -9,6 +9,7 @@ use super::{ChannelEncoder, ChannelKind, Encoders, single};
 use crate::Options;
 use crate::cloud::{self, Cloud};
 use crate::declaration::typed;
+use crate::memory::RecordingBytes;
 use crate::protobuf::POINT_CLOUD;
 use pliant::observer::{Frame, Quantities};
 use pliant::topology::Topology;
@@ -43,6 +44,10 @@ impl ChannelEncoder for StateChannel {
 
     fn declaration(&self) -> Channel<'static> {
         typed(NUMBER, TOPIC, POINT_CLOUD, cloud::describe(&FIELDS, self.vertex_count))
+    }
+
+    fn bytes(&self) -> RecordingBytes {
+        RecordingBytes { held: 0, message: STRIDE * self.vertex_count }
     }
 
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {

@@ -161,7 +161,8 @@ fn assemble<const D: usize, const N: usize>(
     let method = scene.time.integrator.method();
     let size = contact.as_ref().map(|contact| contact.size);
     let options = SolverOptions { size, ..scene.time.solver_options() };
-    if method.documentation.solves > 0 && options.linear.choose(&system) == LinearSolver::Multigrid {
+    // For the lattices of multigrid, and the order in which a factorisation eliminates.
+    if method.documentation.solves > 0 && options.linear.choose(&system) != LinearSolver::MatrixFree {
         system.set_rest_positions(rest);
     }
 

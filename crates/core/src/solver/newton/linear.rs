@@ -97,7 +97,7 @@ impl<const D: usize> Newton<D> {
         }
         if self.cholesky.is_none() || self.factor_pattern != pattern {
             self.work.analyses += u64::from(self.cholesky.is_some());
-            self.cholesky = Cholesky::new(matrix, x);
+            self.cholesky = Cholesky::new(matrix, system.ordering_positions(x));
             self.factor_pattern = pattern;
         }
         let Some(cholesky) = &mut self.cholesky else { return Direction::Failed };

@@ -214,8 +214,10 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         };
         let matrix = assembler.matrix();
         let rest = system.rest_positions().unwrap_or(x);
-        let factor =
-            |x: &[f64]| cholesky::structure(matrix, x).map_or(usize::MAX / 2, |structure| structure.bytes());
+        let factor = |x: &[f64]| {
+            let structure = cholesky::structure(matrix, system.ordering_positions(x));
+            structure.map_or(usize::MAX / 2, |structure| structure.bytes())
+        };
         let linear = match linear {
             LinearSolver::Cg => Iterative::<D>::jacobi_bytes(matrix),
             LinearSolver::Multigrid => Iterative::multigrid(matrix, rest, assembler.held(), &Stop::default())

@@ -1,0 +1,53 @@
+//! Memory that recording takes, before there is a file.
+
+use std::iter::Sum;
+
+use super::background_writer::{self, LARGE_BYTES};
+use super::channels;
+use super::container::CHUNK_BYTES;
+use super::{Options, channels::elements};
+use pliant::diagnostics::ElementState;
+use pliant::observer::Quantities;
+use pliant::topology::Topology;
+
+/// Bytes that encoders take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RecordingBytes {
+    /// What they hold.
+    pub(crate) held: usize,
+    /// Their longest messages.
+    pub(crate) message: usize,
+}
+
+impl Sum for RecordingBytes {
+    fn sum<I: Iterator<Item = Self>>(all: I) -> Self {
+        all.fold(RecordingBytes::default(), |sum, bytes| RecordingBytes {
+            held: sum.held + bytes.held,
+            message: sum.message + bytes.message,
+        })
+    }
+}
+
+/// Bytes of the compressor, and of what is small: buffers of files, indices of chunks.
+const COMPRESSOR_BYTES: usize = 1_500_000;
+
+/// Bytes that a [recorder](super::McapRecorder) of `frames` frames takes at most, about: encoders and their
+/// messages, the journal of the open chunk, frames that wait to be encoded, the compressor.
+pub fn predicted_bytes(options: &Options, topology: &Topology, frames: u64) -> usize {
+    let encoders = channels::encoders(options, topology);
+    let of_encoders: RecordingBytes = encoders.iter().map(|encoder| encoder.bytes()).sum();
+    let frames = usize::try_from(frames).unwrap_or(usize::MAX);
+    // A frame that fills a chunk never reaches the journal; without a pause many frames are written at once.
+    let is_journaled = of_encoders.message < CHUNK_BYTES as usize;
+    let journal = if is_journaled { of_encoders.message } else { 0 };
+    let quantities: Quantities = encoders.iter().map(|encoder| encoder.quantities()).collect();
+    let frame = frame_bytes(quantities, topology);
+    let waiting = if frame < LARGE_BYTES { background_writer::waiting_bytes(frame, frames) } else { 0 };
+    of_encoders.held + of_encoders.message + journal + waiting + COMPRESSOR_BYTES
+}
+
+/// Bytes of a copy of a frame: positions and velocities, and states of elements where they are asked.
+fn frame_bytes(quantities: Quantities, topology: &Topology) -> usize {
+    let elements = if quantities.contains(Quantities::ELEMENTS) { elements::count(topology) } else { 0 };
+    16 * topology.vertex_count * topology.dimension + elements * size_of::<ElementState>()
+}
