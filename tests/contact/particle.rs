@@ -9,7 +9,7 @@ use pliant::simulation::Simulation;
 use pliant::solver::SolverOptions;
 use pliant::state::State;
 use pliant::system::System;
-use pliant_contact::barrier::Barrier;
+use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
 use pliant_contact::friction_term::FrictionTerm;
@@ -33,7 +33,12 @@ pub(crate) struct FallingParticle {
 impl FallingParticle {
     /// Vertex 0 falls, vertex 1 is the half-space's.
     pub(crate) fn simulation(&self, scheme: &IntegratorSpec, step: f64) -> Simulation {
-        let barrier = Barrier { stiffness: self.stiffness, reach: self.reach, offset: 0.0 };
+        let barrier = Barrier {
+            form: PotentialForm::Barrier,
+            stiffness: self.stiffness,
+            reach: self.reach,
+            offset: 0.0,
+        };
         let law = ContactLaw { barrier, friction: self.friction };
         let surface = ContactSurface {
             dimension: 2,

@@ -19,7 +19,8 @@ pub struct ContactSpec {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub distance: Option<f64>,
     /// Pressure scale of the contact force [Pa], the same for the whole run; without it Young's modulus of
-    /// the softer of two bodies.
+    /// the softer of two bodies, in explicit schemes at most what takes three tenths of the largest stable
+    /// step.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness: Option<f64>,
@@ -27,7 +28,8 @@ pub struct ContactSpec {
     #[schemars(range(min = 0.0))]
     pub friction: f64,
     /// Sliding speed below which friction grows smoothly from zero [m/s]: what sticks creeps, but no
-    /// faster. Without it a thousandth of the size of the scene in a second.
+    /// faster. Without it a thousandth of the size of the scene in a second, in explicit schemes raised where
+    /// a step does not bear it.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Velocity>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub threshold_speed: Option<f64>,
@@ -36,6 +38,15 @@ pub struct ContactSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub friction_iterations: Option<u32>,
+    /// True: in explicit schemes surfaces may pass through each other where contact does not stop them, and
+    /// nobody looks; without it that ends the run. Implicit schemes let nothing through.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub allow_penetration: bool,
+    /// Step that stiffness and friction of explicit schemes go by [s], where it is not that of the scene: of
+    /// scenes that are run with several steps.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub designed_step: Option<f64>,
     /// Pairs of bodies or obstacles with other rules.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pairs: Vec<ContactPairSpec>,
