@@ -21,6 +21,8 @@ pub struct SurfaceMobility {
     least: Vec<f64>,
     /// Sides from which each body is touched by others that are thin too; 1 of solids.
     sides: Vec<f64>,
+    /// Vertices of each body.
+    vertices: Vec<u32>,
 }
 
 /// Sides from which particles touch a particle: six neighbours around it in the plane, twelve in space, each
@@ -33,9 +35,10 @@ impl SurfaceMobility {
     /// Those of `bodies` bodies; `inverse_mass` [1/kg] of every vertex of the system, 0 where it is held.
     pub fn new(surface: &ContactSurface, bodies: usize, inverse_mass: impl Fn(u32) -> f64) -> Self {
         let (mut largest, mut least) = (vec![0.0f64; bodies], vec![f64::INFINITY; bodies]);
-        let mut sides = vec![1.0f64; bodies];
+        let (mut sides, mut vertices) = (vec![1.0f64; bodies], vec![0; bodies]);
         for &v in &surface.vertices {
             let body = surface.bodies[v as usize] as usize;
+            vertices[body] += 1;
             let mobility = surface.vertex_areas[v as usize] * inverse_mass(v);
             if mobility > 0.0 {
                 largest[body] = largest[body].max(mobility);
@@ -51,13 +54,16 @@ impl SurfaceMobility {
             sides[body] = sides[body].max(from);
         }
         least.iter_mut().filter(|least| least.is_infinite()).for_each(|least| *least = 0.0);
-        SurfaceMobility { largest, least, sides }
+        SurfaceMobility { largest, least, sides, vertices }
     }
 
     /// `R` [m^2/kg]: contact of the two bodies with the second derivative `k` [N/m^3] for each area adds at
     /// most `k R` to the square of an angular frequency.
     pub fn of_pair(&self, a: u32, b: u32) -> f64 {
         let (a, b) = (a as usize, b as usize);
+        if a == b && self.vertices[a] < 2 {
+            return 0.0;
+        }
         let both_thin = self.sides[a] > 1.0 && self.sides[b] > 1.0;
         let part = |i: usize| self.largest[i] * if both_thin { self.sides[i] } else { 1.0 };
         part(a) + part(b)

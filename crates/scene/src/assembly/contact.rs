@@ -99,7 +99,7 @@ impl ExplicitDesign {
         surface: &ContactSurface,
         mass: &[f64],
     ) -> Result<Option<Self>, Vec<Problem>> {
-        if scene.time.integrator.method().documentation.solves > 0 {
+        if !contact.has_explicit_law(scene.time.integrator) {
             return Ok(None);
         }
         let step = contact.designed_step.or(scene.time.step);
@@ -442,7 +442,7 @@ fn model<const D: usize>(
             friction[a * parties.len() + b] = pair.friction.unwrap_or(contact.friction);
         }
     }
-    let h = scene.time.step.unwrap_or(scene.time.duration);
+    let h = contact.designed_step.or(scene.time.step).unwrap_or(scene.time.duration);
     let laws = ContactLaws::new(parties.len(), |a, b| {
         let (one, other) = (&parties[a], &parties[b]);
         let softer = one.young.into_iter().chain(other.young).reduce(f64::min);

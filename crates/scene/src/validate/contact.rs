@@ -169,16 +169,8 @@ fn turning(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec, motion:
 
 /// Schemes whose steps end elsewhere than at a solution could end behind what they must not enter.
 fn scheme(check: &mut Checker, scene: &Scene) {
-    let method = scene.time.integrator.method();
-    // Explicit steps have a law of contact of their own.
-    if method.holds_contact() || method.documentation.solves == 0 {
-        return;
-    }
-    let name = method.documentation.name;
-    let message = format!(
-        "the steps of `{name}` end elsewhere than at the configuration that they solve for, which may lie \
-         behind an obstacle"
-    );
+    let refused = scene.contact.as_ref().and_then(|contact| contact.refusal(scene.time.integrator));
+    let Some(message) = refused else { return };
     let problem = Problem::semantic(KeyPath::root().key("time").key("integrator"), message);
     check.report(problem.with_help(
         "contact holds with implicit-euler, bdf2, tr-bdf2, sdirk2, sdirk3, sdirk4, trapezoid, newmark, \
