@@ -32,19 +32,24 @@ fn the_largest_stable_step_is_the_one_predicted() {
         // Before anything touches too.
         let apart = pressed_flat(0.5).simulation(&scheme, 1e-3).stability_limit(1.0).unwrap();
         assert_eq!(apart.step, limit.step, "{}", name(&scheme));
-        let largest = |part: f64| {
+        // Growth of the amplitude from the first quarter of some steps to the last.
+        let growth = |part: f64| {
             let mut simulation = pressed_flat(1e-9).simulation(&scheme, part * limit.step);
-            let mut largest: f64 = 0.0;
-            for _ in 0..400 {
+            let mut quarters = [0.0f64; 4];
+            for step in 0..2000 {
                 super::advance(&mut simulation, 1);
-                largest = largest.max(simulation.state().x()[1].abs());
+                let (y, v) = (simulation.state().x()[1], simulation.state().v()[1]);
+                let y = y.hypot(v / omega);
+                quarters[step / 500] = quarters[step / 500].max(y);
+                if y > 1e-5 {
+                    return f64::INFINITY;
+                }
             }
-            largest
+            quarters[3] / quarters[0]
         };
-        let (below, above) = (largest(0.95), largest(1.05));
-        // Near the limit an ellipse of a symplectic scheme is long.
-        assert!(below < 1e-8, "{} grows to {below:e} m", name(&scheme));
-        assert!(above > 1e-6, "{} stays within {above:e} m", name(&scheme));
+        let (below, above) = (growth(0.95), growth(1.05));
+        assert!(below < 1.001, "{} grows by {below}", name(&scheme));
+        assert!(above > 1.005, "{} grows by {above} alone", name(&scheme));
     }
 }
 
@@ -169,6 +174,8 @@ fn approaches_are_stopped_up_to_the_speed_that_is_said() {
 /// energy, the changes of its momentum [kg m/s] and angular momentum [kg m^2/s].
 fn collide(integrator: &str, step: f64) -> (Simulation, [f64; 3]) {
     let text = super::collision::text(integrator, step).replace(", solver = { tolerance = 1e-12 }", "");
+    // The barrier has a pole; without one it takes more to stop them.
+    let text = text.replace("stiffness = 1e4", "stiffness = 2e5");
     let mut simulation = super::assembled(&text).simulation;
     let first = simulation.diagnostics();
     super::advance(&mut simulation, (0.2 / step).round() as usize);
@@ -201,8 +208,9 @@ fn explicit_schemes_have_their_orders_through_a_collision() {
         ("'rk4'", [4e-4, 2e-4, 1e-4], 2.5),
     ] {
         let errors = steps.map(|h| apart(&collide(scheme, h).0, &reference));
-        let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
-        assert!(orders.iter().all(|found| *found > order - 0.15), "{scheme}: {errors:?}, {orders:?}");
+        // Over both halvings: where the law begins within a step is a matter of chance.
+        let found = 0.5 * (errors[0] / errors[2]).log2();
+        assert!(found > order - 0.1, "{scheme}: {errors:?}, {found}");
     }
 }
 

@@ -45,6 +45,8 @@ pub struct ContactEnergy<const D: usize> {
     model: Arc<ContactModel>,
     form: PotentialForm,
     allows_crossing: bool,
+    /// Area of each body [m^2], of the cubic form.
+    areas: Vec<f64>,
     search: SharedSearch<D>,
     gradient: TouchedRows<D>,
     /// Contacts of the matrix.
@@ -57,13 +59,12 @@ impl<const D: usize> ContactEnergy<D> {
     /// its laws have one form.
     pub fn new(model: Arc<ContactModel>) -> Self {
         let search = Arc::new(Mutex::new(ContactSearch::new(&model)));
+        let form =
+            if model.names.is_empty() { PotentialForm::Barrier } else { model.laws.of(0, 0).barrier.form };
         ContactEnergy {
-            form: if model.names.is_empty() {
-                PotentialForm::Barrier
-            } else {
-                model.laws.of(0, 0).barrier.form
-            },
+            form,
             allows_crossing: false,
+            areas: if form == PotentialForm::Cubic { explicit::areas(&model) } else { vec![] },
             gradient: TouchedRows::new(model.surface.bodies.len()),
             contacts: Contacts::default(),
             lists: StencilLists::new(),
@@ -385,7 +386,7 @@ impl<const D: usize> WatchedContacts for ContactEnergy<D> {
     fn extremes(&self, (x, v): (&[f64], &[f64]), inverse_mass: &[f64], time: f64) -> ContactExtremes {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
-        explicit::extremes::<D>(&self.model, contacts, (x, v), inverse_mass, time)
+        explicit::extremes::<D>((&self.model, &self.areas), contacts, (x, v), inverse_mass, time)
     }
 
     fn stiffening(&self, inverse_mass: &[f64]) -> f64 {

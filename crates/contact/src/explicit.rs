@@ -13,12 +13,13 @@ use crate::surface::{ContactSurface, VertexKind};
 /// The energy of a flat contact with the second derivative `k` [N/m^3] for each area of it adds at most `k
 /// (w_a/m_a + w_b/m_b)` to the square of an angular frequency: `(u_a - u_b)^2 <= (1 + t) u_a^2 + (1 + 1/t)
 /// u_b^2` for every `t`, and the integral of the square of a linear function is at most that of its corners.
+/// No area in contact is larger than the surface of either body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceMobility {
-    /// Largest of each body; 0 of those that do not move.
-    largest: Vec<f64>,
-    /// Least of each body among the vertices that move; 0 of those that do not.
-    least: Vec<f64>,
+    /// Area [m^2] and inverse mass [1/kg] of the vertices of each body that move.
+    moving: Vec<Vec<[f64; 2]>>,
+    /// Area of each body [m^2]; infinite of half-spaces and balls.
+    areas: Vec<f64>,
     /// Sides from which each body is touched by others that are thin too; 1 of solids.
     sides: Vec<f64>,
     /// Vertices of each body.
@@ -34,15 +35,15 @@ const SIDES_OF_WIRE: f64 = 3.0;
 impl SurfaceMobility {
     /// Those of `bodies` bodies; `inverse_mass` [1/kg] of every vertex of the system, 0 where it is held.
     pub fn new(surface: &ContactSurface, bodies: usize, inverse_mass: impl Fn(u32) -> f64) -> Self {
-        let (mut largest, mut least) = (vec![0.0f64; bodies], vec![f64::INFINITY; bodies]);
+        let (mut moving, mut areas) = (vec![vec![]; bodies], vec![0.0; bodies]);
         let (mut sides, mut vertices) = (vec![1.0f64; bodies], vec![0; bodies]);
         for &v in &surface.vertices {
             let body = surface.bodies[v as usize] as usize;
+            let (area, inverse) = (surface.vertex_areas[v as usize], inverse_mass(v));
             vertices[body] += 1;
-            let mobility = surface.vertex_areas[v as usize] * inverse_mass(v);
-            if mobility > 0.0 {
-                largest[body] = largest[body].max(mobility);
-                least[body] = least[body].min(mobility);
+            areas[body] += area;
+            if area * inverse > 0.0 {
+                moving[body].push([area, inverse]);
             }
             let from = match surface.kinds[v as usize] {
                 VertexKind::Particle => SIDES_OF_PARTICLE[surface.dimension - 2],
@@ -53,25 +54,37 @@ impl SurfaceMobility {
             };
             sides[body] = sides[body].max(from);
         }
-        least.iter_mut().filter(|least| least.is_infinite()).for_each(|least| *least = 0.0);
-        SurfaceMobility { largest, least, sides, vertices }
+        areas.iter_mut().filter(|area| **area == 0.0).for_each(|area| *area = f64::INFINITY);
+        SurfaceMobility { moving, areas, sides, vertices }
+    }
+
+    /// Areas over masses of the vertices of `a` in contact with `b` [m^2/kg].
+    fn against(&self, a: u32, b: u32) -> impl Iterator<Item = f64> + '_ {
+        let most = self.areas[b as usize];
+        self.moving[a as usize].iter().map(move |[area, inverse]| area.min(most) * inverse)
     }
 
     /// `R` [m^2/kg]: contact of the two bodies with the second derivative `k` [N/m^3] for each area adds at
     /// most `k R` to the square of an angular frequency.
     pub fn of_pair(&self, a: u32, b: u32) -> f64 {
-        let (a, b) = (a as usize, b as usize);
-        if a == b && self.vertices[a] < 2 {
+        let [side_a, side_b] = [a, b].map(|body| self.sides[body as usize]);
+        if a == b && self.vertices[a as usize] < 2 {
             return 0.0;
         }
-        let both_thin = self.sides[a] > 1.0 && self.sides[b] > 1.0;
-        let part = |i: usize| self.largest[i] * if both_thin { self.sides[i] } else { 1.0 };
-        part(a) + part(b)
+        let both_thin = side_a > 1.0 && side_b > 1.0;
+        let part = |a: u32, b: u32, sides: f64| {
+            self.against(a, b).fold(0.0, f64::max) * if both_thin { sides } else { 1.0 }
+        };
+        part(a, b, side_a) + part(b, a, side_b)
     }
 
     /// Most mass for an area that contact of the two has to stop [kg/m^2]; infinite where neither moves.
     pub fn mass_to_stop(&self, a: u32, b: u32) -> f64 {
-        1.0 / (self.least[a as usize] + self.least[b as usize])
+        let least = |a: u32, b: u32| {
+            let least = self.against(a, b).fold(f64::INFINITY, f64::min);
+            if least.is_finite() { least } else { 0.0 }
+        };
+        1.0 / (least(a, b) + least(b, a))
     }
 }
 
@@ -87,6 +100,11 @@ pub fn stiffening(model: &ContactModel, mobility: &SurfaceMobility) -> f64 {
         }
     }
     most
+}
+
+/// Area of the surface of each body [m^2]; infinite of half-spaces and balls.
+pub(crate) fn areas(model: &ContactModel) -> Vec<f64> {
+    SurfaceMobility::new(&model.surface, model.names.len(), |_| 0.0).areas
 }
 
 /// What one contact means for one of its vertices.
@@ -107,7 +125,7 @@ struct Share {
 
 /// Deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v` [m/s].
 pub(crate) fn extremes<const D: usize>(
-    model: &ContactModel,
+    (model, areas): (&ContactModel, &[f64]),
     contacts: &Contacts,
     (x, v): (&[f64], &[f64]),
     inverse_mass: &[f64],
@@ -166,7 +184,8 @@ pub(crate) fn extremes<const D: usize>(
             |of: fn(&Share) -> f64| of_vertex.iter().map(|share| share.area * of(share)).sum::<f64>() / area;
         let [a, b] = of_vertex[0].bodies;
         let barrier = &model.laws.of(a, b).barrier;
-        let full = model.surface.vertex_areas[vertex as usize];
+        let other = if model.body(vertex) == a { b } else { a };
+        let full = model.surface.vertex_areas[vertex as usize].min(areas[other as usize]);
         let mass = 1.0 / (full * (mobility(vertex) + mean(|share| share.other)));
         let friction = 2.0 * mobility(vertex) * of_vertex.iter().map(|share| share.friction).sum::<f64>();
         found.friction = found.friction.max(friction);
