@@ -418,3 +418,62 @@ fn a_block_slides_to_rest_in_explicit_steps() {
         assert!(off < 1e-2, "{scheme}: {off:e} J of 10 J");
     }
 }
+
+/// The worst contacts are kept at a checkpoint.
+#[test]
+fn the_hardest_approach_survives_a_checkpoint() {
+    let start = FallingParticle { height: 0.0105, velocity: [0.0, -1.0], ..falls_from_half_a_metre() };
+    let scheme = IntegratorSpec::VelocityVerlet;
+    let mut simulation = start.simulation(&scheme, 1e-4);
+    super::advance(&mut simulation, 50);
+    let extremes = simulation.contact_extremes().clone();
+    assert!(extremes.hardest.is_some());
+    let checkpoint = simulation.checkpoint();
+    let mut resumed = start.simulation(&scheme, 1e-4);
+    resumed.resume(&checkpoint).unwrap();
+    assert_eq!(*resumed.contact_extremes(), extremes);
+}
+
+fn warnings(contact: &str, speed: f64) -> String {
+    let text = format!(
+        "dimension = 2\ntime = {{ integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }}\n\
+         world = {{ gravity = [0, -9.81] }}\ncontact = {contact}\n\
+         [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.03]] }} }}\nmass = {{ per_vertex = 0.1 }}\n\
+         contact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [0, -{speed}] }} }}\n\
+         [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
+    );
+    super::assembled(&text).report.warnings.join("\n")
+}
+
+/// `1.1547 * 0.3 * 1e-3 / 1e-4` = 3.464 m/s, and `2 mu g h` = 9.81e-4 m/s at mu = 0.5.
+#[test]
+fn what_steps_do_not_stop_and_do_not_bear_is_said_before_a_run() {
+    assert_eq!(warnings("{ distance = 1e-3 }", 3.4), "");
+    let told = warnings("{ distance = 1e-3 }", 3.5);
+    assert!(told.contains("`grain` and `floor`") && told.contains("stops 3.464e0 m/s"), "{told}");
+    assert_eq!(warnings("{ distance = 1e-3, friction = 0.5, threshold_speed = 9.9e-4 }", 1.0), "");
+    let told = warnings("{ distance = 1e-3, friction = 0.5, threshold_speed = 9.7e-4 }", 1.0);
+    assert!(told.contains("9.700e-4 m/s") && told.contains("needs 9.810e-4 m/s"), "{told}");
+}
+
+/// A step that follows the error says nothing of how stiff contact of masses without a modulus is.
+#[test]
+fn contact_of_masses_in_adaptive_steps_needs_a_stiffness() {
+    let text = |contact: &str| {
+        format!(
+            "dimension = 2\ntime = {{ integrator = 'dormand-prince5', duration = 0.2, adaptive = {{ tolerance = 1e-6 }} }}\n\
+             contact = {contact}\n\
+             [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.03]] }} }}\nmass = {{ per_vertex = 0.1 }}\n\
+             contact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [0, -0.5] }} }}\n\
+             [[obstacle]]\nname = 'floor'\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
+        )
+    };
+    let told = super::problems(&text("{ distance = 1e-3 }"));
+    assert!(told.contains("how stiff contact of `grain` is") && told.contains("give `stiffness`"), "{told}");
+    let mut simulation = super::assembled(&text("{ distance = 1e-3, stiffness = 1e4 }")).simulation;
+    while simulation.state().time < 0.2 {
+        simulation.step_towards(0.2).unwrap();
+    }
+    let v = simulation.state().v()[1];
+    assert!((v - 0.5).abs() < 1e-3, "it leaves at {v} m/s");
+}
