@@ -316,6 +316,7 @@ the_committed_report_holds! {
     the_report_on_the_beam_holds: "beam", 200;
     the_report_on_the_stiff_beam_holds: "stiff_beam", 100;
     the_report_on_the_twisted_bar_holds: "twisted_bar", 100;
+    the_report_on_the_impact_holds: "impact", 100;
 }
 
 // A6, C13: what the committed references of stiff scenes say, by other codes; the beam's is known to eight digits.

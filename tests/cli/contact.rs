@@ -93,3 +93,34 @@ fn contacts_are_not_recorded_where_nothing_touches() {
     let ended = Bench::new(&without).pliant(["check", "scene.toml"]).ended_with(2);
     ended.says(&["channel `contacts` is about surfaces that touch, and the scene has no `[contact]`"]);
 }
+
+/// Explicit steps stop what is slow enough for the stiffness, and say what was not.
+#[test]
+fn an_explicit_run_says_its_hardest_approach_and_how_deep_it_went() {
+    let explicit = DROP.replace("implicit-euler", "velocity-verlet").replace("5e-3", "1e-4");
+    let stiff = explicit.replace("1 MPa", "0.1 MPa");
+    let bench = Bench::new(&stiff);
+    let checked = bench.pliant(["check", "scene.toml"]).succeeded();
+    checked.prints(&[
+        "explicit steps: forces without a pole, which stop approaches up to",
+        "its threshold is raised",
+    ]);
+    let document = bench.pliant(["run", "scene.toml", "--json"]).succeeded().json();
+    let summary = &document["summary"];
+    assert_eq!(summary["deepest_contact"], serde_json::Value::Null, "{summary}");
+    let hardest = &summary["hardest_approach"];
+    let (speed, stopped) = (hardest["speed"].as_f64().unwrap(), hardest["stopped"].as_f64().unwrap());
+    // From 5 cm: 0.98 m/s.
+    assert!((0.9..1.1).contains(&speed) && speed < stopped, "{hardest}");
+    assert_eq!(hardest["bodies"], serde_json::json!(["block", "floor"]));
+    let bench = Bench::new(&explicit.replace("1 MPa", "5 kPa"));
+    let document = bench.pliant(["run", "scene.toml", "--json"]).succeeded().json();
+    let deepest = &document["summary"]["deepest_contact"];
+    let depth = deepest["depth"].as_f64().unwrap();
+    // The cubic law without an end: 5 mm at most, where it holds the weight and the fall.
+    assert!((1e-5..2e-2).contains(&depth), "{deepest}");
+    let warnings = document["warnings"].to_string();
+    assert!(warnings.contains("`block` and `floor` entered each other"), "{warnings}");
+    let ended = bench.pliant(["run", "scene.toml", "--force"]).succeeded();
+    ended.prints(&["entered   block and floor, ", "approach  "]);
+}

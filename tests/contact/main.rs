@@ -5,6 +5,7 @@
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]
 
 mod collision;
+mod explicit;
 mod friction;
 mod particle;
 mod prescribed;

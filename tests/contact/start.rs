@@ -50,8 +50,6 @@ fn a_body_below_a_floor_is_told() {
 #[test]
 fn schemes_and_tables_that_contact_cannot_take_are_refused() {
     let scene = two_boxes("[0.05, 0.21]");
-    let explicit =
-        scene.replace("'implicit-euler'", "'velocity-verlet'").replace("step = 0.01", "step = 1e-5");
     let midpoint = scene.replace("'implicit-euler'", "'implicit-midpoint'");
     let pair = scene
         .replace("contact = {}", "contact = { pairs = [{ between = ['low', 'hihg'], friction = 0.1 }] }");
@@ -60,7 +58,6 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
     let without = scene.replace("contact = {}\n", "")
         + "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 1], offset = -1 } }\n";
     let cases = [
-        (explicit, "is explicit"),
         (midpoint, "end elsewhere"),
         (pair, "did you mean `high`"),
         (empty, "says nothing"),

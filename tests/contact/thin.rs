@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use pliant::energy::EnergyTerm;
-use pliant_contact::barrier::Barrier;
+use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
 use pliant_contact::merge::Duplicates;
@@ -54,7 +54,8 @@ fn mixed() -> ContactModel {
     let radii = [0.0, 0.03, 0.02, 0.03];
     surface.thicken(radii.to_vec(), 0.5);
     let law = |a: usize, b: usize| {
-        let barrier = Barrier { stiffness: 1e3, reach: 0.5, offset: radii[a] + radii[b] };
+        let barrier =
+            Barrier { form: PotentialForm::Barrier, stiffness: 1e3, reach: 0.5, offset: radii[a] + radii[b] };
         ContactLaw { barrier, friction: 0.0 }
     };
     ContactModel {

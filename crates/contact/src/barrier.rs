@@ -1,15 +1,29 @@
-//! The barrier: an energy that rises without bound as a distance falls to the sum of the radii.
+//! The energy of a pair: a barrier, which rises without bound as a distance falls to the sum of the radii, or
+//! a cushion, whose force stays finite, for steps that are not solved.
 
 use pliant::scalar::Scalar;
 
-/// Law of contact of a pair: `E = kappa w dhat B(q)` with `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0
-/// beyond, `q = (d^2 - xi^2) / Dh`, `Dh = dhat^2 + 2 xi dhat`. Twice continuously differentiable in `d`.
-///
-/// Li et al. 2020, *Incremental potential contact*, ACM Transactions on Graphics 39(4), in squared distances;
-/// scaled so that `kappa` is a pressure and energies converge as meshes are refined, Li et al. 2023,
-/// arXiv 2307.15908.
+/// Form of the energy of a pair as a function of its distance `d`, twice continuously differentiable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PotentialForm {
+    /// `E = kappa w dhat B(q)` with `B(q) = -(q - 1)^2 ln q` for `0 < q < 1` and 0 beyond, `q = (d^2 - xi^2)
+    /// / Dh`, `Dh = dhat^2 + 2 xi dhat`; infinite where the radii overlap.
+    ///
+    /// Li et al. 2020, *Incremental potential contact*, ACM Transactions on Graphics 39(4), in squared
+    /// distances; scaled so that `kappa` is a pressure and energies converge as meshes are refined, Li et al.
+    /// 2023, arXiv 2307.15908.
+    #[default]
+    Barrier,
+    /// `E = 2/3 kappa w dhat (1 - s)^3` with `s = (d - xi) / dhat` for `s < 1` and 0 beyond: no pole, and
+    /// finite where the radii overlap, `s < 0`. Its second derivative is `4 kappa w / dhat (1 - s)`.
+    Cubic,
+}
+
+/// Law of contact of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrier {
+    /// Form of the energy.
+    pub form: PotentialForm,
     /// `kappa` [Pa].
     pub stiffness: f64,
     /// `dhat`: the gap at which bodies begin to repel each other [m].
@@ -29,6 +43,17 @@ pub struct EnergyOfDistance<S> {
     pub curvature: S,
 }
 
+/// An energy as a function of a distance `d`, with its derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyOfGap {
+    /// `E` [J].
+    pub energy: f64,
+    /// `dE/dd` [N].
+    pub slope: f64,
+    /// `d2E/dd2` [N/m].
+    pub curvature: f64,
+}
+
 impl Barrier {
     /// `(dhat + xi)^2` [m^2]: pairs at a smaller squared distance have an energy.
     pub fn squared_reach(&self) -> f64 {
@@ -40,10 +65,18 @@ impl Barrier {
         self.reach * (self.reach + 2.0 * self.offset)
     }
 
-    /// Energy of a pair of weight `w` [m^2] at the squared distance `D` [m^2]; infinite where the radii
-    /// overlap, with derivatives of zero.
+    /// Energy of a pair of weight `w` [m^2] at the squared distance `D` [m^2]; that of a barrier is infinite
+    /// where the radii overlap, with derivatives of zero.
     #[inline(always)]
     pub fn at<S: Scalar>(&self, squared_distance: S, weight: S) -> EnergyOfDistance<S> {
+        match self.form {
+            PotentialForm::Barrier => self.logarithmic_at(squared_distance, weight),
+            PotentialForm::Cubic => self.cubic_at(squared_distance, weight),
+        }
+    }
+
+    #[inline(always)]
+    fn logarithmic_at<S: Scalar>(&self, squared_distance: S, weight: S) -> EnergyOfDistance<S> {
         let c = S::splat;
         let inverse = c(1.0 / self.scale());
         let b = barrier(
@@ -57,6 +90,62 @@ impl Barrier {
             slope: slope * b.slope,
             curvature: slope * inverse * b.curvature,
         }
+    }
+
+    /// `dE/dD = E'/(2 d)`, `d2E/dD2 = (E'' - E'/d)/(4 d^2)`; where the two touch in a point there is no
+    /// direction, and no force.
+    #[inline(always)]
+    fn cubic_at<S: Scalar>(&self, squared_distance: S, weight: S) -> EnergyOfDistance<S> {
+        let c = S::splat;
+        let zero = S::zero();
+        let d = squared_distance.sqrt();
+        let left = (c(self.reach + self.offset) - d) * c(1.0 / self.reach);
+        let left = S::select(zero.lt(left), left, zero);
+        let apart = zero.lt(d);
+        let inverse = S::one() / S::select(apart, d, S::one());
+        let inverse = S::select(apart, inverse, zero);
+        let force = weight * c(2.0 * self.stiffness) * (left * left);
+        let stiffness = weight * c(4.0 * self.stiffness / self.reach) * left;
+        EnergyOfDistance {
+            energy: force * left * c(self.reach / 3.0),
+            slope: -(force * inverse * c(0.5)),
+            curvature: (stiffness + force * inverse) * (inverse * inverse) * c(0.25),
+        }
+    }
+
+    /// Energy of a pair of weight `w` [m^2] at the signed distance `d` [m] of a side that has an inside:
+    /// negative there. A barrier is infinite there, with derivatives of zero.
+    pub fn at_signed(&self, distance: f64, weight: f64) -> EnergyOfGap {
+        if self.form == PotentialForm::Cubic {
+            let left = ((self.reach + self.offset - distance) / self.reach).max(0.0);
+            let force = 2.0 * self.stiffness * weight * left * left;
+            return EnergyOfGap {
+                energy: force * left * self.reach / 3.0,
+                slope: -force,
+                curvature: 4.0 * self.stiffness * weight / self.reach * left,
+            };
+        }
+        if distance <= 0.0 {
+            return EnergyOfGap { energy: f64::INFINITY, slope: 0.0, curvature: 0.0 };
+        }
+        let law = self.at(distance * distance, weight);
+        EnergyOfGap {
+            energy: law.energy,
+            slope: 2.0 * law.slope * distance,
+            // The energy is convex in the distance.
+            curvature: 4.0 * law.curvature * distance * distance + 2.0 * law.slope,
+        }
+    }
+
+    /// Energy [J] of a pair of weight 1 m^2 of the cubic form whose gap is closed: `2/3 kappa dhat`.
+    pub fn closing_energy(&self) -> f64 {
+        self.stiffness * self.reach * 2.0 / 3.0
+    }
+
+    /// The largest speed [m/s] at which a mass `m` [kg] for an area of 1 m^2 may approach and be stopped
+    /// before its gap is closed, by the cubic form: `sqrt(4 kappa dhat / (3 m))`.
+    pub fn stopped_speed(&self, mass: f64) -> f64 {
+        (2.0 * self.closing_energy() / mass).sqrt()
     }
 
     /// Pressure between flat surfaces at the distance `d` [m], in parts of `kappa`: `-2 s B'(s^2)` with

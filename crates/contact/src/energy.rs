@@ -5,14 +5,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pliant::algebra::Mat;
 use pliant::energy::{
-    ChangingStencils, EnergyKind, EnergyTerm, Fault, Stencils, StepLimit, SurfaceContact, TermProperties,
-    TermViews, TouchingSurfaces,
+    ChangingStencils, ContactExtremes, EnergyKind, EnergyTerm, Fault, Measurements, Stencils, StepLimit,
+    SurfaceContact, TermProperties, TermViews, TouchingSurfaces, WatchedContacts,
 };
 use pliant::material::Psd;
 use rayon::prelude::*;
 
+use crate::barrier::PotentialForm;
 use crate::candidates::CandidatePairs;
 use crate::contacts::{ContactVisitor, Contacts, PlaneGeometry};
+use crate::explicit::{self, SurfaceMobility};
 use crate::hessian::PairBlocks;
 use crate::merge::MollifiedPair;
 use crate::model::{ContactLaw, ContactModel};
@@ -21,7 +23,7 @@ use crate::pair::PairGeometry;
 use crate::report::ContactReport;
 use crate::rows::{StencilLists, TouchedRows};
 use crate::search::ContactSearch;
-use crate::way::{Obstruction, Way};
+use crate::way::{Obstruction, Way, WayEnd};
 
 /// Contacts that one task takes.
 const TASK: usize = 256;
@@ -34,9 +36,17 @@ pub(crate) fn locked<const D: usize>(search: &SharedSearch<D>) -> MutexGuard<'_,
     search.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Energy of all contacts, `E = sum kappa w m dhat B(q)`.
+/// Steps whose motion candidates are gathered for ahead, where steps are short.
+const STEPS_AHEAD: f64 = 16.0;
+
+/// Energy of all contacts: `E = sum kappa w m dhat B(q)` by barriers, which nothing passes, `E = sum 2/3 kappa
+/// w m dhat (1 - s)^3` in the cubic form, whose forces end, and which watches what passes.
 pub struct ContactEnergy<const D: usize> {
     model: Arc<ContactModel>,
+    form: PotentialForm,
+    allows_crossing: bool,
+    /// Area of each body [m^2], of the cubic form.
+    areas: Vec<f64>,
     search: SharedSearch<D>,
     gradient: TouchedRows<D>,
     /// Contacts of the matrix.
@@ -45,16 +55,27 @@ pub struct ContactEnergy<const D: usize> {
 }
 
 impl<const D: usize> ContactEnergy<D> {
-    /// The energy of the contacts of a model, in a system of as many vertices as its surface names.
+    /// The energy of the contacts of a model, in a system of as many vertices as its surface names; all of
+    /// its laws have one form.
     pub fn new(model: Arc<ContactModel>) -> Self {
         let search = Arc::new(Mutex::new(ContactSearch::new(&model)));
+        let form =
+            if model.names.is_empty() { PotentialForm::Barrier } else { model.laws.of(0, 0).barrier.form };
         ContactEnergy {
+            form,
+            allows_crossing: false,
+            areas: if form == PotentialForm::Cubic { explicit::areas(&model) } else { vec![] },
             gradient: TouchedRows::new(model.surface.bodies.len()),
             contacts: Contacts::default(),
             lists: StencilLists::new(),
             model,
             search,
         }
+    }
+
+    /// Lets surfaces of the cubic form pass through each other, and does not look whether they do.
+    pub fn allow_crossing(&mut self, allow: bool) {
+        self.allows_crossing = allow;
     }
 
     /// The search for whatever else asks for the same contacts.
@@ -88,14 +109,15 @@ impl<const D: usize> ContactEnergy<D> {
     }
 
     /// Obstruction that leaves the least of a way free.
-    fn first_on_way(&self, x: &[f64], dx: &[f64]) -> Option<Obstruction> {
-        let way = Way { x, dx };
+    fn first_on_way(&self, x: &[f64], dx: &[f64], ends: WayEnd) -> Option<Obstruction> {
+        let way = Way { x, dx, ends };
         let to: Vec<f64> = x.iter().zip(dx).map(|(x, dx)| x + dx).collect();
         let search = locked(&self.search);
         if let Some(pairs) = search.candidates_of_way(&self.model, x, &to) {
             return way.first::<D>(&self.model, pairs);
         }
-        let (surface, reach) = (&self.model.surface, search.reach);
+        let surface = &self.model.surface;
+        let reach = if ends == WayEnd::Crossing { 0.0 } else { search.reach };
         let pairs = CandidatePairs::gather::<D>(surface, &self.model.pairs, x, Some(dx), reach);
         way.first::<D>(&self.model, &pairs)
     }
@@ -140,16 +162,12 @@ impl<const D: usize> ContactVisitor<D> for ContactTerm<D> {
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
-        if plane.distance <= 0.0 {
-            self.energy = f64::INFINITY;
-            return;
-        }
-        let law = law.barrier.at(plane.distance * plane.distance, weight);
+        let law = law.barrier.at_signed(plane.distance, weight);
         self.energy = law.energy;
-        if self.with_gradient {
+        if self.with_gradient && law.energy.is_finite() {
             self.count = 2;
             self.vertices[..2].copy_from_slice(vertices);
-            let force = plane.normal.map(|n| 2.0 * law.slope * plane.distance * n);
+            let force = plane.normal.map(|n| law.slope * n);
             (self.gradient[0], self.gradient[1]) = (force, force.map(|f| -f));
         }
     }
@@ -224,10 +242,7 @@ impl<const D: usize> ContactVisitor<D> for ContactBlocks<D> {
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
-        let d = plane.distance.max(0.0);
-        let law = law.barrier.at(d * d, weight);
-        // d2E/dd2: the energy is convex in the distance.
-        let curvature = 4.0 * law.curvature * d * d + 2.0 * law.slope;
+        let curvature = law.barrier.at_signed(plane.distance, weight).curvature;
         self.count = 2;
         self.vertices[..2].copy_from_slice(vertices);
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
@@ -312,7 +327,15 @@ impl<const D: usize> EnergyTerm for ContactEnergy<D> {
 
 impl<const D: usize> TermViews for ContactEnergy<D> {
     fn limit(&self) -> Option<&dyn StepLimit> {
-        Some(self)
+        (self.form == PotentialForm::Barrier).then_some(self)
+    }
+
+    fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+        if self.form == PotentialForm::Cubic { Some(self) } else { None }
+    }
+
+    fn watched(&self) -> Option<&dyn WatchedContacts> {
+        (self.form == PotentialForm::Cubic).then_some(self)
     }
 
     fn touching(&self) -> Option<&dyn TouchingSurfaces> {
@@ -330,7 +353,7 @@ impl<const D: usize> TermViews for ContactEnergy<D> {
 
 impl<const D: usize> StepLimit for ContactEnergy<D> {
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        self.first_on_way(x, dx).map_or(1.0, |first| first.part)
+        self.first_on_way(x, dx, WayEnd::Gap).map_or(1.0, |first| first.part)
     }
 
     fn guards_way(&self) -> bool {
@@ -338,7 +361,40 @@ impl<const D: usize> StepLimit for ContactEnergy<D> {
     }
 
     fn obstruction(&self, x: &[f64], dx: &[f64]) -> Option<String> {
-        self.first_on_way(x, dx).map(|first| self.named_pair(&first.primitives))
+        self.first_on_way(x, dx, WayEnd::Gap).map(|first| self.named_pair(&first.primitives))
+    }
+}
+
+/// Of the cubic form.
+impl<const D: usize> Measurements for ContactEnergy<D> {
+    /// Nothing: [`stiffening`](WatchedContacts::stiffening) bounds whatever touches, now or later.
+    fn add_stiffness_product(&mut self, _: &[f64], _: &[f64], _: &mut [f64]) -> bool {
+        false
+    }
+}
+
+impl<const D: usize> WatchedContacts for ContactEnergy<D> {
+    fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
+        if self.allows_crossing {
+            return None;
+        }
+        let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
+        let first = self.first_on_way(from, &dx, WayEnd::Crossing)?;
+        Some(Fault::Crossing { pair: self.named_pair(&first.primitives) })
+    }
+
+    fn extremes(&self, (x, v): (&[f64], &[f64]), inverse_mass: &[f64], time: f64) -> ContactExtremes {
+        let mut search = locked(&self.search);
+        let contacts = search.contacts_at(&self.model, x);
+        explicit::extremes::<D>((&self.model, &self.areas), contacts, (x, v), inverse_mass, time)
+    }
+
+    fn stiffening(&self, inverse_mass: &[f64]) -> f64 {
+        let of = |v: u32| inverse_mass[v as usize * D..][..D].iter().copied().fold(0.0, f64::max);
+        explicit::stiffening(
+            &self.model,
+            &SurfaceMobility::new(&self.model.surface, self.model.names.len(), of),
+        )
     }
 }
 
@@ -359,7 +415,8 @@ impl<const D: usize> ChangingStencils for ContactEnergy<D> {
     fn begin_step(&mut self, _: &[f64], v: &[f64], dt: f64) -> bool {
         let square = |row: &[f64]| row.iter().map(|v| v * v).sum::<f64>();
         let fastest = v.chunks_exact(D).map(square).fold(0.0, f64::max).sqrt();
-        locked(&self.search).expect_motion(fastest * dt);
+        let steps = if self.form == PotentialForm::Cubic { STEPS_AHEAD } else { 1.0 };
+        locked(&self.search).expect_motion(steps * fastest * dt);
         false
     }
 

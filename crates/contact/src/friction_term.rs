@@ -22,8 +22,20 @@ struct RubbingContact<const D: usize> {
     pair: PairFriction<f64, D, 4>,
 }
 
+/// What raises thresholds of friction.
+#[derive(Clone, Debug)]
+struct BorneThreshold {
+    /// `h` [s].
+    step: f64,
+    /// Of every vertex [1/kg]; 0 of what does not move.
+    inverse_mass: Vec<f64>,
+    /// `sum_k mu_k lambda_k |c_kv| sum_j |c_kj|` of every vertex [N], over the vertices `j` that move.
+    force: Vec<f64>,
+}
+
 /// Friction of the contacts of a model, `R(v) = sum mu lambda f0(|v_T|)`.
 pub struct FrictionTerm<const D: usize> {
+    borne: Option<BorneThreshold>,
     model: Arc<ContactModel>,
     search: SharedSearch<D>,
     /// Contacts that rub, by the number of their vertices: two, three, four.
@@ -33,10 +45,34 @@ pub struct FrictionTerm<const D: usize> {
     frozen: bool,
 }
 
+impl BorneThreshold {
+    fn raise<const D: usize>(&mut self, contacts: &mut [Vec<RubbingContact<D>>; 3]) {
+        let BorneThreshold { step, inverse_mass, force } = self;
+        let moving = |contact: &RubbingContact<D>| {
+            let all = contact.vertices.into_iter().zip(contact.pair.coefficients).take(contact.count);
+            all.filter(|(v, _)| inverse_mass[*v as usize] > 0.0).collect::<Vec<_>>()
+        };
+        for contact in contacts.iter().flatten() {
+            let moving = moving(contact);
+            let all: f64 = moving.iter().map(|(_, c)| c.abs()).sum();
+            moving.iter().for_each(|(v, c)| force[*v as usize] += contact.pair.limit * c.abs() * all);
+        }
+        for contact in contacts.iter_mut().flatten() {
+            let borne = |(v, _): (u32, f64)| 2.0 * *step * force[v as usize] * inverse_mass[v as usize];
+            let most = moving(contact).into_iter().map(borne).fold(0.0, f64::max);
+            contact.pair.threshold = contact.pair.threshold.max(most);
+        }
+        for contact in contacts.iter().flatten() {
+            contact.vertices[..contact.count].iter().for_each(|v| force[*v as usize] = 0.0);
+        }
+    }
+}
+
 impl<const D: usize> FrictionTerm<D> {
     /// Friction of the contacts of `energy`.
     pub fn new(energy: &ContactEnergy<D>) -> Self {
         FrictionTerm {
+            borne: None,
             model: energy.model().clone(),
             search: energy.search(),
             contacts: [vec![], vec![], vec![]],
@@ -44,6 +80,16 @@ impl<const D: usize> FrictionTerm<D> {
             gradient: TouchedRows::new(energy.model().surface.bodies.len()),
             frozen: false,
         }
+    }
+
+    /// Raises the threshold speed of contacts to what steps of `h` [s] bear that are not solved: `e_k = max(e,
+    /// 2 h max_v F_v / m_v)` over the vertices of a contact, `F_v = sum_k mu_k lambda_k |c_kv| sum_j |c_kj|`.
+    /// No motion is then slowed faster than at the rate `1 / h`: the sums over the rows of `M^-1 d2R/dv2`, whose
+    /// slope at rest is `2 mu lambda / e`, are a bound of its eigenvalues (Gershgorin). `mass` [kg] of every
+    /// vertex, 0 of what does not move.
+    pub fn raise_threshold(&mut self, step: f64, mass: &[f64]) {
+        let inverse_mass = mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect();
+        self.borne = Some(BorneThreshold { step, inverse_mass, force: vec![0.0; mass.len()] });
     }
 
     /// Takes normal forces and tangents as they are at `x`.
@@ -63,6 +109,10 @@ impl<const D: usize> FrictionTerm<D> {
                 let ContactReport { count, vertices, .. } = report;
                 self.contacts[count - 2].push(RubbingContact { count, vertices, pair });
             }
+        }
+        drop(search);
+        if let Some(borne) = &mut self.borne {
+            borne.raise(&mut self.contacts);
         }
     }
 

@@ -4,19 +4,21 @@
 //! A pair of primitives has vertices `x_i` and coefficients `c_i` with `r = sum c_i x_i` the shortest way
 //! from the second primitive to the first and `d = |r|`. Energies, forces and Hessians of every kind of pair
 //! follow from the coefficients by one formula ([`pair`]). The contact energy of a pair is `kappa w dhat
-//! B(q)` ([`barrier`]). Steps are limited so that no pair ever touches ([`ccd`]).
+//! B(q)` ([`barrier`]), and solved steps are limited so that no pair ever touches ([`ccd`]). Steps that are
+//! not solved have an energy without a pole, and are watched ([`energy`]).
 //!
 //! Functions are generic over [`Scalar`](pliant::scalar::Scalar): the same text runs on `f64` and on packs of
 //! eight pairs, with the same bits.
 //!
 //! ```
-//! use pliant_contact::barrier::Barrier;
+//! use pliant_contact::barrier::{Barrier, PotentialForm};
 //! use pliant_contact::pair::{PairGeometry, PointTriangle};
 //!
 //! let x = [[0.2, 0.2, 0.5], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 //! let pair = PairGeometry::<f64, 3, 4, 2>::of::<PointTriangle>(&x);
 //! assert_eq!(pair.distance, 0.5);
-//! let barrier = Barrier { stiffness: 1e5, reach: 1.0, offset: 0.0 };
+//! let form = PotentialForm::Barrier;
+//! let barrier = Barrier { form, stiffness: 1e5, reach: 1.0, offset: 0.0 };
 //! let law = barrier.at(pair.squared_distance, 0.1);
 //! // The point is pushed up, the triangle down.
 //! let gradient = pair.gradient(law.slope);
@@ -36,6 +38,7 @@ pub mod closest;
 pub mod contacts;
 mod eigen;
 pub mod energy;
+pub mod explicit;
 pub mod friction;
 pub mod friction_term;
 pub mod hessian;

@@ -116,13 +116,12 @@ impl<const D: usize> ContactVisitor<D> for ContactReport<D> {
     }
 
     fn plane(&mut self, vertices: &[u32; 2], plane: &PlaneGeometry<D>, law: &ContactLaw, weight: f64) {
-        let d = plane.distance.max(0.0);
         self.count = 2;
         self.vertices[..2].copy_from_slice(vertices);
         self.coefficients[..2].copy_from_slice(&[1.0, -1.0]);
         self.normal = plane.normal;
         self.gap = plane.distance - law.barrier.offset;
-        self.force = -2.0 * d * law.barrier.at(d * d, weight).slope;
+        self.force = -law.barrier.at_signed(plane.distance, weight).slope;
         self.friction = law.friction;
     }
 

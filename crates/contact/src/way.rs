@@ -14,12 +14,27 @@ use crate::vector::stay_apart;
 /// Pairs that one task looks at.
 const TASK: usize = 512;
 
+/// Where a way ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WayEnd {
+    /// Where a tenth of a gap is left.
+    Gap,
+    /// Where primitives without an inside pass through each other; half-spaces have one.
+    Crossing,
+}
+
 /// Motion of all vertices from `x` to `x + dx`, flat `(n, D)` [m].
 #[derive(Clone, Copy)]
 pub(crate) struct Way<'a> {
     pub(crate) x: &'a [f64],
     pub(crate) dx: &'a [f64],
+    pub(crate) ends: WayEnd,
 }
+
+/// What comes nearer than this part of the reach has crossed.
+const CROSSED: f64 = 1e-6;
+/// How often a search that has ended on the way is taken up again.
+const CONTINUATIONS: usize = 10;
 
 /// Two primitives by their vertices, and the part of a motion that they leave free.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,6 +101,14 @@ impl Way<'_> {
         }
         let law = model.law(vertices[0], vertices[N - 1]);
         let x = rows::<D, N>(self.x, &vertices);
+        if self.ends == WayEnd::Crossing {
+            let near = CROSSED * law.barrier.reach;
+            return if stay_apart(&x, &dx, K::FIRST, near) {
+                1.0
+            } else {
+                crossing::<K, D, N>(&x, &dx, near)
+            };
+        }
         if stay_apart(&x, &dx, K::FIRST, law.barrier.reach + law.barrier.offset) {
             return 1.0;
         }
@@ -94,6 +117,9 @@ impl Way<'_> {
 
     fn planes<const D: usize>(&self, model: &ContactModel) -> Option<Obstruction> {
         let mut least = None;
+        if self.ends == WayEnd::Crossing {
+            return least;
+        }
         for half_space in &model.half_spaces {
             for &p in model.surface.vertices.iter().filter(|&&p| model.touch(model.body(p), half_space.body))
             {
@@ -146,6 +172,33 @@ impl Way<'_> {
         }
         least
     }
+}
+
+/// The part of the motion from `x` to `x + dx` after which two primitives are nearer than `near` [m]; 1 where
+/// they never are. One that cannot be shown to be free counts as not free.
+fn crossing<K: Primitives<D, N>, const D: usize, const N: usize>(
+    x: &[[f64; D]; N],
+    dx: &[[f64; D]; N],
+    near: f64,
+) -> f64 {
+    let (mut at, mut rest, mut time) = (*x, *dx, 0.0);
+    for _ in 0..CONTINUATIONS {
+        let part = safe_step::<K, f64, D, N>(&at, &rest, &GapLimit { reach: near, offset: 0.0 }, 1.0).time;
+        if part >= 1.0 {
+            return 1.0;
+        }
+        for i in 0..N {
+            for k in 0..D {
+                at[i][k] += part * rest[i][k];
+                rest[i][k] *= 1.0 - part;
+            }
+        }
+        time += (1.0 - time) * part;
+        if part == 0.0 || K::closest(&at).squared_distance < near * near {
+            return time;
+        }
+    }
+    time
 }
 
 /// The least part below 1 over all pairs and the number of the pair, the first of those that are equal.

@@ -109,6 +109,7 @@ impl<'a, 'b> Run<'a, 'b> {
             largest_energy_gain: state.largest_energy_gain,
             is_static: self.simulation.method().is_static(),
             motion_jumps: self.simulation.motion_jumps().cloned(),
+            contact: self.simulation.contact_extremes().clone(),
             start: state.start,
             end,
             last_frame_time: state.last_frame_time,

@@ -36,6 +36,7 @@ use crate::diagnostics::{
     reactions, stability_limit,
 };
 use crate::element::Barycentric;
+pub use crate::energy::ContactExtremes;
 use crate::energy::{Fault, SurfaceContact};
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
@@ -81,6 +82,7 @@ pub struct Simulation {
     counts_losses: bool,
     /// Jumps of prescribed motion, and the time that the last step that was looked at for them led to [s].
     motion_jumps: Option<MotionJumps>,
+    contact_extremes: ContactExtremes,
     jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
     points: Vec<(usize, Barycentric)>,
@@ -131,6 +133,7 @@ impl Simulation {
             opens_ledger: true,
             counts_losses: true,
             motion_jumps: None,
+            contact_extremes: ContactExtremes::default(),
             jumps_seen_until: 0.0,
             points: vec![],
             stability: None,
@@ -194,8 +197,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Notes what has come in and gone out in the step of `h` [s] from the time `from` [s] that has led here.
+    /// Notes what touches, and what has come in and gone out in the step of `h` [s] from the time `from` [s] that has led here.
     fn note_in_ledger(&mut self, from: f64, h: f64) {
+        self.note_contacts();
         if let Some(ledger) = &mut self.ledger {
             let State { time, .. } = self.state;
             let (system, x, v) = (&mut self.system, self.state.x(), self.state.v());
@@ -232,9 +236,25 @@ impl Simulation {
         self.motion_jumps.as_ref()
     }
 
-    /// Begins anew with [`motion_jumps`](Self::motion_jumps).
-    pub(crate) fn forget_motion_jumps(&mut self) {
+    /// Begins anew with [`motion_jumps`](Self::motion_jumps) and
+    /// [`contact_extremes`](Self::contact_extremes).
+    pub(crate) fn forget_what_was_noted(&mut self) {
         self.motion_jumps = None;
+        self.contact_extremes = ContactExtremes::default();
+    }
+
+    /// The worst contacts at the ends of the steps so far, where forces alone keep surfaces apart.
+    pub fn contact_extremes(&self) -> &ContactExtremes {
+        &self.contact_extremes
+    }
+
+    /// Looks at the contacts where a step has ended.
+    fn note_contacts(&mut self) {
+        if self.system.is_watched() {
+            let State { time, .. } = self.state;
+            let worst = self.system.contact_extremes(self.state.x(), self.state.v(), time);
+            self.contact_extremes.merge(worst);
+        }
     }
 
     /// Opens the ledger before the first step from the present state, and notes what was let go.

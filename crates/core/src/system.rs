@@ -44,6 +44,8 @@ pub struct System {
     changing: Option<u64>,
     /// True if any term guards the ways of vertices.
     has_guards: bool,
+    /// True if forces alone keep surfaces of any term apart.
+    is_watched: bool,
     /// Terms that take energy away.
     dissipation: Vec<Box<dyn DissipativeTerm>>,
     /// True if any term changes with time.
@@ -100,6 +102,7 @@ impl System {
             ids: vec![],
             changing: None,
             has_guards: false,
+            is_watched: false,
             dissipation: vec![],
             changes_with_time: false,
             walls: vec![],

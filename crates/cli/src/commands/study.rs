@@ -197,6 +197,9 @@ fn describe(study: &Results) -> String {
             out += &format!("{line}\n");
         }
     }
+    for refused in &study.refused {
+        out += &format!("left out: {}: {}\n", refused.integrator, refused.reason);
+    }
     for advice in study.recommendations() {
         let of =
             if advice.problem.is_empty() { String::new() } else { format!("with {}:\n", advice.problem) };
@@ -234,6 +237,7 @@ pub fn study_document(studies: &[Results]) -> Value {
                 "title": study.title,
                 "provenance": study.provenance,
                 "complete": study.complete,
+                "refused": study.refused,
                 "variants": variants,
                 "recommendations": study.recommendations(),
                 "noise": study.noise(),

@@ -1,7 +1,7 @@
 //! Distances, barrier, mollifier and friction at points.
 
 use super::{Random, number, numbers, positions};
-use crate::barrier::{Barrier, barrier};
+use crate::barrier::{Barrier, PotentialForm, barrier};
 use crate::closest::{ClosestPoints, InnerKind, InnerPair, Primitives};
 use crate::eigen::positive_part;
 use crate::friction::{PairFriction, f0, f1, f1_over_y, f1_slope};
@@ -149,7 +149,7 @@ fn assert_projection(name: &str, pair: &Assembled) {
 #[test]
 fn energies_gradients_and_hessians_of_pairs() {
     let reference = &reference()["pairs"];
-    let law = Barrier { stiffness: 1e5, reach: 0.6, offset: 0.0 };
+    let law = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 0.6, offset: 0.0 };
     let with_radii = Barrier { offset: 0.05, ..law };
     let point_triangle = |name: &str, of: &Value, law: &Barrier| {
         let x = positions::<3, 4>(&of["x"]);
@@ -189,7 +189,7 @@ fn barrier_keeps_its_digits_at_both_ends() {
         for (found, expected) in [b.energy, b.slope, b.curvature].into_iter().zip(expected) {
             assert_near(found, expected, 1e-15 * 4.0 * expected.abs(), &format!("s = {s}"));
         }
-        let law = Barrier { stiffness: 3.0, reach: 1.0, offset: 0.0 };
+        let law = Barrier { form: PotentialForm::Barrier, stiffness: 3.0, reach: 1.0, offset: 0.0 };
         let pressure = number(&row["pressure_over_kappa"]);
         // The square of s is rounded: near 1 that counts 1 / (1 - s) times.
         let lost = 1e-15 / (1.0 - s).abs().max(1e-3);
@@ -205,7 +205,7 @@ fn barrier_keeps_its_digits_at_both_ends() {
 
 #[test]
 fn barrier_is_infinite_behind_the_radii_and_zero_beyond_the_reach() {
-    let law = Barrier { stiffness: 1.0, reach: 0.2, offset: 0.1 };
+    let law = Barrier { form: PotentialForm::Barrier, stiffness: 1.0, reach: 0.2, offset: 0.1 };
     for distance in [0.1, 0.05, 0.0] {
         let at = law.at(distance * distance, 1.0);
         assert!(at.energy == f64::INFINITY && at.slope == 0.0 && at.curvature == 0.0, "{at:?}");
@@ -237,7 +237,7 @@ fn mollifier_and_friction_functions() {
 #[test]
 fn nearly_parallel_edges_fade_out() {
     let reference = &reference()["pairs"]["nearly_parallel"];
-    let law = Barrier { stiffness: 1e5, reach: 0.2, offset: 0.0 };
+    let law = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 0.2, offset: 0.0 };
     for of in reference.as_array().unwrap() {
         let theta: f64 = number(&of["theta"]);
         let (c, s) = (0.5 * theta.cos(), 0.5 * theta.sin());
@@ -264,7 +264,7 @@ fn nearly_parallel_edges_fade_out() {
 
 #[test]
 fn hessian_of_a_mollified_pair_is_the_slope_of_its_gradient() {
-    let law = Barrier { stiffness: 1e5, reach: 0.6, offset: 0.0 };
+    let law = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 0.6, offset: 0.0 };
     let mut random = Random(7);
     for _ in 0..40 {
         // Directions that differ by up to a fiftieth: the mollifier is active below 0.0316.
@@ -302,7 +302,7 @@ fn assert_friction<K: PairKind<N, P> + Primitives<D, N>, const D: usize, const N
         let of = &reference()["friction_pairs"][format!("{name}_{motion}")];
         let (x, u) = (positions::<D, N>(&of["x"]), positions::<D, N>(&of["u"]));
         let pair = PairGeometry::<f64, D, N, P>::of::<K>(&x);
-        let law = Barrier { stiffness: 1e5, reach: 0.6, offset: 0.0 };
+        let law = Barrier { form: PotentialForm::Barrier, stiffness: 1e5, reach: 0.6, offset: 0.0 };
         let lambda = -2.0 * pair.distance * law.at(pair.squared_distance, 0.02).slope;
         let expected = number(&of["lambda"]);
         assert_near(lambda, expected, 1e-13 * expected, "lambda");

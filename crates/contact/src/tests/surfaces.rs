@@ -1,7 +1,7 @@
 //! Candidates and stencils of whole surfaces.
 
 use super::{Random, number, numbers};
-use crate::barrier::Barrier;
+use crate::barrier::{Barrier, PotentialForm};
 use crate::broad_phase::Bounds;
 use crate::candidates::{BodyPairs, CandidateCache, CandidatePairs};
 use crate::hessian::PairBlocks;
@@ -118,7 +118,12 @@ fn assert_surface(name: &str, of: &Value) {
     if name != "folded_sheet" {
         (0..x.len() as u32 / 3).for_each(|body| pairs.set(body, body, false));
     }
-    let law = Barrier { stiffness: number(&of["kappa"]), reach: number(&of["dhat"]), offset: 0.0 };
+    let law = Barrier {
+        form: PotentialForm::Barrier,
+        stiffness: number(&of["kappa"]),
+        reach: number(&of["dhat"]),
+        offset: 0.0,
+    };
     let candidates = CandidatePairs::gather::<3>(&surface, &pairs, &x, None, law.reach);
     for (duplicates, key) in [(Duplicates::Sum, "sum"), (Duplicates::Max, "max")] {
         // Duplicates of a surface folded onto its own parallel edges are counted otherwise there.

@@ -17,8 +17,8 @@ use std::ops::Range;
 
 use crate::material::Psd;
 pub use views::{
-    ChangingStencils, Driven, ElementTerm, ForceLayout, Measurements, MovablePlaces, StepLimit,
-    SurfaceContact, TermViews, TouchingSurfaces,
+    Approach, ChangingStencils, ContactExtremes, Driven, ElementTerm, ForceLayout, Measurements,
+    MovablePlaces, Penetration, StepLimit, SurfaceContact, TermViews, TouchingSurfaces, WatchedContacts,
 };
 
 /// Which sum of the diagnostics an energy belongs to.
@@ -102,6 +102,11 @@ pub enum Fault {
         /// The two primitives that are in each other's way, and their bodies.
         pair: String,
     },
+    /// Surfaces without an inside passed through each other.
+    Crossing {
+        /// The two primitives and their bodies.
+        pair: String,
+    },
     /// The straight way of a step leads through places that a term lets nothing pass.
     Way {
         /// Name of the term.
@@ -134,6 +139,7 @@ impl std::fmt::Display for Fault {
             Fault::Motion { hold } => write!(f, "the motion of pin `{hold}` has no finite value"),
             Fault::Overlap { pair, gap } => write!(f, "{pair} are {gap:.3e} m apart"),
             Fault::Obstructed { pair } => write!(f, "{pair} are in each other's way"),
+            Fault::Crossing { pair } => write!(f, "{pair} pass through each other on the way"),
             Fault::Way { term } => write!(f, "the way of the step leads through what {term} keeps apart"),
             Fault::Pair { first, second } => {
                 write!(f, "vertices {first} and {second} attract each other from the same place")

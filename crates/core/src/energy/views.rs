@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{DeformationExtremes, EnergyTerm, ShapeProducts, Stencils};
+use super::{DeformationExtremes, EnergyTerm, Fault, ShapeProducts, Stencils};
 use crate::element::{Barycentric, ElementState};
 use crate::material::Psd;
 
@@ -40,6 +40,11 @@ pub trait TermViews {
 
     /// Its contacts, where surfaces touch in it.
     fn touching(&self) -> Option<&dyn TouchingSurfaces> {
+        None
+    }
+
+    /// Its contacts, where forces alone keep surfaces apart.
+    fn watched(&self) -> Option<&dyn WatchedContacts> {
         None
     }
 
@@ -219,4 +224,70 @@ pub struct SurfaceContact {
 pub trait TouchingSurfaces {
     /// All contacts at `x`, flat [m], in a fixed order.
     fn contacts(&self, x: &[f64]) -> Vec<SurfaceContact>;
+}
+
+/// A contact whose gap was closed.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Penetration {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// How far one was inside of the other, radii included [m].
+    pub depth: f64,
+    /// When [s].
+    pub time: f64,
+}
+
+/// Surfaces that came towards each other.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Approach {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// How fast [m/s]: the speed of a vertex before the forces of contact took a part of it.
+    pub speed: f64,
+    /// Speed above which its gap may close [m/s].
+    pub stopped: f64,
+    /// When [s].
+    pub time: f64,
+}
+
+/// The worst of contact that forces alone keep apart.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ContactExtremes {
+    /// Deepest contact; `None` where no gap was closed.
+    pub deepest: Option<Penetration>,
+    /// Approach that took the largest part of what contact stops; `None` where nothing touched.
+    pub hardest: Option<Approach>,
+    /// Largest `2 sum mu lambda |c| / m` of a vertex [m/s^2], over its contacts and the vertices that move
+    /// with it: times the step it is the threshold speed of friction that explicit steps bear.
+    pub friction: f64,
+}
+
+impl ContactExtremes {
+    /// Takes the worse of both; of those that are equal the first.
+    pub fn merge(&mut self, other: ContactExtremes) {
+        let depth = |p: &Option<Penetration>| p.as_ref().map_or(0.0, |p| p.depth);
+        if depth(&other.deepest) > depth(&self.deepest) {
+            self.deepest = other.deepest;
+        }
+        let part = |a: &Option<Approach>| a.as_ref().map_or(0.0, |a| a.speed / a.stopped);
+        if part(&other.hardest) > part(&self.hardest) {
+            self.hardest = other.hardest;
+        }
+        self.friction = self.friction.max(other.friction);
+    }
+}
+
+/// A term whose surfaces forces alone keep apart: a step may lead through them, and each is looked at.
+pub trait WatchedContacts {
+    /// Surfaces without an inside that pass through each other on the straight way `from` one configuration
+    /// `to` another [m]; `None` where none do, or where they may.
+    fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault>;
+
+    /// The worst contacts at positions `x` [m] and velocities `v` [m/s] at `time` [s]; `inverse_mass` [1/kg]
+    /// of every coordinate, zero where it is held.
+    fn extremes(&self, state: (&[f64], &[f64]), inverse_mass: &[f64], time: f64) -> ContactExtremes;
+
+    /// Most that contact adds to the square of an angular frequency [1/s^2], now or later, as long as no gap
+    /// is closed.
+    fn stiffening(&self, inverse_mass: &[f64]) -> f64;
 }

@@ -59,7 +59,7 @@ pub struct RunState {
 impl RunState {
     /// The state at the beginning of a run.
     pub(super) fn new(simulation: &mut Simulation) -> Self {
-        simulation.forget_motion_jumps();
+        simulation.forget_what_was_noted();
         let start = simulation.diagnostics();
         let energy_scale = super::energy_scale(simulation, &start);
         RunState {

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostics, Reaction};
 use crate::observer::{ObserverError, Work};
-use crate::simulation::{MotionJumps, StepError};
+use crate::simulation::{ContactExtremes, MotionJumps, StepError};
 
 /// How a run ended.
 #[derive(Debug)]
@@ -35,6 +35,8 @@ pub struct Summary {
     pub reactions: Vec<Reaction>,
     /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
     pub motion_jumps: Option<MotionJumps>,
+    /// The worst contacts at the end of any step, where forces alone keep surfaces apart.
+    pub contact: ContactExtremes,
     /// Simulated time of the last frame shown [s].
     pub last_frame_time: f64,
     /// Largest `|E - E_0|` seen at any frame or guard [J], without what is known to have come in from

@@ -5,7 +5,7 @@
 //! factorisations, levels of multigrid, forces at hand. So both take the same steps, to the last bit, by
 //! every scheme and solver.
 
-use super::{MotionJumps, RetriedSteps, Simulation, Snapshot, SnapshotError};
+use super::{ContactExtremes, MotionJumps, RetriedSteps, Simulation, Snapshot, SnapshotError};
 use crate::solver::SolverWork;
 use crate::system::PinState;
 
@@ -25,6 +25,9 @@ pub struct Checkpoint {
     solver: SolverWork,
     retried: RetriedSteps,
     motion_jumps: Option<MotionJumps>,
+    /// The worst contacts so far.
+    #[serde(default)]
+    contact_extremes: ContactExtremes,
     /// Time up to which jumps have been looked for [s].
     jumps_seen_until: f64,
 }
@@ -49,6 +52,7 @@ impl Simulation {
             solver: self.solver_work(),
             retried: self.retried,
             motion_jumps: self.motion_jumps.clone(),
+            contact_extremes: self.contact_extremes.clone(),
             jumps_seen_until: self.jumps_seen_until,
         };
         let resumed = self.go_on_from(&checkpoint);
@@ -83,6 +87,7 @@ impl Simulation {
         self.earlier_solver_work = checkpoint.solver;
         self.retried = checkpoint.retried;
         self.motion_jumps = checkpoint.motion_jumps.clone();
+        self.contact_extremes = checkpoint.contact_extremes.clone();
         self.jumps_seen_until = checkpoint.jumps_seen_until;
         true
     }

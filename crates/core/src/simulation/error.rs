@@ -185,6 +185,12 @@ fn advice(fault: &Option<Fault>, step: f64, stable: Option<f64>, parts: &str) ->
         ),
         _ => format!("; try a smaller step, {half:.4e} s{parts}"),
     };
+    if matches!(fault, Some(Fault::Crossing { .. })) {
+        return format!(
+            "; contact in explicit steps stops only so much: try a smaller step, {half:.4e} s, a larger [contact] `distance` or \
+             `stiffness`, an implicit scheme, in whose steps nothing passes through, or say [contact] `allow_penetration = true`"
+        );
+    }
     if matches!(fault, Some(Fault::Pair { .. })) {
         return "; point masses need a distance: give [world] nbody a `softening` length, or let `ias15` with `adaptive` resolve close \
                 encounters of masses that start apart"

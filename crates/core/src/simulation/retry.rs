@@ -84,15 +84,18 @@ impl Simulation {
 
     /// One step of the scheme, of `h` [s]: what every step begins and ends with, whatever the scheme. Where a
     /// term guards the ways of vertices, a scheme whose solves do not end at its new positions must have come
-    /// there straight.
+    /// there straight; where forces alone keep surfaces apart, its straight way must not lead through them.
     pub(super) fn attempt(&mut self, h: f64) -> Result<(), StepFault> {
         let Simulation { system, state, integrator, method, .. } = self;
         system.begin_step(state.x(), state.v(), h);
-        let before = (system.has_guards() && !method.ends_at_solution()).then(|| state.x().to_vec());
+        let is_guarded = system.has_guards() && !method.ends_at_solution();
+        let before = (is_guarded || system.is_watched()).then(|| state.x().to_vec());
         integrator.step(system, state, h)?;
-        let Some(fault) = before.and_then(|before| system.way_fault(&before, state.x())) else {
-            return Ok(());
+        let fault = |before: Vec<f64>| {
+            let guarded = is_guarded.then(|| system.way_fault(&before, state.x())).flatten();
+            guarded.or_else(|| system.crossing(&before, state.x()))
         };
+        let Some(fault) = before.and_then(fault) else { return Ok(()) };
         integrator.undo(state);
         Err(StepFault { fault: Some(fault), vertex: None, solve: None })
     }

@@ -2,7 +2,7 @@
 
 use super::{ForceId, System, fresh};
 use crate::dissipation::DissipativeTerm;
-use crate::energy::{ChangingStencils, EnergyTerm, Fault};
+use crate::energy::{ChangingStencils, ContactExtremes, EnergyTerm, Fault, WatchedContacts};
 
 /// Tells one term from any other in this process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,7 @@ impl System {
     pub(super) fn terms_changed(&mut self) {
         self.changes_with_time = self.terms.iter().any(|term| term.properties().changes_with_time);
         self.has_guards = self.terms.iter().any(|term| term.limit().is_some_and(|limit| limit.guards_way()));
+        self.is_watched = self.terms.iter().any(|term| term.watched().is_some());
         let changing = self.terms.iter().any(|term| term.changing().is_some())
             || self.dissipation.iter().any(|term| term.changing().is_some());
         self.changing = changing.then(fresh);
@@ -112,6 +113,33 @@ impl System {
         }
         let dx: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
         self.shortened_way(from, &dx).map(|(_, term)| Fault::Way { term })
+    }
+
+    /// True if forces alone keep surfaces apart: every step must then be looked at.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.is_watched
+    }
+
+    fn watched(&self) -> impl Iterator<Item = &dyn WatchedContacts> {
+        self.terms.iter().filter_map(|term| term.watched())
+    }
+
+    /// Fault of the straight way `from` one configuration `to` another, where it leads surfaces through each
+    /// other that forces alone keep apart.
+    pub(crate) fn crossing(&self, from: &[f64], to: &[f64]) -> Option<Fault> {
+        self.watched().find_map(|term| term.crossing(from, to))
+    }
+
+    /// The worst contacts at `(x, v)`, of surfaces that forces alone keep apart.
+    pub(crate) fn contact_extremes(&self, x: &[f64], v: &[f64], time: f64) -> ContactExtremes {
+        let mut worst = ContactExtremes::default();
+        self.watched().for_each(|term| worst.merge(term.extremes((x, v), self.inverse_mass(), time)));
+        worst
+    }
+
+    /// Most that such contact adds to the square of an angular frequency [1/s^2], whatever touches now.
+    pub(crate) fn stiffening(&self) -> f64 {
+        self.watched().map(|term| term.stiffening(self.inverse_mass())).sum()
     }
 
     /// Makes dissipative terms hold what they take from the positions `x`; how often a solve may renew that,

@@ -71,6 +71,11 @@ fn with_step(
     stop: &Arc<AtomicBool>,
 ) -> Result<Simulation, SceneError> {
     let mut scene = scene.clone();
+    // Stiffness and friction of contact in explicit steps go by the step of the scene, whatever is tried.
+    let own = nominal_step(&scene);
+    if let Some(contact) = &mut scene.contact {
+        contact.designed_step = contact.designed_step.or(Some(own));
+    }
     scene.time.integrator = integrator;
     (scene.time.step, scene.time.adaptive) = (Some(step), None);
     scene.time.allow_unstable = true;

@@ -8,7 +8,7 @@ use super::{
     measure_limit, nominal_step,
 };
 use pliant::integrator::{IntegratorSpec, Scheme};
-use pliant_scene::{SceneError, Source};
+use pliant_scene::{RefusedScheme, SceneError, Source};
 
 /// Steps of the run whose drift is measured, at most.
 const DRIFT_STEPS: f64 = 2000.0;
@@ -36,6 +36,9 @@ pub struct StabilitySurvey {
     pub map: Option<Map>,
     /// Effect of a step on an oscillator.
     pub amplification: Vec<AmplificationCurve>,
+    /// Schemes whose steps do not hold the contact of the scene; they are not surveyed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub refused: Vec<RefusedScheme>,
     /// Walls of the scene, which no prediction accounts for.
     pub walls: usize,
     /// True if it came to its end.
@@ -58,6 +61,9 @@ pub enum SurveyError {
         /// The known ones.
         known: Vec<&'static str>,
     },
+    /// No scheme that is asked for holds the contact of the scene.
+    #[error("{}", .0.iter().map(|refused| refused.reason.as_str()).collect::<Vec<_>>().join("; "))]
+    Refused(Vec<RefusedScheme>),
 }
 
 impl StabilitySurvey {
@@ -74,10 +80,18 @@ impl StabilitySurvey {
     ) -> Result<StabilitySurvey, SurveyError> {
         let stopped = || interrupt.load(Ordering::Relaxed);
         let scene = source.scene()?;
-        let integrators = chosen(&choice.integrators, scene.time.integrator)?;
+        let mut integrators = chosen(&choice.integrators, scene.time.integrator)?;
+        let refused = |spec: &IntegratorSpec| RefusedScheme::by_contact(&scene, *spec);
+        let all_refused: Vec<RefusedScheme> = integrators.iter().filter_map(refused).collect();
+        integrators.retain(|spec| refused(spec).is_none());
+        if integrators.is_empty() {
+            return Err(SurveyError::Refused(all_refused));
+        }
         let own = nominal_step(&scene);
         let largest = scene.time.duration.max(100.0 * own);
-        let mut found = StabilitySurvey { walls: scene.world.walls.len(), ..StabilitySurvey::default() };
+        // Contact turns walls into obstacles.
+        let walls = if scene.contact.is_some() { 0 } else { scene.world.walls.len() };
+        let mut found = StabilitySurvey { walls, refused: all_refused, ..StabilitySurvey::default() };
         for integrator in &integrators {
             if stopped() {
                 return Ok(found);

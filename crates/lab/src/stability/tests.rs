@@ -179,3 +179,47 @@ fn energy_drifts_as_the_amplification_says() {
     let drift = energy_drift(&scene, spec("velocity-verlet"), 0.1, 1000.0, &Arc::default()).unwrap().unwrap();
     assert!(drift.per_second.abs() < 1e-7 && drift.amplitude < 3e-3, "{drift:?}");
 }
+
+/// A particle so heavy that it rests on a floor just where its gap would close: `m g = 2 kappa w` with `kappa
+/// w` = 1000 N/m, 1 kg and a reach of 1 mm, so that `omega^2 = 4 kappa w / (m dhat)` there.
+fn heavy_particle(integrator: &str) -> Scene {
+    Scene::from_toml(&format!(
+        "dimension = 2\ntime = {{ integrator = '{integrator}', step = 1e-4, duration = 1.0, allow_unstable = true }}\n\
+         world = {{ gravity = [0, -2000] }}\ncontact = {{ distance = 1e-3, stiffness = 1e5 }}\n\
+         [[body]]\nmesh = {{ inline = {{ points = [[0, 0.0045000001]] }} }}\nmass = {{ per_vertex = 1.0 }}\n\
+         contact = {{ radius = 0.0045 }}\n\
+         [[obstacle]]\nshape = {{ half_space = {{ normal = [0, 1], offset = 0 }} }}\n"
+    ))
+    .unwrap()
+}
+
+// Contact that is not there at the start counts as well as contact that is: here it is, and the limit is met.
+#[test]
+fn the_limit_of_a_body_at_rest_on_a_floor_is_the_one_predicted() {
+    for name in ["symplectic-euler", "velocity-verlet", "yoshida4", "rk4"] {
+        let found = measure_limit(&heavy_particle(name), spec(name), 1.0, &Arc::default()).unwrap().unwrap();
+        let predicted = found.predicted.unwrap();
+        let omega = (4.0 * 1000.0 / 1e-3f64).sqrt();
+        let radians = spec(name).method().documentation.stability_limit;
+        assert!((predicted - radians / omega).abs() < 1e-6 * predicted, "{name}: {found:?}");
+        let ratio = found.measured / predicted;
+        assert!((ratio - 1.0).abs() < 5e-3, "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn schemes_that_do_not_hold_contact_are_left_out_of_a_survey_with_the_reason() {
+    let text = heavy_particle("velocity-verlet").to_toml().unwrap();
+    let source = Source::new("heavy", &text);
+    let survey = |names: &[&str]| {
+        let integrators = names.iter().map(|name| (*name).to_owned()).collect();
+        let choice = SurveyOptions { integrators, against: None, quick: true };
+        StabilitySurvey::of(&source, &choice, &Arc::default(), &mut |_, _| {})
+    };
+    let found = survey(&["velocity-verlet", "implicit-midpoint"]).unwrap();
+    assert_eq!(found.limits.len(), 1);
+    assert_eq!(found.refused[0].integrator, "implicit-midpoint");
+    assert!(found.refused[0].reason.contains("behind an obstacle"), "{:?}", found.refused);
+    let error = survey(&["gauss2"]).unwrap_err().to_string();
+    assert!(error.contains("`gauss2`") && error.contains("behind an obstacle"), "{error}");
+}

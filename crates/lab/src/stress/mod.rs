@@ -144,7 +144,7 @@ impl CaseResult {
 
 /// One case of the suite.
 pub struct Case {
-    /// `D1` to `D13` as in the list of extreme cases, `torture` for the table of starts.
+    /// `D1` to `D13` as in the list of extreme cases, `K18` of those of contact, `torture` for the table of starts.
     pub row: &'static str,
     /// Its work, in a few words.
     pub name: String,
@@ -204,6 +204,7 @@ pub fn row_title(row: &str) -> &str {
         "D11" => "D11: stretched tenfold, and let go",
         "D12" => "D12: free spin",
         "D13" => "D13: a column under twice its buckling load",
+        "K18" => "K18: contact, too soft and too stiff, between bodies of other masses and stiffnesses",
         row => row,
     }
 }

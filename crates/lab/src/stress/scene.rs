@@ -13,7 +13,7 @@ use pliant::run::{energy_growth, energy_scale};
 use pliant::simulation::StepError;
 use pliant::solver::LinearSolver;
 use pliant_scene::assembly::UnstableStep;
-use pliant_scene::{KeyPath, Problem, Scene, SceneError, Solver, Source};
+use pliant_scene::{KeyPath, Problem, RefusedScheme, Scene, SceneError, Solver, Source};
 
 /// Steps of a run.
 const IMPLICIT_STEPS: u64 = 20;
@@ -78,6 +78,10 @@ pub fn scene_cases(source: &Source, choice: &CaseFilter) -> Result<Vec<Case>, Sc
     }
     if !choice.integrators.is_empty() {
         integrators.retain(|i| choice.integrators.iter().any(|n| n == i.method().documentation.name));
+    }
+    if let Some(refused) = integrators.iter().find_map(|spec| RefusedScheme::by_contact(&scene, *spec)) {
+        let path = KeyPath::root().key("time").key("integrator");
+        return Err(source.error(vec![Problem::semantic(path, refused.reason)]));
     }
     // What cannot be assembled is said at once.
     scene.assemble(UnstableStep::Accept).map_err(|problems| source.error(problems))?;

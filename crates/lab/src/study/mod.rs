@@ -65,7 +65,7 @@ pub use row::{COLUMNS, Row, RowStatus, SCHEMA, columns, csv};
 pub use sweep::Study;
 pub use trajectory::{InvariantSeries, StateSamples};
 
-use pliant_scene::{Problem, SceneError};
+use pliant_scene::{Problem, RefusedScheme, SceneError};
 
 /// Progress of a study, for its caller.
 #[derive(Clone, Copy, Debug)]
@@ -126,6 +126,9 @@ pub enum StudyError {
         /// How far the last run of each scheme came, or why it failed.
         reached: String,
     },
+    /// No scheme holds the contact of the scene.
+    #[error("{}", .0.iter().map(|refused| refused.reason.as_str()).collect::<Vec<_>>().join("; "))]
+    Refused(Vec<RefusedScheme>),
     /// The threads cannot be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {

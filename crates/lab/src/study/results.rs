@@ -1,5 +1,6 @@
 //! Results of a study.
 
+use pliant_scene::RefusedScheme;
 use serde::{Deserialize, Serialize};
 
 use super::advice::{number, problem, seconds, toml};
@@ -117,6 +118,8 @@ pub struct Results {
     pub error: f64,
     /// The variants.
     pub variants: Vec<VariantResult>,
+    /// Schemes whose steps do not hold the contact of the scene; they are not compared.
+    pub refused: Vec<RefusedScheme>,
     /// True if it came to its end.
     pub complete: bool,
 }

@@ -14,7 +14,7 @@ use super::results::{LineResult, Record, Results, StopReason, VariantResult};
 use super::row::RowStatus;
 use super::trajectory::Runner;
 use super::{Event, Reference, StudyError, order};
-use pliant_scene::{Scene, Source, vary};
+use pliant_scene::{RefusedScheme, Scene, Source, vary};
 
 /// Runs of a scheme beyond its largest stable step: one or two, to see it fail.
 const BEYOND_STABILITY: f64 = 4.0;
@@ -109,6 +109,9 @@ impl Study<'_> {
             variants.push(self.variant(changes, grid, until, watch)?);
         }
         let mut lines = self.lines(&variants, grid)?;
+        if lines.is_empty() && !self.refused(&base).is_empty() {
+            return Err(StudyError::Refused(self.refused(&base)));
+        }
         let mut finished = 0;
         while lines.iter().any(|line| line.stop.is_none()) {
             for i in 0..lines.len() {
@@ -179,12 +182,24 @@ impl Study<'_> {
         Ok(Variant { label: label.join("; "), scene, weights, reference })
     }
 
+    /// Why a scheme is not compared with others on the energy of contact that they have in common.
+    fn refusal(&self, scene: &Scene, contender: &Contender) -> Option<RefusedScheme> {
+        let mut scene = scene.clone();
+        scene.contact = scene.contact.map(|contact| contact.kept(&scene.time, 1.0));
+        RefusedScheme::by_contact(&scene, contender.spec)
+    }
+
+    fn refused(&self, scene: &Scene) -> Vec<RefusedScheme> {
+        self.plan.contenders.iter().filter_map(|contender| self.refusal(scene, contender)).collect()
+    }
+
     /// Runs to take first of every scheme.
     fn lines(&self, variants: &[Variant], grid: TimeGrid) -> Result<Vec<SweepLine>, StudyError> {
         let mut lines = vec![];
         let runner = Runner { grid, clock: self.clock, interrupt: self.interrupt };
         for (index, variant) in variants.iter().enumerate() {
-            for &contender in &self.plan.contenders {
+            let holds = |contender: &&Contender| self.refusal(&variant.scene, contender).is_none();
+            for &contender in self.plan.contenders.iter().filter(holds) {
                 let line = |adaptive, paces: Vec<TimeStepping>, given| SweepLine {
                     variant: index,
                     contender,
@@ -379,6 +394,7 @@ impl Study<'_> {
             grid,
             error: self.plan.error,
             variants: found,
+            refused: self.refused(base),
             complete,
         }
     }

@@ -404,3 +404,47 @@ fn steps_that_follow_the_error_land_on_the_times_of_comparison() {
     assert!(errors[1] < 1e-2 * errors[0] && errors[1] < 1e-7, "{errors:?}");
     assert!(toml(results.rows(), 1e-7).contains("adaptive = { tolerance = 1e-8 }"));
 }
+
+/// Two masses on a line that meet, as one particle each.
+fn meeting(integrator: &str) -> String {
+    let grain = |name: &str, x: f64, v: f64| {
+        format!(
+            "[[body]]\nname = '{name}'\nmesh = {{ inline = {{ points = [[{x}, 0]] }} }}\nmass = {{ per_vertex = 1.0 }}\n\
+             contact = {{ radius = 0.01 }}\nvelocity = {{ rigid = {{ linear = [{v}, 0] }} }}\n"
+        )
+    };
+    format!(
+        "dimension = 2\ntime = {{ integrator = '{integrator}', step = 1e-3, duration = 0.1 }}\n\
+         contact = {{ distance = 0.02, stiffness = 1e4 }}\n{}{}",
+        grain("a", -0.03, 0.5),
+        grain("b", 0.03, -0.5)
+    )
+}
+
+// All schemes have the energy of the scene's own, and what cannot hold it is said.
+#[test]
+fn schemes_are_compared_on_one_law_of_contact() {
+    let schemes = [IntegratorSpec::VelocityVerlet, IntegratorSpec::TrBdf2, IntegratorSpec::ImplicitMidpoint];
+    let steps = [1e-3, 5e-4, 2.5e-4];
+    let explicit = meeting("velocity-verlet");
+    let cubic = made(&explicit, &plan(&explicit, &schemes, &steps));
+    assert!(cubic.refused.is_empty(), "{:?}", cubic.refused);
+    assert_eq!(cubic.variants[0].lines.len(), 3);
+    for line in &cubic.variants[0].lines {
+        assert!(line.order_observed.is_some_and(|order| (order - 2.0).abs() < 0.4), "{line:?}");
+    }
+    let implicit = meeting("implicit-euler");
+    let barrier = made(&implicit, &plan(&implicit, &schemes, &steps));
+    let refused: Vec<&str> = barrier.refused.iter().map(|refused| refused.integrator.as_str()).collect();
+    assert_eq!(refused, ["implicit-midpoint"]);
+    assert_eq!(barrier.variants[0].lines.len(), 2);
+    // Other laws, other motions.
+    let end = |results: &Results| results.variants[0].reference.trajectory.x.last().unwrap()[0];
+    assert!((end(&cubic) - end(&barrier)).abs() > 1e-4, "{} and {}", end(&cubic), end(&barrier));
+    let only = made_error(&implicit, &plan(&implicit, &[IntegratorSpec::ImplicitMidpoint], &steps));
+    assert!(only.contains("behind an obstacle"), "{only}");
+}
+
+fn made_error(text: &str, plan: &StudyPlan) -> String {
+    make(text, plan, None, usize::MAX).results.unwrap_err().to_string()
+}

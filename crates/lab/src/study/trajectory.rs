@@ -75,6 +75,8 @@ impl Runner<'_> {
     /// The scene with another scheme and pace. Explicit schemes have no solver.
     fn paced(&self, scene: &Scene, scheme: Contender, pace: TimeStepping) -> Scene {
         let mut scene = scene.clone();
+        // All schemes have one energy of contact: that of the scene's own, in its own steps.
+        scene.contact = scene.contact.map(|contact| contact.kept(&scene.time, self.grid.step(1)));
         scene.time.integrator = scheme.spec;
         (scene.time.step, scene.time.adaptive) = match pace {
             TimeStepping::Parts(parts) => (Some(self.grid.step(parts)), None),

@@ -9,9 +9,10 @@ use pliant::algebra::scene_size;
 use pliant::constraint::Wall;
 use pliant::numbering::Numbering;
 use pliant::system::System;
-use pliant_contact::barrier::Barrier;
+use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
 use pliant_contact::energy::ContactEnergy;
+use pliant_contact::explicit::SurfaceMobility;
 use pliant_contact::friction_term::FrictionTerm;
 use pliant_contact::merge::Duplicates;
 use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidBall, SolidHalfSpace};
@@ -28,6 +29,9 @@ const THRESHOLD: f64 = 1e-3;
 const FRICTION_ITERATIONS: u32 = 20;
 /// Contact of a body with itself begins at this part of the least distance at rest.
 const PART_OF_REST: f64 = 0.5;
+/// Part of the largest stable step of contact alone that explicit steps are, where nothing says how stiff it
+/// is: `f` in `kappa = f^2 dhat / (h^2 R)`.
+const PART_OF_CRITICAL: f64 = 0.3;
 /// Bad starts that are told one by one.
 const MOST_TOLD: usize = 3;
 
@@ -44,6 +48,9 @@ pub struct ContactSummary {
     pub with_itself: Vec<(String, f64, f64)>,
     /// Threshold speed of friction [m/s]; `None` without friction.
     pub threshold_speed: Option<f64>,
+    /// Contact in steps that are not solved; `None` where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explicit: Option<ExplicitContactSummary>,
     /// Size of all bodies without obstacles [m]: what tolerances go by.
     pub size: f64,
     /// Vertices of the surfaces.
@@ -52,15 +59,123 @@ pub struct ContactSummary {
     pub faces: usize,
 }
 
+/// What contact can stop in steps that are not solved.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ExplicitContactSummary {
+    /// Step that stiffness and friction go by [s]; `None` where it follows the error.
+    pub step: Option<f64>,
+    /// Every pair that can touch.
+    pub pairs: Vec<StoppedApproach>,
+    /// True if friction has a threshold speed that is raised to what a step bears.
+    pub raises_threshold: bool,
+    /// Least threshold speed that a step bears where a vertex carries its own weight alone [m/s].
+    pub borne_threshold: f64,
+}
+
+/// Speeds at which two bodies may approach each other.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct StoppedApproach {
+    /// Their names.
+    pub bodies: [String; 2],
+    /// Largest that is stopped before a gap is closed [m/s].
+    pub stopped: f64,
+    /// Fastest motion of vertices of one relative to the other at the start [m/s].
+    pub at_start: f64,
+}
+
+/// What explicit steps ask of contact.
+struct ExplicitDesign {
+    /// [s]; `None` where it follows the error.
+    step: Option<f64>,
+    mobility: SurfaceMobility,
+}
+
+impl ExplicitDesign {
+    /// `None` where steps are solved.
+    fn new(
+        scene: &Scene,
+        contact: &ContactSpec,
+        parties: &[ContactParty<'_>],
+        surface: &ContactSurface,
+        mass: &[f64],
+    ) -> Result<Option<Self>, Vec<Problem>> {
+        if !contact.has_explicit_law(scene.time.integrator) {
+            return Ok(None);
+        }
+        let step = contact.designed_step.or(scene.time.step);
+        let soft = |party: &ContactParty<'_>| party.young.is_none() && !party.is_obstacle() && party.collides;
+        if let (None, None, Some(party)) = (step, contact.stiffness, parties.iter().find(|p| soft(p))) {
+            let message = format!(
+                "nothing says how stiff contact of `{}` is: it has no Young's modulus, and steps follow the error",
+                party.body.name
+            );
+            let problem = Problem::semantic(KeyPath::root().key("contact"), message);
+            return Err(vec![problem.with_help("give `stiffness`, a pressure, or a fixed `step` in [time]")]);
+        }
+        let inverse_mass = |v: u32| if mass[v as usize] > 0.0 { 1.0 / mass[v as usize] } else { 0.0 };
+        let mobility = SurfaceMobility::new(surface, parties.len(), inverse_mass);
+        Ok(Some(ExplicitDesign { step, mobility }))
+    }
+
+    /// `kappa = f^2 dhat / (h^2 R)` [Pa] of two bodies; `None` where no step is known, or neither moves.
+    fn stiffness(&self, reach: f64, a: u32, b: u32) -> Option<f64> {
+        let mobility = self.mobility.of_pair(a, b);
+        let h = self.step.filter(|_| mobility > 0.0)?;
+        Some(PART_OF_CRITICAL * PART_OF_CRITICAL * reach / (h * h * mobility))
+    }
+
+    fn summary<const D: usize>(
+        &self,
+        scene: &Scene,
+        contact: &ContactSpec,
+        model: &ContactModel,
+        velocity: &[f64],
+    ) -> ExplicitContactSummary {
+        let count = model.names.len() as u32;
+        let row = |v: u32| &velocity[v as usize * D..][..D];
+        let vertices =
+            |body: u32| model.surface.vertices.iter().copied().filter(move |v| model.body(*v) == body);
+        let mean = |body: u32| {
+            let mut sum = [0.0; D];
+            vertices(body).for_each(|v| (0..D).for_each(|k| sum[k] += row(v)[k]));
+            let vertices = vertices(body).count().max(1) as f64;
+            sum.map(|s| s / vertices)
+        };
+        let speed =
+            |v: &[f64], u: &[f64; D]| v.iter().zip(u).map(|(v, u)| (v - u) * (v - u)).sum::<f64>().sqrt();
+        let fastest = |body: u32, u: &[f64; D]| vertices(body).map(|v| speed(row(v), u)).fold(0.0, f64::max);
+        let mut pairs = vec![];
+        for a in 0..count {
+            for b in (a..count).filter(|b| model.touch(a, *b)) {
+                let stopped = model.laws.of(a, b).barrier.stopped_speed(self.mobility.mass_to_stop(a, b));
+                let u = mean(b);
+                let bodies = [a, b].map(|body| model.names[body as usize].clone());
+                pairs.push(StoppedApproach { bodies, stopped, at_start: fastest(a, &u) + fastest(b, &u) });
+            }
+        }
+        let most = contact.pairs.iter().filter_map(|pair| pair.friction).fold(contact.friction, f64::max);
+        let gravity = super::gravity::strength_at_start(scene);
+        ExplicitContactSummary {
+            step: self.step,
+            pairs,
+            raises_threshold: model.laws.has_friction()
+                && contact.threshold_speed.is_none()
+                && self.step.is_some(),
+            borne_threshold: 2.0 * most * gravity * self.step.unwrap_or(0.0),
+        }
+    }
+}
+
 /// Adds contact to `system`.
 ///
 /// # Errors
-/// Bodies that overlap or cross at the start, strands and particles without a thickness that would meet.
+/// Bodies that overlap or cross at the start, strands and particles without a thickness that would meet,
+/// explicit steps that follow the error where nothing says how stiff contact is.
 pub(super) fn add<const D: usize>(
     scene: &Scene,
     bodies: &[BodyAssembly],
     numbering: &Numbering,
-    (rest, position): (&[f64], &[f64]),
+    (rest, position, velocity): (&[f64], &[f64], &[f64]),
     system: &mut System,
 ) -> Result<Option<ContactSummary>, Vec<Problem>> {
     let Some(contact) = &scene.contact else { return Ok(None) };
@@ -70,15 +185,31 @@ pub(super) fn add<const D: usize>(
     let mut surface = surface::<D>(&parties, numbering, rest, system.mass().len());
     let distance = contact.distance.unwrap_or_else(|| reach::<D>(&parties, &surface));
     surface.thicken(parties.iter().map(|party| party.radius + party.obstacle_radius()).collect(), distance);
-    let mut model = model::<D>(scene, contact, &parties, numbering, surface, distance);
+    let design = ExplicitDesign::new(scene, contact, &parties, &surface, system.mass())?;
+    let mut model = model::<D>(scene, contact, &parties, numbering, (surface, design.as_ref()), distance);
     let least = start::least_distances::<D>(&model, rest);
     let with_itself = shrink(&mut model, &parties, &least);
-    overlaps::<D>(&model, &parties, position)?;
-    let report = report(contact, &model, &parties, distance, with_itself);
-    let energy = ContactEnergy::<D>::new(Arc::new(model));
-    if energy.model().laws.has_friction() {
-        system.add_dissipation(Box::new(FrictionTerm::new(&energy)));
+    if let (Some(design), None) = (&design, contact.stiffness) {
+        for i in 0..parties.len() as u32 {
+            let barrier = &mut model.laws.of_mut(i, i).barrier;
+            let most = design.stiffness(barrier.reach, i, i).unwrap_or(f64::INFINITY);
+            barrier.stiffness = barrier.stiffness.min(most);
+        }
     }
+    overlaps::<D>(&model, &parties, position)?;
+    let mut report = report(contact, &model, &parties, distance, with_itself);
+    let mut energy = ContactEnergy::<D>::new(Arc::new(model));
+    energy.allow_crossing(contact.allow_penetration);
+    if energy.model().laws.has_friction() {
+        let mut friction = FrictionTerm::new(&energy);
+        if let Some(step) = design.as_ref().and_then(|design| design.step)
+            && contact.threshold_speed.is_none()
+        {
+            friction.raise_threshold(step, system.mass());
+        }
+        system.add_dissipation(Box::new(friction));
+    }
+    report.explicit = design.map(|design| design.summary::<D>(scene, contact, energy.model(), velocity));
     system.add_term(Box::new(energy));
     Ok(Some(report))
 }
@@ -283,7 +414,7 @@ fn model<const D: usize>(
     contact: &ContactSpec,
     parties: &[ContactParty<'_>],
     numbering: &Numbering,
-    surface: ContactSurface,
+    (surface, explicit): (ContactSurface, Option<&ExplicitDesign>),
     distance: f64,
 ) -> ContactModel {
     let names: Vec<String> = parties.iter().map(|party| party.body.name.clone()).collect();
@@ -311,7 +442,7 @@ fn model<const D: usize>(
             friction[a * parties.len() + b] = pair.friction.unwrap_or(contact.friction);
         }
     }
-    let h = scene.time.step.unwrap_or(scene.time.duration);
+    let h = contact.designed_step.or(scene.time.step).unwrap_or(scene.time.duration);
     let laws = ContactLaws::new(parties.len(), |a, b| {
         let (one, other) = (&parties[a], &parties[b]);
         let softer = one.young.into_iter().chain(other.young).reduce(f64::min);
@@ -319,9 +450,18 @@ fn model<const D: usize>(
             let densest = [one, other].map(|party| party.densest(&surface, numbering));
             distance * densest[0].max(densest[1]) / (h * h)
         };
-        let stiffness = contact.stiffness.or(softer).unwrap_or_else(by_mass);
+        let stiffness = match explicit {
+            None => contact.stiffness.or(softer).unwrap_or_else(by_mass),
+            Some(design) => {
+                let by_step = design.stiffness(distance, a as u32, b as u32);
+                let least = softer.into_iter().chain(by_step).reduce(f64::min);
+                // Two that do not move never touch.
+                contact.stiffness.or(least).unwrap_or(1.0)
+            }
+        };
+        let form = if explicit.is_some() { PotentialForm::Cubic } else { PotentialForm::Barrier };
         let offset = one.radius + other.radius + one.obstacle_radius() + other.obstacle_radius();
-        let barrier = Barrier { stiffness, reach: distance, offset };
+        let barrier = Barrier { form, stiffness, reach: distance, offset };
         ContactLaw { barrier, friction: friction[a * parties.len() + b] }
     });
     let (mut half_spaces, mut balls) = (vec![], vec![]);
@@ -443,6 +583,7 @@ fn report(
     }
     let surface = &model.surface;
     ContactSummary {
+        explicit: None,
         size: size_of_bodies(parties, surface.dimension),
         distance,
         distance_given: contact.distance.is_some(),
@@ -479,13 +620,63 @@ impl ContactSummary {
         let creep = self
             .threshold_speed
             .map_or(String::new(), |e| format!("; what sticks creeps at less than {e:.3e} m/s"));
+        let explicit = self.explicit.as_ref().map_or(String::new(), ExplicitContactSummary::described);
         format!(
-            "contact from a gap of {:.3e} m on ({origin}), {} vertices and {} faces: {}{}{creep}",
+            "contact from a gap of {:.3e} m on ({origin}), {} vertices and {} faces: {}{}{creep}{explicit}",
             self.distance,
             self.vertices,
             self.faces,
             pairs.join(", "),
             shrunk.concat()
         )
+    }
+}
+
+impl ContactSummary {
+    /// What explicit steps may not stop.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        let Some(explicit) = &self.explicit else { return vec![] };
+        let fast = |pair: &&StoppedApproach| pair.at_start > pair.stopped;
+        let worst = explicit
+            .pairs
+            .iter()
+            .filter(fast)
+            .max_by(|a, b| (a.at_start * b.stopped).total_cmp(&(b.at_start * a.stopped)));
+        let passes = worst.map(|StoppedApproach { bodies: [a, b], stopped, at_start }| {
+            format!(
+                "`{a}` and `{b}` move at up to {at_start:.3e} m/s relative to each other, and contact in explicit steps \
+                 stops {stopped:.3e} m/s: they may enter each other; a smaller step or a larger [contact] `distance` \
+                 stops more, an implicit scheme lets nothing pass"
+            )
+        });
+        let slips =
+            self.threshold_speed.filter(|e| !explicit.raises_threshold && *e < explicit.borne_threshold);
+        let slips = slips.map(|e| {
+            format!(
+                "friction with a `threshold_speed` of {e:.3e} m/s is too stiff for these steps: what carries no more than \
+                 its own weight needs {:.3e} m/s; leave it out, and it is raised where it must be",
+                explicit.borne_threshold
+            )
+        });
+        passes.into_iter().chain(slips).collect()
+    }
+}
+
+impl ExplicitContactSummary {
+    /// Continuation of the sentence on contact.
+    fn described(&self) -> String {
+        let slowest = self.pairs.iter().min_by(|a, b| a.stopped.total_cmp(&b.stopped));
+        let stops = slowest.map_or(String::new(), |StoppedApproach { bodies: [a, b], stopped, .. }| {
+            format!("; explicit steps: forces without a pole, which stop approaches up to {stopped:.3e} m/s ({a}-{b})")
+        });
+        let raised = if self.raises_threshold {
+            format!(
+                "; its threshold is raised to what a step bears, {:.3e} m/s where a vertex carries its own weight",
+                self.borne_threshold
+            )
+        } else {
+            String::new()
+        };
+        stops + &raised
     }
 }

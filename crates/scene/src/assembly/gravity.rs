@@ -20,6 +20,12 @@ pub(super) fn named(scene: &Scene) -> Option<&[OverTime]> {
     scene.world.gravity.as_deref().filter(|gravity| !gravity.iter().all(OverTime::is_zero))
 }
 
+/// Strength of uniform gravity at the start [m/s^2].
+pub(super) fn strength_at_start(scene: &Scene) -> f64 {
+    let components = named(scene).unwrap_or_default().iter().map(|component| component.at(0.0));
+    components.map(|g| g * g).sum::<f64>().sqrt()
+}
+
 /// The gravity of the scene as an energy, on vertices of these masses [kg], or in statics of these weights
 /// [kg].
 pub(super) fn term(

@@ -155,7 +155,7 @@ fn assemble<const D: usize, const N: usize>(
     for wall in &scene.world.walls {
         system.add_wall(Wall::new(&wall.normal, wall.offset));
     }
-    let contact = contact::add::<D>(scene, &bodies, &numbering, (&rest, &position), &mut system)?;
+    let contact = contact::add::<D>(scene, &bodies, &numbering, (&rest, &position, &velocity), &mut system)?;
     system.set_ether_drag(scene.world.ether_drag.unwrap_or(0.0));
 
     let method = scene.time.integrator.method();

@@ -147,7 +147,10 @@ impl Report {
     /// Adds what contact is.
     pub(super) fn add_contact(&mut self, contact: Option<ContactSummary>) {
         match &contact {
-            Some(contact) => self.uses.push(contact.described()),
+            Some(contact) => {
+                self.uses.push(contact.described());
+                self.warnings.extend(contact.warnings());
+            }
             None => self.left_out.push("contact: no [contact], and bodies pass through each other".into()),
         }
         self.contact = contact;

@@ -29,7 +29,7 @@ fn through_each_other(scene: &Scene, bodies: &[BodyAssembly]) -> Option<String> 
         if let Some((other, _)) = solid[..i].iter().find(|(_, others)| meet(own, others)) {
             return Some(format!(
                 "the boxes around `{other}` and `{name}` meet, and nothing makes bodies collide: `contact = {{}}` in the \
-                 scene does, with an implicit scheme"
+                 scene does"
             ));
         }
     }

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BoxSelection, HalfSpace, MeshSpec, MotionSpec};
+use pliant::integrator::IntegratorSpec;
 use pliant::value::*;
 
 /// Contact between all bodies, of each with itself, and with obstacles; bodies pass through each other
@@ -19,7 +20,8 @@ pub struct ContactSpec {
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub distance: Option<f64>,
     /// Pressure scale of the contact force [Pa], the same for the whole run; without it Young's modulus of
-    /// the softer of two bodies.
+    /// the softer of two bodies, in explicit schemes at most what takes three tenths of the largest stable
+    /// step.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub stiffness: Option<f64>,
@@ -27,7 +29,8 @@ pub struct ContactSpec {
     #[schemars(range(min = 0.0))]
     pub friction: f64,
     /// Sliding speed below which friction grows smoothly from zero [m/s]: what sticks creeps, but no
-    /// faster. Without it a thousandth of the size of the scene in a second.
+    /// faster. Without it a thousandth of the size of the scene in a second, in explicit schemes raised where
+    /// a step does not bear it.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Velocity>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub threshold_speed: Option<f64>,
@@ -36,6 +39,20 @@ pub struct ContactSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub friction_iterations: Option<u32>,
+    /// True: in explicit schemes surfaces may pass through each other where contact does not stop them, and
+    /// nobody looks; without it that ends the run. Implicit schemes let nothing through.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub allow_penetration: bool,
+    /// Step that stiffness and friction of explicit schemes go by [s], where it is not that of the scene: of
+    /// scenes that are run with several steps.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub designed_step: Option<f64>,
+    /// True: the energy of explicit schemes, false: that of implicit ones, whatever the scheme: of scenes
+    /// that are run by several.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub explicit_law: Option<bool>,
     /// Pairs of bodies or obstacles with other rules.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pairs: Vec<ContactPairSpec>,
@@ -141,5 +158,57 @@ impl ObstacleSpec {
     /// The name, or `obstacle0`, `obstacle1`, ... by the index in the scene.
     pub fn name_or_default(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| format!("obstacle{index}"))
+    }
+}
+
+impl ContactSpec {
+    /// The same with the energy that it has by the scheme and the step of `time`, and keeps by others; `step`
+    /// [s] where that names none.
+    pub fn kept(&self, time: &super::Time, step: f64) -> ContactSpec {
+        ContactSpec {
+            designed_step: self.designed_step.or(time.step).or(Some(step)),
+            explicit_law: self.explicit_law.or(Some(is_explicit(time.integrator))),
+            ..self.clone()
+        }
+    }
+
+    /// True if its energy is that of explicit schemes in the steps of this one.
+    pub fn has_explicit_law(&self, scheme: IntegratorSpec) -> bool {
+        self.explicit_law.unwrap_or_else(|| is_explicit(scheme))
+    }
+
+    /// Why contact does not hold in the steps of a scheme; `None` where it does.
+    pub fn refusal(&self, scheme: IntegratorSpec) -> Option<String> {
+        let method = scheme.method();
+        // Forces without a pole need no feasible steps; explicit steps that lead too far by a barrier end a run.
+        if method.holds_contact() || is_explicit(scheme) || self.has_explicit_law(scheme) {
+            return None;
+        }
+        Some(format!(
+            "the steps of `{}` end elsewhere than at the configuration that they solve for, which may lie behind \
+             an obstacle",
+            method.documentation.name
+        ))
+    }
+}
+
+fn is_explicit(scheme: IntegratorSpec) -> bool {
+    scheme.method().documentation.solves == 0
+}
+
+/// A scheme that a scene is not run by, where several are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct RefusedScheme {
+    /// Its name.
+    pub integrator: String,
+    /// Why.
+    pub reason: String,
+}
+
+impl RefusedScheme {
+    /// The refusal of a scheme by the contact of a scene; `None` where it holds.
+    pub fn by_contact(scene: &super::Scene, scheme: IntegratorSpec) -> Option<RefusedScheme> {
+        let reason = scene.contact.as_ref()?.refusal(scheme)?;
+        Some(RefusedScheme { integrator: scheme.method().documentation.name.into(), reason })
     }
 }

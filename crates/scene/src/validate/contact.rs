@@ -46,7 +46,8 @@ fn names(scene: &Scene) -> Vec<String> {
 }
 
 fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Scene) {
-    let ContactSpec { distance, stiffness, friction, threshold_speed, friction_iterations, pairs } = contact;
+    let ContactSpec { distance, stiffness, friction, threshold_speed, friction_iterations, pairs, .. } =
+        contact;
     let positive = [
         ("distance", distance, "m"),
         ("stiffness", stiffness, "Pa"),
@@ -168,22 +169,11 @@ fn turning(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec, motion:
 
 /// Schemes whose steps end elsewhere than at a solution could end behind what they must not enter.
 fn scheme(check: &mut Checker, scene: &Scene) {
-    let method = scene.time.integrator.method();
-    if method.holds_contact() {
-        return;
-    }
-    let name = method.documentation.name;
-    let message = if method.documentation.solves == 0 {
-        format!("`{name}` is explicit: it may step through what bodies must not enter")
-    } else {
-        format!(
-            "the steps of `{name}` end elsewhere than at the configuration that they solve for, which \
-             may lie behind an obstacle"
-        )
-    };
+    let refused = scene.contact.as_ref().and_then(|contact| contact.refusal(scene.time.integrator));
+    let Some(message) = refused else { return };
     let problem = Problem::semantic(KeyPath::root().key("time").key("integrator"), message);
     check.report(problem.with_help(
         "contact holds with implicit-euler, bdf2, tr-bdf2, sdirk2, sdirk3, sdirk4, trapezoid, newmark, \
-         generalised-alpha with `rho = 0`, and quasi-static",
+         generalised-alpha with `rho = 0`, quasi-static, and with explicit schemes",
     ));
 }

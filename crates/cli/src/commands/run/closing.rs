@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use pliant::available_memory;
+use pliant::energy::{Approach, Penetration};
 use pliant::integrator::amplification;
 use pliant::run::{Outcome, Summary};
 use pliant::simulation::{MotionJumps, RetriedSteps, StaticState};
@@ -79,6 +80,8 @@ impl<'a> Closing<'a> {
             self.jumped(),
             self.unsettled(),
             self.overloaded(),
+            self.entered(),
+            self.slipped(),
             self.energy_off().or_else(|| self.energy_gained()),
         ];
         self.report.warnings.iter().cloned().chain(found.into_iter().flatten()).collect()
@@ -126,6 +129,10 @@ impl<'a> Closing<'a> {
     /// Surfaces that were pressed together until little of the gap between them was left.
     fn overloaded(&self) -> Option<String> {
         let least = self.statistics.least_gap.as_ref().filter(|least| least.relative < OVERLOAD)?;
+        // Explicit steps have a law without a pole.
+        if !self.report.is_implicit {
+            return None;
+        }
         let pairs = &self.report.contact.as_ref()?.pairs;
         let [a, b] = &least.bodies;
         let is_theirs = |(one, other): (&String, &String)| (one, other) == (a, b) || (one, other) == (b, a);
@@ -138,6 +145,44 @@ impl<'a> Closing<'a> {
             number(least.time),
             number(enough),
         ))
+    }
+
+    /// Surfaces that entered each other, or came so fast that they could have.
+    fn entered(&self) -> Option<String> {
+        let contact = &self.summary.contact;
+        let advice = "a smaller step, a larger [contact] `distance` or `stiffness` stops more, and in implicit schemes \
+                      nothing enters anything";
+        if let Some(Penetration { bodies: [a, b], depth, time }) = &contact.deepest {
+            return Some(format!(
+                "`{a}` and `{b}` entered each other, {} m deep at t = {} s: {advice}",
+                number(*depth),
+                number(*time),
+            ));
+        }
+        let Approach { bodies: [a, b], speed, stopped, time } =
+            contact.hardest.as_ref().filter(|hardest| hardest.speed > hardest.stopped)?;
+        Some(format!(
+            "`{a}` and `{b}` came together at {} m/s at t = {} s, and contact in explicit steps stops {} m/s there: they \
+             might have entered each other; {advice}",
+            number(*speed),
+            number(*time),
+            number(*stopped),
+        ))
+    }
+
+    /// Friction whose threshold, given by the scene, was stiffer than explicit steps bear.
+    fn slipped(&self) -> Option<String> {
+        let contact = self.report.contact.as_ref()?;
+        let explicit = contact.explicit.as_ref().filter(|explicit| !explicit.raises_threshold)?;
+        let (threshold, borne) = (contact.threshold_speed?, explicit.step? * self.summary.contact.friction);
+        (threshold < borne).then(|| {
+            format!(
+                "friction with a `threshold_speed` of {} m/s was too stiff for the steps, which bear {} m/s where contact \
+                 pressed hardest: what should stick may have trembled; leave it out, and it is raised where it must be",
+                number(threshold),
+                number(borne),
+            )
+        })
     }
 
     /// Prescribed motion that jumped.
@@ -352,6 +397,21 @@ impl<'a> Closing<'a> {
                 ),
             );
         }
+        if let Some(Penetration { bodies: [a, b], depth, time }) = &self.summary.contact.deepest {
+            let depth = number(*depth);
+            line("entered", format!("{a} and {b}, {depth} m deep at t = {} s", number(*time)));
+        }
+        if let Some(Approach { bodies: [a, b], speed, stopped, time }) = &self.summary.contact.hardest {
+            line(
+                "approach",
+                format!(
+                    "{} m/s of {a} and {b} at t = {} s took most of what contact stops, {} m/s",
+                    number(*speed),
+                    number(*time),
+                    number(*stopped)
+                ),
+            );
+        }
         if let Some(j) = end.min_j {
             let smallest = self.statistics.min_j.map_or(j, |smallest| smallest.min(j));
             let inverted = self.statistics.most_inverted.max(end.inverted).unwrap_or(0);
@@ -411,6 +471,8 @@ impl<'a> Closing<'a> {
                 "reactions": self.summary.reactions,
                 "min_j": self.statistics.min_j.or(end.min_j),
                 "least_gap": self.statistics.least_gap,
+                "deepest_contact": self.summary.contact.deepest,
+                "hardest_approach": self.summary.contact.hardest,
                 "most_inverted": self.statistics.most_inverted.or(end.inverted),
                 "start": start,
                 "end": end,

@@ -5,6 +5,7 @@ use std::path::Path;
 use pliant_lab::stability::{Against, AttemptStatus, Map, StabilitySurvey};
 use pliant_lab::study::page::{Look, Page, TableCell};
 use pliant_lab::study::plot::{AxisSpec, CellState, Chart, HeatMap, Line, Point};
+use pliant_scene::RefusedScheme;
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -61,6 +62,9 @@ pub(super) fn describe(found: &StabilitySurvey, width: usize) -> String {
             0,
             width,
         );
+    }
+    for RefusedScheme { integrator, reason } in &found.refused {
+        out += &wrap(&format!("Left out: {integrator}: {reason}."), 0, width);
     }
     if let Some(map) = &found.map {
         out.push('\n');

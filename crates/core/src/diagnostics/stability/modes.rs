@@ -72,8 +72,20 @@ pub struct ModeRange {
     pub boundary: Vec<DampedMode>,
 }
 
-/// The modes of `system` linearised at `(x, v)`.
+/// The modes of `system` linearised at `(x, v)`; where forces alone keep surfaces apart, with the most that
+/// contact adds to them as long as no gap is closed, whatever touches at `x`.
 pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
+    let mut modes = linearised_modes(system, x, v);
+    let stiffening = system.stiffening();
+    if stiffening > 0.0 {
+        // The largest eigenvalue of a sum is at most the sum of the largest.
+        modes.frequency = (modes.frequency * modes.frequency + stiffening).sqrt();
+        modes.boundary.iter_mut().for_each(|mode| mode.stiffness += stiffening);
+    }
+    modes
+}
+
+fn linearised_modes(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
     let frequency = largest_frequency(system, x).frequency;
     let undamped = DampedMode { stiffness: frequency * frequency, damping: 0.0 };
     let free = ModeRange { frequency, damping: 0.0, boundary: vec![undamped] };

@@ -1,6 +1,7 @@
 //! The rows of single tests: one file each.
 
 mod column;
+mod contact;
 mod dt_sweep;
 mod explicit_guard;
 mod impossible;
@@ -28,6 +29,7 @@ pub(super) fn add(cases: &mut Vec<Case>) {
     release::add(cases);
     spin::add(cases);
     column::add(cases);
+    contact::add(cases);
 }
 
 /// Subject of a case.

@@ -24,7 +24,8 @@ struct SchemeResult {
     error: f64,
 }
 
-/// The better of two schemes of order 4: one explicit, one that solves two coupled stages.
+/// The better of two schemes of order 4: one explicit, one that solves two coupled stages, with contact one
+/// after another.
 ///
 /// Global extrapolation after Richardson and Romberg; Hairer, Norsett, Wanner 1993, *Solving ordinary differential equations I*, section II.9.
 pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Reference, StudyError> {
@@ -33,11 +34,18 @@ pub(super) fn reference(search: &mut ReferenceSearch<'_, '_>) -> Result<Referenc
     let damped = search.scene.world.ether_drag.is_some()
         || search.scene.body.iter().any(|body| body.damping.is_some())
         || !search.scene.world.walls.is_empty();
+    let touches = search.scene.contact.as_ref();
+    let rubs = touches.is_some_and(|contact| {
+        contact.friction > 0.0 || contact.pairs.iter().any(|pair| pair.friction > Some(0.0))
+    });
+    let damped = damped || rubs;
+    // Barriers hold in steps that end at a solution alone.
+    let implicit = if touches.is_some() { IntegratorSpec::Sdirk4 } else { IntegratorSpec::Gauss2 };
     let explicit = if damped { IntegratorSpec::Rk4 } else { IntegratorSpec::Yoshida4 };
     let (mut found, mut reached): (Vec<SchemeResult>, Vec<String>) = (vec![], vec![]);
-    for (spec, until) in [(explicit, 0.5), (IntegratorSpec::Gauss2, 1.0)] {
+    for (spec, until) in [(explicit, 0.5), (implicit, 1.0)] {
         let scheme = Contender::from(spec);
-        let symmetric = spec != IntegratorSpec::Rk4 && !damped;
+        let symmetric = spec != IntegratorSpec::Rk4 && !damped && touches.is_none();
         let mut deadlines = shares.map(|share| start + until * share);
         if !found.is_empty() {
             // What is there can be refined no more: a second opinion is worth no more than its share.

@@ -14,6 +14,7 @@ pub fn key(scene: &Scene, grid: &TimeGrid) -> String {
 
 /// The problem as a text. Everything in the scene but the scheme, its step and its solver, the output and the study; and the times.
 fn problem(scene: &Scene, grid: &TimeGrid) -> String {
+    let time = scene.time.clone();
     let plain = Scene {
         title: None,
         study: None,
@@ -33,8 +34,13 @@ fn problem(scene: &Scene, grid: &TimeGrid) -> String {
     let directory = plain.body.iter().any(reads).then_some(&plain.directory);
     let TimeGrid { duration, times } = grid;
     let scene = plain.to_toml().unwrap_or_default();
+    // The energy of contact is that of the scene's own scheme and step.
+    let contact = plain.contact.as_ref().map(|contact| contact.kept(&time, grid.step(1)));
+    let contact = contact.map_or(String::new(), |contact| {
+        format!("Contact {{ explicit: {:?}, step: {:?} }}\n", contact.explicit_law, contact.designed_step)
+    });
     // References are kept under the hash of this text: it is part of their format.
-    format!("{scene}\nGrid {{ duration: {duration:?}, times: {times:?} }}\n{directory:?}")
+    format!("{scene}\n{contact}Grid {{ duration: {duration:?}, times: {times:?} }}\n{directory:?}")
 }
 
 /// A folder of references; none without a folder.

@@ -117,6 +117,8 @@ fn section(
             study.grid.times
         ));
     }
+    let refused = study.refused.iter();
+    let refused = refused.map(|refused| format!("{} is left out: {}", refused.integrator, refused.reason));
     let mut table = vec![
         ["scheme", "order", "observed", "smallest error", "at step", "in", "ended because"]
             .map(str::to_owned),
@@ -128,7 +130,7 @@ fn section(
         figures: figures::all(&prefix, &study.title, variant, kinds)?,
         table,
         words: words(front(variant.rows())),
-        remarks: remarks(variant),
+        remarks: refused.chain(remarks(variant)).collect(),
     })
 }
 

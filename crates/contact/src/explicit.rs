@@ -1,0 +1,202 @@
+//! Contact in steps that are not solved: how stiff it makes a system, what it can stop, and what became of
+//! it.
+
+use pliant::energy::{Approach, ContactExtremes, Penetration};
+
+use crate::contacts::Contacts;
+use crate::model::ContactModel;
+use crate::report::ContactReport;
+use crate::surface::{ContactSurface, VertexKind};
+
+/// How easily the surfaces of bodies are set in motion: areas over masses [m^2/kg] of their vertices.
+///
+/// The energy of a flat contact with the second derivative `k` [N/m^3] for each area of it adds at most `k
+/// (w_a/m_a + w_b/m_b)` to the square of an angular frequency: `(u_a - u_b)^2 <= (1 + t) u_a^2 + (1 + 1/t)
+/// u_b^2` for every `t`, and the integral of the square of a linear function is at most that of its corners.
+/// No area in contact is larger than the surface of either body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceMobility {
+    /// Area [m^2] and inverse mass [1/kg] of the vertices of each body that move.
+    moving: Vec<Vec<[f64; 2]>>,
+    /// Area of each body [m^2]; infinite of half-spaces and balls.
+    areas: Vec<f64>,
+    /// Sides from which each body is touched by others that are thin too; 1 of solids.
+    sides: Vec<f64>,
+    /// Vertices of each body.
+    vertices: Vec<u32>,
+}
+
+/// Sides from which particles touch a particle: six neighbours around it in the plane, twelve in space, each
+/// counted by the square of its part along one direction.
+const SIDES_OF_PARTICLE: [f64; 2] = [3.0, 4.0];
+/// The same of strands, which lie beside each other as particles of the plane do.
+const SIDES_OF_WIRE: f64 = 3.0;
+
+impl SurfaceMobility {
+    /// Those of `bodies` bodies; `inverse_mass` [1/kg] of every vertex of the system, 0 where it is held.
+    pub fn new(surface: &ContactSurface, bodies: usize, inverse_mass: impl Fn(u32) -> f64) -> Self {
+        let (mut moving, mut areas) = (vec![vec![]; bodies], vec![0.0; bodies]);
+        let (mut sides, mut vertices) = (vec![1.0f64; bodies], vec![0; bodies]);
+        for &v in &surface.vertices {
+            let body = surface.bodies[v as usize] as usize;
+            let (area, inverse) = (surface.vertex_areas[v as usize], inverse_mass(v));
+            vertices[body] += 1;
+            areas[body] += area;
+            if area * inverse > 0.0 {
+                moving[body].push([area, inverse]);
+            }
+            let from = match surface.kinds[v as usize] {
+                VertexKind::Particle => SIDES_OF_PARTICLE[surface.dimension - 2],
+                VertexKind::Wire => SIDES_OF_WIRE,
+                VertexKind::Face if surface.inner_vertices[v as usize] => 1.0,
+                // Borders are those of sheets, which have two sides.
+                VertexKind::Face => 2.0,
+            };
+            sides[body] = sides[body].max(from);
+        }
+        areas.iter_mut().filter(|area| **area == 0.0).for_each(|area| *area = f64::INFINITY);
+        SurfaceMobility { moving, areas, sides, vertices }
+    }
+
+    /// Areas over masses of the vertices of `a` in contact with `b` [m^2/kg].
+    fn against(&self, a: u32, b: u32) -> impl Iterator<Item = f64> + '_ {
+        let most = self.areas[b as usize];
+        self.moving[a as usize].iter().map(move |[area, inverse]| area.min(most) * inverse)
+    }
+
+    /// `R` [m^2/kg]: contact of the two bodies with the second derivative `k` [N/m^3] for each area adds at
+    /// most `k R` to the square of an angular frequency.
+    pub fn of_pair(&self, a: u32, b: u32) -> f64 {
+        let [side_a, side_b] = [a, b].map(|body| self.sides[body as usize]);
+        if a == b && self.vertices[a as usize] < 2 {
+            return 0.0;
+        }
+        let both_thin = side_a > 1.0 && side_b > 1.0;
+        let part = |a: u32, b: u32, sides: f64| {
+            self.against(a, b).fold(0.0, f64::max) * if both_thin { sides } else { 1.0 }
+        };
+        part(a, b, side_a) + part(b, a, side_b)
+    }
+
+    /// Most mass for an area that contact of the two has to stop [kg/m^2]; infinite where neither moves.
+    pub fn mass_to_stop(&self, a: u32, b: u32) -> f64 {
+        let least = |a: u32, b: u32| {
+            let least = self.against(a, b).fold(f64::INFINITY, f64::min);
+            if least.is_finite() { least } else { 0.0 }
+        };
+        1.0 / (least(a, b) + least(b, a))
+    }
+}
+
+/// The largest addition of contact to the square of an angular frequency [1/s^2] as long as no gap is closed:
+/// `4 kappa / dhat R` over all pairs of bodies.
+pub fn stiffening(model: &ContactModel, mobility: &SurfaceMobility) -> f64 {
+    let count = model.names.len() as u32;
+    let mut most: f64 = 0.0;
+    for a in 0..count {
+        for b in (a..count).filter(|b| model.touch(a, *b)) {
+            let barrier = &model.laws.of(a, b).barrier;
+            most = most.max(4.0 * barrier.stiffness / barrier.reach * mobility.of_pair(a, b));
+        }
+    }
+    most
+}
+
+/// Area of the surface of each body [m^2]; infinite of half-spaces and balls.
+pub(crate) fn areas(model: &ContactModel) -> Vec<f64> {
+    SurfaceMobility::new(&model.surface, model.names.len(), |_| 0.0).areas
+}
+
+/// What one contact means for one of its vertices.
+struct Share {
+    vertex: u32,
+    /// Area of it that the contact stands for [m^2].
+    area: f64,
+    /// Speed at which the two come nearer [m/s].
+    speed: f64,
+    /// Part of the energy of a closed gap that it holds.
+    stored: f64,
+    /// Mean of the inverse masses of the other side [1/kg].
+    other: f64,
+    /// `mu lambda |c| sum_j |c_j|` over the vertices that move [N].
+    friction: f64,
+    bodies: [u32; 2],
+}
+
+/// Deepest contact, and the approach that takes most of what contact can stop, at `x` [m] and `v` [m/s].
+pub(crate) fn extremes<const D: usize>(
+    (model, areas): (&ContactModel, &[f64]),
+    contacts: &Contacts,
+    (x, v): (&[f64], &[f64]),
+    inverse_mass: &[f64],
+    time: f64,
+) -> ContactExtremes {
+    let mut found = ContactExtremes::default();
+    let names = |[a, b]: [u32; 2]| [a, b].map(|body| model.names[body as usize].clone());
+    let mobility = |v: u32| inverse_mass[v as usize * D..][..D].iter().copied().fold(0.0, f64::max);
+    let mut shares: Vec<Share> = vec![];
+    let mut deepest: Option<([u32; 2], f64)> = None;
+    for i in 0..contacts.len() {
+        let mut report = ContactReport::<D>::default();
+        contacts.visit::<D>(model, x, i, &mut report);
+        let vertices = &report.vertices[..report.count];
+        let [Some(a), Some(b)] = [1.0, -1.0].map(|side| {
+            let of_side = |i: &usize| report.coefficients[*i] * side > 0.0;
+            (0..report.count).find(of_side).map(|i| model.body(vertices[i]))
+        }) else {
+            continue;
+        };
+        if report.gap < 0.0 && deepest.is_none_or(|(_, gap)| report.gap < gap) {
+            deepest = Some(([a, b], report.gap));
+        }
+        let barrier = &model.laws.of(a, b).barrier;
+        let left = 1.0 - report.gap / barrier.reach;
+        // Weights below zero take off what others count twice.
+        if report.force <= 0.0 || left <= 0.0 {
+            continue;
+        }
+        let weight = report.force / (2.0 * barrier.stiffness * left * left);
+        let (mut speed, mut sides, mut moving) = (0.0, [0.0; 2], 0.0);
+        for (i, &vertex) in vertices.iter().enumerate() {
+            let c = report.coefficients[i];
+            let along: f64 = (0..D).map(|k| report.normal[k] * v[vertex as usize * D + k]).sum();
+            speed -= c * along;
+            sides[usize::from(c < 0.0)] += c.abs() * mobility(vertex);
+            moving += if mobility(vertex) > 0.0 { c.abs() } else { 0.0 };
+        }
+        for (i, &vertex) in vertices.iter().enumerate() {
+            let c = report.coefficients[i];
+            if c != 0.0 && mobility(vertex) > 0.0 {
+                let other = sides[usize::from(c > 0.0)];
+                let (area, stored) = (weight * c.abs(), left.powi(3));
+                let friction = report.friction * report.force * c.abs() * moving;
+                shares.push(Share { vertex, area, speed, stored, other, friction, bodies: [a, b] });
+            }
+        }
+    }
+    found.deepest = deepest.map(|(bodies, gap)| Penetration { bodies: names(bodies), depth: -gap, time });
+    // Stable: sums are in the order of the contacts.
+    shares.sort_by_key(|share| share.vertex);
+    for of_vertex in shares.chunk_by(|a, b| a.vertex == b.vertex) {
+        let vertex = of_vertex[0].vertex;
+        let area: f64 = of_vertex.iter().map(|share| share.area).sum();
+        let mean =
+            |of: fn(&Share) -> f64| of_vertex.iter().map(|share| share.area * of(share)).sum::<f64>() / area;
+        let [a, b] = of_vertex[0].bodies;
+        let barrier = &model.laws.of(a, b).barrier;
+        let other = if model.body(vertex) == a { b } else { a };
+        let full = model.surface.vertex_areas[vertex as usize].min(areas[other as usize]);
+        let mass = 1.0 / (full * (mobility(vertex) + mean(|share| share.other)));
+        let friction = 2.0 * mobility(vertex) * of_vertex.iter().map(|share| share.friction).sum::<f64>();
+        found.friction = found.friction.max(friction);
+        let (speed, stopped) = (mean(|share| share.speed).max(0.0), barrier.stopped_speed(mass));
+        // What is stored already is speed that has been taken.
+        let speed = (speed * speed + mean(|share| share.stored) * stopped * stopped).sqrt();
+        if speed.is_finite() && stopped > 0.0 {
+            let bodies = names([a, b]);
+            let hardest = Some(Approach { bodies, speed, stopped, time });
+            found.merge(ContactExtremes { hardest, ..ContactExtremes::default() });
+        }
+    }
+    found
+}
