@@ -5,7 +5,7 @@
 //! force grows smoothly from zero, above it is `mu lambda` (Li et al. 2020, *Incremental potential contact*,
 //! ACM Transactions on Graphics 39(4)). `R` is convex.
 
-use crate::vector::{along, dot, mixture, scaled, smaller};
+use crate::vector::{along, dot, inverse_or_zero, mixture, scaled, smaller};
 use pliant::algebra::Mat;
 use pliant::scalar::Scalar;
 
@@ -90,6 +90,62 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         gradient
     }
 
+    /// `w = f1(y) t`, `|w| <= 1`: the force on the pair as a part of the limit, `y` and `t` magnitude and
+    /// direction of the slip.
+    #[inline(always)]
+    pub fn part_of_limit(&self, v: &[[S; D]; N]) -> [S; D] {
+        let slip = self.slip(v);
+        scaled(f1_over_y(dot(&slip, &slip).sqrt(), self.threshold), &slip)
+    }
+
+    /// The part of the limit after a step from `v` along `dv` [m/s], where it was `w`: the solution of `g(y)
+    /// w = v_T` to first order in both, `g(y) = y / f1(y)`, taken back to the unit ball.
+    #[inline(always)]
+    pub fn part_after(&self, w: &[S; D], v: &[[S; D]; N], dv: &[[S; D]; N]) -> [S; D] {
+        let (slip, change) = (self.slip(v), self.slip(dv));
+        let y = dot(&slip, &slip).sqrt();
+        let growth = self.g_slope(y) * inverse_or_zero(y) * dot(&slip, &change);
+        let over_g = f1_over_y(y, self.threshold);
+        let mut after = slip;
+        for k in 0..D {
+            after[k] = over_g * (slip[k] + change[k] - growth * w[k]);
+        }
+        let length = dot(&after, &after).sqrt();
+        scaled(S::one() / length.max(S::one()), &after)
+    }
+
+    /// `g'(y)` of `g(y) = y / f1(y)`: `1 / (2 - y/e)^2` for `y < e`, 1 above.
+    #[inline(always)]
+    fn g_slope(&self, y: S) -> S {
+        let left = S::splat(2.0) - smaller(y / S::splat(self.threshold), S::one());
+        S::one() / (left * left)
+    }
+
+    /// As [`hessian`](Self::hessian), with a part `w` of the limit that is known from elsewhere: `mu lambda /
+    /// g [I - n n^T - g' (w t^T + t w^T) / 2]`, positive semidefinite for `|w| <= 1`, and the Hessian itself
+    /// for `w = f1 t`.
+    ///
+    /// The force turns within the threshold, and steps are many thresholds long: by the Hessian alone Newton's
+    /// method either overshoots rest or does not see it. Force and velocity as unknowns of their own, `g(y) w
+    /// = v_T`, of which the force is eliminated again, give this matrix (Chan, Golub, Mulet 1999, *A nonlinear
+    /// primal-dual method for total variation-based image restoration*, SIAM Journal on Scientific Computing
+    /// 20(6), for the same function of gradients).
+    #[inline(always)]
+    pub fn hessian_with(&self, w: &[S; D], v: &[[S; D]; N]) -> Mat<S, D> {
+        let slip = self.slip(v);
+        let y = dot(&slip, &slip).sqrt();
+        let across = self.limit * f1_over_y(y, self.threshold);
+        let direction = scaled(inverse_or_zero(y), &slip);
+        let half = S::splat(-0.5) * across * self.g_slope(y);
+        let mut m = Mat::scalar(across);
+        for k in 0..D {
+            m[k] = along(&m[k], -across * self.normal[k], &self.normal);
+            m[k] = along(&m[k], half * direction[k], w);
+            m[k] = along(&m[k], half * w[k], &direction);
+        }
+        m
+    }
+
     /// `M` with `d2R/dv_i dv_j = c_i c_j M` [N s/m]: `mu lambda [(f1/y)(I - n n^T - t t^T) + f1' t t^T]`,
     /// positive semidefinite as it is.
     #[inline(always)]
@@ -97,7 +153,7 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         let slip = self.slip(v);
         let y = dot(&slip, &slip).sqrt();
         let (across, ahead) = (f1_over_y(y, self.threshold), f1_slope(y, self.threshold));
-        let direction = scaled(crate::vector::inverse_or_zero(y), &slip);
+        let direction = scaled(inverse_or_zero(y), &slip);
         let mut m = Mat::scalar(self.limit * across);
         for k in 0..D {
             let turned = self.limit * (ahead - across) * direction[k];

@@ -20,6 +20,8 @@ struct RubbingContact<const D: usize> {
     count: usize,
     vertices: [u32; 4],
     pair: PairFriction<f64, D, 4>,
+    /// Part of the limit that its force is, as a solve goes on; none where only the velocities say.
+    part: Option<[f64; D]>,
 }
 
 /// What raises thresholds of friction.
@@ -43,6 +45,8 @@ pub struct FrictionTerm<const D: usize> {
     lists: StencilLists,
     gradient: TouchedRows<D>,
     frozen: bool,
+    /// Velocities at the beginning of the step, flat [m/s]: the direction of the first forces of a solve.
+    velocity: Vec<f64>,
 }
 
 impl BorneThreshold {
@@ -79,6 +83,7 @@ impl<const D: usize> FrictionTerm<D> {
             lists: StencilLists::new(),
             gradient: TouchedRows::new(energy.model().surface.bodies.len()),
             frozen: false,
+            velocity: vec![],
         }
     }
 
@@ -107,7 +112,7 @@ impl<const D: usize> FrictionTerm<D> {
                 let threshold = self.model.threshold_speed;
                 let pair = PairFriction { coefficients, normal, limit, threshold };
                 let ContactReport { count, vertices, .. } = report;
-                self.contacts[count - 2].push(RubbingContact { count, vertices, pair });
+                self.contacts[count - 2].push(RubbingContact { count, vertices, pair, part: None });
             }
         }
         drop(search);
@@ -121,6 +126,17 @@ impl<const D: usize> FrictionTerm<D> {
         if !self.frozen {
             self.take(x);
         }
+    }
+
+    /// Parts of the limit of contacts by their vertices, ascending, while they are held.
+    fn known_parts(&self) -> Vec<([u32; 4], [f64; D])> {
+        if !self.frozen {
+            return vec![];
+        }
+        let known = |contact: &RubbingContact<D>| Some((contact.vertices, contact.part?));
+        let mut parts: Vec<_> = self.all().filter_map(known).collect();
+        parts.sort_unstable_by_key(|(vertices, _)| *vertices);
+        parts
     }
 
     fn all(&self) -> impl Iterator<Item = &RubbingContact<D>> {
@@ -200,15 +216,31 @@ impl<const D: usize> DissipativeTerm for FrictionTerm<D> {
 
     fn bytes(&self) -> usize {
         let contacts: usize = self.contacts.iter().map(|list| size_of_val(&list[..])).sum();
-        self.gradient.bytes() + contacts
+        self.gradient.bytes() + contacts + size_of_val(&self.velocity[..])
     }
 }
 
 impl<const D: usize> FrozenParts for FrictionTerm<D> {
     fn freeze(&mut self, x: &[f64]) -> bool {
+        let known = self.known_parts();
         self.take(x);
         self.frozen = true;
+        let velocity = (self.velocity.len() == x.len()).then_some(&self.velocity);
+        for contact in self.contacts.iter_mut().flatten() {
+            contact.part = match known.binary_search_by_key(&contact.vertices, |(vertices, _)| *vertices) {
+                Ok(at) => Some(known[at].1),
+                Err(_) => velocity.map(|v| contact.pair.part_of_limit(&contact.velocities(v))),
+            };
+        }
         self.all().next().is_some()
+    }
+
+    fn follow(&mut self, v: &[f64], dv: &[f64]) {
+        for contact in self.contacts.iter_mut().flatten() {
+            let (from, change) = (contact.velocities(v), contact.velocities(dv));
+            let part = contact.part.unwrap_or_else(|| contact.pair.part_of_limit(&from));
+            contact.part = Some(contact.pair.part_after(&part, &from, &change));
+        }
     }
 
     fn thaw(&mut self) {
@@ -221,6 +253,12 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
 }
 
 impl<const D: usize> ChangingStencils for FrictionTerm<D> {
+    fn begin_step(&mut self, _: &[f64], v: &[f64], _: f64) -> bool {
+        self.velocity.clear();
+        self.velocity.extend_from_slice(v);
+        false
+    }
+
     fn find(&mut self, x: &[f64]) -> bool {
         self.look(x);
         let vertices = |contacts: &Vec<RubbingContact<D>>| {
@@ -237,7 +275,11 @@ impl<const D: usize> ChangingStencils for FrictionTerm<D> {
         let size = list + 2;
         let each = size * (size + 1) / 2 * D * D;
         for (contact, out) in self.contacts[list][stencils].iter().zip(out.chunks_exact_mut(each)) {
-            let m = contact.pair.hessian(&contact.velocities(v));
+            let v = contact.velocities(v);
+            let m = match &contact.part {
+                Some(part) => contact.pair.hessian_with(part, &v),
+                None => contact.pair.hessian(&v),
+            };
             let c = &contact.pair.coefficients;
             let mut next = out.chunks_exact_mut(D * D);
             for a in 0..size {

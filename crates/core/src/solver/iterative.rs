@@ -73,11 +73,11 @@ impl<const D: usize> Iterative<D> {
     }
 
     /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these
-    /// weights and this treatment of elements.
+    /// weights and this treatment of elements, for vertices at `x`, flat [m].
     pub(super) fn solve(
         &mut self,
         AssembledMatrix { whole: matrix, fixed, pattern }: AssembledMatrix<'_, D>,
-        (weights, psd): (Weights, Psd),
+        (weights, psd, x): (Weights, Psd, &[f64]),
         right: &[f64],
         solution: &mut [f64],
         tolerance: f64,
@@ -100,7 +100,7 @@ impl<const D: usize> Iterative<D> {
                     }
                     *made_for = of;
                 }
-                match subspace.update(matrix, fixed) {
+                match subspace.update(matrix, fixed, (pattern, x)) {
                     Ok(false) => (&mut **levels, MULTIGRID_ITERATIONS),
                     Ok(true) => {
                         corrected = Corrected { matrix, subspace, inner: &mut **levels };

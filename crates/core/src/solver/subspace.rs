@@ -14,6 +14,8 @@ use super::conjugate_gradients::Preconditioner;
 pub(super) struct Subspace<const D: usize> {
     /// The vertices, ascending.
     vertices: Vec<u32>,
+    /// Version of the pattern that the factor is for.
+    pattern: u64,
     factor: Option<Cholesky>,
     /// Right side and solution on them.
     part: Vec<f64>,
@@ -25,7 +27,14 @@ pub(super) struct Subspace<const D: usize> {
 impl<const D: usize> Subspace<D> {
     /// Without any vertex.
     pub(super) fn new() -> Self {
-        Subspace { vertices: vec![], factor: None, part: vec![], residual: vec![], correction: vec![] }
+        Subspace {
+            vertices: vec![],
+            pattern: 0,
+            factor: None,
+            part: vec![],
+            residual: vec![],
+            correction: vec![],
+        }
     }
 
     /// Takes the vertices at which `whole` differs from its `fixed` part; whether there are any.
@@ -36,31 +45,50 @@ impl<const D: usize> Subspace<D> {
         &mut self,
         whole: &BlockMatrix<D>,
         fixed: &BlockMatrix<D>,
+        (pattern, x): (u64, &[f64]),
     ) -> Result<bool, NotPositiveDefinite> {
         if std::ptr::eq(whole, fixed) {
             return Ok(false);
         }
         let diagonal = |matrix: &BlockMatrix<D>, row: usize| matrix.value[matrix.diagonal[row] as usize];
         let differs = |row: &u32| diagonal(whole, *row as usize) != diagonal(fixed, *row as usize);
-        self.vertices = (0..whole.rows() as u32).filter(differs).collect();
+        let vertices: Vec<u32> = (0..whole.rows() as u32).filter(differs).collect();
+        if vertices != self.vertices || pattern != self.pattern {
+            (self.vertices, self.pattern, self.factor) = (vertices, pattern, None);
+        }
         if self.vertices.is_empty() {
             return Ok(false);
         }
         let matrix = restricted(whole, &self.vertices);
-        // Neighbours have numbers near each other: elimination goes by these.
-        let place = |i: usize| [i as f64, 0.0, 0.0];
-        let places: Vec<f64> = (0..self.vertices.len()).flat_map(|i| place(i).into_iter().take(D)).collect();
-        self.factor = Cholesky::new(&matrix, &places);
+        if self.factor.is_none() {
+            let places: Vec<f64> =
+                self.vertices.iter().flat_map(|v| &x[*v as usize * D..][..D]).copied().collect();
+            self.factor = Cholesky::new(&matrix, &places);
+        }
         let Some(factor) = &mut self.factor else { return Err(NotPositiveDefinite) };
         factor.factorize(&matrix)?;
         Ok(true)
     }
 
-    /// Adds the solution for `r`, restricted to the vertices, to `z`.
-    fn add_solution(&mut self, r: &[f64], z: &mut [f64]) {
+    /// Adds the solution for `r - A z`, restricted to the vertices, to `z`; `A z` where `z` is not zero.
+    fn add_solution(&mut self, product: Option<&BlockMatrix<D>>, r: &[f64], z: &mut [f64]) {
         let Some(factor) = &mut self.factor else { return };
         self.part.clear();
-        self.part.extend(self.vertices.iter().flat_map(|v| &r[*v as usize * D..][..D]));
+        for v in &self.vertices {
+            let mut row = [0.0; D];
+            row.copy_from_slice(&r[*v as usize * D..][..D]);
+            if let Some(matrix) = product {
+                for (c, block) in matrix.row(*v as usize) {
+                    let z = &z[c * D..][..D];
+                    for k in 0..D {
+                        for l in 0..D {
+                            row[k] -= block[k][l] * z[l];
+                        }
+                    }
+                }
+            }
+            self.part.extend_from_slice(&row);
+        }
         factor.solve(&mut self.part);
         for (v, solution) in self.vertices.iter().zip(self.part.chunks_exact(D)) {
             let row = &mut z[*v as usize * D..][..D];
@@ -99,12 +127,23 @@ pub(super) struct Corrected<'a, const D: usize> {
 }
 
 impl<const D: usize> Corrected<'_, D> {
-    /// Makes the residual of the subspace `r - A z`.
+    /// Makes the residual of the subspace `r - A z`, with `z` zero but on its vertices.
     fn renew_residual(&mut self, r: &[f64], z: &[f64]) {
-        let residual = &mut self.subspace.residual;
-        residual.resize(r.len(), 0.0);
-        self.matrix.multiply(z, residual);
-        residual.iter_mut().zip(r).for_each(|(q, r)| *q = r - *q);
+        let Subspace { residual, vertices, .. } = &mut *self.subspace;
+        residual.clear();
+        residual.extend_from_slice(r);
+        for v in vertices {
+            // The columns of a symmetric matrix are its rows.
+            let z = &z[*v as usize * D..][..D];
+            for (c, block) in self.matrix.row(*v as usize) {
+                let row = &mut residual[c * D..][..D];
+                for l in 0..D {
+                    for k in 0..D {
+                        row[k] -= block[l][k] * z[l];
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -115,17 +154,14 @@ impl<const D: usize> Preconditioner<D> for Corrected<'_, D> {
 
     fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         z.fill(0.0);
-        self.subspace.add_solution(r, z);
+        self.subspace.add_solution(None, r, z);
         self.renew_residual(r, z);
         let mut correction = std::mem::take(&mut self.subspace.correction);
         correction.resize(r.len(), 0.0);
         self.inner.apply(&self.subspace.residual, &mut correction);
         z.iter_mut().zip(&correction).for_each(|(z, c)| *z += c);
         self.subspace.correction = correction;
-        self.renew_residual(r, z);
-        let residual = std::mem::take(&mut self.subspace.residual);
-        self.subspace.add_solution(&residual, z);
-        self.subspace.residual = residual;
+        self.subspace.add_solution(Some(self.matrix), r, z);
     }
 
     fn bytes(&self) -> usize {

@@ -152,6 +152,12 @@ impl System {
         self.dissipation.iter_mut().filter_map(frozen).max()
     }
 
+    /// Tells dissipative terms that hold what they take from positions that a solve goes on from velocities
+    /// `v` in the direction `dv`, flat [m/s].
+    pub(crate) fn follow(&mut self, v: &[f64], dv: &[f64]) {
+        self.dissipation.iter_mut().filter_map(|term| term.frozen()).for_each(|term| term.follow(v, dv));
+    }
+
     /// Ends that.
     pub(crate) fn thaw(&mut self) {
         self.dissipation.iter_mut().filter_map(|term| term.frozen()).for_each(|term| term.thaw());

@@ -74,7 +74,7 @@ impl<const D: usize> Newton<D> {
             }
             let Some(iterative) = &mut self.iterative else { return Direction::Failed };
             iterative.set_stop(system.stop());
-            let made_for = (weights, psd);
+            let made_for = (weights, psd, &x[..]);
             let report = iterative.solve(matrices, made_for, &self.direction, &mut self.solution, forcing);
             self.work.cg_iterations += report.iterations;
             if report.end == CgEnd::Converged {

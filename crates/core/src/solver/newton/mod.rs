@@ -28,6 +28,11 @@ const CONTRACTION: f64 = 0.25;
 const FORCING: [f64; 2] = [1e-2, 1e-1];
 /// A solve need not be more accurate than this part of what the matrix at hand lets corrections shrink by.
 const FORCING_PART: f64 = 0.3;
+/// The smallest relative residual where terms guard ways: what they push back is no smoother for more.
+const GUARDED_FORCING: f64 = 1e-5;
+/// Corrections that shrink by this factor or less from one to the next are taken to go on so, where terms
+/// guard ways.
+const SHRINKS: f64 = 0.5;
 /// The relative residual of solves for estimates of errors.
 const ESTIMATE: f64 = 1e-3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.
@@ -114,7 +119,7 @@ impl<const D: usize> Newton<D> {
             if system.freeze(&at.x).is_none() {
                 return Ok(());
             }
-            self.solve(system, objective, at, Begin::NearMinimum)?;
+            self.solve(system, objective, at, (Begin::NearMinimum, 0))?;
             let moved = before.iter().zip(&at.u).fold(0.0, |m: f64, (a, b)| m.max((b - a).abs()));
             let left = if last.is_finite() && moved < last { moved * (moved / last) } else { moved };
             if left <= self.tolerance(system, objective, at) {
@@ -155,10 +160,14 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         self.prepare(system, &at.x);
         // A single iteration sees what there is where it starts.
         let most = system.freeze(&at.x).filter(|_| !objective.single_iteration);
-        let mut end = self.solve(system, objective, at, Begin::Anywhere);
-        if let Some(most) = most {
-            end = end.and_then(|()| self.settle(system, objective, at, most));
-        }
+        let renewals = most.map_or(0, |most| most - 1);
+        let end = match self.solve(system, objective, at, (Begin::Anywhere, renewals)) {
+            Ok(settled) => match most {
+                Some(most) if !settled => self.settle(system, objective, at, most),
+                _ => Ok(()),
+            },
+            Err(fault) => Err(fault),
+        };
         system.thaw();
         end
     }
@@ -175,7 +184,8 @@ impl<const D: usize> super::Minimizer for Newton<D> {
             let (Some(iterative), Some(assembler)) = (&mut self.iterative, &self.assembler) else {
                 return false;
             };
-            let made_for = (weights, Psd::Exact);
+            // Where the pattern is still that of the last solve, places say nothing.
+            let made_for = (weights, Psd::Exact, &self.trial.x[..]);
             let matrices = AssembledMatrix::of(assembler);
             let report = iterative.solve(matrices, made_for, right, &mut self.solution, ESTIMATE);
             self.work.cg_iterations += report.iterations;

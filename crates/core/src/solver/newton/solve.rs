@@ -4,7 +4,7 @@ use super::evaluation::weights;
 use super::linear::Direction;
 use super::prescribed::rest_of_way;
 use super::search::{Accepted, Slope};
-use super::{CONTRACTION, FORCING, FORCING_PART, NEAR, Newton, RUNAWAY, ULPS};
+use super::{CONTRACTION, FORCING, FORCING_PART, GUARDED_FORCING, NEAR, Newton, RUNAWAY, SHRINKS, ULPS};
 use crate::energy::Fault;
 use crate::material::Psd;
 use crate::solver::conjugate_gradients::dot;
@@ -41,6 +41,12 @@ pub(super) struct NewtonSolve<'a> {
     floor: f64,
     /// Corrections of so much [m] are none.
     negligible: f64,
+    /// How often what dissipative terms hold may still be renewed on the way.
+    renewals: u32,
+    /// Iterations in a row that began with it renewed.
+    fresh: u32,
+    /// True if it is that of the end, as far as the tolerance goes.
+    settled: bool,
 }
 
 /// Place where a solve begins.
@@ -88,6 +94,9 @@ impl<'a> NewtonSolve<'a> {
             changes: false,
             floor: ULPS * f64::EPSILON * reach,
             negligible: 0.0,
+            renewals: 0,
+            fresh: 0,
+            settled: false,
             system,
             objective,
             at,
@@ -119,29 +128,44 @@ impl<'a> NewtonSolve<'a> {
     /// Sets the accuracy of the next linear solve. Corrections shrink by what solves leave, or by how much
     /// the matrix has changed: the former need not be much less. Negative curvature, though, shows only in
     /// solves that are accurate.
+    ///
+    /// Where terms guard ways, steps are shortened and elements are projected far from the minimum, by what
+    /// bodies meet there: that says nothing of curvature.
     fn set_forcing(&mut self, truncated: bool) {
-        self.curved |= self.psd == Psd::Projected || truncated || !self.keep;
-        let shrink = if self.before.is_finite() { self.correction / self.before } else { FORCING[0] };
-        let last = self.correction * shrink.min(1.0) <= self.negligible;
-        self.forcing = if self.curved || last {
-            CG_TOLERANCE
+        let (guarded, least) = (self.system.has_guards(), self.least_forcing());
+        self.curved |= !guarded && (self.psd == Psd::Projected || truncated || !self.keep);
+        let evenly = self.before.is_finite() && (self.keep || !guarded);
+        let shrink = if evenly { self.correction / self.before } else { FORCING[0] };
+        let last = self.correction * shrink.min(1.0) <= self.negligible && (self.keep || !guarded);
+        self.forcing = if self.curved || last || guarded && truncated {
+            least
         } else {
-            (FORCING_PART * shrink).clamp(CG_TOLERANCE, FORCING[1])
+            (FORCING_PART * shrink).clamp(least, FORCING[1])
         };
+    }
+
+    /// The smallest relative residual that is asked of conjugate gradients.
+    fn least_forcing(&self) -> f64 {
+        if self.system.has_guards() { GUARDED_FORCING } else { CG_TOLERANCE }
     }
 }
 
 impl<const D: usize> Newton<D> {
-    /// Moves the free coordinates of `at` to a minimum of the objective.
+    /// Moves the free coordinates of `at` to a minimum of the objective. What dissipative terms hold may be
+    /// renewed so many times on the way; true if it is that of the minimum itself, to the tolerance.
+    ///
+    /// A line search sees it held, and each iteration has a minimum of its own. Near the end both shrink
+    /// together, and a minimum found with what was held at its beginning would be left again.
     pub(super) fn solve(
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
         at: &mut Iterate,
-        begin: Begin,
-    ) -> Result<(), StepFault> {
-        let mut solve = NewtonSolve::new(system, objective, at);
-        self.iterate(&mut solve, begin).map_err(|verdict| solve.fault(verdict))
+        (begin, renewals): (Begin, u32),
+    ) -> Result<bool, StepFault> {
+        let mut solve = NewtonSolve { renewals, ..NewtonSolve::new(system, objective, at) };
+        self.iterate(&mut solve, begin).map_err(|verdict| solve.fault(verdict))?;
+        Ok(solve.settled)
     }
 
     fn iterate(&mut self, solve: &mut NewtonSolve<'_>, begin: Begin) -> Result<(), SolveFailure> {
@@ -156,6 +180,7 @@ impl<const D: usize> Newton<D> {
         solve.inexact = !solve.objective.single_iteration && linear.is_iterative();
         if solve.inexact {
             self.at_hand = None;
+            solve.forcing = solve.least_forcing();
             if begin == Begin::Anywhere {
                 solve.forcing = FORCING[0];
             }
@@ -296,13 +321,19 @@ impl<const D: usize> Newton<D> {
             solve.psd = Psd::Exact;
         }
         solve.value = Some(accepted.value);
-        let finite = accepted.finite.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
+        self.tell_of_direction(solve);
+        let fresh = solve.fresh;
+        let renewed = self.renew(solve, accepted);
+        let known = accepted.finite.filter(|_| !renewed);
+        let finite = known.unwrap_or_else(|| self.residual_at_trial(solve.system, solve.objective));
         std::mem::swap(solve.at, &mut self.trial);
         if !finite {
             return Err(SolveFailure::Infeasible);
         }
         // What is left of a step that a term cut short says nothing of how far the solution is.
         if !accepted.shortened && self.has_converged(solve, found, steady) {
+            // One correction tells how far the minimum was, two how fast they shrink as it moves.
+            solve.settled = fresh > 1 || fresh == 1 && solve.correction <= solve.negligible;
             self.note_loose(solve.system, solve.at, solve.correction);
             return Ok(Converged);
         }
@@ -310,6 +341,29 @@ impl<const D: usize> Newton<D> {
             solve.set_forcing(found.truncated);
         }
         Ok(Continues)
+    }
+
+    /// Tells dissipative terms that hold what they take from positions where velocities were headed.
+    fn tell_of_direction(&mut self, solve: &mut NewtonSolve<'_>) {
+        if !(solve.changes && solve.system.has_guards()) {
+            return;
+        }
+        self.velocity_at(solve.system, solve.objective, solve.at);
+        let rate = solve.objective.velocity.rate;
+        let change: Vec<f64> = self.direction.iter().map(|d| rate * d).collect();
+        solve.system.follow(&self.velocity, &change);
+    }
+
+    /// Renews what dissipative terms hold, at the trial; whether it did. Steps that had to be halved are far
+    /// from the minimum, where it would be worth nothing.
+    fn renew(&mut self, solve: &mut NewtonSolve<'_>, accepted: &Accepted) -> bool {
+        let renewed = solve.renewals > 0 && accepted.halvings == 0 && !accepted.shortened;
+        if renewed {
+            solve.renewals -= 1;
+            solve.system.freeze(&self.trial.x);
+        }
+        solve.fresh = if renewed { solve.fresh + 1 } else { 0 };
+        renewed
     }
 
     /// True if the iterate is the solution to the tolerance, or to rounding; `steady` where matrices were
@@ -322,7 +376,15 @@ impl<const D: usize> Newton<D> {
         let rounding = correction <= solve.floor && correction >= 0.5 * before;
         // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the
         // last one is accurate.
-        let left = if steady { self.left(solve.objective, before, correction) } else { correction };
-        (left <= tolerance || rounding) && known && solve.forcing <= CG_TOLERANCE
+        let shrink = correction / before;
+        let left = if solve.system.has_guards() && solve.keep && shrink <= SHRINKS {
+            // The next one, and those after it.
+            correction * shrink / (1.0 - shrink)
+        } else if steady {
+            self.left(solve.objective, before, correction)
+        } else {
+            correction
+        };
+        (left <= tolerance || rounding) && known && solve.forcing <= solve.least_forcing()
     }
 }
