@@ -1,6 +1,6 @@
 //! Commands between steps.
 
-use pliant::simulation::{GrabError, SnapshotError};
+use pliant::simulation::{AdoptError, GrabError, SnapshotError};
 use pliant::topology::BodyKind;
 
 use super::{Experiment, Grabbed, LoggedCommand, assembled};
@@ -57,6 +57,9 @@ pub enum CommandError {
     /// The changed scene cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The changed scene cannot go on from the present state.
+    #[error(transparent)]
+    Adopt(#[from] AdoptError),
     /// A vertex cannot be grabbed.
     #[error(transparent)]
     Grab(#[from] GrabError),
@@ -159,7 +162,7 @@ impl Experiment {
         }
         simulation.set_stop(self.stop.clone());
         if from_present {
-            self.simulation.adopt(simulation);
+            self.simulation.adopt(simulation)?;
         } else {
             self.simulation = simulation;
         }
