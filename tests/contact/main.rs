@@ -5,11 +5,13 @@
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]
 
 mod collision;
+mod dynamics;
 mod friction;
 mod particle;
 mod prescribed;
 mod scenes;
 mod start;
+mod statics;
 mod thin;
 
 use pliant::simulation::Simulation;

@@ -7,7 +7,7 @@ use std::path::Path;
 use pliant_scene::Scene;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 
-fn opened(name: &str) -> Assembly {
+pub(crate) fn opened(name: &str) -> Assembly {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
     let scene = Scene::from_path(path).unwrap_or_else(|error| panic!("{error}"));
     scene.assemble(UnstableStep::Refuse).unwrap_or_else(|problems| panic!("{problems:?}"))

@@ -298,7 +298,12 @@ fn a_place_beside_an_own_neighbour_is_counted_once() {
         let found = ContactStencils::find::<3>(&surface, &candidates, &x, 0.01, Duplicates::Max);
         let of_vertex = |vertices: &[u32]| vertices.contains(&0);
         let sum = |weights: Vec<f64>| weights.iter().sum::<f64>();
-        let total = sum(found.point_point.iter().filter(|p| of_vertex(&p.vertices)).map(|p| p.weight).collect())
+        let total = sum(found
+            .point_point
+            .iter()
+            .filter(|p| of_vertex(&p.vertices))
+            .map(|p| p.weight)
+            .collect())
             + sum(found.point_edge.iter().filter(|p| of_vertex(&p.vertices)).map(|p| p.weight).collect())
             + sum(found.point_triangle.iter().filter(|p| of_vertex(&p.vertices)).map(|p| p.weight).collect());
         let once = 0.25 * surface.vertex_areas[0];
