@@ -111,7 +111,7 @@ fn a_fast_ball_takes_a_hanging_sheet_along() {
     let text = "dimension = 3\ntime = { integrator = 'implicit-euler', step = 5e-3, duration = 1.0 }\n\
         world = { gravity = [0, 0, -9.81] }\ncontact = { distance = 1e-3 }\n\
         [[body]]\nname = 'sheet'\n\
-        mesh = { cloth = { cells = [10, 10], size = [0.4, 0.4], u = [0, 1, 0], v = [0, 0, 1], origin = [0, -0.2, -0.2] } }\n\
+        mesh = { cloth = { cells = [10, 10], origin = [0, -0.2, -0.2], u = [0, 0.4, 0], v = [0, 0, 0.4] } }\n\
         membrane = { thickness = 1e-3 }\nelastic = { stable-neo-hookean = { young = 1e5, poisson = 0.3 } }\n\
         mass = { density = 0.2 }\n\
         pin = [{ box = { min = [-1, -1, 0.199], max = [1, 1, 1] } }]\n\

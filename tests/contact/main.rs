@@ -13,6 +13,7 @@ mod scenes;
 mod start;
 mod statics;
 mod thin;
+mod torture;
 
 use pliant::simulation::Simulation;
 use pliant_scene::Scene;

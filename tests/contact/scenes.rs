@@ -34,7 +34,7 @@ fn crosses([p, q]: [Point; 2], [a, b, c]: [Point; 3]) -> bool {
 }
 
 /// Edges that pass through triangles of the surfaces of all bodies, each with the triangle.
-fn crossings(assembly: &Assembly) -> Vec<([u32; 2], [u32; 3])> {
+pub(crate) fn crossings(assembly: &Assembly) -> Vec<([u32; 2], [u32; 3])> {
     let x = assembly.simulation.positions();
     let point = |v: u32| -> Point { x[3 * v as usize..][..3].try_into().unwrap() };
     let triangles: Vec<[u32; 3]> =
@@ -53,7 +53,7 @@ fn crossings(assembly: &Assembly) -> Vec<([u32; 2], [u32; 3])> {
 }
 
 /// Takes `steps` steps and looks for crossings `looks` times on the way.
-fn watched(name: &str, steps: usize, looks: usize) -> Assembly {
+pub(crate) fn watched(name: &str, steps: usize, looks: usize) -> Assembly {
     let mut assembly = opened(name);
     for _ in 0..looks {
         super::advance(&mut assembly.simulation, steps / looks);
