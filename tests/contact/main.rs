@@ -5,13 +5,16 @@
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]
 
 mod collision;
+mod dynamics;
 mod explicit;
 mod friction;
 mod particle;
 mod prescribed;
 mod scenes;
 mod start;
+mod statics;
 mod thin;
+mod torture;
 
 use pliant::simulation::Simulation;
 use pliant_scene::Scene;

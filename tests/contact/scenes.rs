@@ -7,7 +7,7 @@ use std::path::Path;
 use pliant_scene::Scene;
 use pliant_scene::assembly::{Assembly, UnstableStep};
 
-fn opened(name: &str) -> Assembly {
+pub(crate) fn opened(name: &str) -> Assembly {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
     let scene = Scene::from_path(path).unwrap_or_else(|error| panic!("{error}"));
     scene.assemble(UnstableStep::Refuse).unwrap_or_else(|problems| panic!("{problems:?}"))
@@ -34,7 +34,7 @@ fn crosses([p, q]: [Point; 2], [a, b, c]: [Point; 3]) -> bool {
 }
 
 /// Edges that pass through triangles of the surfaces of all bodies, each with the triangle.
-fn crossings(assembly: &Assembly) -> Vec<([u32; 2], [u32; 3])> {
+pub(crate) fn crossings(assembly: &Assembly) -> Vec<([u32; 2], [u32; 3])> {
     let x = assembly.simulation.positions();
     let point = |v: u32| -> Point { x[3 * v as usize..][..3].try_into().unwrap() };
     let triangles: Vec<[u32; 3]> =
@@ -53,7 +53,7 @@ fn crossings(assembly: &Assembly) -> Vec<([u32; 2], [u32; 3])> {
 }
 
 /// Takes `steps` steps and looks for crossings `looks` times on the way.
-fn watched(name: &str, steps: usize, looks: usize) -> Assembly {
+pub(crate) fn watched(name: &str, steps: usize, looks: usize) -> Assembly {
     let mut assembly = opened(name);
     for _ in 0..looks {
         super::advance(&mut assembly.simulation, steps / looks);

@@ -72,3 +72,105 @@ fn schemes_and_tables_that_contact_cannot_take_are_refused() {
         assert!(told.contains(expected), "{told}");
     }
 }
+
+/// Two solids in space, or one of them an obstacle: the scene.
+fn in_space(second: &str) -> String {
+    format!(
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\ncontact = {{}}\n\
+         [[body]]\nname = 'big'\nmesh = {{ grid = {{ cells = [2, 2, 2], size = [0.4, 0.4, 0.4] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n{second}"
+    )
+}
+
+fn small_box(size: f64, origin: &str) -> String {
+    in_space(&format!(
+        "[[body]]\nname = 'small'\nmesh = {{ grid = {{ cells = [1, 1, 1], size = [{size}, {size}, {size}], origin = {origin} }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+    ))
+}
+
+/// What crosses nowhere may still be where it cannot be.
+#[test]
+fn what_lies_inside_is_told() {
+    let square = "dimension = 2\ntime = { integrator = 'implicit-euler', step = 0.01, duration = 1.0 }\ncontact = {}\n\
+        [[body]]\nname = 'big'\nmesh = { grid = { cells = [2, 2], size = [0.4, 0.4] } }\n\
+        elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 1000 }\n";
+    let other = "[[body]]\nname = 'small'\nmesh = { grid = { cells = [1, 1], size = [0.05, 0.05], origin = [0.07, 0.31] } }\n\
+        elastic = { neo-hookean = { young = 1e5, poisson = 0.3 } }\nmass = { density = 1000 }\n";
+    let ball = |d: &str| {
+        format!("[[obstacle]]\nname = 'small'\nshape = {{ ball = {{ centre = {d}, radius = 0.02 }} }}\n")
+    };
+    let cases = [
+        small_box(0.05, "[0.07, 0.31, 0.11]"),
+        in_space(&ball("[0.11, 0.09, 0.31]")),
+        format!("{square}{other}"),
+        format!("{square}{}", ball("[0.11, 0.31]")),
+    ];
+    for text in cases {
+        let told = super::problems(&text);
+        assert!(told.contains("`small` lies inside `big`"), "{told}");
+    }
+    // Beside each other on both sides of a ray's many directions, nothing is said.
+    for origin in ["[0.41, 0.1, 0.1]", "[-0.06, 0.1, 0.1]", "[0.1, 0.41, 0.1]", "[0.1, -0.06, 0.1]"] {
+        super::assembled(&small_box(0.05, origin));
+    }
+}
+
+#[test]
+fn boxes_that_overlap_by_a_hair_and_vertices_that_coincide_are_told() {
+    let told = super::problems(&small_box(0.1, "[0.1, 0.13, 0.3999]"));
+    assert!(told.contains("crosses") && told.contains("`small`") && told.contains("more pairs"), "{told}");
+    // Exactly on each other: every vertex of one lies on a triangle or a vertex of the other.
+    for origin in ["[0.4, 0.0, 0.0]", "[0.4, 0.4, 0.4]", "[0.1, 0.1, 0.4]"] {
+        let told = super::problems(&small_box(0.2, origin));
+        assert!(told.contains("overlap") || told.contains("crosses"), "{told}");
+    }
+    let ball = "[[obstacle]]\nname = 'ball'\nshape = { ball = { centre = [0.2, 0.2, 0.2], radius = 5.0 } }\n";
+    let told = super::problems(&in_space(ball));
+    assert!(told.contains("overlap") && told.contains("`ball`"), "{told}");
+}
+
+/// Two triangles on the same three vertices, which files of surfaces have, are one more weight, no fault: or
+/// they are told.
+#[test]
+fn a_triangle_that_is_there_twice_is_told_or_touches() {
+    let text = "dimension = 3\ntime = { integrator = 'implicit-euler', step = 0.005, duration = 1.0 }\n\
+        world = { gravity = [0, 0, -9.81] }\ncontact = { distance = 1e-3 }\n\
+        [[body]]\nname = 'sheet'\nmesh = { inline = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], triangles = [[0, 1, 2], [0, 1, 2]] } }\n\
+        membrane = { thickness = 1e-3 }\nelastic = { stable-neo-hookean = { young = 1e5, poisson = 0.3 } }\n\
+        mass = { density = 0.2 }\npin = [{ vertices = [0, 1, 2] }]\n\
+        [[body]]\nname = 'grain'\nmesh = { inline = { points = [[0.3, 0.3, 0.02]] } }\nmass = { per_vertex = 0.01 }\n";
+    match pliant_scene::Scene::from_toml(text).map_err(|error| error.to_string()).and_then(|scene| {
+        scene
+            .assemble(pliant_scene::assembly::UnstableStep::Refuse)
+            .map_err(|problems| format!("{problems:?}"))
+    }) {
+        Err(told) => assert!(told.contains("triangle") || told.contains("element"), "{told}"),
+        Ok(assembly) => {
+            let mut simulation = assembly.simulation;
+            super::advance(&mut simulation, 60);
+            assert!(simulation.positions()[11] > 0.0, "it fell through: {}", simulation.positions()[11]);
+        }
+    }
+}
+
+/// Pairs that are switched on while a simulation runs are looked at first.
+#[test]
+fn bodies_that_overlap_now_cannot_begin_to_touch() {
+    let text = |contact: &str| {
+        two_boxes("[0.05, 0.22]")
+            .replace("contact = {}", contact)
+            .replace("name = 'high'", "name = 'high'\nvelocity = { rigid = { linear = [0, -2] } }")
+    };
+    let apart = "contact = { pairs = [{ between = ['low', 'high'], contact = false }] }";
+    let mut simulation = super::assembled(&text(apart)).simulation;
+    super::advance(&mut simulation, 4);
+    let before = simulation.state().x().to_vec();
+    let error = simulation.adopt(super::assembled(&text("contact = {}")).simulation).unwrap_err();
+    assert!(error.to_string().contains("`high`") && error.to_string().contains("now, at t = "), "{error}");
+    assert_eq!(simulation.state().x(), before);
+    // Once through, it may.
+    super::advance(&mut simulation, 21);
+    simulation.adopt(super::assembled(&text("contact = {}")).simulation).unwrap();
+    super::advance(&mut simulation, 2);
+}

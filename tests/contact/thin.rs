@@ -132,6 +132,36 @@ fn forces_of_all_kinds_of_primitives_are_gradients() {
     }
 }
 
+/// `x -> Q x + t` leaves the energy, and turns the forces.
+#[test]
+fn energies_of_all_kinds_of_primitives_do_not_know_of_rigid_motion() {
+    let mut energy = ContactEnergy::<3>::new(Arc::new(mixed()));
+    let mut numbers = Numbers(11);
+    let turn = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.7, -1.1, 0.4));
+    let rotated = |rows: &[f64]| -> Vec<f64> {
+        let row = |row: &[f64]| turn * nalgebra::Vector3::from_column_slice(row);
+        rows.chunks(3).flat_map(|r| row(r).iter().copied().collect::<Vec<_>>()).collect()
+    };
+    for _ in 0..10 {
+        let x = scattered(&mut numbers);
+        let g = gradient(&mut energy, &x);
+        let e = energy.energy(&x);
+        let moved: Vec<f64> =
+            rotated(&x).iter().enumerate().map(|(i, x)| x + [0.3, -0.8, 0.5][i % 3]).collect();
+        let found = gradient(&mut energy, &moved);
+        // Positions of size 1 are rounded by 1e-16, the barrier at gaps of some hundredths tells ten times of it.
+        assert!(
+            e > 0.0 && (energy.energy(&moved) - e).abs() < 1e-12 * e,
+            "{} for {e}",
+            energy.energy(&moved)
+        );
+        let size = g.iter().map(|g| g * g).sum::<f64>().sqrt();
+        for (found, expected) in found.iter().zip(rotated(&g)) {
+            assert!((found - expected).abs() < 1e-11 * size, "{found} for {expected}");
+        }
+    }
+}
+
 /// A wire that slides over the diagonal and the side of two triangles in one plane feels no bump: one place
 /// is counted once. So do a triangle's worth of wire and a wire on a wire's bend.
 #[test]

@@ -262,7 +262,7 @@ fn other_parameters_are_those_of_a_simulation_that_had_them_from_here_on() {
     let mut simulation = beam("symplectic-euler");
     go(&mut simulation, 30);
     let here = simulation.snapshot();
-    simulation.adopt(stiffer());
+    simulation.adopt(stiffer()).unwrap();
     assert_eq!((simulation.positions(), simulation.velocities()), ((&here.x).into(), (&here.v).into()));
     assert_eq!(simulation.pin_names(), ["beam/left"], "the other has let go long ago");
     let mut expected = stiffer();
@@ -398,7 +398,7 @@ fn a_changed_motion_goes_on_from_where_the_pin_is() {
         let mut simulation = moved(first);
         go(&mut simulation, 100);
         let (t0, before) = (simulation.state().time, held(&simulation));
-        simulation.adopt(moved(second));
+        simulation.adopt(moved(second)).unwrap();
         for (now, before) in held(&simulation).iter().zip(&before) {
             (0..2).for_each(|c| assert!((now[c] - before[c]).abs() < 1e-15, "{second}: {now:?} {before:?}"));
         }
@@ -441,7 +441,7 @@ fn a_motion_that_is_not_changed_goes_on_with_the_same_bits() {
     let (mut plain, mut adopting) = (moved(motion), moved(motion));
     go(&mut plain, 100);
     go(&mut adopting, 100);
-    adopting.adopt(moved(motion));
+    adopting.adopt(moved(motion)).unwrap();
     for simulation in [&mut plain, &mut adopting] {
         go(simulation, 20);
     }

@@ -72,7 +72,7 @@ def test_contacts_are_recorded_frame_by_frame(tmp_path: Path) -> None:
     trajectory = pliant.load(tmp_path / "a.mcap")
     now, last = simulation.contacts(), trajectory.contacts()
     assert last["bodies"] == now["bodies"] and len(now["bodies"]) > 0
-    for name in ["points", "normals", "gaps", "forces"]:
+    for name in ["points", "normals", "gaps", "forces", "friction"]:
         np.testing.assert_array_equal(last[name], now[name])
     assert trajectory.contacts(0)["gaps"].size <= now["gaps"].size
     with pytest.raises(IndexError, match="frame 100 of"):
@@ -81,3 +81,48 @@ def test_contacts_are_recorded_frame_by_frame(tmp_path: Path) -> None:
     pliant.Simulation(without).run(0.1, record=tmp_path / "b.mcap")
     with pytest.raises(KeyError, match="contacts"):
         pliant.load(tmp_path / "b.mcap").contacts()
+
+
+def sliding(**more: Any) -> pliant.Simulation:
+    """A block that slides over the floor at 1 m/s, once it lies."""
+    scene = block(**more).with_changes({"body.0.mesh.grid.origin": [0.0, 0.0009]})
+    scene = scene.with_changes({"obstacle.1.shape.box.min": [5.0, 0.0]})
+    scene = scene.with_changes({"obstacle.1.shape.box.max": [5.1, 0.1]})
+    simulation = pliant.Simulation(scene.with_changes({"body.0.velocity": {"rigid": {"linear": [1.0, 0.0]}}}))
+    simulation.step(3)
+    return simulation
+
+
+def test_friction_of_every_pair_is_mu_times_its_normal_force_and_holds_back() -> None:
+    found = sliding().contacts()
+    assert found["friction"].shape == (found["gaps"].size, 3)
+    np.testing.assert_allclose(found["friction"][:, 0], -0.5 * found["forces"], rtol=1e-12)
+    np.testing.assert_allclose(found["friction"][:, 1:], 0.0, atol=1e-12)
+
+
+def test_friction_changes_while_a_simulation_runs() -> None:
+    simulation = sliding()
+    simulation.set({"contact.friction": 0.1})
+    simulation.step(1)
+    found = simulation.contacts()
+    np.testing.assert_allclose(found["friction"][:, 0], -0.1 * found["forces"], rtol=1e-12)
+    pairs = [{"between": ["block", "floor"], "friction": 0.2}]
+    simulation.set({"contact.pairs": pairs})
+    simulation.step(1)
+    found = simulation.contacts()
+    np.testing.assert_allclose(found["friction"][:, 0], -0.2 * found["forces"], rtol=1e-12)
+
+
+def test_pairs_are_switched_off_and_on_while_a_simulation_runs() -> None:
+    simulation = sliding()
+    simulation.set({"contact.pairs": [{"between": ["block", "floor"], "contact": False}]})
+    simulation.step(10)
+    assert not simulation.contacts()["bodies"]
+    assert simulation.positions[:15, 1].min() < -0.01
+    time = simulation.time
+    with pytest.raises(ValueError, match="`floor` overlap by .* now"):
+        simulation.set({"contact.pairs": []})
+    # Nothing has changed, and the simulation goes on.
+    assert simulation.time == time
+    simulation.step(1)
+    assert not simulation.contacts()["bodies"]

@@ -399,15 +399,19 @@ impl<const D: usize> WatchedContacts for ContactEnergy<D> {
 }
 
 impl<const D: usize> TouchingSurfaces for ContactEnergy<D> {
-    fn contacts(&self, x: &[f64]) -> Vec<SurfaceContact> {
+    fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact> {
         let mut search = locked(&self.search);
         let contacts = search.contacts_at(&self.model, x);
         let described = |i| {
             let mut report = ContactReport::<D>::default();
             contacts.visit::<D>(&self.model, x, i, &mut report);
-            report.described(&self.model, x)
+            report.described(&self.model, x, v)
         };
         (0..contacts.len()).map(described).collect()
+    }
+
+    fn conflict(&self, x: &[f64]) -> Option<String> {
+        crate::start::conflict::<D>(&self.model, x)
     }
 }
 

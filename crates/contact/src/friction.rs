@@ -78,11 +78,17 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
         self.limit * f1_over_y(squared.sqrt(), self.threshold) * squared
     }
 
+    /// `-mu lambda f1(|v_T|) v_T / |v_T|` [N]: the force on the first primitive.
+    #[inline(always)]
+    pub fn force(&self, v: &[[S; D]; N]) -> [S; D] {
+        let slip = self.slip(v);
+        scaled(-(self.limit * f1_over_y(dot(&slip, &slip).sqrt(), self.threshold)), &slip)
+    }
+
     /// `dR/dv_i` [N].
     #[inline(always)]
     pub fn gradient(&self, v: &[[S; D]; N]) -> [[S; D]; N] {
-        let slip = self.slip(v);
-        let force = scaled(self.limit * f1_over_y(dot(&slip, &slip).sqrt(), self.threshold), &slip);
+        let force = scaled(-S::one(), &self.force(v));
         let mut gradient = *v;
         for i in 0..N {
             gradient[i] = scaled(self.coefficients[i], &force);

@@ -105,12 +105,7 @@ impl<const D: usize> FrictionTerm<D> {
         for i in 0..contacts.len() {
             let mut report = ContactReport::<D>::default();
             contacts.visit::<D>(&self.model, x, i, &mut report);
-            // Weights below zero take off what others count twice: they would push, not rub.
-            let limit = report.friction * report.force.max(0.0);
-            if limit > 0.0 {
-                let ContactReport { coefficients, normal, .. } = report;
-                let threshold = self.model.threshold_speed;
-                let pair = PairFriction { coefficients, normal, limit, threshold };
+            if let Some(pair) = report.rubbing(self.model.threshold_speed) {
                 let ContactReport { count, vertices, .. } = report;
                 self.contacts[count - 2].push(RubbingContact { count, vertices, pair, part: None });
             }

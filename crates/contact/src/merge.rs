@@ -198,7 +198,8 @@ impl Finder<'_> {
             if others.next() != Some(&e) {
                 continue;
             }
-            let twice = if D == 2 { usize::from(surface.inner_vertices[v as usize]) } else { others.count() };
+            // An edge that ends at the point itself has told nothing.
+            let twice = others.count();
             if twice > 0 {
                 self.point_point::<D>(p, v, -weight * twice as f64);
             }
@@ -228,8 +229,10 @@ impl Finder<'_> {
         if !max {
             return;
         }
+        // Where one of them has the point for a corner, fewer are counted, and none twice.
         let is_first = |others: &[u32]| {
-            others.iter().find(|&&t| !surface.triangles[t as usize].contains(&p)) == Some(&t)
+            let has_point = |t: &u32| surface.triangles[*t as usize].contains(&p);
+            others.first() == Some(&t) && !others.iter().any(has_point)
         };
         for e in surface.triangle_edges[t as usize] {
             if surface.is_inner_edge(e) && is_first(&surface.edge_triangles[e as usize]) {

@@ -4,7 +4,8 @@ use pliant::energy::SurfaceContact;
 use pliant::material::Psd;
 
 use crate::closest::InnerKind;
-use crate::contacts::{ContactVisitor, PlaneGeometry};
+use crate::contacts::{ContactVisitor, PlaneGeometry, rows};
+use crate::friction::PairFriction;
 use crate::merge::MollifiedPair;
 use crate::model::{ContactLaw, ContactModel};
 use crate::mollifier::mollified_inner_pair;
@@ -59,8 +60,27 @@ impl<const D: usize> ContactReport<D> {
 }
 
 impl<const D: usize> ContactReport<D> {
-    /// The contact at the positions `x`, flat [m], with the names of its bodies.
-    pub fn described(&self, model: &ContactModel, x: &[f64]) -> SurfaceContact {
+    /// Its friction with the present normal force, below `threshold` [m/s] smooth; `None` where nothing rubs.
+    pub fn rubbing(&self, threshold: f64) -> Option<PairFriction<f64, D, 4>> {
+        // Weights below zero take off what others count twice: they would push, not rub.
+        let limit = self.friction * self.force.max(0.0);
+        let ContactReport { coefficients, normal, .. } = *self;
+        (limit > 0.0).then_some(PairFriction { coefficients, normal, limit, threshold })
+    }
+
+    /// Force of friction on the first primitive at the velocities `v`, flat [m/s]; third component 0 in 2D
+    /// [N].
+    fn friction_force(&self, threshold: f64, v: &[f64]) -> [f64; 3] {
+        let mut force = [0.0; 3];
+        if let Some(pair) = self.rubbing(threshold) {
+            let on_first = pair.force(&rows::<D, 4>(v, &self.vertices));
+            force[..D].copy_from_slice(&on_first);
+        }
+        force
+    }
+
+    /// The contact at the positions `x` and velocities `v`, flat [m] and [m/s], with the names of its bodies.
+    pub fn described(&self, model: &ContactModel, x: &[f64], v: &[f64]) -> SurfaceContact {
         let [first, second] = self.sides();
         let body = |side: &[u32]| side.first().map_or(0, |v| model.body(*v));
         let (a, b) = (body(&first), body(&second));
@@ -93,6 +113,7 @@ impl<const D: usize> ContactReport<D> {
             gap: self.gap,
             relative_gap: self.gap / barrier.reach,
             force: self.force,
+            friction: self.friction_force(model.threshold_speed, v),
         }
     }
 }

@@ -19,6 +19,18 @@ pub struct BadStart {
     pub gap: Option<f64>,
 }
 
+impl BadStart {
+    /// It in words, with the place.
+    pub fn described<const D: usize>(&self, model: &ContactModel) -> String {
+        let [a, b] = self.primitives.each_ref().map(|primitive| model.named(primitive));
+        let place = self.place[..D].iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
+        match self.gap {
+            None => format!("{a} crosses {b} at ({place}) m"),
+            Some(gap) => format!("{a} and {b} overlap by {:.3e} m at ({place}) m", -gap),
+        }
+    }
+}
+
 /// Pairs of primitives that cross each other at `x`, flat `(n, D)` [m], or are nearer than their radii allow.
 pub fn bad_starts<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<BadStart> {
     let mut found = if D == 3 { crossing_triangles(model, x) } else { crossing_edges(model, x) };
@@ -212,23 +224,35 @@ fn crossing_in_plane(x: &[f64], &[a, b]: &[u32; 2], &[c, d]: &[u32; 2]) -> Optio
     Some([p.x + part * (q.x - p.x), p.y + part * (q.y - p.y), 0.0])
 }
 
-/// Vertices of one closed body that lie inside another: the parity of the crossings of a ray; boxes inside
+/// Bodies that lie inside closed ones, the inner first: the parity of the crossings of a ray; boxes inside
 /// boxes cross nowhere. One vertex of each body is looked at: where no surfaces cross, all lie on one side.
-pub fn enclosed_bodies(model: &ContactModel, x: &[f64]) -> Vec<[u32; 2]> {
+pub fn enclosed_bodies<const D: usize>(model: &ContactModel, x: &[f64]) -> Vec<[u32; 2]> {
     let surface = &model.surface;
     let count = model.names.len() as u32;
+    let is_closed = |e: usize| {
+        let ends = &surface.edges[e];
+        if D == 3 {
+            surface.is_inner_edge(e as u32)
+        } else {
+            ends.iter().all(|v| surface.inner_vertices[*v as usize])
+        }
+    };
     let closed: Vec<bool> = (0..count)
         .map(|body| {
             let own = |e: &usize| model.body(surface.edges[*e][0]) == body;
             let mut edges = (0..surface.edges.len()).filter(own).peekable();
-            edges.peek().is_some() && edges.all(|e| surface.is_inner_edge(e as u32))
+            edges.peek().is_some() && edges.all(is_closed)
         })
         .collect();
+    let place = |body: u32| {
+        let on_surface = surface.vertices.iter().copied().find(|v| model.body(*v) == body);
+        on_surface.or_else(|| model.balls.iter().find(|ball| ball.body == body).map(|ball| ball.vertex))
+    };
     let mut found = vec![];
     for inner in 0..count {
-        let Some(&v) = surface.vertices.iter().find(|v| model.body(**v) == inner) else { continue };
+        let Some(v) = place(inner) else { continue };
         for outer in (0..count).filter(|&outer| outer != inner && closed[outer as usize]) {
-            if model.touch(inner, outer) && crossings_of_ray(model, x, v, outer) % 2 == 1 {
+            if model.touch(inner, outer) && crossings_of_ray::<D>(model, x, v, outer) % 2 == 1 {
                 found.push([inner, outer]);
             }
         }
@@ -236,12 +260,35 @@ pub fn enclosed_bodies(model: &ContactModel, x: &[f64]) -> Vec<[u32; 2]> {
     found
 }
 
+/// What cannot be at `x`, flat `(n, D)` [m], in words: surfaces that cross or overlap, bodies inside others;
+/// the first of them.
+pub fn conflict<const D: usize>(model: &ContactModel, x: &[f64]) -> Option<String> {
+    if let Some(bad) = bad_starts::<D>(model, x).first() {
+        return Some(bad.described::<D>(model));
+    }
+    let [inner, outer] = *enclosed_bodies::<D>(model, x).first()?;
+    let name = |body: u32| &model.names[body as usize];
+    Some(format!("`{}` lies inside `{}`", name(inner), name(outer)))
+}
+
 /// Direction of rays: no mesh that is made by hand or by a grid has faces along it.
 const RAY: [f64; 3] = [0.577_215_664_901_532_9, 0.713_147_180_559_945_3, 0.430_775_180_316_498];
 
-/// Triangles of a body that a ray from the vertex meets.
-fn crossings_of_ray(model: &ContactModel, x: &[f64], vertex: u32, body: u32) -> usize {
-    let from = padded::<3>(x, vertex);
+/// Triangles, in the plane edges, of a body that a ray from the vertex meets.
+fn crossings_of_ray<const D: usize>(model: &ContactModel, x: &[f64], vertex: u32, body: u32) -> usize {
+    let from = padded::<D>(x, vertex);
+    if D == 2 {
+        let own = model.surface.edges.iter().filter(|edge| model.body(edge[0]) == body);
+        return own
+            .filter(|edge| {
+                let [a, b] = edge.map(|v| difference(&padded::<D>(x, v), &from));
+                let side = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[1] - p[1] * q[0];
+                let (of_a, of_b) = (side(&RAY, &a), side(&RAY, &b));
+                // Where it meets the line, in front of the vertex.
+                (of_a > 0.0) != (of_b > 0.0) && side(&a, &b) * (of_b - of_a) > 0.0
+            })
+            .count();
+    }
     let own = model.surface.triangles.iter().filter(|t| model.body(t[0]) == body);
     own.filter(|triangle| {
         let [a, b, c] = triangle.map(|v| difference(&padded::<3>(x, v), &from));

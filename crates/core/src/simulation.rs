@@ -14,6 +14,7 @@ mod statics;
 mod work;
 
 pub use crate::deadline::Stopped;
+pub use change::AdoptError;
 pub use checkpoint::Checkpoint;
 pub use drives::MoveError;
 pub use error::{Retried, StepError};
@@ -472,7 +473,7 @@ impl Simulation {
     /// Surfaces that touch, now, in a fixed order; empty without contact.
     pub fn contacts(&self) -> Vec<SurfaceContact> {
         let terms = self.system.terms().iter().filter_map(|term| term.touching());
-        terms.flat_map(|term| term.contacts(self.state.x())).collect()
+        terms.flat_map(|term| term.contacts(self.state.x(), self.state.v())).collect()
     }
 
     /// The largest component of the force that is left at a free coordinate, now [N], velocities being what

@@ -1,6 +1,6 @@
 //! Tests against values of 50 digits (`data/points.json`, `data/motions.json`, made by a script of mpmath
-//! from the definitions, derivatives by differences) and assembled ones of ipc-toolkit 1.6.1
-//! (`data/surfaces.json`).
+//! from the definitions, derivatives by differences) and assembled ones of ipc-toolkit 1.6.1 and of such a
+//! script (`data/surfaces.json`).
 
 mod fuzz;
 mod points;

@@ -115,7 +115,7 @@ fn assert_surface(name: &str, of: &Value) {
     let bodies = components(&triangles, x.len() / 3);
     let surface = in_space(&triangles, &rest, &bodies);
     let mut pairs = BodyPairs::all(x.len() / 3);
-    if name != "folded_sheet" {
+    if !name.ends_with("_sheet") {
         (0..x.len() as u32 / 3).for_each(|body| pairs.set(body, body, false));
     }
     let law = Barrier {
@@ -126,10 +126,6 @@ fn assert_surface(name: &str, of: &Value) {
     };
     let candidates = CandidatePairs::gather::<3>(&surface, &pairs, &x, None, law.reach);
     for (duplicates, key) in [(Duplicates::Sum, "sum"), (Duplicates::Max, "max")] {
-        // Duplicates of a surface folded onto its own parallel edges are counted otherwise there.
-        if name == "folded_sheet" && duplicates == Duplicates::Max {
-            continue;
-        }
         let expected = &of[key];
         let stencils = ContactStencils::find::<3>(&surface, &candidates, &x, law.reach, duplicates);
         let found = totals(&x, &law, &stencils);
@@ -150,15 +146,25 @@ fn assert_surface(name: &str, of: &Value) {
         if name == "two_sheets" {
             continue;
         }
-        assert_near(norm(&found.exact), "hessian_frobenius");
-        let n = x.len();
-        assert_near((0..n).map(|i| found.exact[i * n + i]).sum(), "hessian_trace");
-        assert_near(found.projected_trace, "projected_trace");
+        // Of differences in 30 digits there are none where second derivatives jump, and none projected.
+        if !expected["hessian_trace"].is_null() {
+            assert_near(norm(&found.exact), "hessian_frobenius");
+            let n = x.len();
+            assert_near((0..n).map(|i| found.exact[i * n + i]).sum(), "hessian_trace");
+        }
+        if !expected["projected_trace"].is_null() {
+            assert_near(found.projected_trace, "projected_trace");
+        }
     }
 }
 
+/// `max` of the folded sheet, and both ways of counting of the same sheet off all ties, are computed from the
+/// rule with 30 digits, second derivatives by differences. The toolkit's own `max` of the folded sheet is
+/// 10.2146085431273 J, and the same arithmetic gives these digits with two faults of it: a vertex of the
+/// border counts as inner where any inner edge ends, and mollified pairs of the same edges and the same type
+/// of distance count as one, though the type speaks of the first edge and either may be the first.
 #[test]
-fn totals_of_surfaces_are_those_of_ipc_toolkit() {
+fn totals_of_surfaces_are_those_of_independent_arithmetic() {
     let surfaces: Value = serde_json::from_str(include_str!("data/surfaces.json")).unwrap();
     for (name, of) in surfaces.as_object().unwrap() {
         assert_surface(name, of);
@@ -260,6 +266,54 @@ fn cached_candidates_hold_every_stencil_until_a_vertex_has_moved_too_far() {
     let far: Vec<f64> = x.iter().enumerate().map(|(i, x)| if i < half { *x } else { x + margin }).collect();
     cache.at::<3>(&surface, &pairs, &far, reach, margin);
     assert_eq!(cache.gatherings, 2);
+}
+
+/// A vertex that folds back onto the ring of its own neighbour meets fewer primitives than there are around
+/// it, none of them twice: nothing may be taken off.
+#[test]
+fn a_place_beside_an_own_neighbour_is_counted_once() {
+    // In the plane: 0-1 is folded back, 0 lies beside 1, beyond the end of 1-2.
+    let x = [-1e-3, 5e-3, 0.0, 0.0, 1.0, 0.0];
+    let edges = [[0, 1], [1, 2]];
+    let primitives = SurfacePrimitives { edges: &edges, ..SurfacePrimitives::default() };
+    let surface = ContactSurface::in_plane(&primitives, &[-1.0, 0.0, 0.0, 0.0, 1.0, 0.0], &[0; 3]);
+    let candidates = CandidatePairs { point_edge: vec![[0, 1]], ..CandidatePairs::default() };
+    let found = ContactStencils::find::<2>(&surface, &candidates, &x, 0.01, Duplicates::Max);
+    let weights: Vec<f64> = found.point_point.iter().map(|pair| pair.weight).collect();
+    assert!(weights == [0.25] && found.point_edge.is_empty(), "{found:?}");
+    // In space: a fan of six triangles around 6; 0, on its rim, comes down beside it.
+    let rim = |i: usize| {
+        let (sin, cos) = (i as f64 * std::f64::consts::TAU / 6.0).sin_cos();
+        [cos, sin, 0.0]
+    };
+    let rest: Vec<f64> = (0..6).flat_map(rim).chain([0.0; 3]).collect();
+    let triangles: Vec<[u32; 3]> = (0..6).map(|i| [i, (i + 1) % 6, 6]).collect();
+    let surface = in_space(&triangles, &rest, &[0; 7]);
+    // Over 6; over the edge from 6 to 1; over the triangle 6-1-2.
+    for (place, expected) in
+        [([1e-3, 0.0, 5e-3], "point"), ([0.25, 0.43, 5e-3], "edge"), ([0.1, 0.5, 5e-3], "triangle")]
+    {
+        let mut x = rest.clone();
+        x[..3].copy_from_slice(&place);
+        let pairs = BodyPairs::all(1);
+        let gathered = CandidatePairs::gather::<3>(&surface, &pairs, &x, None, 0.01);
+        // Of the vertex with triangles alone: edges have weights of their own.
+        let candidates =
+            CandidatePairs { point_triangle: gathered.point_triangle, ..CandidatePairs::default() };
+        let found = ContactStencils::find::<3>(&surface, &candidates, &x, 0.01, Duplicates::Max);
+        let of_vertex = |vertices: &[u32]| vertices.contains(&0);
+        let sum = |weights: Vec<f64>| weights.iter().sum::<f64>();
+        let total = sum(found
+            .point_point
+            .iter()
+            .filter(|p| of_vertex(&p.vertices))
+            .map(|p| p.weight)
+            .collect())
+            + sum(found.point_edge.iter().filter(|p| of_vertex(&p.vertices)).map(|p| p.weight).collect())
+            + sum(found.point_triangle.iter().filter(|p| of_vertex(&p.vertices)).map(|p| p.weight).collect());
+        let once = 0.25 * surface.vertex_areas[0];
+        assert!((total - once).abs() < 1e-14, "over a {expected}: {total} for {once}, {found:?}");
+    }
 }
 
 #[test]

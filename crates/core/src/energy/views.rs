@@ -218,12 +218,19 @@ pub struct SurfaceContact {
     pub relative_gap: f64,
     /// Normal force [N].
     pub force: f64,
+    /// Friction on the first [N], at the present velocities: `-mu lambda f1(|v_T|) t` with the direction `t`
+    /// in which it slips over the second; the second has the opposite. Zero in recordings without it.
+    #[serde(default)]
+    pub friction: [f64; 3],
 }
 
 /// A term in which surfaces touch.
 pub trait TouchingSurfaces {
-    /// All contacts at `x`, flat [m], in a fixed order.
-    fn contacts(&self, x: &[f64]) -> Vec<SurfaceContact>;
+    /// All contacts at `x` and `v`, flat [m] and [m/s], in a fixed order.
+    fn contacts(&self, x: &[f64], v: &[f64]) -> Vec<SurfaceContact>;
+
+    /// What cannot be at `x`, flat [m], in words: surfaces that cross or overlap.
+    fn conflict(&self, x: &[f64]) -> Option<String>;
 }
 
 /// A contact whose gap was closed.

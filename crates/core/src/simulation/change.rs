@@ -5,6 +5,16 @@ use crate::constraint::Hold;
 use crate::energy::EnergyTerm;
 use crate::energy::load::{ExternalForce, ExternalForces};
 
+/// Surfaces that shall touch are where they cannot both be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{conflict} now, at t = {time} s: they can touch only once they are apart")]
+pub struct AdoptError {
+    /// Which, and where.
+    pub conflict: String,
+    /// Time of the state [s].
+    pub time: f64,
+}
+
 /// The name of the term of [`Simulation::set_external_forces`].
 const EXTERNAL: &str = "forces from outside";
 
@@ -45,11 +55,19 @@ impl Simulation {
     /// anew, as after [`state_mut`](Self::state_mut), and schemes of several steps begin anew. What was added
     /// to the simulation itself, forces from outside and pins, is gone: it is not in `other`.
     ///
+    /// # Errors
+    /// [`AdoptError`] where surfaces that touch in `other` cross or overlap at the present positions: nothing
+    /// is changed then.
+    ///
     /// # Panics
     /// If `other` has other vertices: it then is not of the same bodies.
-    pub fn adopt(&mut self, other: Simulation) {
+    pub fn adopt(&mut self, other: Simulation) -> Result<(), AdoptError> {
         assert_eq!(other.state.x().len(), self.state.x().len(), "the same vertices");
         assert_eq!(other.numbering, self.numbering, "numbered likewise");
+        let touching = other.system.terms().iter().filter_map(|term| term.touching()).collect::<Vec<_>>();
+        if let Some(conflict) = touching.iter().find_map(|term| term.conflict(self.state.x())) {
+            return Err(AdoptError { conflict, time: self.state.time });
+        }
         let (step, time) = (self.state.step, self.state.time);
         let (state, drives) = (self.state.clone(), self.drives());
         let before = std::mem::replace(self, other);
@@ -69,6 +87,7 @@ impl Simulation {
         self.set_drives(&drives);
         self.close_ledger();
         self.rest_where_held();
+        Ok(())
     }
 
     /// Puts these forces on the vertices, in place of those set before; `None` for none. The balance of

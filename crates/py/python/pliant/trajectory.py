@@ -224,7 +224,8 @@ class Trajectory:
         Returns
         -------
         dict
-            As :meth:`Simulation.contacts` has them: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"`` [m] and ``"forces"`` [N].
+            As :meth:`Simulation.contacts` has them: ``"bodies"``, ``"points"`` [m], ``"normals"``, ``"gaps"`` [m], ``"forces"`` and
+            ``"friction"`` [N]; zero friction in recordings that do not have it.
 
         Raises
         ------

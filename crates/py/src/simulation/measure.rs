@@ -179,7 +179,9 @@ impl PySimulation {
     /// dict
     ///     ``"bodies"``, a list of m pairs of names; arrays of float64: ``"points"`` of shape (m, 2, 3), the
     ///     closest points of the two [m], ``"normals"`` (m, 3), from the second to the first, ``"gaps"`` (m,)
-    ///     [m], ``"forces"`` (m,), the normal forces [N]. Empty without ``[contact]``.
+    ///     [m], ``"forces"`` (m,), the normal forces [N], ``"friction"`` (m, 3), the friction on the first
+    ///     [N] at the present velocities, along its plane: ``-mu force f1(v) v / |v|``. Empty without
+    ///     ``[contact]``.
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let simulation = &inner.simulation;
@@ -298,5 +300,7 @@ pub(crate) fn contacts_table<'py>(
     table.set_item("gaps", arrays::array(py, gaps, &[count])?)?;
     let forces: Vec<f64> = contacts.iter().map(|c| c.force).collect();
     table.set_item("forces", arrays::array(py, forces, &[count])?)?;
+    let friction: Vec<f64> = contacts.iter().flat_map(|c| c.friction).collect();
+    table.set_item("friction", arrays::array(py, friction, &[count, 3])?)?;
     Ok(table)
 }

@@ -263,7 +263,8 @@ impl Inner {
             simulation.release(name);
         }
         let drives = self.simulation.drives();
-        self.simulation.adopt(simulation);
+        let adopted = self.simulation.adopt(simulation);
+        adopted.map_err(|error| PyValueError::new_err(error.to_string()))?;
         (self.scene, self.topology, self.probes, self.report) = (scene, Arc::new(topology), probes, report);
         self.apply_additions(py)?;
         // Of pins that were added, too.
@@ -294,13 +295,19 @@ impl PySimulation {
     ///     The changed scene cannot be simulated, because its step is now above the stability limit, say.
     ///     Nothing has changed then.
     /// ValueError
-    ///     A change says how a simulation starts (meshes, initial positions and velocities).
+    ///     A change says how a simulation starts (meshes, initial positions and velocities), or bodies shall
+    ///     touch that overlap now. Nothing has changed then.
     ///
     /// Notes
     /// -----
     /// The scene is assembled anew, which takes as long as making a simulation; forces and pins are set
     /// without. The balance of energy (``balance.*`` in `energy`) begins anew. A pin whose motion is changed
     /// goes on from where it is, by what the new motion does from now on.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.set({"contact.friction": 0.1})  # doctest: +SKIP
+    /// >>> simulation.set({"contact.pairs": [{"between": ["a", "b"], "contact": False}]})  # doctest: +SKIP
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut inner = self.lock()?;
         inner.change(changes)?;

@@ -1,7 +1,7 @@
 //! `/contacts`: surfaces that touch, as one JSON object per frame: `time` [s], and `contacts`, a list with
 //! the names of the two `bodies`, their closest `points` [m], the unit `normal` from the second to the first,
 //! the `gap` between them less their radii [m], `relative_gap`, its part of the distance at which they begin
-//! to push, and the normal `force` [N].
+//! to push, the normal `force` [N], and the `friction` on the first body [N].
 
 use mcap::Channel;
 use serde_json::json;
@@ -40,6 +40,7 @@ impl ChannelEncoder for ContactsChannel {
             gap: 0.5,
             relative_gap: 0.5,
             force: 0.5,
+            friction: [0.5; 3],
         };
         json_channel(NUMBER, TOPIC, "pliant.Contacts", &json!({ "time": 0.5, "contacts": [one] }))
     }

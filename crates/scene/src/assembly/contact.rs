@@ -528,7 +528,7 @@ fn overlaps<const D: usize>(
     position: &[f64],
 ) -> Result<(), Vec<Problem>> {
     let found = start::bad_starts::<D>(model, position);
-    let enclosed = if D == 3 && found.is_empty() { start::enclosed_bodies(model, position) } else { vec![] };
+    let enclosed = if found.is_empty() { start::enclosed_bodies::<D>(model, position) } else { vec![] };
     let path = |body: u32| {
         let bodies = parties.iter().filter(|party| !party.is_obstacle()).count();
         let root = KeyPath::root();
@@ -539,14 +539,7 @@ fn overlaps<const D: usize>(
                 = [...], contact = false }]`";
     let mut problems = vec![];
     for bad in found.iter().take(MOST_TOLD) {
-        let [a, b] = bad.primitives.each_ref().map(|primitive| model.named(primitive));
-        let place = bad.place[..D].iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
-        let message = match bad.gap {
-            None => format!("{a} crosses {b} at ({place}) m before anything has moved"),
-            Some(gap) => {
-                format!("{a} and {b} overlap by {:.3e} m at ({place}) m before anything has moved", -gap)
-            }
-        };
+        let message = format!("{} before anything has moved", bad.described::<D>(model));
         problems.push(Problem::semantic(path(model.body(bad.primitives[0][0])), message));
     }
     for [inner, outer] in enclosed {

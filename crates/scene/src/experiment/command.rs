@@ -1,6 +1,6 @@
 //! Commands between steps.
 
-use pliant::simulation::{GrabError, Snapshot, SnapshotError};
+use pliant::simulation::{AdoptError, GrabError, Snapshot, SnapshotError};
 use pliant::topology::BodyKind;
 
 use super::{Experiment, Grabbed, LoggedCommand, assembled};
@@ -62,6 +62,9 @@ pub enum CommandError {
     /// The changed scene cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The changed scene cannot go on from the present state.
+    #[error(transparent)]
+    Adopt(#[from] AdoptError),
     /// A vertex cannot be grabbed.
     #[error(transparent)]
     Grab(#[from] GrabError),
@@ -165,7 +168,7 @@ impl Experiment {
         }
         simulation.set_stop(self.stop.clone());
         if from_present {
-            self.simulation.adopt(simulation);
+            self.simulation.adopt(simulation)?;
         } else {
             self.simulation = simulation;
         }

@@ -55,10 +55,10 @@ channels! {
     Reactions: "reactions",
         "output /reactions: force and moment of every pin and wall",
         "output /reactions: forces of pins and walls are looked at once, at the end";
-    /// Surfaces that touch, on `/contacts`: bodies, closest points [m], normal, gap [m] and normal force [N]
-    /// of every pair of primitives.
+    /// Surfaces that touch, on `/contacts`: bodies, closest points [m], normal, gap [m], normal force and
+    /// friction [N] of every pair of primitives.
     Contacts: "contacts",
-        "output /contacts: every pair that touches, with its gap and force",
+        "output /contacts: every pair that touches, with its gap and forces",
         "output /contacts: pairs that touch are not listed";
     /// Deformation gradient `F` of every finite element, on `/elements/deformation-gradient`: nine numbers,
     /// row by row. In 2D the third axis is out of the plane, here and in the channels below; elements of

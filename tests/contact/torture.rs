@@ -1,0 +1,238 @@
+//! Scenes that break programs of contact: nothing passes through anything, all ends by itself. Those that
+//! take longer than seconds are run by
+//! `cargo test --release --locked --test contact -- --ignored torture`.
+
+use pliant_scene::assembly::Assembly;
+
+use super::scenes::crossings;
+
+/// Steps of a scene of text, looked at `looks` times: no crossing, positive gaps, and how often Newton's
+/// method gave up before its corrections were small.
+fn tortured(what: &str, text: &str, steps: usize, looks: usize) -> Assembly {
+    let mut assembly = super::assembled(text);
+    for _ in 0..looks {
+        super::advance(&mut assembly.simulation, steps / looks);
+        let time = assembly.simulation.state().time;
+        assert!(assembly.simulation.state().x().iter().all(|x| x.is_finite()), "{what} at {time} s");
+        assert!(assembly.simulation.contacts().iter().all(|c| c.gap > 0.0), "{what} at {time} s");
+        let found = crossings(&assembly);
+        assert!(found.is_empty(), "{what} at {time} s: {found:?}");
+    }
+    assembly
+}
+
+fn solid(name: &str, mesh: &str, young: f64, density: f64, more: &str) -> String {
+    format!(
+        "[[body]]\nname = '{name}'\nmesh = {{ {mesh} }}\n\
+         elastic = {{ neo-hookean = {{ young = {young:?}, poisson = 0.4 }} }}\n\
+         mass = {{ density = {density:?} }}\n{more}\n"
+    )
+}
+
+fn grid(cells: [usize; 3], size: [f64; 3], origin: [f64; 3]) -> String {
+    format!("grid = {{ cells = {cells:?}, size = {size:?}, origin = {origin:?} }}")
+}
+
+fn head(step: f64, gravity: f64, contact: &str) -> String {
+    format!(
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = {step:?}, duration = 100.0 }}\n\
+         world = {{ gravity = [0, 0, {gravity:?}] }}\ncontact = {{ {contact} }}\n"
+    )
+}
+
+const FLOOR: &str =
+    "[[obstacle]]\nname = 'floor'\nshape = { half_space = { normal = [0, 0, 1], offset = 0 } }\n";
+
+/// Mean height of the vertices of a body [m].
+fn height(assembly: &Assembly, name: &str) -> f64 {
+    let body = assembly.topology.bodies.iter().find(|body| body.name == name).unwrap();
+    let x = assembly.simulation.positions();
+    let heights = body.vertices.clone().map(|v| x[3 * v as usize + 2]);
+    heights.sum::<f64>() / body.vertices.len() as f64
+}
+
+/// A sheet of 0.3 m that flies at another at 100 m/s, a metre in a step, with thickness and almost without.
+#[test]
+fn a_sheet_at_100_metres_a_second_does_not_pass_another() {
+    for (thickness, radius) in [("1e-3", "5e-4"), ("1e-3", "1e-6")] {
+        let sheet = |name: &str, z: f64, turn: &str, velocity: f64| {
+            format!(
+                "[[body]]\nname = '{name}'\n\
+                 mesh = {{ cloth = {{ cells = [6, 6], origin = [-0.15, -0.15, {z:?}], u = [0.3, 0, 0], v = [0, 0.3, 0] }} }}\n\
+                 {turn}\nmembrane = {{ thickness = {thickness} }}\ncontact = {{ radius = {radius} }}\n\
+                 elastic = {{ stable-neo-hookean = {{ young = 1e6, poisson = 0.3 }} }}\nmass = {{ density = 1.0 }}\n\
+                 velocity = {{ rigid = {{ linear = [0, 0, {velocity:?}] }} }}\n"
+            )
+        };
+        let turn = "transform = { rotate = { axis = [0, 0, 1], angle = 0.3 } }";
+        let text = head(0.01, 0.0, "distance = 1e-3")
+            + &sheet("still", 0.0, "", 0.0)
+            + &sheet("flies", 0.45, turn, -100.0);
+        let assembly = tortured("sheets", &text, 4, 4);
+        assert!(height(&assembly, "flies") > height(&assembly, "still"), "radius {radius}");
+    }
+}
+
+/// Spikes, wedges and edges exactly on each other, vertices over vertices, edges over edges, faces in one
+/// plane: the start is taken, and nothing is lost on the way.
+#[test]
+fn exact_alignments_are_no_trouble() {
+    let spike = |up: f64, z: f64| {
+        let tip = z;
+        let base = z + up * 0.2;
+        let order = if up > 0.0 { "[0, 1, 2, 3]" } else { "[0, 2, 1, 3]" };
+        format!(
+            "inline = {{ points = [[0, 0, {tip:?}], [0.1, 0, {base:?}], [0, 0.1, {base:?}], [-0.1, -0.1, {base:?}]], \
+             tetrahedra = [{order}] }}"
+        )
+    };
+    let wedge = |up: f64, z: f64| {
+        let base = z + up * 0.2;
+        let order = if up > 0.0 { "[0, 1, 2, 3]" } else { "[0, 2, 1, 3]" };
+        format!(
+            "inline = {{ points = [[-0.1, 0, {z:?}], [0.1, 0, {z:?}], [0, 0.1, {base:?}], [0, -0.1, {base:?}]], \
+             tetrahedra = [{order}] }}"
+        )
+    };
+    let cases = [
+        ("spike on spike", spike(1.0, 5e-4), spike(-1.0, -5e-4)),
+        ("spike on wedge", spike(1.0, 5e-4), wedge(-1.0, -5e-4)),
+        ("wedge on wedge", wedge(1.0, 5e-4), wedge(-1.0, -5e-4)),
+        ("spike on box", spike(1.0, 5e-4), grid([2, 2, 1], [0.2, 0.2, 0.1], [-0.1, -0.1, -0.1005])),
+        (
+            "box on box",
+            grid([1, 1, 1], [0.2, 0.2, 0.1], [-0.1, -0.1, 5e-4]),
+            grid([2, 2, 1], [0.2, 0.2, 0.1], [-0.1, -0.1, -0.1005]),
+        ),
+        (
+            "box on box, edge over edge",
+            grid([1, 1, 1], [0.2, 0.2, 0.1], [0.1, -0.1, 5e-4]),
+            grid([2, 2, 1], [0.2, 0.2, 0.1], [-0.1, -0.1, -0.1005]),
+        ),
+    ];
+    for (what, above, below) in cases {
+        let text = head(0.01, -9.81, "distance = 1e-3, friction = 0.3")
+            + &solid("above", &above, 1e5, 1000.0, "")
+            + &solid(
+                "below",
+                &below,
+                1e5,
+                1000.0,
+                "pin = [{ half_space = { normal = [0, 0, 1], offset = -0.09 } }]",
+            );
+        tortured(what, &text, 30, 6);
+    }
+}
+
+/// A block that falls on a layer, from the softest contact to the stiffest, and from the nearest to the
+/// widest: it stays above, and Newton's method takes no more than three times what a prototype took.
+#[test]
+fn stiffnesses_and_reaches_of_many_decades_hold_a_block() {
+    // Stiffness over Young's modulus; most Newton iterations of any step there.
+    for (ratio, distance, most) in [
+        (0.01, 1e-3, 12),
+        (0.1, 1e-3, 10),
+        (1.0, 1e-3, 15),
+        (10.0, 1e-3, 19),
+        (100.0, 1e-3, 32),
+        (1.0, 1e-2, 15),
+        (1.0, 1e-5, 30),
+    ] {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
+             world = {{ gravity = [0, -9.81] }}\ncontact = {{ distance = {distance:?}, stiffness = {:?} }}\n\
+             [[body]]\nname = 'block'\nmesh = {{ grid = {{ cells = [4, 4], size = [0.2, 0.2], origin = [0.1, 0.1123] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+             velocity = {{ rigid = {{ linear = [0, -3] }} }}\n\
+             [[body]]\nname = 'layer'\nmesh = {{ grid = {{ cells = [9, 2], size = [0.4, 0.1] }} }}\n\
+             elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+             pin = [{{ half_space = {{ normal = [0, 1], offset = 0 }} }}]\n",
+            ratio * 1e5
+        );
+        let mut simulation = super::assembled(&text).simulation;
+        let mut worst = 0;
+        for step in 0..30 {
+            let before = simulation.work().solver.unwrap().iterations;
+            super::advance(&mut simulation, 1);
+            worst = worst.max(simulation.work().solver.unwrap().iterations - before);
+            assert!(simulation.contacts().iter().all(|c| c.gap > 0.0), "{ratio}, {distance}, step {step}");
+        }
+        assert!(worst <= 3 * most, "{ratio} E, {distance} m: {worst} iterations, {most} there");
+        let x = simulation.positions();
+        let middle = x.chunks(2).take(25).map(|x| x[1]).sum::<f64>() / 25.0;
+        assert!((0.12..0.3).contains(&middle), "{ratio} E, {distance} m: {middle} m");
+    }
+}
+
+#[test]
+#[ignore = "ten seconds of ten cubes take minutes"]
+fn torture_a_stack_of_ten_cubes_stands() {
+    for young in [1e5, 1e9] {
+        let mut text = head(0.01, -9.81, "distance = 1e-3, friction = 0.5") + FLOOR;
+        for k in 0..10 {
+            let place = [0.01 * f64::from(k % 2), 0.007 * f64::from(k % 3), 0.001 + 0.201 * f64::from(k)];
+            text += &solid(&format!("cube{k}"), &grid([2, 2, 2], [0.2; 3], place), young, 1000.0, "");
+        }
+        let assembly = tortured("stack", &text, 1000, 20);
+        let heights: Vec<f64> = (0..10).map(|k| height(&assembly, &format!("cube{k}"))).collect();
+        assert!(heights.windows(2).all(|h| h[1] > h[0] + 0.1), "E = {young:e}: {heights:?}");
+        assert!(young < 1e8 || (heights[9] - 1.91).abs() < 0.02, "E = {young:e}: {heights:?}");
+    }
+}
+
+#[test]
+#[ignore = "four rods of a hundred cells take minutes"]
+fn torture_four_rods_are_twisted() {
+    for (h, steps) in [(0.025, 200), (0.1, 50), (0.5, 10)] {
+        let mut text = head(h, 0.0, "");
+        for k in 0..4 {
+            let place = [-0.5, 0.03 * f64::from(k % 2) - 0.025, 0.03 * f64::from(k / 2) - 0.025];
+            let pin = "pin = [{ half_space = { normal = [1, 0, 0], offset = -0.4999 }, \
+                motion = { rotation = { axis = [1, 0, 0], point = [0, 0, 0], speed = '72 deg/s' } } }, \
+                { half_space = { normal = [-1, 0, 0], offset = -0.4999 }, \
+                motion = { rotation = { axis = [1, 0, 0], point = [0, 0, 0], speed = '-72 deg/s' } } }]";
+            text += &solid(&format!("rod{k}"), &grid([40, 2, 2], [1.0, 0.02, 0.02], place), 1e4, 1000.0, pin);
+        }
+        tortured(&format!("rods at h = {h}"), &text, steps, 5);
+    }
+}
+
+#[test]
+#[ignore = "takes minutes: a mass ratio of ten thousand"]
+fn torture_a_large_cube_on_a_small_one() {
+    let text = head(0.025, -9.81, "friction = 0.5")
+        + FLOOR
+        + &solid("small", &grid([3, 3, 3], [0.1; 3], [-0.05, -0.05, 1e-4]), 1e6, 1000.0, "")
+        + &solid("large", &grid([3, 3, 3], [1.0; 3], [-0.5, -0.5, 0.1002]), 1e8, 1e4, "");
+    let assembly = tortured("large on small", &text, 40, 40);
+    assert!(height(&assembly, "small") < height(&assembly, "large"));
+}
+
+#[test]
+#[ignore = "takes minutes: all of a mat's eight seconds, looked at 40 times"]
+fn torture_a_mat_is_wrung_to_the_end() {
+    super::scenes::watched("twisted_mat.toml", 200, 40);
+}
+
+#[test]
+#[ignore = "takes minutes: three seconds of cards that stand, and of cards that fall"]
+fn torture_a_house_of_cards_stands_by_friction_alone() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/card_house.toml");
+    for (friction, stands) in [("friction = 0.9", true), ("friction = 0.1", false)] {
+        let text = std::fs::read_to_string(path).unwrap().replace("friction = 0.9", friction);
+        let mut assembly = super::assembled(&text);
+        let top = |assembly: &Assembly| {
+            let body = assembly.topology.bodies.iter().find(|body| body.name == "card_5").unwrap();
+            let x = assembly.simulation.positions();
+            body.vertices.clone().map(|v| x[2 * v as usize + 1]).fold(f64::INFINITY, f64::min)
+        };
+        let start = top(&assembly);
+        super::advance(&mut assembly.simulation, 300);
+        let end = top(&assembly);
+        // It sags by its own weight; what sticks creeps by at most 0.1 mm/s.
+        assert!(
+            (start - end < 0.02) == stands && (end < 0.1) != stands,
+            "{friction}: {start} m, then {end} m"
+        );
+    }
+}
