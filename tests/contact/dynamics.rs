@@ -113,7 +113,7 @@ fn a_fast_ball_takes_a_hanging_sheet_along() {
         [[body]]\nname = 'sheet'\n\
         mesh = { cloth = { cells = [10, 10], origin = [0, -0.2, -0.2], u = [0, 0.4, 0], v = [0, 0, 0.4] } }\n\
         membrane = { thickness = 1e-3 }\nelastic = { stable-neo-hookean = { young = 1e5, poisson = 0.3 } }\n\
-        mass = { density = 0.2 }\n\
+        mass = { density = '0.2 kg/m^2' }\n\
         pin = [{ box = { min = [-1, -1, 0.199], max = [1, 1, 1] } }]\n\
         [[obstacle]]\nname = 'ball'\nshape = { ball = { centre = [-0.12, 0.0, -0.05], radius = 0.1 } }\n\
         motion = { velocity = [10, 0, 0] }\n";
@@ -182,8 +182,7 @@ fn bits(name: &str, steps: usize) -> String {
     format!("{numbers:?} {:?} {:?}", assembly.simulation.contacts(), assembly.simulation.work())
 }
 
-const WATCHED: [(&str, usize); 3] =
-    [("soft_stack.toml", 12), ("twisted_mat.toml", 40), ("card_house.toml", 20)];
+const WATCHED: [(&str, usize); 2] = [("soft_stack.toml", 6), ("card_house.toml", 10)];
 
 #[test]
 fn bits_and_contacts_do_not_depend_on_threads() {

@@ -137,10 +137,14 @@ fn forces_of_all_kinds_of_primitives_are_gradients() {
 fn energies_of_all_kinds_of_primitives_do_not_know_of_rigid_motion() {
     let mut energy = ContactEnergy::<3>::new(Arc::new(mixed()));
     let mut numbers = Numbers(11);
-    let turn = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.7, -1.1, 0.4));
+    // Rotations about z by 0.7, then about x by -1.1.
+    let ((s, c), (t, d)) = (0.7_f64.sin_cos(), (-1.1_f64).sin_cos());
     let rotated = |rows: &[f64]| -> Vec<f64> {
-        let row = |row: &[f64]| turn * nalgebra::Vector3::from_column_slice(row);
-        rows.chunks(3).flat_map(|r| row(r).iter().copied().collect::<Vec<_>>()).collect()
+        let row = |r: &[f64]| {
+            let [x, y, z] = [c * r[0] - s * r[1], s * r[0] + c * r[1], r[2]];
+            [x, d * y - t * z, t * y + d * z]
+        };
+        rows.chunks(3).flat_map(row).collect()
     };
     for _ in 0..10 {
         let x = scattered(&mut numbers);

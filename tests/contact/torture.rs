@@ -152,9 +152,9 @@ fn stiffnesses_and_reaches_of_many_decades_hold_a_block() {
         let mut simulation = super::assembled(&text).simulation;
         let mut worst = 0;
         for step in 0..30 {
-            let before = simulation.work().solver.unwrap().iterations;
+            let before = simulation.work().solver.unwrap().newton_iterations;
             super::advance(&mut simulation, 1);
-            worst = worst.max(simulation.work().solver.unwrap().iterations - before);
+            worst = worst.max(simulation.work().solver.unwrap().newton_iterations - before);
             assert!(simulation.contacts().iter().all(|c| c.gap > 0.0), "{ratio}, {distance}, step {step}");
         }
         assert!(worst <= 3 * most, "{ratio} E, {distance} m: {worst} iterations, {most} there");

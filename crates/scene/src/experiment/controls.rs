@@ -166,8 +166,8 @@ fn of_world(scene: &Scene) -> Vec<Control> {
     let drag = scene.world.ether_drag.unwrap_or(0.0);
     controls.push(control("world.ether_drag", "drag", "1/s", SliderRange::UpTo(10.0).around(drag)));
     if let Some(contact) = &scene.contact {
-        let friction = contact.friction;
-        controls.push(control("contact.friction", "friction", "", SliderRange::UpTo(1.0).around(friction)));
+        let range = SliderRange::UpTo(1.0).around(contact.friction);
+        controls.push(control("contact.friction", "friction", "", range));
     }
     controls
 }
