@@ -16,6 +16,7 @@ mod bending;
 mod changing_stencils;
 mod checkpoints;
 mod cli;
+mod contact_surveys;
 mod counters;
 mod damping;
 mod determinism;

@@ -39,8 +39,8 @@ pub(crate) fn locked<const D: usize>(search: &SharedSearch<D>) -> MutexGuard<'_,
 /// Steps whose motion candidates are gathered for ahead, where steps are short.
 const STEPS_AHEAD: f64 = 16.0;
 
-/// Energy of all contacts: `E = sum kappa w m dhat B(q)` by barriers, which nothing passes, `E = sum 2/3 kappa
-/// w m dhat (1 - s)^3` in the cubic form, whose forces end, and which watches what passes.
+/// Energy of all contacts: `E = sum kappa w m dhat B(q)` by barriers, which nothing passes, `E = sum 2/3
+/// kappa w m dhat (1 - s)^3` in the cubic form, whose forces end, and which watches what passes.
 pub struct ContactEnergy<const D: usize> {
     model: Arc<ContactModel>,
     form: PotentialForm,

@@ -87,11 +87,11 @@ impl<const D: usize> FrictionTerm<D> {
         }
     }
 
-    /// Raises the threshold speed of contacts to what steps of `h` [s] bear that are not solved: `e_k = max(e,
-    /// 2 h max_v F_v / m_v)` over the vertices of a contact, `F_v = sum_k mu_k lambda_k |c_kv| sum_j |c_kj|`.
-    /// No motion is then slowed faster than at the rate `1 / h`: the sums over the rows of `M^-1 d2R/dv2`, whose
-    /// slope at rest is `2 mu lambda / e`, are a bound of its eigenvalues (Gershgorin). `mass` [kg] of every
-    /// vertex, 0 of what does not move.
+    /// Raises the threshold speed of contacts to what steps of `h` [s] bear that are not solved: `e_k =
+    /// max(e, 2 h max_v F_v / m_v)` over the vertices of a contact, `F_v = sum_k mu_k lambda_k |c_kv| sum_j
+    /// |c_kj|`. No motion is then slowed faster than at the rate `1 / h`: the sums over the rows of `M^-1
+    /// d2R/dv2`, whose slope at rest is `2 mu lambda / e`, are a bound of its eigenvalues (Gershgorin).
+    /// `mass` [kg] of every vertex, 0 of what does not move.
     pub fn raise_threshold(&mut self, step: f64, mass: &[f64]) {
         let inverse_mass = mass.iter().map(|m| if *m > 0.0 { 1.0 / m } else { 0.0 }).collect();
         self.borne = Some(BorneThreshold { step, inverse_mass, force: vec![0.0; mass.len()] });

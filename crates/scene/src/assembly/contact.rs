@@ -106,7 +106,8 @@ impl ExplicitDesign {
         let soft = |party: &ContactParty<'_>| party.young.is_none() && !party.is_obstacle() && party.collides;
         if let (None, None, Some(party)) = (step, contact.stiffness, parties.iter().find(|p| soft(p))) {
             let message = format!(
-                "nothing says how stiff contact of `{}` is: it has no Young's modulus, and steps follow the error",
+                "nothing says how stiff contact of `{}` is: it has no Young's modulus, and steps follow \
+                 the error",
                 party.body.name
             );
             let problem = Problem::semantic(KeyPath::root().key("contact"), message);
@@ -637,17 +638,17 @@ impl ContactSummary {
             .max_by(|a, b| (a.at_start * b.stopped).total_cmp(&(b.at_start * a.stopped)));
         let passes = worst.map(|StoppedApproach { bodies: [a, b], stopped, at_start }| {
             format!(
-                "`{a}` and `{b}` move at up to {at_start:.3e} m/s relative to each other, and contact in explicit steps \
-                 stops {stopped:.3e} m/s: they may enter each other; a smaller step or a larger [contact] `distance` \
-                 stops more, an implicit scheme lets nothing pass"
+                "`{a}` and `{b}` move at up to {at_start:.3e} m/s relative to each other, and contact in \
+                 explicit steps stops {stopped:.3e} m/s: they may enter each other; a smaller step or a larger \
+                 [contact] `distance` stops more, an implicit scheme lets nothing pass"
             )
         });
         let slips =
             self.threshold_speed.filter(|e| !explicit.raises_threshold && *e < explicit.borne_threshold);
         let slips = slips.map(|e| {
             format!(
-                "friction with a `threshold_speed` of {e:.3e} m/s is too stiff for these steps: what carries no more than \
-                 its own weight needs {:.3e} m/s; leave it out, and it is raised where it must be",
+                "friction with a `threshold_speed` of {e:.3e} m/s is too stiff for these steps: what carries \
+                 no more than its own weight needs {:.3e} m/s; leave it out, and it is raised where it must be",
                 explicit.borne_threshold
             )
         });
@@ -660,11 +661,15 @@ impl ExplicitContactSummary {
     fn described(&self) -> String {
         let slowest = self.pairs.iter().min_by(|a, b| a.stopped.total_cmp(&b.stopped));
         let stops = slowest.map_or(String::new(), |StoppedApproach { bodies: [a, b], stopped, .. }| {
-            format!("; explicit steps: forces without a pole, which stop approaches up to {stopped:.3e} m/s ({a}-{b})")
+            format!(
+                "; explicit steps: forces without a pole, which stop approaches up to {stopped:.3e} m/s \
+                 ({a}-{b})"
+            )
         });
         let raised = if self.raises_threshold {
             format!(
-                "; its threshold is raised to what a step bears, {:.3e} m/s where a vertex carries its own weight",
+                "; its threshold is raised to what a step bears, {:.3e} m/s where a vertex carries its own \
+                 weight",
                 self.borne_threshold
             )
         } else {
