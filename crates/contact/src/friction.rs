@@ -59,8 +59,7 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
     /// `v_T` [m/s].
     #[inline(always)]
     pub fn slip(&self, v: &[[S; D]; N]) -> [S; D] {
-        let relative = mixture(&self.coefficients, v);
-        along(&relative, -dot(&relative, &self.normal), &self.normal)
+        self.in_plane(&mixture(&self.coefficients, v))
     }
 
     /// `R` [W].
@@ -94,6 +93,12 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
             gradient[i] = scaled(self.coefficients[i], &force);
         }
         gradient
+    }
+
+    /// A vector without what it has along the normal, as a part of the limit must be: `w - n (n . w)`.
+    #[inline(always)]
+    pub fn in_plane(&self, w: &[S; D]) -> [S; D] {
+        along(w, -dot(w, &self.normal), &self.normal)
     }
 
     /// `w = f1(y) t`, `|w| <= 1`: the force on the pair as a part of the limit, `y` and `t` magnitude and

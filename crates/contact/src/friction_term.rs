@@ -223,7 +223,7 @@ impl<const D: usize> FrozenParts for FrictionTerm<D> {
         let velocity = (self.velocity.len() == x.len()).then_some(&self.velocity);
         for contact in self.contacts.iter_mut().flatten() {
             contact.part = match known.binary_search_by_key(&contact.vertices, |(vertices, _)| *vertices) {
-                Ok(at) => Some(known[at].1),
+                Ok(at) => Some(contact.pair.in_plane(&known[at].1)),
                 Err(_) => velocity.map(|v| contact.pair.part_of_limit(&contact.velocities(v))),
             };
         }

@@ -356,3 +356,39 @@ fn friction_of_a_pair_at_rest_has_the_slope_of_two_over_the_threshold() {
     assert_eq!(m.0, [[600.0, 0.0], [0.0, 0.0]]);
     assert!(friction.gradient(&rest).as_flattened().iter().all(|g| *g == 0.0));
 }
+
+/// With the force that the velocities give, the matrix is the Hessian; with any other within the limit it is
+/// positive semidefinite; and a force follows a short step as the law does.
+#[test]
+fn matrices_of_friction_with_a_force_of_its_own() {
+    let mut random = Random(5);
+    for speed in [2e-4, 9e-4, 5e-3, 1.0] {
+        let normal = [0.6, 0.0, 0.8];
+        let friction = PairFriction { coefficients: [1.0, -1.0], normal, limit: 3.0, threshold: 1e-3 };
+        let v: [[f64; 3]; 2] = [random.vector().map(|v: f64| speed * v), [0.0; 3]];
+        let slip = friction.slip(&v);
+        let size = friction.limit * f1_over_y(slip.iter().map(|s| s * s).sum::<f64>().sqrt(), 1e-3);
+        let own = friction.part_of_limit(&v);
+        let (exact, with) = (friction.hessian(&v), friction.hessian_with(&own, &v));
+        for (exact, with) in exact.0.as_flattened().iter().zip(with.0.as_flattened()) {
+            assert_near(*with, *exact, 1e-12 * size, "Hessian");
+        }
+        for _ in 0..20 {
+            let w = friction.in_plane(&random.vector());
+            let length = w.iter().map(|w| w * w).sum::<f64>().sqrt().max(1.0);
+            let m = friction.hessian_with(&w.map(|w| w / length), &v);
+            let direction: [f64; 3] = random.vector();
+            let along = m.mul_vec(&direction);
+            let square: f64 = (0..3).map(|k| along[k] * direction[k]).sum();
+            assert!(square >= -1e-12 * size, "{square:e}");
+        }
+        // The change of the force is the Hessian times the step, to first order in the step.
+        let h = 1e-6 * speed;
+        let dv = [random.vector().map(|v: f64| h * v), [0.0; 3]];
+        let (after, change) = (friction.part_after(&own, &v, &dv), exact.mul_vec(&dv[0]));
+        for k in 0..3 {
+            let expected = own[k] + change[k] / friction.limit;
+            assert_near(after[k], expected, 1e-11, "force after a step");
+        }
+    }
+}

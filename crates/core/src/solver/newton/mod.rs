@@ -30,9 +30,6 @@ const FORCING: [f64; 2] = [1e-2, 1e-1];
 const FORCING_PART: f64 = 0.3;
 /// The smallest relative residual where terms guard ways: what they push back is no smoother for more.
 const GUARDED_FORCING: f64 = 1e-5;
-/// Corrections that shrink by this factor or less from one to the next are taken to go on so, where terms
-/// guard ways.
-const SHRINKS: f64 = 0.5;
 /// The relative residual of solves for estimates of errors.
 const ESTIMATE: f64 = 1e-3;
 /// A full step so short, as a part of the size of the scene, may be near a minimum.

@@ -4,7 +4,7 @@ use super::evaluation::weights;
 use super::linear::Direction;
 use super::prescribed::rest_of_way;
 use super::search::{Accepted, Slope};
-use super::{CONTRACTION, FORCING, FORCING_PART, GUARDED_FORCING, NEAR, Newton, RUNAWAY, SHRINKS, ULPS};
+use super::{CONTRACTION, FORCING, FORCING_PART, GUARDED_FORCING, NEAR, Newton, RUNAWAY, ULPS};
 use crate::energy::Fault;
 use crate::material::Psd;
 use crate::solver::conjugate_gradients::dot;
@@ -376,15 +376,7 @@ impl<const D: usize> Newton<D> {
         let rounding = correction <= solve.floor && correction >= 0.5 * before;
         // A solve with a large residual may leave a small correction where the matrix is ill conditioned: the
         // last one is accurate.
-        let shrink = correction / before;
-        let left = if solve.system.has_guards() && solve.keep && shrink <= SHRINKS {
-            // The next one, and those after it.
-            correction * shrink / (1.0 - shrink)
-        } else if steady {
-            self.left(solve.objective, before, correction)
-        } else {
-            correction
-        };
+        let left = if steady { self.left(solve.objective, before, correction) } else { correction };
         (left <= tolerance || rounding) && known && solve.forcing <= solve.least_forcing()
     }
 }
