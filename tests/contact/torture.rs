@@ -66,6 +66,7 @@ fn a_sheet_at_100_metres_a_second_does_not_pass_another() {
         };
         let turn = "transform = { rotate = { axis = [0, 0, 1], angle = 0.3 } }";
         let text = head(0.01, 0.0, "distance = 1e-3")
+            .replace("duration = 100.0", "duration = 100.0, solver = { retries = 8 }")
             + &sheet("still", 0.0, "", 0.0)
             + &sheet("flies", 0.45, turn, -100.0);
         let assembly = tortured("sheets", &text, 4, 4);
