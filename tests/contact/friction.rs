@@ -93,3 +93,30 @@ fn a_block_slides_to_rest_where_coulomb_says() {
         assert!((friction - expected).abs() < 2e-3 * friction, "{friction} J, not {expected} J");
     }
 }
+
+/// What creeps at one speed is held back by what pulls it, and what slides by `mu` times its normal force.
+#[test]
+fn friction_of_a_contact_is_the_force_that_motion_shows() {
+    let pull = 9.81 / 5f64.sqrt();
+    let mut sticks = on_incline(1.0).simulation(&IntegratorSpec::ImplicitEuler, 0.01);
+    super::advance(&mut sticks, 3000);
+    let contacts = sticks.contacts();
+    assert_eq!(contacts.len(), 1);
+    let [along, across, _] = contacts[0].friction;
+    assert!((along + pull).abs() < 1e-9 && across.abs() < 1e-12, "{:?} for {pull} N", contacts[0]);
+    let mut slides = on_incline(0.1).simulation(&IntegratorSpec::ImplicitEuler, 0.01);
+    super::advance(&mut slides, 200);
+    let contact = &slides.contacts()[0];
+    assert!((contact.friction[0] + 0.1 * contact.force).abs() < 1e-12 * contact.force, "{contact:?}");
+}
+
+/// Recordings of before friction was in them are read as ever.
+#[test]
+fn contacts_without_friction_are_read() {
+    let old = serde_json::json!({
+        "bodies": ["a", "b"], "points": [[0, 0, 0], [0, 0, 1]], "normal": [0, 0, 1], "gap": 0.5,
+        "relative_gap": 0.25, "force": 2.0,
+    });
+    let read: pliant::energy::SurfaceContact = serde_json::from_value(old).unwrap();
+    assert_eq!((read.force, read.friction), (2.0, [0.0; 3]));
+}

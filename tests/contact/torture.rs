@@ -66,6 +66,7 @@ fn a_sheet_at_100_metres_a_second_does_not_pass_another() {
         };
         let turn = "transform = { rotate = { axis = [0, 0, 1], angle = 0.3 } }";
         let text = head(0.01, 0.0, "distance = 1e-3")
+            .replace("duration = 100.0", "duration = 100.0, solver = { retries = 8 }")
             + &sheet("still", 0.0, "", 0.0)
             + &sheet("flies", 0.45, turn, -100.0);
         let assembly = tortured("sheets", &text, 4, 4);
@@ -198,7 +199,7 @@ fn torture_four_rods_are_twisted() {
 }
 
 #[test]
-#[ignore = "takes minutes: a mass ratio of ten thousand"]
+#[ignore = "takes a minute: a mass ratio of ten thousand"]
 fn torture_a_large_cube_on_a_small_one() {
     let text = head(0.025, -9.81, "friction = 0.5")
         + FLOOR
@@ -215,8 +216,7 @@ fn torture_a_mat_is_wrung_to_the_end() {
 }
 
 #[test]
-#[ignore = "takes minutes: three seconds of cards that stand, and of cards that fall"]
-fn torture_a_house_of_cards_stands_by_friction_alone() {
+fn a_house_of_cards_stands_by_friction_alone() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/card_house.toml");
     for (friction, stands) in [("friction = 0.9", true), ("friction = 0.1", false)] {
         let text = std::fs::read_to_string(path).unwrap().replace("friction = 0.9", friction);

@@ -1,10 +1,10 @@
 """Writes scenes/meshes/half_disk.msh: the lower half of a disk of radius 1 m about (0, 1), its lowest point the
-origin, with triangles of 1 cm around that point and coarser ones away from it."""
+origin, with triangles of 5 mm around that point and coarser ones away from it."""
 
 import math
 from pathlib import Path
 
-FINE, CELLS, GROWTH, COARSE = 0.01, 14, 1.3, 0.2
+FINE, CELLS, GROWTH, COARSE = 0.005, 20, 1.35, 0.2
 
 
 def graded(end: float) -> list[float]:
