@@ -100,6 +100,28 @@ impl<const D: usize> Newton<D> {
         self.work.note_loose(correction, free.map(|(u, _)| *u), self.size);
     }
 
+    /// Minimises with what dissipative terms hold renewed on the way, and settles at most `most` times after
+    /// it. What is taken far from the minimum, between surfaces that all but touch, may lead nowhere: then
+    /// once more from the beginning, with what was taken there held to the minimum.
+    fn minimize_frozen(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        at: &mut Iterate,
+        most: u32,
+    ) -> Result<(), StepFault> {
+        let start = at.clone();
+        let mut end = self.solve(system, objective, at, (Begin::Anywhere, most - 1));
+        if most > 1 && end.is_err() && !system.is_stopped() {
+            at.clone_from(&start);
+            // Nothing of the way that failed is carried on.
+            system.thaw();
+            system.freeze(&at.x);
+            end = self.solve(system, objective, at, (Begin::Anywhere, 0));
+        }
+        if end? { Ok(()) } else { self.settle(system, objective, at, most) }
+    }
+
     /// Goes on from a minimum until what dissipative terms hold is that of the minimum itself, at most `most`
     /// times. Ways between minima shrink by about the same factor each time: the last is not gone where it
     /// would be none.
@@ -157,13 +179,9 @@ impl<const D: usize> super::Minimizer for Newton<D> {
         self.prepare(system, &at.x);
         // A single iteration sees what there is where it starts.
         let most = system.freeze(&at.x).filter(|_| !objective.single_iteration);
-        let renewals = most.map_or(0, |most| most - 1);
-        let end = match self.solve(system, objective, at, (Begin::Anywhere, renewals)) {
-            Ok(settled) => match most {
-                Some(most) if !settled => self.settle(system, objective, at, most),
-                _ => Ok(()),
-            },
-            Err(fault) => Err(fault),
+        let end = match most {
+            Some(most) => self.minimize_frozen(system, objective, at, most),
+            None => self.solve(system, objective, at, (Begin::Anywhere, 0)).map(|_| ()),
         };
         system.thaw();
         end
