@@ -85,10 +85,12 @@ def test_contacts_are_recorded_frame_by_frame(tmp_path: Path) -> None:
 
 def sliding(**more: Any) -> pliant.Simulation:
     """A block that slides over the floor at 1 m/s, once it lies."""
-    scene = block(**more).with_changes({"body.0.mesh.grid.origin": [0.0, 0.0009]})
-    scene = scene.with_changes({"obstacle.1.shape.box.min": [5.0, 0.0]})
-    scene = scene.with_changes({"obstacle.1.shape.box.max": [5.1, 0.1]})
-    simulation = pliant.Simulation(scene.with_changes({"body.0.velocity": {"rigid": {"linear": [1.0, 0.0]}}}))
+    changes = {
+        "body.0.mesh.grid.origin": [0.0, 0.0009],
+        "body.0.velocity": {"rigid": {"linear": [1.0, 0.0]}},
+        "obstacle.1.shape.box": {"min": [5.0, 0.0], "max": [5.1, 0.1]},
+    }
+    simulation = pliant.Simulation(block(**more).with_changes(changes))
     simulation.step(3)
     return simulation
 

@@ -117,6 +117,8 @@ class LiveView:
     ----------
     url : str
         The address of the page.
+    is_running : bool
+        Whether the page is still served.
     height : int
         Height in a notebook [pixel].
     """
@@ -129,6 +131,7 @@ class LiveView:
 
     @property
     def url(self) -> str:
+        """str: The address of the page."""
         return self._run.url
 
     @property
