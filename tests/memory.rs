@@ -126,7 +126,8 @@ fn body_of(kind: &str, cells: &[usize], integrator: &str, solver: Option<&str>) 
 /// Bytes that do not grow with a scene, or hardly.
 const FIXED: usize = 2_000_000;
 
-/// What `check` says of a run, without the program itself, is within a fifth of the peak of what is allocated.
+/// What `check` says of a run, without the program itself, is within a fifth of the peak of what is
+/// allocated.
 #[test]
 fn a_run_takes_the_memory_that_was_predicted() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -153,7 +153,8 @@ fn energies_of_all_kinds_of_primitives_do_not_know_of_rigid_motion() {
         let moved: Vec<f64> =
             rotated(&x).iter().enumerate().map(|(i, x)| x + [0.3, -0.8, 0.5][i % 3]).collect();
         let found = gradient(&mut energy, &moved);
-        // Positions of size 1 are rounded by 1e-16, the barrier at gaps of some hundredths tells ten times of it.
+        // Positions of size 1 are rounded by 1e-16, the barrier at gaps of some hundredths tells ten times
+        // of it.
         assert!(
             e > 0.0 && (energy.energy(&moved) - e).abs() < 1e-12 * e,
             "{} for {e}",

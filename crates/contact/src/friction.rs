@@ -136,11 +136,11 @@ impl<S: Scalar, const D: usize, const N: usize> PairFriction<S, D, N> {
     /// g [I - n n^T - g' (w t^T + t w^T) / 2]`, positive semidefinite for `|w| <= 1`, and the Hessian itself
     /// for `w = f1 t`.
     ///
-    /// The force turns within the threshold, and steps are many thresholds long: by the Hessian alone Newton's
-    /// method either overshoots rest or does not see it. Force and velocity as unknowns of their own, `g(y) w
-    /// = v_T`, of which the force is eliminated again, give this matrix (Chan, Golub, Mulet 1999, *A nonlinear
-    /// primal-dual method for total variation-based image restoration*, SIAM Journal on Scientific Computing
-    /// 20(6), for the same function of gradients).
+    /// The force turns within the threshold, and steps are many thresholds long: by the Hessian alone
+    /// Newton's method either overshoots rest or does not see it. Force and velocity as unknowns of their
+    /// own, `g(y) w = v_T`, of which the force is eliminated again, give this matrix (Chan, Golub, Mulet
+    /// 1999, *A nonlinear primal-dual method for total variation-based image restoration*, SIAM Journal on
+    /// Scientific Computing 20(6), for the same function of gradients).
     #[inline(always)]
     pub fn hessian_with(&self, w: &[S; D], v: &[[S; D]; N]) -> Mat<S, D> {
         let slip = self.slip(v);

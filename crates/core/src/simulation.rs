@@ -198,7 +198,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Notes what touches, and what has come in and gone out in the step of `h` [s] from the time `from` [s] that has led here.
+    /// Notes what touches, and what has come in and gone out in the step of `h` [s] from the time `from`
+    /// [s] that has led here.
     fn note_in_ledger(&mut self, from: f64, h: f64) {
         self.note_contacts();
         if let Some(ledger) = &mut self.ledger {

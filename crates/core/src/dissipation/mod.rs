@@ -110,8 +110,8 @@ pub trait FrozenParts {
     /// Ends that: whatever is asked is about the positions given.
     fn thaw(&mut self);
 
-    /// Says that a solve goes on from velocities `v` in the direction `dv`, both flat [m/s], maybe only a part
-    /// of the way: the blocks of matrices to come may be of where forces were headed.
+    /// Says that a solve goes on from velocities `v` in the direction `dv`, both flat [m/s], maybe only a
+    /// part of the way: the blocks of matrices to come may be of where forces were headed.
     fn follow(&mut self, v: &[f64], dv: &[f64]) {
         let _ = (v, dv);
     }

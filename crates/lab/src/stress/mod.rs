@@ -144,7 +144,8 @@ impl CaseResult {
 
 /// One case of the suite.
 pub struct Case {
-    /// `D1` to `D13` as in the list of extreme cases, `K18` of those of contact, `torture` for the table of starts.
+    /// `D1` to `D13` as in the list of extreme cases, `K18` of those of contact, `torture` for the table of
+    /// starts.
     pub row: &'static str,
     /// Its work, in a few words.
     pub name: String,

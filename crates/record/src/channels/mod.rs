@@ -26,8 +26,8 @@ pub(crate) trait ChannelEncoder: Send {
         true
     }
 
-    /// Bytes that encoding takes: what the encoder holds, and its longest message. Only those of channels that
-    /// grow with the problem.
+    /// Bytes that encoding takes: what the encoder holds, and its longest message. Only those of channels
+    /// that grow with the problem.
     fn bytes(&self) -> RecordingBytes {
         RecordingBytes::default()
     }

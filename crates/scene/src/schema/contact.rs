@@ -180,7 +180,8 @@ impl ContactSpec {
     /// Why contact does not hold in the steps of a scheme; `None` where it does.
     pub fn refusal(&self, scheme: IntegratorSpec) -> Option<String> {
         let method = scheme.method();
-        // Forces without a pole need no feasible steps; explicit steps that go too far by a barrier end a run.
+        // Forces without a pole need no feasible steps; explicit steps that go too far by a barrier end a
+        // run.
         if method.holds_contact() || is_explicit(scheme) || self.has_explicit_law(scheme) {
             return None;
         }

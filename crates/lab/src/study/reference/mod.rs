@@ -56,7 +56,8 @@ impl ReferenceSearch<'_, '_> {
     /// The reference.
     pub(crate) fn find(&mut self) -> Result<Reference, StudyError> {
         let key = key(self.scene, &self.grid());
-        // Contact is neither two bodies under gravity nor linear, even where nothing touches at a time of comparison.
+        // Contact is neither two bodies under gravity nor linear, even where nothing touches at a time of
+        // comparison.
         if self.choice != ReferenceChoice::Computed && self.scene.contact.is_none() {
             for exact in [kepler::solution, linear::solution] {
                 if let Some(mut reference) = exact(self)? {
