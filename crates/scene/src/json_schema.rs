@@ -43,18 +43,22 @@ fn add_words(choice: &mut Value, needs_nothing: &[String]) {
     }
 }
 
+/// The schema, made once: every number of a scene is compared with it.
+pub(super) fn published() -> &'static Value {
+    static SCHEMA: OnceLock<Schema> = OnceLock::new();
+    SCHEMA.get_or_init(schema).as_value()
+}
+
 /// The place of the table that has a key of this name, for messages: "in `[world]`".
 pub(super) fn table_with(name: &str) -> Option<String> {
-    // Made once: a text may have thousands of unknown keys.
-    static SCHEMA: OnceLock<Schema> = OnceLock::new();
-    let schema = SCHEMA.get_or_init(schema);
-    let top = schema.as_value()["properties"].as_object()?;
+    let schema = published();
+    let top = schema["properties"].as_object()?;
     if top.contains_key(name) {
         return Some("at the top of the file".to_owned());
     }
     let of = |value: &serde_json::Value| {
         let reference = value.pointer("/$ref").or_else(|| value.pointer("/items/$ref"))?.as_str()?;
-        schema.as_value().pointer(&format!("{}/properties", reference.strip_prefix('#')?)).cloned()
+        schema.pointer(&format!("{}/properties", reference.strip_prefix('#')?)).cloned()
     };
     top.iter().find_map(|(table, value)| {
         of(value)?.get(name)?;

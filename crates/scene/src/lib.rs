@@ -15,6 +15,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod assembly;
+mod bounds;
 mod deserialize;
 mod document;
 mod error;

@@ -17,7 +17,7 @@ pub use shapes::*;
 pub use transform::*;
 
 /// Bound of the schema on each entry of a list: above 0.
-fn positive_entries(schema: &mut Schema) {
+pub fn positive_entries(schema: &mut Schema) {
     if let Some(entries) = schema.get_mut("items").and_then(|items| items.as_object_mut()) {
         entries.insert("exclusiveMinimum".to_owned(), 0.0.into());
     }

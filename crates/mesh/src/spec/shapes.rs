@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::WholeCell;
+use super::{WholeCell, positive_entries};
 use pliant::value::*;
 
 /// A ball of `20 cells^3` tetrahedra. Group: `surface`.
@@ -134,6 +134,7 @@ pub struct TaperedBeamSpec {
     pub length: f64,
     /// Height at `x = 0` and at `x = length` [m].
     #[serde(default = "fv32_heights", with = "As::<[Length; 2]>")]
+    #[schemars(transform = positive_entries)]
     pub heights: [f64; 2],
     /// Element that cells are made into: 2 triangles each without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -187,9 +188,11 @@ pub struct EllipticMembraneSpec {
     pub cells: [usize; 2],
     /// Semi-axes of the inner ellipse along x and y [m].
     #[serde(default = "le1_inner", with = "As::<[Length; 2]>")]
+    #[schemars(transform = positive_entries)]
     pub inner: [f64; 2],
     /// Semi-axes of the outer ellipse along x and y [m].
     #[serde(default = "le1_outer", with = "As::<[Length; 2]>")]
+    #[schemars(transform = positive_entries)]
     pub outer: [f64; 2],
     /// Element that cells are made into: 2 triangles each without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -14,7 +14,8 @@ use pliant::value::*;
 pub struct Adaptive {
     /// Relative error of a step; 1e-6 without it. Schemes with a criterion of their own have it among their parameters.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    // Below the least, rounding is larger than the error that is allowed.
+    #[schemars(extend("minimum" = 1e-14, "exclusiveMaximum" = 1.0))]
     pub tolerance: Option<f64>,
     /// Error of positions [m]; without it, `tolerance` times the size of the scene at the start.
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]

@@ -113,6 +113,7 @@ pub struct SpringsSpec {
     pub parameters: BTreeMap<String, f64>,
     /// Rest length `l0` [m], one for all or one per edge; the mesh's edge lengths without it.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<OneOrManyOf<Length>>>")]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "items" = { "exclusiveMinimum": 0.0 }))]
     pub rest_length: Option<OneOrMany>,
 }
 

@@ -29,6 +29,7 @@ pub struct Solver {
     /// keyframes and releases stay where they are, and the next step is tried as a whole. None without it; steps that are
     /// `adaptive` are tried at smaller sizes by themselves.
     #[serde(skip_serializing_if = "Option::is_none")]
+    // A step of which 20 halves of halves are taken is `2^20` steps.
     #[schemars(range(min = 0, max = 20))]
     pub retries: Option<u32>,
 }

@@ -74,7 +74,7 @@ fn surroundings() {
             "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 1.5 } }",
             &[
                 "10:9 world.nbody: `nbody` acts on nothing",
-                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be at most 1, got 1.5 [rad]",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be above 0 and at most 1, got 1.5 [rad]",
             ],
         ),
         (
@@ -82,7 +82,7 @@ fn surroundings() {
             "[0, 0]\nnbody = { constant = 1.0, tree = { opening_angle = 0 } }",
             &[
                 "10:9 world.nbody: `nbody` acts on nothing",
-                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be positive and finite, got 0.0 [rad]",
+                "10:52 world.nbody.tree.opening_angle: `opening_angle` must be above 0 and at most 1, got 0.0 [rad]",
             ],
         ),
         (
@@ -871,15 +871,15 @@ fn adaptive_steps() {
         ("step = 1e-3\nadaptive = {}", "5:1 time.step: `step` and `adaptive` are both given"),
         (
             "adaptive = { tolerance = 1.0 }",
-            "5:26 time.adaptive.tolerance: `tolerance` must be from 1e-14 to below 1, got 1.0",
+            "5:26 time.adaptive.tolerance: `tolerance` must be at least 1e-14 and below 1, got 1.0",
         ),
         (
             "adaptive = { tolerance = 1e-15 }",
-            "5:26 time.adaptive.tolerance: `tolerance` must be from 1e-14 to below 1, got 1e-15",
+            "5:26 time.adaptive.tolerance: `tolerance` must be at least 1e-14 and below 1, got 1e-15",
         ),
         (
             "adaptive = { tolerance = nan }",
-            "5:26 time.adaptive.tolerance: `tolerance` must be positive and finite, got NaN",
+            "5:26 time.adaptive.tolerance: `tolerance` must be at least 1e-14 and below 1, got NaN",
         ),
         (
             "adaptive = { position = 0.0 }",

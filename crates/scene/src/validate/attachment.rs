@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::body::identifier;
 use super::body_names::BodyNames;
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::motion;
 use super::pins::one_selection;
 use crate::error::Problem;
@@ -64,7 +64,7 @@ fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: 
     let springs = [("stiffness", attachment.stiffness), ("total_stiffness", attachment.total_stiffness)];
     for (key, stiffness) in springs {
         if let Some(stiffness) = stiffness {
-            check.number(&path.key(key), stiffness, Sign::Positive, "N/m");
+            check.number(&path.key(key), stiffness, "N/m");
         }
     }
     if attachment.stiffness.is_some() == attachment.total_stiffness.is_some() {
@@ -72,9 +72,9 @@ fn one(check: &mut Checker, path: &KeyPath, attachment: &AttachmentSpec, scene: 
             "an attachment takes exactly one of `stiffness` [N/m], of each tie, and `total_stiffness` [N/m]";
         check.report(Problem::semantic(path.clone(), message));
     }
-    check.number(&path.key("rest_length"), attachment.rest_length, Sign::NonNegative, "m");
+    check.number(&path.key("rest_length"), attachment.rest_length, "m");
     if let Some(dashpot) = attachment.dashpot {
-        check.number(&path.key("dashpot"), dashpot, Sign::NonNegative, "N s/m");
+        check.number(&path.key("dashpot"), dashpot, "N s/m");
     }
 }
 
@@ -82,7 +82,7 @@ fn target(check: &mut Checker, path: &KeyPath, target: &AttachmentTarget) {
     let distances = [("nearest_vertex", target.nearest_vertex), ("nearest_point", target.nearest_point)];
     for (key, distance) in distances {
         if let Some(distance) = distance {
-            check.number(&path.key(key), distance, Sign::NonNegative, "m");
+            check.number(&path.key(key), distance, "m");
         }
     }
     let given = distances.iter().filter(|(_, distance)| distance.is_some()).count();

@@ -1,6 +1,6 @@
 //! Resistance to bending.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{BendingRest, BendingSpec, Body, OneOrMany};
@@ -8,7 +8,7 @@ use crate::schema::{BendingRest, BendingSpec, Body, OneOrMany};
 /// `bending` at `path` of `body`.
 pub(super) fn bending(check: &mut Checker, path: &KeyPath, bending: &BendingSpec, body: &Body) {
     if let Some(stiffness) = bending.stiffness {
-        check.number(&path.key("stiffness"), stiffness.value, Sign::Positive, "");
+        check.number(&path.key("stiffness"), stiffness.value, "");
     }
     let (young, thickness) = (bending.young, bending.thickness);
     if young.is_some() != thickness.is_some() || bending.stiffness.is_some() == young.is_some() {
@@ -17,22 +17,19 @@ pub(super) fn bending(check: &mut Checker, path: &KeyPath, bending: &BendingSpec
     }
     for (key, value, unit) in [("young", young, "Pa"), ("thickness", thickness, "m")] {
         if let Some(value) = value {
-            check.number(&path.key(key), value, Sign::Positive, unit);
+            check.number(&path.key(key), value, unit);
         }
     }
     if let Some(poisson) = bending.poisson {
         let path = path.key("poisson");
-        if !(poisson > -1.0 && poisson <= 0.5) {
-            let message = format!("`poisson` must be above -1 and at most 0.5, got {poisson:?}");
-            check.report(Problem::semantic(path, message));
-        } else if bending.stiffness.is_some() {
+        if check.number(&path, poisson, "") && bending.stiffness.is_some() {
             let message = "`poisson` goes with `young`: `stiffness` holds it already";
             check.report(Problem::semantic(path, message).at_key());
         }
     }
     if let Some(BendingRest::Angle(angles)) = &bending.rest {
         let path = path.key("rest").key("angle");
-        check.one_or_many(&path, angles, Sign::Any, "rad", None);
+        check.one_or_many(&path, angles, "rad", None);
         let all = match angles {
             OneOrMany::One(angle) => std::slice::from_ref(angle),
             OneOrMany::Many(angles) => angles,

@@ -1,6 +1,6 @@
 //! A body: its name, what holds it together, its mass.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::{bending, damping, expression, loads, membrane, mesh, motion, nodal, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
@@ -233,10 +233,10 @@ fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, edge_coun
     let edges = edge_count.filter(|&count| count > 0).map(|count| (count, "edges"));
     match (&springs.stiffness, springs.young, &springs.expression) {
         (Some(stiffness), None, None) => {
-            check.one_or_many(&path.key("stiffness"), stiffness, Sign::Positive, "N/m", edges);
+            check.one_or_many(&path.key("stiffness"), stiffness, "N/m", edges);
         }
         (None, Some(young), None) => {
-            check.number(&path.key("young"), young, Sign::Positive, "N/m^2");
+            check.number(&path.key("young"), young, "N/m^2");
         }
         (None, None, Some(text)) => expression::springs(check, path, springs, text),
         (stiffness, young, formula) => {
@@ -259,7 +259,7 @@ fn springs(check: &mut Checker, path: &KeyPath, springs: &SpringsSpec, edge_coun
         check.report(Problem::semantic(path.key("parameters"), message).with_help("remove `parameters`"));
     }
     if let Some(rest_length) = &springs.rest_length {
-        check.one_or_many(&path.key("rest_length"), rest_length, Sign::Positive, "m", edges);
+        check.one_or_many(&path.key("rest_length"), rest_length, "m", edges);
     }
 }
 
@@ -270,7 +270,6 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: MeshCapabilities)
             check.number(
                 &path,
                 density.value,
-                Sign::Positive,
                 if body.membrane.is_some() {
                     "kg/m^3"
                 } else {
@@ -282,10 +281,10 @@ fn mass(check: &mut Checker, path: &KeyPath, body: &Body, has: MeshCapabilities)
         MassSpec::Preset(_) => something_to_fill(check, path.key("preset"), body, has),
         MassSpec::PerVertex(masses) => {
             let count = body.vertex_count().map(|count| (count, "vertices"));
-            check.one_or_many(&path.key("per_vertex"), masses, Sign::Positive, "kg", count);
+            check.one_or_many(&path.key("per_vertex"), masses, "kg", count);
         }
         MassSpec::Total(total) => {
-            check.number(&path.key("total"), *total, Sign::Positive, "kg");
+            check.number(&path.key("total"), *total, "kg");
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Checks of single values and vectors.
 
+use crate::bounds::Bounds;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::OneOrMany;
@@ -9,33 +10,6 @@ pub(super) struct Checker {
     /// `None` when the scene's dimension is itself wrong: then no vector can have the right length.
     pub(super) dimension: Option<usize>,
     problems: Vec<Problem>,
-}
-
-/// Condition on a number, besides being finite.
-#[derive(Clone, Copy)]
-pub(super) enum Sign {
-    Any,
-    NonNegative,
-    Positive,
-}
-
-impl Sign {
-    fn allows(self, value: f64) -> bool {
-        value.is_finite()
-            && match self {
-                Sign::Any => true,
-                Sign::NonNegative => value >= 0.0,
-                Sign::Positive => value > 0.0,
-            }
-    }
-
-    fn words(self) -> &'static str {
-        match self {
-            Sign::Any => "finite",
-            Sign::NonNegative => "0 or more, and finite",
-            Sign::Positive => "positive and finite",
-        }
-    }
 }
 
 /// The unit as it ends a message: ` [m]`, or nothing.
@@ -61,32 +35,42 @@ impl Checker {
         self.problems.push(problem);
     }
 
-    /// One number. Whether it is right, so that what depends on it can be skipped.
-    pub(super) fn number(&mut self, path: &KeyPath, value: f64, sign: Sign, unit: &str) -> bool {
-        let right = sign.allows(value);
+    /// One number: finite, and within the bounds that the schema has at its path. Whether it is right, so
+    /// that what depends on it can be skipped.
+    pub(super) fn number(&mut self, path: &KeyPath, value: f64, unit: &str) -> bool {
+        let bounds = Bounds::at(path);
+        let right = bounds.allow(value);
         if !right {
-            let message =
-                format!("`{}` must be {}, got {value:?}{}", name(path), sign.words(), bracketed(unit));
+            let message = format!("`{}` must be {bounds}, got {value:?}{}", name(path), bracketed(unit));
             self.report(Problem::semantic(path.clone(), message));
         }
         right
     }
 
-    /// A count of at least 1.
-    pub(super) fn count(&mut self, path: &KeyPath, value: usize) -> bool {
-        if value == 0 {
-            self.report(Problem::semantic(
-                path.clone(),
-                format!("`{}` must be 1 or more, got 0", name(path)),
-            ));
-        }
-        value > 0
+    /// Adds a line of help to the problem that was reported last.
+    pub(super) fn help(&mut self, help: &str) {
+        self.problems.last_mut().into_iter().for_each(|problem| problem.help.push(help.to_owned()));
     }
 
-    /// Each number of a list; the first bad one is reported.
-    pub(super) fn numbers(&mut self, path: &KeyPath, values: &[f64], sign: Sign, unit: &str) -> bool {
-        match values.iter().position(|&value| !sign.allows(value)) {
-            Some(index) => self.number(&path.index(index), values[index], sign, unit),
+    /// A number of things, within the bounds that the schema has at its path.
+    pub(super) fn count(&mut self, path: &KeyPath, value: usize) -> bool {
+        let bounds = Bounds::at(path);
+        let right = bounds.allow(value as f64);
+        if !right {
+            let message = format!("`{}` must be {}, got {value}", name(path), bounds.of_a_count());
+            self.report(Problem::semantic(path.clone(), message));
+        }
+        right
+    }
+
+    /// Each number of a list; the first bad one is reported. All have the bounds of the first.
+    pub(super) fn numbers(&mut self, path: &KeyPath, values: &[f64], unit: &str) -> bool {
+        if values.is_empty() {
+            return true;
+        }
+        let bounds = Bounds::at(&path.index(0));
+        match values.iter().position(|&value| !bounds.allow(value)) {
+            Some(index) => self.number(&path.index(index), values[index], unit),
             None => true,
         }
     }
@@ -96,18 +80,17 @@ impl Checker {
         &mut self,
         path: &KeyPath,
         values: &OneOrMany,
-        sign: Sign,
         unit: &str,
         count: Option<(u64, &str)>,
     ) {
         let values = match values {
             OneOrMany::One(value) => {
-                self.number(path, *value, sign, unit);
+                self.number(path, *value, unit);
                 return;
             }
             OneOrMany::Many(values) => values,
         };
-        self.numbers(path, values, sign, unit);
+        self.numbers(path, values, unit);
         let Some((count, things)) = count else { return };
         if values.len() as u64 != count {
             let message =
@@ -133,7 +116,7 @@ impl Checker {
 
     /// A vector of the scene's dimension, of finite numbers.
     pub(super) fn vector(&mut self, path: &KeyPath, vector: &[f64], unit: &str) -> bool {
-        self.components(path, vector.len()) & self.numbers(path, vector, Sign::Any, unit)
+        self.components(path, vector.len()) & self.numbers(path, vector, unit)
     }
 
     /// A list of such vectors; the first bad one is reported.

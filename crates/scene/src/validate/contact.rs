@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::body::identifier;
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::{mesh, motion, pins, surroundings};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
@@ -34,7 +34,7 @@ fn body_contact(check: &mut Checker, path: &KeyPath, spec: &BodyContactSpec, use
         check.report(problem.with_help("add `contact = {}` to the scene, or remove this"));
     }
     if let Some(radius) = spec.radius {
-        check.number(&path.key("radius"), radius, Sign::NonNegative, "m");
+        check.number(&path.key("radius"), radius, "m");
     }
 }
 
@@ -55,10 +55,10 @@ fn table(check: &mut Checker, path: &KeyPath, contact: &ContactSpec, scene: &Sce
     ];
     for (key, value, unit) in positive {
         if let Some(value) = value {
-            check.number(&path.key(key), *value, Sign::Positive, unit);
+            check.number(&path.key(key), *value, unit);
         }
     }
-    check.number(&path.key("friction"), *friction, Sign::NonNegative, "");
+    check.number(&path.key("friction"), *friction, "");
     if let Some(iterations) = friction_iterations {
         check.count(&path.key("friction_iterations"), *iterations as usize);
     }
@@ -84,7 +84,7 @@ fn pair(check: &mut Checker, path: &KeyPath, pair: &ContactPairSpec, names: &[St
         }
     }
     if let Some(friction) = pair.friction {
-        check.number(&path.key("friction"), friction, Sign::NonNegative, "");
+        check.number(&path.key("friction"), friction, "");
     }
     if pair.friction.is_none() && pair.contact.is_none() {
         let problem = Problem::semantic(path.clone(), "this pair says nothing");
@@ -131,11 +131,11 @@ fn shape(check: &mut Checker, path: &KeyPath, obstacle: &ObstacleSpec) {
         ObstacleShape::Ball(ball) => {
             let path = path.key("ball");
             check.vector(&path.key("centre"), &ball.centre, "m");
-            check.number(&path.key("radius"), ball.radius, Sign::Positive, "m");
+            check.number(&path.key("radius"), ball.radius, "m");
         }
         ObstacleShape::Capsule(capsule) => {
             let path = path.key("capsule");
-            check.number(&path.key("radius"), capsule.radius, Sign::Positive, "m");
+            check.number(&path.key("radius"), capsule.radius, "m");
             check.vectors(&path.key("axis"), &capsule.axis, "m");
             let message = match &capsule.axis[..] {
                 [a, b] if a == b => "both ends of the axis are one point: that is a `ball`".into(),

@@ -1,6 +1,6 @@
 //! Damping of a body.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, DampingSpec};
@@ -15,18 +15,18 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
     }
     if let Some(rate) = &damping.strain_rate {
         let path = path.key("strain_rate");
-        check.number(&path.key("shear"), rate.shear, Sign::NonNegative, "Pa s");
-        check.number(&path.key("second"), rate.second, Sign::NonNegative, "Pa s");
+        check.number(&path.key("shear"), rate.shear, "Pa s");
+        check.number(&path.key("second"), rate.second, "Pa s");
         needs(check, &path, body.elastic.is_some(), "`strain_rate` damps finite elements", "`elastic`");
     }
     if let Some(dashpot) = damping.dashpot {
         let path = path.key("dashpot");
-        check.number(&path, dashpot, Sign::NonNegative, "N s/m");
+        check.number(&path, dashpot, "N s/m");
         needs(check, &path, body.springs.is_some(), "`dashpot` damps springs", "`springs`");
     }
     if let Some(beta) = damping.stiffness_proportional {
         let path = path.key("stiffness_proportional");
-        check.number(&path, beta, Sign::NonNegative, "s");
+        check.number(&path, beta, "s");
         let stiff = body.elastic.is_some() || body.springs.is_some() || body.bending.is_some();
         needs(check, &path, stiff, "`stiffness_proportional` damps elements, springs and bending", "any");
         if let Some(material) = &body.elastic
@@ -47,7 +47,7 @@ pub(super) fn damping(check: &mut Checker, path: &KeyPath, damping: &DampingSpec
         }
     }
     if let Some(alpha) = damping.mass_proportional {
-        check.number(&path.key("mass_proportional"), alpha, Sign::NonNegative, "1/s");
+        check.number(&path.key("mass_proportional"), alpha, "1/s");
     }
 }
 

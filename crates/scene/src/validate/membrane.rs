@@ -1,6 +1,6 @@
 //! Sheets of finite elements.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, MembraneSpec};
@@ -9,7 +9,7 @@ use pliant::material::Plane;
 /// `membrane` of `body`, which is at `body_path`.
 pub(super) fn membrane(check: &mut Checker, body_path: &KeyPath, membrane: &MembraneSpec, body: &Body) {
     let path = &body_path.key("membrane");
-    check.number(&path.key("thickness"), membrane.thickness, Sign::Positive, "m");
+    check.number(&path.key("thickness"), membrane.thickness, "m");
     if check.dimension == Some(2) {
         let message = "`membrane` is for sheets in three dimensions, and `dimension` is 2";
         let problem = Problem::semantic(path.clone(), message).at_key();

@@ -1,6 +1,6 @@
 //! Shapes.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::shapes;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
@@ -35,7 +35,7 @@ fn file(check: &mut Checker, path: &KeyPath, file: &FileSpec) {
         check.report(problem.with_help("name a mesh file, relative to the scene"));
     }
     if let Some(merge) = file.merge {
-        check.number(&path.key("merge"), merge, Sign::NonNegative, "m");
+        check.number(&path.key("merge"), merge, "m");
     }
 }
 
@@ -47,12 +47,12 @@ fn grid(check: &mut Checker, path: &KeyPath, grid: &GridSpec) {
     }
     match (grid.spacing, &grid.size) {
         (Some(spacing), None) => {
-            check.number(&path.key("spacing"), spacing, Sign::Positive, "m");
+            check.number(&path.key("spacing"), spacing, "m");
         }
         (None, Some(size)) => {
             let path = path.key("size");
             check.components(&path, size.len());
-            check.numbers(&path, size, Sign::Positive, "m");
+            check.numbers(&path, size, "m");
         }
         (given, _) => {
             let how = if given.is_some() { "both are given" } else { "neither is given" };
@@ -133,8 +133,8 @@ fn strand(check: &mut Checker, path: &KeyPath, strand: &StrandSpec) {
 
 fn disk(check: &mut Checker, path: &KeyPath, disk: &DiskSpec) {
     check.count(&path.key("count"), disk.count);
-    let radius = check.number(&path.key("radius"), disk.radius, Sign::Positive, "m");
-    let inner = check.number(&path.key("inner_radius"), disk.inner_radius, Sign::NonNegative, "m");
+    let radius = check.number(&path.key("radius"), disk.radius, "m");
+    let inner = check.number(&path.key("inner_radius"), disk.inner_radius, "m");
     if radius && inner && disk.inner_radius >= disk.radius {
         let message = format!(
             "`inner_radius` must be less than `radius`, got {:?} and {:?} [m]",
@@ -146,10 +146,7 @@ fn disk(check: &mut Checker, path: &KeyPath, disk: &DiskSpec) {
         check.vector(&path.key("centre"), centre, "m");
     }
     let thickness = path.key("thickness");
-    if check.number(&thickness, disk.thickness, Sign::NonNegative, "m")
-        && disk.thickness > 0.0
-        && check.dimension == Some(2)
-    {
+    if check.number(&thickness, disk.thickness, "m") && disk.thickness > 0.0 && check.dimension == Some(2) {
         let problem = Problem::semantic(thickness, "`thickness` is for 3D only, and `dimension` is 2");
         check.report(problem);
     }

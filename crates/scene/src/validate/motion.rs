@@ -1,6 +1,6 @@
 //! Selections, initial positions and initial velocities.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::mesh::no_such_vertex;
 use super::surroundings::wall;
 use crate::error::Problem;
@@ -123,7 +123,7 @@ pub(super) fn velocity(
         }
         VelocitySpec::Tangential(TangentialVelocity { speed, centre }) => {
             let path = path.key("tangential");
-            check.number(&path.key("speed"), *speed, Sign::Any, "m/s");
+            check.number(&path.key("speed"), *speed, "m/s");
             if let Some(centre) = centre {
                 check.vector(&path.key("centre"), centre, "m");
             }
@@ -143,8 +143,8 @@ fn rigid(check: &mut Checker, path: &KeyPath, rigid: &RigidVelocity) {
     let path = path.key("angular");
     let numbers = angular.as_slice();
     match angular {
-        OneOrMany::One(value) => check.number(&path, *value, Sign::Any, "rad/s"),
-        OneOrMany::Many(values) => check.numbers(&path, values, Sign::Any, "rad/s"),
+        OneOrMany::One(value) => check.number(&path, *value, "rad/s"),
+        OneOrMany::Many(values) => check.numbers(&path, values, "rad/s"),
     };
     let (needed, words) = match check.dimension {
         Some(2) => (1, "one number in 2D, counter-clockwise positive"),

@@ -13,10 +13,8 @@ const CLOSEST: f64 = 1e-7;
 pub(super) fn nodal(check: &mut Checker, body_path: &KeyPath, nodal: &NodalIntegrationSpec, body: &Body) {
     let path = &body_path.key("nodal_integration");
     let part = nodal.stabilisation_or_default();
-    let is_part = part > 0.0 && part < 1.0;
-    if !is_part {
-        let message = format!("`stabilisation` must be between 0 and 1, both excluded, got {part:?}");
-        check.report(Problem::semantic(path.key("stabilisation"), message).with_help("0.2 is good for most"));
+    if !check.number(&path.key("stabilisation"), part, "") {
+        check.help("0.2 is good for most");
     }
     let mut report = |message: String, help: &str| {
         check.report(Problem::semantic(path.clone(), message).at_key().with_help(help));

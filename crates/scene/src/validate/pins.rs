@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::body::identifier;
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::motion;
 use super::transform::axis_of_rotation;
 use crate::error::Problem;
@@ -31,7 +31,7 @@ pub(super) fn pins(check: &mut Checker, path: &KeyPath, body: &Body, duration: f
             self::axes(check, &path.key("axes"), axes);
         }
         if let Some(until) = pin.until {
-            check.number(&path.key("until"), until, Sign::NonNegative, "s");
+            check.number(&path.key("until"), until, "s");
         }
         if let Some(spec) = &pin.motion {
             self::motion(check, &path.key("motion"), spec, duration);
@@ -117,7 +117,7 @@ pub(super) fn formula(
     duration: f64,
 ) -> bool {
     if let OverTime::Constant(value) = value {
-        return check.number(path, *value, Sign::Any, unit);
+        return check.number(path, *value, unit);
     }
     let bad = [0.0, duration].into_iter().find(|&t| !value.at(t).is_finite());
     let Some(t) = bad.filter(|_| !value.depends_on_place()) else { return true };
@@ -134,7 +134,7 @@ fn rotation(check: &mut Checker, path: &KeyPath, spec: &RotationSpec, duration: 
     }
     match (&spec.speed, &spec.angle) {
         (Some(speed), None) => {
-            check.number(&path.key("speed"), *speed, Sign::Any, "rad/s");
+            check.number(&path.key("speed"), *speed, "rad/s");
         }
         (None, Some(angle)) => {
             formula(check, &path.key("angle"), angle, "rad", duration);
@@ -157,7 +157,7 @@ fn rotation(check: &mut Checker, path: &KeyPath, spec: &RotationSpec, duration: 
 fn keyframes(check: &mut Checker, path: &KeyPath, spec: &KeyframesSpec) {
     let KeyframesSpec { times, displacements, .. } = spec;
     let times_path = path.key("times");
-    if check.numbers(&times_path, times, Sign::NonNegative, "s") {
+    if check.numbers(&times_path, times, "s") {
         if times.len() < 2 {
             let message = format!("`times` needs two times or more, got {}", times.len());
             check.report(Problem::semantic(times_path.clone(), message));

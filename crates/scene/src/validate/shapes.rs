@@ -1,6 +1,6 @@
 //! Generated shapes.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::mesh::whole_cells;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
@@ -42,24 +42,24 @@ pub(super) fn shape(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
     }
     match mesh {
         MeshSpec::Ball(spec) => {
-            check.number(&path.key("radius"), spec.radius, Sign::Positive, "m");
+            check.number(&path.key("radius"), spec.radius, "m");
             check.count(&path.key("cells"), spec.cells);
             optional(check, &path.key("centre"), spec.centre.as_deref());
         }
         MeshSpec::Sphere(spec) => {
-            check.number(&path.key("radius"), spec.radius, Sign::Positive, "m");
+            check.number(&path.key("radius"), spec.radius, "m");
             check.count(&path.key("cells"), spec.cells);
             optional(check, &path.key("centre"), spec.centre.as_deref());
         }
         MeshSpec::Cylinder(spec) => {
-            check.number(&path.key("radius"), spec.radius, Sign::Positive, "m");
-            check.number(&path.key("height"), spec.height, Sign::Positive, "m");
+            check.number(&path.key("radius"), spec.radius, "m");
+            check.number(&path.key("height"), spec.height, "m");
             cells(check, path, &spec.cells, None);
             optional(check, &path.key("origin"), spec.origin.as_deref());
         }
         MeshSpec::Tube(spec) => {
             less(check, path, ("inner_radius", spec.inner_radius), ("outer_radius", spec.outer_radius));
-            check.number(&path.key("height"), spec.height, Sign::Positive, "m");
+            check.number(&path.key("height"), spec.height, "m");
             cells(check, path, &spec.cells, Some(1));
             optional(check, &path.key("origin"), spec.origin.as_deref());
         }
@@ -75,8 +75,8 @@ pub(super) fn shape(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::TaperedBeam(spec) => {
             cells(check, path, &spec.cells, None);
             whole_cells(check, path, spec.element);
-            check.number(&path.key("length"), spec.length, Sign::Positive, "m");
-            check.numbers(&path.key("heights"), &spec.heights, Sign::Positive, "m");
+            check.number(&path.key("length"), spec.length, "m");
+            check.numbers(&path.key("heights"), &spec.heights, "m");
         }
         MeshSpec::NotchedBeam(spec) => {
             cells(check, path, &spec.cells, None);
@@ -87,8 +87,8 @@ pub(super) fn shape(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::EllipticMembrane(spec) => {
             cells(check, path, &spec.cells, None);
             whole_cells(check, path, spec.element);
-            let inner = check.numbers(&path.key("inner"), &spec.inner, Sign::Positive, "m");
-            let outer = check.numbers(&path.key("outer"), &spec.outer, Sign::Positive, "m");
+            let inner = check.numbers(&path.key("inner"), &spec.inner, "m");
+            let outer = check.numbers(&path.key("outer"), &spec.outer, "m");
             if let Some(axis) = (0..2).find(|&i| inner && outer && spec.inner[i] >= spec.outer[i]) {
                 let (inner, outer) = (spec.inner[axis], spec.outer[axis]);
                 let message = format!("`inner` must be less than `outer`, got {inner:?} and {outer:?} [m]");
@@ -118,8 +118,8 @@ fn cells(check: &mut Checker, path: &KeyPath, cells: &[usize], around: Option<us
 
 /// Both positive, and the first less than the second.
 fn less(check: &mut Checker, path: &KeyPath, (small, a): (&str, f64), (large, b): (&str, f64)) {
-    let first = check.number(&path.key(small), a, Sign::Positive, "m");
-    let second = check.number(&path.key(large), b, Sign::Positive, "m");
+    let first = check.number(&path.key(small), a, "m");
+    let second = check.number(&path.key(large), b, "m");
     if first && second && a >= b {
         let message = format!("`{small}` must be less than `{large}`, got {a:?} and {b:?} [m]");
         check.report(Problem::semantic(path.key(small), message));

@@ -1,14 +1,11 @@
 //! Mistakes in `[study]`.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::StudySpec;
 use crate::vary::VariedKey;
 use pliant::integrator::BadParameter;
-
-/// States are compared at this many times at least: fewer may all be where errors happen to be small.
-const FEWEST_TIMES: usize = 20;
 
 pub(super) fn study(check: &mut Checker, path: &KeyPath, study: &StudySpec) {
     for (index, integrator) in study.integrators.iter().enumerate() {
@@ -22,27 +19,22 @@ pub(super) fn study(check: &mut Checker, path: &KeyPath, study: &StudySpec) {
         }
     }
     for (index, step) in study.steps.iter().flatten().enumerate() {
-        check.number(&path.key("steps").index(index), *step, Sign::Positive, "s");
+        check.number(&path.key("steps").index(index), *step, "s");
     }
     for (index, tolerance) in study.tolerances.iter().enumerate() {
-        let path = path.key("tolerances").index(index);
-        if check.number(&path, *tolerance, Sign::Positive, "") && *tolerance >= 1.0 {
-            let message = format!("`tolerances` must be below 1, got {tolerance:?}");
-            check.report(Problem::semantic(path, message));
-        }
+        check.number(&path.key("tolerances").index(index), *tolerance, "");
     }
     for (index, axis) in study.vary.iter().enumerate() {
         if let Err(error) = axis.parse::<VariedKey>() {
             check.report(Problem::semantic(path.key("vary").index(index), error.to_string()));
         }
     }
-    if let Some(times) = study.times.filter(|times| *times < FEWEST_TIMES) {
-        let message = format!("`times` must be at least {FEWEST_TIMES}, got {times}");
-        check.report(Problem::semantic(path.key("times"), message));
+    if let Some(times) = study.times {
+        check.count(&path.key("times"), times);
     }
     for (key, value, unit) in [("error", study.error, ""), ("smallest_step", study.smallest_step, "s")] {
         if let Some(value) = value {
-            check.number(&path.key(key), value, Sign::Positive, unit);
+            check.number(&path.key(key), value, unit);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Time, world and output: everything but the bodies.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use super::pins::formulas;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
@@ -14,9 +14,9 @@ const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
 const MOST_FRAMES: f64 = 1e9;
 
 pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
-    let duration = check.number(&path.key("duration"), time.duration, Sign::NonNegative, "s");
+    let duration = check.number(&path.key("duration"), time.duration, "s");
     if let Some(step) = time.step {
-        let good = check.number(&path.key("step"), step, Sign::Positive, "s");
+        let good = check.number(&path.key("step"), step, "s");
         let steps = time.duration / step;
         if good && duration && steps > MOST_STEPS {
             let message = format!(
@@ -39,7 +39,7 @@ pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
             check.report(Problem::semantic(path.clone(), message).with_help("remove `solver`"));
         }
         if let Some(tolerance) = solver.tolerance {
-            check.number(&path.key("tolerance"), tolerance, Sign::Positive, "m");
+            check.number(&path.key("tolerance"), tolerance, "m");
         }
         if let Some(iterations) = solver.iterations {
             check.count(&path.key("iterations"), iterations as usize);
@@ -50,14 +50,9 @@ pub(super) fn time(check: &mut Checker, path: &KeyPath, time: &Time) {
     }
 }
 
-/// A step of which so many halves of halves are taken is `2^20` steps.
-const MOST_RETRIES: u32 = 20;
-
 fn retries(check: &mut Checker, path: &KeyPath, retries: u32, time: &Time) {
-    if retries > MOST_RETRIES {
-        let message = format!("`retries` must be 0 to {MOST_RETRIES}, got {retries}");
-        let help = "it is how often a step is halved: with 3, parts are as small as an eighth of it";
-        check.report(Problem::semantic(path.clone(), message).with_help(help));
+    if !check.count(path, retries as usize) {
+        check.help("it is how often a step is halved: with 3, parts are as small as an eighth of it");
     }
     if retries > 0 && time.adaptive.is_some() {
         let message = "`retries` are for steps of a fixed size";
@@ -77,14 +72,14 @@ pub(super) fn world(check: &mut Checker, path: &KeyPath, world: &World, duration
     }
     if let Some(nbody) = &world.nbody {
         let path = path.key("nbody");
-        check.number(&path.key("constant"), nbody.constant, Sign::Positive, "m^3/(kg s^2)");
-        check.number(&path.key("softening"), nbody.softening, Sign::NonNegative, "m");
+        check.number(&path.key("constant"), nbody.constant, "m^3/(kg s^2)");
+        check.number(&path.key("softening"), nbody.softening, "m");
         if let Some(tree) = &nbody.tree {
             opening_angle(check, &path.key("tree").key("opening_angle"), tree.opening_angle);
         }
     }
     if let Some(drag) = world.ether_drag {
-        check.number(&path.key("ether_drag"), drag, Sign::NonNegative, "1/s");
+        check.number(&path.key("ether_drag"), drag, "1/s");
     }
 }
 
@@ -95,22 +90,20 @@ fn gravity(check: &mut Checker, path: &KeyPath, gravity: &[OverTime], duration: 
 }
 
 fn opening_angle(check: &mut Checker, path: &KeyPath, angle: f64) {
-    if check.number(path, angle, Sign::Positive, "rad") && angle > 1.0 {
-        let message = format!("`opening_angle` must be at most 1, got {angle:?} [rad]");
-        let help = "0.5 is usual; above 1, the expansion of a box would be used within it";
-        check.report(Problem::semantic(path.clone(), message).with_help(help));
+    if !check.number(path, angle, "rad") {
+        check.help("0.5 is usual; above 1, the expansion of a box would be used within it");
     }
 }
 
 pub(super) fn wall(check: &mut Checker, path: &KeyPath, wall: &HalfSpace) {
     check.direction(&path.key("normal"), &wall.normal, "");
-    check.number(&path.key("offset"), wall.offset, Sign::Any, "m");
+    check.number(&path.key("offset"), wall.offset, "m");
 }
 
 pub(super) fn output(check: &mut Checker, path: &KeyPath, scene: &Scene) {
     let output = &scene.output;
     let rate = path.key("rate");
-    if check.number(&rate, output.rate, Sign::Positive, "frames/s") {
+    if check.number(&rate, output.rate, "frames/s") {
         let frames = output.rate * scene.time.duration;
         if scene.time.duration.is_finite() && frames > MOST_FRAMES {
             let message = format!(

@@ -1,6 +1,6 @@
 //! Where the rest shape of a body is, and how often.
 
-use super::check::{Checker, Sign};
+use super::check::Checker;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, OneOrMany, RepeatSpec, RotateSpec, TransformSpec};
@@ -29,7 +29,7 @@ fn move_shape(check: &mut Checker, path: &KeyPath, spec: &TransformSpec) {
         let path = path.key("scale");
         let factors = match scale {
             OneOrMany::One(factor) => {
-                check.number(&path, *factor, Sign::Any, "").then_some(std::slice::from_ref(factor))
+                check.number(&path, *factor, "").then_some(std::slice::from_ref(factor))
             }
             OneOrMany::Many(factors) => check.vector(&path, factors, "").then_some(&factors[..]),
         };
@@ -48,7 +48,7 @@ fn move_shape(check: &mut Checker, path: &KeyPath, spec: &TransformSpec) {
 }
 
 fn rotate(check: &mut Checker, path: &KeyPath, spec: &RotateSpec) {
-    check.number(&path.key("angle"), spec.angle, Sign::Any, "rad");
+    check.number(&path.key("angle"), spec.angle, "rad");
     axis_of_rotation(check, path, spec.axis.as_deref());
 }
 
