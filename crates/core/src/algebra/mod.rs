@@ -18,7 +18,7 @@ pub use eigen::{symmetric_eigen, symmetric_eigen_of_lanes};
 pub use isotropic::{IsotropicFunction, isotropic_gradient, isotropic_hessian, isotropic_value};
 pub use matrix::{Mat, Vect};
 pub use polar::{rotation, rotation_by_svd};
-pub(crate) use projection::project_positive;
+pub(crate) use projection::{PackedMatrix, project_positive, project_positive_packed};
 pub use svd::{Svd, signed_svd};
 pub(crate) use vector::all_finite;
 pub use vector::scene_size;

@@ -1,6 +1,9 @@
 //! The nearest positive semidefinite matrix.
 
+use std::ops::{Index, IndexMut};
+
 use super::eigen::jacobi_rotation;
+use crate::scalar::{Mask, Scalar};
 
 /// Sweeps after which off-diagonal entries are at rounding: convergence is quadratic.
 const MAX_SWEEPS: usize = 32;
@@ -54,9 +57,138 @@ pub(crate) fn project_positive(matrix: &mut [f64], n: usize) {
     }
 }
 
+/// A square matrix of at most [`PackedMatrix::ROWS`] rows, whose entries may be packs: as many matrices side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PackedMatrix<S>([[S; 9]; 9]);
+
+impl<S> PackedMatrix<S> {
+    /// Rows that there is room for.
+    pub(crate) const ROWS: usize = 9;
+}
+
+impl<S: Scalar> Default for PackedMatrix<S> {
+    #[inline(always)]
+    fn default() -> Self {
+        PackedMatrix([[S::zero(); 9]; 9])
+    }
+}
+
+impl<S> Index<usize> for PackedMatrix<S> {
+    type Output = [S; 9];
+    #[inline(always)]
+    fn index(&self, row: usize) -> &[S; 9] {
+        &self.0[row]
+    }
+}
+
+impl<S> IndexMut<usize> for PackedMatrix<S> {
+    #[inline(always)]
+    fn index_mut(&mut self, row: usize) -> &mut [S; 9] {
+        &mut self.0[row]
+    }
+}
+
+/// Off-diagonal entries are zero below this part of the matrix: the squares of norms.
+const CONVERGED: f64 = 1e-28;
+
+/// As [`project_positive`], of the first `n` rows and columns of matrices side by side. Eigenvectors are exact to `1e-14` of the
+/// matrix; sweeps go on until all of them are.
+#[inline(always)]
+pub(crate) fn project_positive_packed<S: Scalar>(matrix: &mut PackedMatrix<S>, n: usize) {
+    let mut a = *matrix;
+    let mut v = PackedMatrix::<S>::default();
+    let mut size = S::zero();
+    for i in 0..n {
+        v[i][i] = S::one();
+        for j in 0..n {
+            size = a[i][j].mul_add(a[i][j], size);
+        }
+    }
+    let enough = S::splat(CONVERGED) * size;
+    for _ in 0..MAX_SWEEPS {
+        let mut off = S::zero();
+        for i in 0..n {
+            for j in i + 1..n {
+                off = a[i][j].mul_add(a[i][j], off);
+            }
+        }
+        // NaN compares false: what is not finite does not keep the others waiting.
+        if !enough.lt(off + off).any() {
+            break;
+        }
+        for p in 0..n {
+            for q in p + 1..n {
+                rotate(&mut a, &mut v, n, p, q);
+            }
+        }
+    }
+    for i in 0..n {
+        for j in i..n {
+            let mut sum = S::zero();
+            for k in 0..n {
+                let positive = a[k][k].max(S::zero());
+                sum = (positive * v[k][i]).mul_add(v[k][j], sum);
+            }
+            // `max` would make a number of what is none.
+            let entry = S::select(size.lt(S::splat(f64::INFINITY)), sum, matrix[i][j]);
+            (matrix[i][j], matrix[j][i]) = (entry, entry);
+        }
+    }
+}
+
+/// Turns the plane `p < q` so that `a[p][q]` is zero. Only the upper triangle of `a` is read and written; row `k` of `v` is
+/// eigenvector `k`.
+#[inline(always)]
+fn rotate<S: Scalar>(a: &mut PackedMatrix<S>, v: &mut PackedMatrix<S>, n: usize, p: usize, q: usize) {
+    let b = a[p][q];
+    let (c, s) = jacobi_rotation(a[p][p], a[q][q], b);
+    // `tan b = sin (2 cos b - sin (q - p))`, without a division.
+    let shift = s * c.mul_add(b + b, s * (a[p][p] - a[q][q]));
+    a[p][p] -= shift;
+    a[q][q] += shift;
+    a[p][q] = S::zero();
+    for i in 0..p {
+        let (x, y) = (a[i][p], a[i][q]);
+        (a[i][p], a[i][q]) = (c.mul_add(x, -(s * y)), s.mul_add(x, c * y));
+    }
+    for i in p + 1..q {
+        let (x, y) = (a[p][i], a[i][q]);
+        (a[p][i], a[i][q]) = (c.mul_add(x, -(s * y)), s.mul_add(x, c * y));
+    }
+    for i in q + 1..n {
+        let (x, y) = (a[p][i], a[q][i]);
+        (a[p][i], a[q][i]) = (c.mul_add(x, -(s * y)), s.mul_add(x, c * y));
+    }
+    for i in 0..n {
+        let (x, y) = (v[p][i], v[q][i]);
+        (v[p][i], v[q][i]) = (c.mul_add(x, -(s * y)), s.mul_add(x, c * y));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn matrices_side_by_side_are_projected_as_each_alone() {
+        for n in [2, 6, 9] {
+            let entry =
+                |i: usize, j: usize| (((i.min(j) * 7 + i.max(j) * 3) as f64 * 0.618).fract() - 0.5) * 10.0;
+            let mut alone: Vec<f64> = (0..n * n).map(|ij| entry(ij / n, ij % n)).collect();
+            let mut packed = PackedMatrix::default();
+            (0..n * n).for_each(|ij| packed[ij / n][ij % n] = alone[ij]);
+            project_positive(&mut alone, n);
+            project_positive_packed(&mut packed, n);
+            for ij in 0..n * n {
+                assert!((packed[ij / n][ij % n] - alone[ij]).abs() < 1e-12, "n = {n}, entry {ij}");
+            }
+        }
+        let mut bad = PackedMatrix::default();
+        bad[0][1] = f64::NAN;
+        bad[1][0] = f64::NAN;
+        project_positive_packed(&mut bad, 2);
+        assert!(bad[0][1].is_nan());
+    }
 
     #[test]
     fn negative_eigenvalues_become_zero_and_others_stay() {

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::{MeasuredStencils, ScalarStrain};
-use crate::algebra::{Dual, project_positive};
-use crate::energy::elastic::points_of;
+use crate::algebra::{Dual, PackedMatrix, project_positive_packed};
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::material::Psd;
 
 /// Output for each stencil.
@@ -26,48 +26,175 @@ pub(crate) fn fill<Q: ScalarStrain<D, N>, const D: usize, const N: usize>(
     blocks: MatrixOutput,
     out: &mut [f64],
 ) {
-    let pairs = N * (N + 1) / 2;
-    let lanes = stencils.patches.lanes_in(range).zip(out.chunks_exact_mut(pairs * D * D));
-    for ((vertices, pack, lane), out) in lanes {
-        let (stiffness, rest) = stencils.constants(pack, lane);
-        let points = points_of::<D, N>(x, &vertices);
-        // Column (b, l) of the matrix: the gradient of the energy along that coordinate.
-        let mut columns = [[[[0.0; D]; N]; D]; N];
-        if blocks != MatrixOutput::Rate {
-            let rest = rest.map(Dual::constant);
-            for b in 0..N {
-                for l in 0..D {
-                    let mut along = points.map(|point| point.map(Dual::constant));
-                    along[b][l].derivative = 1.0;
-                    let (s, gradient) = Q::deviation(&along, &rest);
-                    for a in 0..N {
-                        for i in 0..D {
-                            let g = gradient[a][i];
-                            columns[b][l][a][i] = s.derivative * g.value + s.value * g.derivative;
-                        }
+    dispatch(StencilBlocksKernel { stencils, range, x, blocks, out });
+}
+
+/// The blocks of a range of lanes, pack by pack.
+struct StencilBlocksKernel<'a, Q, const D: usize, const N: usize> {
+    stencils: &'a MeasuredStencils<Q, D, N>,
+    range: Range<usize>,
+    x: &'a [f64],
+    blocks: MatrixOutput,
+    out: &'a mut [f64],
+}
+
+/// `M` and its inverse, `M` the symmetric root of `I + 1 1^T` of `n x n`: `I + alpha 1 1^T` and
+/// `I - beta 1 1^T`; `(alpha, beta)`.
+#[inline(always)]
+fn root_constants(n: usize) -> (f64, f64) {
+    let n = n as f64;
+    let alpha = ((1.0 + n).sqrt() - 1.0) / n;
+    (alpha, alpha / (1.0 + alpha * n))
+}
+
+/// `(I + factor 1 1^T) A (I + factor 1 1^T)`, where `1 1^T` adds up the coordinates of `n` points: rows and columns
+/// `D a + i` with the same `i`.
+#[inline(always)]
+fn congruent<L: Lanes, const D: usize>(matrix: &mut PackedMatrix<L>, n: usize, factor: f64) {
+    let factor = L::splat(factor);
+    for row in 0..n * D {
+        for i in 0..D {
+            let mut sum = L::zero();
+            for a in 0..n {
+                sum += matrix[row][a * D + i];
+            }
+            for a in 0..n {
+                matrix[row][a * D + i] = factor.mul_add(sum, matrix[row][a * D + i]);
+            }
+        }
+    }
+    for column in 0..n * D {
+        for i in 0..D {
+            let mut sum = L::zero();
+            for a in 0..n {
+                sum += matrix[a * D + i][column];
+            }
+            for a in 0..n {
+                matrix[a * D + i][column] = factor.mul_add(sum, matrix[a * D + i][column]);
+            }
+        }
+    }
+}
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> StencilBlocksKernel<'_, Q, D, N> {
+    /// `grad s grad s^T + (s - s_0) grad grad s` by the places of all points but the first, or its first part
+    /// alone. The rest follows, for translations change nothing.
+    #[inline(always)]
+    fn matrix<L: Lanes>(&self, x: &[[L; D]; N], rest: &[L; 2]) -> PackedMatrix<L> {
+        let mut matrix = PackedMatrix::<L>::default();
+        if self.blocks == MatrixOutput::Rate {
+            let (_, gradient) = Q::deviation(x, rest);
+            for row in 0..(N - 1) * D {
+                for column in 0..(N - 1) * D {
+                    matrix[row][column] =
+                        gradient[1 + row / D][row % D] * gradient[1 + column / D][column % D];
+                }
+            }
+            return matrix;
+        }
+        let mut along = [[Dual::constant(L::zero()); D]; N];
+        for node in 0..N {
+            for c in 0..D {
+                along[node][c] = Dual::constant(x[node][c]);
+            }
+        }
+        let rest = [Dual::constant(rest[0]), Dual::constant(rest[1])];
+        for column in 0..(N - 1) * D {
+            let (b, l) = (1 + column / D, column % D);
+            along[b][l].derivative = L::one();
+            let (s, gradient) = Q::deviation(&along, &rest);
+            along[b][l].derivative = L::zero();
+            for row in 0..(N - 1) * D {
+                let g = gradient[1 + row / D][row % D];
+                matrix[row][column] = s.derivative.mul_add(g.value, s.value * g.derivative);
+            }
+        }
+        if self.blocks == MatrixOutput::Hessian(Psd::Projected) {
+            // An orthonormal basis of what is no translation is `B^T M^-1`, `B` the differences to the first
+            // point: the eigenvalues of `M A M` are those of the whole matrix but for zeros.
+            let (there, back) = root_constants(N - 1);
+            congruent::<L, D>(&mut matrix, N - 1, there);
+            project_positive_packed(&mut matrix, (N - 1) * D);
+            congruent::<L, D>(&mut matrix, N - 1, -back);
+        }
+        matrix
+    }
+
+    /// The block of the points `a` and `b` in lane `lane`, times `stiffness`, by rows.
+    #[inline(always)]
+    fn write_block(
+        matrix: &[[[f64; WIDTH]; MOST]; MOST],
+        a: usize,
+        b: usize,
+        lane: usize,
+        stiffness: f64,
+        out: &mut [f64],
+    ) {
+        for i in 0..D {
+            for l in 0..D {
+                let entry = |a: usize, b: usize| matrix[(a - 1) * D + i][(b - 1) * D + l][lane];
+                let sum_over_rows = |b: usize| (1..N).map(|a| entry(a, b)).sum::<f64>();
+                let value = match (a, b) {
+                    (0, 0) => (1..N).map(sum_over_rows).sum(),
+                    (0, b) => -sum_over_rows(b),
+                    (a, b) => entry(a, b),
+                };
+                // Lanes that fill up have no stiffness.
+                out[i * D + l] = if stiffness == 0.0 { 0.0 } else { stiffness * value };
+            }
+        }
+    }
+}
+
+/// Rows of the largest matrix.
+const MOST: usize = PackedMatrix::<f64>::ROWS;
+
+impl<Q: ScalarStrain<D, N>, const D: usize, const N: usize> Kernel for StencilBlocksKernel<'_, Q, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        const { assert!((N - 1) * D <= MOST) };
+        let per_stencil = N * (N + 1) / 2 * D * D;
+        let packs = self.range.start / WIDTH..self.range.end.div_ceil(WIDTH);
+        let mut lanes = self.stencils.patches.lanes_in(packs.start * WIDTH..packs.end * WIDTH);
+        for pack in packs {
+            let mut points = [[[0.0; WIDTH]; D]; N];
+            for lane in 0..WIDTH {
+                let Some((vertices, ..)) = lanes.next() else { break };
+                for node in 0..N {
+                    for c in 0..D {
+                        points[node][c][lane] = self.x[vertices[node] as usize * D + c];
                     }
                 }
             }
-        } else {
-            let (_, g) = Q::deviation(&points, &rest);
-            for b in 0..N {
-                for l in 0..D {
-                    columns[b][l] = g.map(|row| row.map(|entry| entry * g[b][l]));
+            let mut x = [[L::zero(); D]; N];
+            for node in 0..N {
+                for c in 0..D {
+                    x[node][c] = L::load(&points[node][c]);
                 }
             }
-        }
-        if blocks == MatrixOutput::Hessian(Psd::Projected) {
-            project_positive(columns.as_flattened_mut().as_flattened_mut().as_flattened_mut(), N * D);
-        }
-        let mut blocks = out.chunks_exact_mut(D * D);
-        for a in 0..N {
-            for b in a..N {
-                let block = blocks.next().expect("a block for each pair");
-                for i in 0..D {
-                    for l in 0..D {
-                        // Lanes that fill up have no stiffness.
-                        let entry = if stiffness == 0.0 { 0.0 } else { columns[b][l][a][i] };
-                        block[i * D + l] = stiffness * entry;
+            let constants = &self.stencils.packs[pack];
+            let matrix = self.matrix::<L>(&x, &constants.rest());
+            let mut entries = [[[0.0; WIDTH]; MOST]; MOST];
+            for row in 0..(N - 1) * D {
+                for column in 0..(N - 1) * D {
+                    matrix[row][column].store(&mut entries[row][column]);
+                }
+            }
+            for lane in 0..WIDTH {
+                let stencil = pack * WIDTH + lane;
+                if !self.range.contains(&stencil) {
+                    continue;
+                }
+                let (stiffness, _) = self.stencils.constants(pack, lane);
+                let first = (stencil - self.range.start) * per_stencil;
+                let mut block = first;
+                for a in 0..N {
+                    for b in a..N {
+                        let out = &mut self.out[block..block + D * D];
+                        Self::write_block(&entries, a, b, lane, stiffness, out);
+                        block += D * D;
                     }
                 }
             }

@@ -8,9 +8,9 @@ use std::ops::Range;
 
 use super::Membrane;
 use super::kernels::factors;
-use crate::algebra::{Dual, Mat, Vect, project_positive, signed_svd, symmetric_eigen};
+use crate::algebra::{Dual, Mat, Svd, Vect, project_positive, signed_svd, symmetric_eigen};
 use crate::element::{Tangents, cross};
-use crate::energy::elastic::block::{Block, BlockMaterial};
+use crate::energy::elastic::block::{Block, BlockMaterial, SpectrumBlock};
 use crate::lanes::WIDTH;
 use crate::material::Stress;
 use crate::material::{Psd, Spectrum};
@@ -19,40 +19,80 @@ use crate::material::{Psd, Spectrum};
 const PAIRS: usize = 6;
 const BLOCK: usize = 9;
 
-/// Writes the Hessians of `stencils`.
+/// Stretches of a sheet that every model of it has a state at.
+const REST: Vect<f64, 2> = [1.0, 1.0];
+
+/// Writes the Hessians of `stencils`: spectra of as many at a time as a pack has lanes.
 pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd, out: &mut [f64]) {
-    let lanes = sheet.patches.lanes_in(stencils).zip(out.chunks_exact_mut(PAIRS * BLOCK));
-    for ((vertices, pack, lane), out) in lanes {
-        let (inverse_rest, weight) = sheet.rest[pack].lane(lane);
-        let (q, g) = factors(&sheet.deformation_gradient(x, &vertices, pack, lane));
-        let svd = signed_svd(&g);
-        let Some(spectrum) = sheet.material.spectrum(&svd.sigma) else {
+    let has_spectrum = sheet.material.spectrum(&REST).is_some();
+    let mut lanes = sheet.patches.lanes_in(stencils);
+    for out in out.chunks_mut(WIDTH * PAIRS * BLOCK) {
+        let mut count = 0;
+        let mut states = [None; WIDTH];
+        // Sheets that fill up are at rest.
+        let mut sigma = [[1.0; WIDTH]; 2];
+        // Lanes last: none is taken for which there is no room.
+        for (_, (vertices, pack, lane)) in out.chunks_exact(PAIRS * BLOCK).zip(lanes.by_ref()) {
             let f = sheet.deformation_gradient(x, &vertices, pack, lane);
-            write_blocks(&tangent(sheet.material.as_ref(), &f, psd), weight, &gradients(&inverse_rest), out);
-            continue;
-        };
-        let frame = TangentFrame::new(&spectrum, &svd.sigma, psd);
-        // The columns of U = Q U_2, and the normal.
-        let column = |j: usize| [0, 1, 2].map(|i| q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j]);
-        let (u, v) = (column(0), column(1));
-        let axes = [u, v, cross(u, v)];
-        // In the frame of V.
-        let gradient = gradients(&inverse_rest.mul(&svd.v));
-        let mut blocks = out.chunks_exact_mut(BLOCK);
-        for a in 0..3 {
-            for b in a..3 {
-                let block = blocks.next().expect("a block for each pair");
-                let local = frame.block(&gradient[a], &gradient[b]);
-                for i in 0..3 {
-                    for k in 0..3 {
-                        let mut sum = 0.0;
-                        for (r, row) in axes.iter().enumerate() {
-                            for (c, col) in axes.iter().enumerate() {
-                                sum += local[r][c] * row[i] * col[k];
-                            }
+            let (q, g) = factors(&f);
+            let svd = signed_svd(&g);
+            (sigma[0][count], sigma[1][count]) = (svd.sigma[0], svd.sigma[1]);
+            states[count] = Some((sheet.rest[pack].lane(lane), f, q, svd));
+            count += 1;
+        }
+        let mut spectra = SpectrumBlock::ZERO;
+        if has_spectrum {
+            sheet.material.spectra(&sigma, &mut spectra);
+        }
+        let states = states.iter().flatten().enumerate();
+        for ((lane, ((inverse_rest, weight), f, q, svd)), out) in
+            states.zip(out.chunks_exact_mut(PAIRS * BLOCK))
+        {
+            if has_spectrum {
+                let spectrum = Spectrum {
+                    scaling: spectra.scaling.lane(lane),
+                    twist: spectra.twist.lane(lane),
+                    flip: spectra.flip.lane(lane),
+                };
+                let frame = TangentFrame::new(&spectrum, &svd.sigma, psd);
+                write_in_frame(&frame, q, svd, inverse_rest, *weight, out);
+            } else {
+                let tangent = tangent(sheet.material.as_ref(), f, psd);
+                write_blocks(&tangent, *weight, &gradients(inverse_rest), out);
+            }
+        }
+    }
+}
+
+/// Writes the blocks of one triangle by its tangent in the frame of `U`, `n` and `V`.
+fn write_in_frame(
+    frame: &TangentFrame,
+    q: &Tangents<f64, 3, 2>,
+    svd: &Svd<f64, 2>,
+    inverse_rest: &Mat<f64, 2>,
+    weight: f64,
+    out: &mut [f64],
+) {
+    // The columns of U = Q U_2, and the normal.
+    let column = |j: usize| [0, 1, 2].map(|i| q[i][0] * svd.u[0][j] + q[i][1] * svd.u[1][j]);
+    let (u, v) = (column(0), column(1));
+    let axes = [u, v, cross(u, v)];
+    // In the frame of V.
+    let gradient = gradients(&inverse_rest.mul(&svd.v));
+    let mut blocks = out.chunks_exact_mut(BLOCK);
+    for a in 0..3 {
+        for b in a..3 {
+            let block = blocks.next().expect("a block for each pair");
+            let local = frame.block(&gradient[a], &gradient[b]);
+            for i in 0..3 {
+                for k in 0..3 {
+                    let mut sum = 0.0;
+                    for (r, row) in axes.iter().enumerate() {
+                        for (c, col) in axes.iter().enumerate() {
+                            sum += local[r][c] * row[i] * col[k];
                         }
-                        block[3 * i + k] = weight * sum;
                     }
+                    block[3 * i + k] = weight * sum;
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::algebra::{Mat, Vect, signed_svd};
 use crate::element::ElementState;
-use crate::energy::elastic::block::{Block, BlockMaterial};
+use crate::energy::elastic::block::{Block, BlockMaterial, SpectrumBlock};
 use crate::energy::elastic::kernels::BLOCKS;
 use crate::lanes::WIDTH;
 use crate::material::Stress;
@@ -25,12 +25,12 @@ pub(super) struct PlaneStress {
     narrowing: f64,
 }
 
-/// The solid state of some blocks.
-struct Solved {
+/// The solid state of up to `B` blocks.
+struct Solved<const B: usize> {
     /// With the stretch across.
-    f: [Block<3>; BLOCKS],
+    f: [Block<3>; B],
     /// `P` there.
-    stress: [Block<3>; BLOCKS],
+    stress: [Block<3>; B],
 }
 
 impl PlaneStress {
@@ -40,16 +40,16 @@ impl PlaneStress {
     }
 
     /// Newton's method for `P_33 = 0`, lane by lane: what one lane takes does not depend on its neighbours.
-    fn solve(&self, how: Stress, sheet: &[Block<2>]) -> Solved {
+    fn solve<const B: usize>(&self, how: Stress, sheet: &[Block<2>]) -> Solved<B> {
         let n = sheet.len();
-        let mut f = [Block::ZERO; BLOCKS];
+        let mut f = [Block::ZERO; B];
         for (f, g) in f.iter_mut().zip(sheet) {
             for l in 0..WIDTH {
                 let g = g.lane(l);
                 f.set_lane(l, &in_space(&g, Scalar::powf(g.determinant(), -self.narrowing)));
             }
         }
-        let (mut stress, mut slope) = ([Block::ZERO; BLOCKS], [Block::ZERO; BLOCKS]);
+        let (mut stress, mut slope) = ([Block::ZERO; B], [Block::ZERO; B]);
         for round in 0..MOST_STEPS {
             stress[..n].copy_from_slice(&f[..n]);
             self.solid.stress(how, &mut stress[..n]);
@@ -90,13 +90,13 @@ impl PlaneStress {
         Solved { f, stress }
     }
 
-    /// The blocks one at a time are few enough for a stack.
+    /// The state of one sheet.
     fn one(&self, g: &Mat<f64, 2>) -> Mat<f64, 3> {
         let mut block = Block::ZERO;
         for l in 0..WIDTH {
             block.set_lane(l, g);
         }
-        self.solve(Stress::Analytic, &[block]).f[0].lane(0)
+        self.solve::<1>(Stress::Analytic, &[block]).f[0].lane(0)
     }
 }
 
@@ -106,15 +106,25 @@ impl BlockMaterial<2> for PlaneStress {
         let across = self.one(&Mat::diagonal(sigma))[2][2];
         let solid = self.solid.spectrum(&[sigma[0], sigma[1], across])?;
         let mut flat = Spectrum { scaling: Mat::zero(), twist: Mat::zero(), flip: Mat::zero() };
-        for i in 0..2 {
-            for j in 0..2 {
-                let follows = solid.scaling[i][2] * solid.scaling[2][j] / solid.scaling[2][2];
-                flat.scaling[i][j] = solid.scaling[i][j] - follows;
-            }
-        }
+        flat.scaling = eliminated(&solid.scaling);
         flat.twist[0][1] = solid.twist[0][1];
         flat.flip[0][1] = solid.flip[0][1];
         Some(flat)
+    }
+
+    fn spectra(&self, sigma: &[[f64; WIDTH]; 2], out: &mut SpectrumBlock<2>) {
+        let mut sheet = Block::ZERO;
+        for i in 0..2 {
+            *sheet.entry_mut(i, i) = sigma[i];
+        }
+        let across = *self.solve::<1>(Stress::Analytic, &[sheet]).f[0].entry(2, 2);
+        let mut solid = SpectrumBlock::ZERO;
+        self.solid.spectra(&[sigma[0], sigma[1], across], &mut solid);
+        for lane in 0..WIDTH {
+            out.scaling.set_lane(lane, &eliminated(&solid.scaling.lane(lane)));
+        }
+        *out.twist.entry_mut(0, 1) = *solid.twist.entry(0, 1);
+        *out.flip.entry_mut(0, 1) = *solid.flip.entry(0, 1);
     }
 
     /// `C_ijkl - C_ij33 C_33kl / C_3333` of the solid's tangent: `ds` such that `dP_33 = 0`.
@@ -144,7 +154,7 @@ impl BlockMaterial<2> for PlaneStress {
 
     fn stress(&self, how: Stress, f: &mut [Block<2>]) {
         for f in f.chunks_mut(BLOCKS) {
-            let Solved { stress, .. } = self.solve(how, f);
+            let Solved { stress, .. } = self.solve::<BLOCKS>(how, f);
             for (f, p) in f.iter_mut().zip(&stress) {
                 flatten(p, f);
             }
@@ -154,7 +164,7 @@ impl BlockMaterial<2> for PlaneStress {
     fn derivative(&self, f: &[Block<2>], df: &mut [Block<2>]) {
         for (f, df) in f.chunks(BLOCKS).zip(df.chunks_mut(BLOCKS)) {
             let n = f.len();
-            let Solved { f, .. } = self.solve(Stress::Analytic, f);
+            let Solved { f, .. } = self.solve::<BLOCKS>(Stress::Analytic, f);
             let (mut along, mut slope) = ([Block::ZERO; BLOCKS], [across(); BLOCKS]);
             for (along, df) in along.iter_mut().zip(&*df) {
                 for l in 0..WIDTH {
@@ -175,7 +185,7 @@ impl BlockMaterial<2> for PlaneStress {
 
     fn density(&self, f: &[Block<2>], psi: &mut [[f64; WIDTH]]) {
         for (f, psi) in f.chunks(BLOCKS).zip(psi.chunks_mut(BLOCKS)) {
-            let Solved { f, .. } = self.solve(Stress::Analytic, f);
+            let Solved { f, .. } = self.solve::<BLOCKS>(Stress::Analytic, f);
             self.solid.density(&f[..psi.len()], psi);
         }
     }
@@ -188,6 +198,17 @@ impl BlockMaterial<2> for PlaneStress {
     fn state(&self, f: &Mat<f64, 2>) -> ElementState {
         self.solid.state(&self.one(f))
     }
+}
+
+/// Second derivatives by two stretches where the third follows them: `C_ij - C_i3 C_3j / C_33`.
+fn eliminated(solid: &Mat<f64, 3>) -> Mat<f64, 2> {
+    let mut flat = Mat::zero();
+    for i in 0..2 {
+        for j in 0..2 {
+            flat[i][j] = solid[i][j] - solid[i][2] * solid[2][j] / solid[2][2];
+        }
+    }
+    flat
 }
 
 /// `G + s e_3 e_3^T`.
