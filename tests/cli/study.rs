@@ -44,7 +44,7 @@ fn a_study_that_makes_no_sense_is_refused_with_what_would_be_right() {
     study(&["--integrators", "rk5"]).says(&["unknown choice `rk5`", "rk4"]);
     study(&["--integrators", "quasi-static"]).says(&["no order"]);
     study(&["--steps=-1"]).says(&["must be positive"]);
-    study(&["--times", "5"]).says(&["at least 20"]);
+    study(&["--times", "5"]).says(&["must be 20 or more"]);
     study(&["--budget", "soon"]).says(&["it must be a time"]);
     study(&["--vary", "body.0.mass"]).says(&["gives no values"]);
     study(&["--vary", "body.3.order=1,2", "--steps", "0.01"]).says(&["there is no `body.3`"]);

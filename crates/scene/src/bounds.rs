@@ -17,7 +17,7 @@ struct End {
 
 /// Range of a number at a path of a scene. A number is finite besides.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Bounds {
+pub(super) struct NumberRange {
     lower: Option<End>,
     upper: Option<End>,
 }
@@ -55,11 +55,11 @@ fn schemas_at<'a>(schema: &'a Value, path: &KeyPath) -> Vec<&'a Value> {
     here
 }
 
-impl Bounds {
+impl NumberRange {
     /// Bounds of the number at `path`. Alternatives without bounds do not loosen those with them: a number and
     /// a list of numbers have theirs side by side.
-    pub(super) fn at(path: &KeyPath) -> Bounds {
-        let mut bounds = Bounds::default();
+    pub(super) fn at(path: &KeyPath) -> NumberRange {
+        let mut bounds = NumberRange::default();
         for node in schemas_at(published(), path) {
             let end = |key: &str, included| node[key].as_f64().map(|value| End { value, included });
             bounds.lower = end("exclusiveMinimum", false).or(end("minimum", true)).or(bounds.lower);
@@ -97,7 +97,7 @@ impl fmt::Display for Written {
 }
 
 /// As it follows "must be".
-impl fmt::Display for Bounds {
+impl fmt::Display for NumberRange {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lower = |End { value, included }| {
             if included {
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     fn at(path: &str) -> String {
-        Bounds::at(&path.parse().unwrap()).to_string()
+        NumberRange::at(&path.parse().unwrap()).to_string()
     }
 
     #[test]
@@ -148,10 +148,10 @@ mod tests {
 
     #[test]
     fn ends_belong_to_ranges_as_the_schema_says() {
-        let poisson = Bounds::at(&"body.0.bending.poisson".parse().unwrap());
+        let poisson = NumberRange::at(&"body.0.bending.poisson".parse().unwrap());
         assert!(poisson.allow(0.5) && poisson.allow(-0.999));
         assert!(!poisson.allow(-1.0) && !poisson.allow(0.500_001) && !poisson.allow(f64::NAN));
-        let step = Bounds::at(&"time.step".parse().unwrap());
+        let step = NumberRange::at(&"time.step".parse().unwrap());
         assert!(step.allow(f64::MIN_POSITIVE) && !step.allow(0.0) && !step.allow(f64::INFINITY));
     }
 }

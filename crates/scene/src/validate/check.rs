@@ -1,6 +1,6 @@
 //! Checks of single values and vectors.
 
-use crate::bounds::Bounds;
+use crate::bounds::NumberRange;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::OneOrMany;
@@ -38,7 +38,7 @@ impl Checker {
     /// One number: finite, and within the bounds that the schema has at its path. Whether it is right, so
     /// that what depends on it can be skipped.
     pub(super) fn number(&mut self, path: &KeyPath, value: f64, unit: &str) -> bool {
-        let bounds = Bounds::at(path);
+        let bounds = NumberRange::at(path);
         let right = bounds.allow(value);
         if !right {
             let message = format!("`{}` must be {bounds}, got {value:?}{}", name(path), bracketed(unit));
@@ -54,7 +54,7 @@ impl Checker {
 
     /// A number of things, within the bounds that the schema has at its path.
     pub(super) fn count(&mut self, path: &KeyPath, value: usize) -> bool {
-        let bounds = Bounds::at(path);
+        let bounds = NumberRange::at(path);
         let right = bounds.allow(value as f64);
         if !right {
             let message = format!("`{}` must be {}, got {value}", name(path), bounds.of_a_count());
@@ -68,7 +68,7 @@ impl Checker {
         if values.is_empty() {
             return true;
         }
-        let bounds = Bounds::at(&path.index(0));
+        let bounds = NumberRange::at(&path.index(0));
         match values.iter().position(|&value| !bounds.allow(value)) {
             Some(index) => self.number(&path.index(index), values[index], unit),
             None => true,
