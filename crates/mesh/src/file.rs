@@ -8,7 +8,7 @@ use super::clean::{clean, cures};
 use super::quadratic::MidNodes;
 use super::signature::recognised;
 use super::tokens::FileFault;
-use super::{Cell, FileTag, Mesh, MeshError, MeshSize, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
+use super::{Cell, FileTag, Mesh, MeshError, MeshSize, abaqus, gmsh, medit, obj, ply, stl, tetgen, vtk, vtu};
 use crate::spec::FileSpec;
 
 /// One entity may be in this many named groups. Without a bound a short file could name `n` groups for `n` cells and
@@ -50,6 +50,7 @@ macro_rules! formats {
 }
 
 formats! {
+    Abaqus: ["inp"], "Abaqus `.inp`", abaqus::read;
     Gmsh: ["msh"], "Gmsh `.msh` (2.2 and 4.1)", gmsh::read;
     Medit: ["mesh"], "Medit `.mesh`", medit::read;
     Obj: ["obj"], "Wavefront `.obj`", obj::read;

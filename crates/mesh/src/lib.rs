@@ -12,6 +12,9 @@ use std::collections::BTreeMap;
 
 use pliant::element::CellBlock;
 
+mod abaqus;
+#[cfg(test)]
+mod abaqus_tests;
 mod annulus;
 mod ball;
 mod build;

@@ -18,6 +18,16 @@ const OTHERS: &[Signature] = &[
     (b"\x1f\x8b", "a file compressed by gzip", "unpack it"),
     (b"pk\x03\x04", "a zip archive", "unpack it"),
     (b"\x89hdf", "an HDF5 file", "convert it to `.vtu` (`meshio convert`)"),
+    (
+        b"(0 \"",
+        "a mesh of ANSYS Fluent",
+        "its `.msh` is another format than Gmsh's: export Gmsh, VTK or Abaqus `.inp`, or convert it (`meshio convert`)",
+    ),
+    (
+        b"(1 \"",
+        "a mesh of ANSYS Fluent",
+        "export Gmsh, VTK or Abaqus `.inp`, or convert it (`meshio convert`)",
+    ),
     (b"\xff\xfe", UTF_16, "save it as UTF-8"),
     (b"\xfe\xff", UTF_16, "save it as UTF-8"),
 ];

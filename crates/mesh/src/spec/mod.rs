@@ -49,8 +49,8 @@ pub enum MeshSpec {
     Strand(StrandSpec),
     /// Points spread at random over a disk or annulus.
     Disk(DiskSpec),
-    /// A mesh file: Gmsh `.msh` (2.2 or 4.1), VTK `.vtk` and `.vtu`, TetGen `.node` with `.ele`, Medit
-    /// `.mesh`, `.ply`, `.stl`, Wavefront `.obj`.
+    /// A mesh file: Gmsh `.msh` (2.2 or 4.1), VTK `.vtk` and `.vtu`, Abaqus `.inp`, TetGen `.node` with
+    /// `.ele`, Medit `.mesh`, `.ply`, `.stl`, Wavefront `.obj`.
     File(FileSpec),
     /// Vertices and cells written in the scene.
     Inline(InlineSpec),
