@@ -18,39 +18,39 @@ use pliant::element::{CellKind, HEXAHEDRON, QUADRILATERAL};
 
 /// What an element of some name is.
 #[derive(Clone, Copy)]
-enum Shape {
+enum DeckShape {
     /// Numbers of corners and of nodes in the middle of edges.
     Simplex(usize, usize),
     Block(&'static CellKind),
 }
 
-impl Shape {
+impl DeckShape {
     fn nodes(self) -> usize {
         match self {
-            Shape::Simplex(corners, middles) => corners + middles,
-            Shape::Block(kind) => kind.nodes,
+            DeckShape::Simplex(corners, middles) => corners + middles,
+            DeckShape::Block(kind) => kind.nodes,
         }
     }
 
     /// Dimension of the cell.
     fn dimension(self) -> u8 {
         match self {
-            Shape::Simplex(corners, _) => corners as u8 - 1,
-            Shape::Block(kind) => kind.dimension as u8,
+            DeckShape::Simplex(corners, _) => corners as u8 - 1,
+            DeckShape::Block(kind) => kind.dimension as u8,
         }
     }
 
     /// Nodes of face `S1`, `S2`, ... by their places in the element, corners first.
     fn face(self, number: usize) -> Option<&'static [usize]> {
         let faces: &[&[usize]] = match (self, self.nodes()) {
-            (Shape::Simplex(3, _), 3) => &[&[0, 1], &[1, 2], &[2, 0]],
-            (Shape::Simplex(3, _), _) => &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
-            (Shape::Simplex(4, _), 4) => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
-            (Shape::Simplex(4, _), _) => {
+            (DeckShape::Simplex(3, _), 3) => &[&[0, 1], &[1, 2], &[2, 0]],
+            (DeckShape::Simplex(3, _), _) => &[&[0, 1, 3], &[1, 2, 4], &[2, 0, 5]],
+            (DeckShape::Simplex(4, _), 4) => &[&[0, 1, 2], &[0, 3, 1], &[1, 3, 2], &[2, 3, 0]],
+            (DeckShape::Simplex(4, _), _) => {
                 &[&[0, 1, 2, 4, 5, 6], &[0, 3, 1, 7, 8, 4], &[1, 3, 2, 8, 9, 5], &[2, 3, 0, 9, 7, 6]]
             }
-            (Shape::Block(_), 4) => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
-            (Shape::Block(_), 8) => {
+            (DeckShape::Block(_), 4) => &[&[0, 1], &[1, 2], &[2, 3], &[3, 0]],
+            (DeckShape::Block(_), 8) => {
                 &[&[0, 1, 2, 3], &[4, 7, 6, 5], &[0, 4, 5, 1], &[1, 5, 6, 2], &[2, 6, 7, 3], &[3, 7, 4, 0]]
             }
             _ => &[],
@@ -60,20 +60,20 @@ impl Shape {
 }
 
 /// The shape of a type of elements, by its name without the letters of its formulation.
-fn shape(name: &str) -> Option<Shape> {
+fn shape(name: &str) -> Option<DeckShape> {
     // Hybrid, modified, reduced, incompatible modes, thermal: other formulations of the same nodes.
     let base = name.trim_end_matches(['H', 'M', 'R', 'I', 'T', 'S', 'E', 'P', 'V']);
     let base = if base.ends_with(|c: char| c.is_ascii_digit()) { base } else { name };
     Some(match base {
         "MASS" | "SPRINGA" => return None,
-        "T2D2" | "T3D2" | "B21" | "B31" | "R2D2" => Shape::Simplex(2, 0),
-        "T2D3" | "T3D3" | "B22" | "B32" => Shape::Simplex(2, 1),
-        "CPS3" | "CPE3" | "S3" | "M3D3" | "STRI3" | "R3D3" | "SFM3D3" | "DS3" => Shape::Simplex(3, 0),
-        "CPS6" | "CPE6" | "M3D6" | "STRI65" | "SFM3D6" => Shape::Simplex(3, 3),
-        "C3D4" | "DC3D4" => Shape::Simplex(4, 0),
-        "C3D10" | "DC3D10" => Shape::Simplex(4, 6),
-        "CPS4" | "CPE4" | "S4" | "M3D4" | "R3D4" | "SFM3D4" => Shape::Block(QUADRILATERAL.kind),
-        "C3D8" | "DC3D8" => Shape::Block(HEXAHEDRON.kind),
+        "T2D2" | "T3D2" | "B21" | "B31" | "R2D2" => DeckShape::Simplex(2, 0),
+        "T2D3" | "T3D3" | "B22" | "B32" => DeckShape::Simplex(2, 1),
+        "CPS3" | "CPE3" | "S3" | "M3D3" | "STRI3" | "R3D3" | "SFM3D3" | "DS3" => DeckShape::Simplex(3, 0),
+        "CPS6" | "CPE6" | "M3D6" | "STRI65" | "SFM3D6" => DeckShape::Simplex(3, 3),
+        "C3D4" | "DC3D4" => DeckShape::Simplex(4, 0),
+        "C3D10" | "DC3D10" => DeckShape::Simplex(4, 6),
+        "CPS4" | "CPE4" | "S4" | "M3D4" | "R3D4" | "SFM3D4" => DeckShape::Block(QUADRILATERAL.kind),
+        "C3D8" | "DC3D8" => DeckShape::Block(HEXAHEDRON.kind),
         _ => return None,
     })
 }
@@ -97,37 +97,37 @@ impl Keyword<'_> {
 }
 
 /// An element as it stands in the deck.
-struct Element {
-    shape: Shape,
+struct DeckElement {
+    shape: DeckShape,
     nodes: Range<usize>,
     place: Place,
-    /// Sets that it is in.
+    /// DeckSets that it is in.
     groups: Vec<u64>,
 }
 
 /// A set: its name as first written, its members by the numbers of the deck.
 #[derive(Default)]
-struct Set {
+struct DeckSet {
     name: String,
     members: Vec<u64>,
 }
 
 /// Sets by their names in upper case: Abaqus does not tell cases apart.
 #[derive(Default)]
-struct Sets {
-    by_name: BTreeMap<String, Set>,
+struct DeckSets {
+    by_name: BTreeMap<String, DeckSet>,
     /// Members that lines of sets have named.
     members: usize,
 }
 
-impl Sets {
+impl DeckSets {
     /// The set of this name.
-    fn get(&self, name: &str) -> Option<&Set> {
+    fn get(&self, name: &str) -> Option<&DeckSet> {
         self.by_name.get(&name.trim_matches('"').to_ascii_uppercase())
     }
 
     /// The set of this name, which is there from now on.
-    fn named(&mut self, name: &str) -> &mut Set {
+    fn named(&mut self, name: &str) -> &mut DeckSet {
         let set = self.by_name.entry(name.to_ascii_uppercase()).or_default();
         if set.name.is_empty() {
             name.clone_into(&mut set.name);
@@ -141,12 +141,12 @@ struct Deck {
     xyz: Vec<f64>,
     places: Vec<Place>,
     index: HashMap<u64, u32>,
-    elements: Vec<Element>,
+    elements: Vec<DeckElement>,
     /// Indices of the nodes of all elements.
     nodes: Vec<u32>,
     element_index: HashMap<u64, u32>,
-    node_sets: Sets,
-    element_sets: Sets,
+    node_sets: DeckSets,
+    element_sets: DeckSets,
     /// Name, element or set, name of the face, line.
     surfaces: Vec<(String, String, String, u32)>,
     parts: u32,
@@ -338,7 +338,7 @@ impl Deck {
     fn element(
         &mut self,
         keyword: &Keyword,
-        shape: Shape,
+        shape: DeckShape,
         fields: &[String],
         line: u32,
     ) -> Result<(), FileFault> {
@@ -358,7 +358,7 @@ impl Deck {
         }
         let nodes = first..self.nodes.len();
         self.element_index.insert(tag, self.elements.len() as u32);
-        self.elements.push(Element { shape, nodes, place: Place { tag, line }, groups: Vec::new() });
+        self.elements.push(DeckElement { shape, nodes, place: Place { tag, line }, groups: Vec::new() });
         if let Some(name) = keyword.get("ELSET") {
             self.element_sets.named(name).members.push(tag);
         }
@@ -367,7 +367,7 @@ impl Deck {
 
     /// Enters cells with their groups, the faces of surfaces and the nodes of sets.
     fn into_file(mut self, input: &MeshInput) -> Result<FileMesh, FileFault> {
-        let mut groups = Groups::default();
+        let mut groups = DeckGroups::default();
         for set in self.element_sets.by_name.values() {
             for tag in &set.members {
                 let Some(&index) = self.element_index.get(tag) else { continue };
@@ -402,7 +402,7 @@ impl Deck {
     fn surface(
         &self,
         cells: &mut FileCells,
-        groups: &mut Groups,
+        groups: &mut DeckGroups,
         name: &str,
         of: &str,
         face: &str,
@@ -422,14 +422,14 @@ impl Deck {
             let whole = matches!(face, "SPOS" | "SNEG");
             let at = face.strip_prefix('S').and_then(|number| number.parse().ok());
             let corners = at.and_then(|number| element.shape.face(number));
-            let (shape, nodes): (Shape, Vec<u32>) = match corners {
+            let (shape, nodes): (DeckShape, Vec<u32>) = match corners {
                 _ if whole => (element.shape, nodes.to_vec()),
                 Some(corners) => {
                     let shape = match (element.shape, corners.len()) {
-                        (Shape::Block(_), 4) => Shape::Block(QUADRILATERAL.kind),
-                        (_, 2) => Shape::Simplex(2, 0),
-                        (Shape::Simplex(3, _), _) => Shape::Simplex(2, 1),
-                        (_, count) => Shape::Simplex(3, count - 3),
+                        (DeckShape::Block(_), 4) => DeckShape::Block(QUADRILATERAL.kind),
+                        (_, 2) => DeckShape::Simplex(2, 0),
+                        (DeckShape::Simplex(3, _), _) => DeckShape::Simplex(2, 1),
+                        (_, count) => DeckShape::Simplex(3, count - 3),
                     };
                     (shape, corners.iter().map(|&corner| nodes[corner]).collect())
                 }
@@ -449,25 +449,25 @@ impl Deck {
 }
 
 /// Enters one cell.
-fn enter(cells: &mut FileCells, shape: Shape, nodes: &[u32], place: Place, groups: &[u64]) {
+fn enter(cells: &mut FileCells, shape: DeckShape, nodes: &[u32], place: Place, groups: &[u64]) {
     match shape {
-        Shape::Simplex(_, 0) => cells.push(nodes, place, groups),
-        Shape::Simplex(corners, _) => {
+        DeckShape::Simplex(_, 0) => cells.push(nodes, place, groups),
+        DeckShape::Simplex(corners, _) => {
             let (corners, middles) = nodes.split_at(corners);
             cells.push_quadratic(corners, middles, place, groups);
         }
-        Shape::Block(kind) => cells.push_kind(kind, nodes, place, groups),
+        DeckShape::Block(kind) => cells.push_kind(kind, nodes, place, groups),
     }
 }
 
 /// Groups by their dimension and name.
 #[derive(Default)]
-struct Groups {
+struct DeckGroups {
     names: Names,
     numbers: HashMap<(u8, String), u64>,
 }
 
-impl Groups {
+impl DeckGroups {
     /// The number of a group, which is there from now on.
     fn number(&mut self, dimension: u8, name: &str) -> u64 {
         let next = self.names.len() as u64 + 1;
@@ -481,7 +481,7 @@ impl Groups {
 
 /// Members of a set from one line: numbers, sets before it, or `first, last, increment`.
 fn enter_set(
-    sets: &mut Sets,
+    sets: &mut DeckSets,
     keyword: &Keyword,
     key: &str,
     fields: &[String],
