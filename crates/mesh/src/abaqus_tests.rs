@@ -116,7 +116,7 @@ fn nodes_in_the_middle_of_edges_keep_their_order_over_two_lines() {
     let corners = [[0., 0., 0.], [2., 0., 0.], [0., 2., 0.], [0., 0., 2.]];
     let edges = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
     let mut text = String::from("*node\n");
-    let middle = |[a, b]: [usize; 2]| [0, 1, 2].map(|c| 0.5 * (corners[a][c] + corners[b][c] as f64));
+    let middle = |[a, b]: [usize; 2]| [0, 1, 2].map(|c| 0.5 * (corners[a][c] + corners[b][c]));
     for (i, [x, y, z]) in corners.iter().copied().chain(edges.map(middle)).enumerate() {
         text += &format!("{}, {x}, {y}, {z}\n", i + 1);
     }

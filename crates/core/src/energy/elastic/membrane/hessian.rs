@@ -27,18 +27,17 @@ pub(super) fn fill(sheet: &Membrane, stencils: Range<usize>, x: &[f64], psd: Psd
     let has_spectrum = sheet.material.spectrum(&REST).is_some();
     let mut lanes = sheet.patches.lanes_in(stencils);
     for out in out.chunks_mut(WIDTH * PAIRS * BLOCK) {
-        let mut count = 0;
         let mut states = [None; WIDTH];
         // Sheets that fill up are at rest.
         let mut sigma = [[1.0; WIDTH]; 2];
-        // Lanes last: none is taken for which there is no room.
-        for (_, (vertices, pack, lane)) in out.chunks_exact(PAIRS * BLOCK).zip(lanes.by_ref()) {
+        // Lanes of the mesh last: none is taken for which there is no room.
+        let room = states.iter_mut().take(out.len() / (PAIRS * BLOCK)).enumerate();
+        for ((slot, state), (vertices, pack, lane)) in room.zip(lanes.by_ref()) {
             let f = sheet.deformation_gradient(x, &vertices, pack, lane);
             let (q, g) = factors(&f);
             let svd = signed_svd(&g);
-            (sigma[0][count], sigma[1][count]) = (svd.sigma[0], svd.sigma[1]);
-            states[count] = Some((sheet.rest[pack].lane(lane), f, q, svd));
-            count += 1;
+            (sigma[0][slot], sigma[1][slot]) = (svd.sigma[0], svd.sigma[1]);
+            *state = Some((sheet.rest[pack].lane(lane), f, q, svd));
         }
         let mut spectra = SpectrumBlock::ZERO;
         if has_spectrum {
