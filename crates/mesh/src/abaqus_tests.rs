@@ -143,7 +143,7 @@ fn faults_of_decks_name_the_line() {
         ("upper, S2", "upper, S5", 22, "found `S5`"),
         ("upper, S2", "lower, S2", 22, "found `lower`"),
         ("*End Part", "*End Part\n*Part, name=other", 25, "several parts or instances"),
-        ("part=Part-1\n", "part=Part-1\n1., 0., 0.\n", 31, "an instance that is moved"),
+        ("part=Part-1\n", "part=Part-1\n1., 0., 0.\n", 30, "an instance that is moved"),
         ("*Material, name=rubber", "*Include, input=more.inp", 25, "`*INCLUDE` is not read"),
         ("*HEADING\n", "", 1, "expected a keyword of Abaqus"),
     ] {
