@@ -20,7 +20,7 @@ NUMBERS = {"number", "integer"}
 TRIED = [-1.0, 0.0, 0.25, 0.5, 1.0, 2.0, 2.5, 1e3]
 # Words with which the reader refuses a value for itself, and not because of another.
 OF_ITSELF = (
-    *("must be positive", "must be 0 or more", "must be 1 or more", "must be between", "must be above"),
+    *("must be positive", "must be at least", "must be 0 or more", "must be 1 or more", "must be between", "must be above"),
     *("makes the bulk modulus", "makes the shear modulus infinite"),
 )
 
@@ -47,7 +47,9 @@ TIE = {"vertices": [0], "points": [[0.0, 0.1]], "total_stiffness": 10.0, "rest_l
 # Keys with bounds that no shipped scene names.
 MORE: list[dict[str, Any]] = [
     solid(3, {"cylinder": {"cells": [2, 2], "height": 1.0, "radius": 0.5}}),
-    solid(2, {"tapered_beam": {"cells": [2, 2], "length": 10.0}}),
+    solid(2, {"tapered_beam": {"cells": [2, 2], "length": 10.0, "heights": [5.0, 1.0]}}),
+    solid(2, {"elliptic_membrane": {"cells": [2, 2], "inner": [2.0, 1.0], "outer": [3.25, 2.75]}}),
+    solid(2, GRID, study={"steps": [1e-3, 2e-3], "tolerances": [1e-3, 1e-4]}),
     solid(2, {"notched_beam": {"cells": [2, 2, 2], "length": 4.0, "height": 1.0, "depth": 0.5, "width": 0.5}}),
     solid(2, {"file": {"path": "mesh.obj", "merge": 1e-6}}),
     solid(2, GRID, attachment=[TIE], study={"error": 0.01, "smallest_step": 1e-6, "times": 30}),
@@ -79,7 +81,7 @@ MORE: list[dict[str, Any]] = [
     made_of({"expression": {"psi": "k/2*(I1 - 3) - k*ln(J) + c/8*(I4 - 1)^2", "parameters": {"k": 1e5, "c": 1e4}, "fibres": [[1.0, 1.0]]}}),
     {
         **solid(2, GRID),
-        "body": [{"mesh": GRID, "springs": {"stiffness": 9.0}, "mass": {"total": 1.0}, "damping": {"dashpot": 0.1}}],
+        "body": [{"mesh": GRID, "springs": {"stiffness": 9.0, "rest_length": 0.1}, "mass": {"total": 1.0}, "damping": {"dashpot": 0.1}}],
     },
 ]
 
