@@ -1,10 +1,11 @@
-//! Abaqus input decks, `.inp`, as CalculiX and mesh generators write them too: nodes, elements, sets and surfaces.
+//! Abaqus input decks, `.inp`, as CalculiX and mesh generators write them too: nodes, elements, sets and
+//! surfaces.
 //!
-//! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements; sets and surfaces
-//! become groups by their names. Keywords that make nodes or elements from others are refused by name, those of
-//! materials, steps and output are passed over: constants, loads and supports stand in the scene. A deck may have one
-//! part with one instance that is not moved. After "Abaqus Analysis User's Guide", sections "Node definition",
-//! "Element definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
+//! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET` (with `GENERATE`) and `*SURFACE` of elements; sets and
+//! surfaces become groups by their names. Keywords that make nodes or elements from others are refused by
+//! name, those of materials, steps and output are passed over: constants, loads and supports stand in the
+//! scene. A deck may have one part with one instance that is not moved. After "Abaqus Analysis User's Guide", sections
+//! "Node definition", "Element definition", "Solid (continuum) elements" (order of nodes, numbers of faces).
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -218,8 +219,8 @@ fn unsupported(line: u32, found: String, supported: &'static str) -> FileFault {
     FileFault::in_line(line, FormatError::Unsupported { found, supported })
 }
 
-const FLAT: &str = "one part with one instance that is not moved is; write the deck without parts (in Abaqus/CAE \
-                    `setValues(noPartsInputFile=ON)` of the model)";
+const FLAT: &str = "one part with one instance that is not moved is; write the deck without parts (in \
+                    Abaqus/CAE `setValues(noPartsInputFile=ON)` of the model)";
 
 impl Deck {
     /// Takes notice of a keyword.
@@ -238,8 +239,8 @@ impl Deck {
                 let name = keyword.get("TYPE").unwrap_or("").to_ascii_uppercase();
                 if shape(&name).is_none() {
                     let found = format!("the element type {name:?}");
-                    let supported = "read are lines (T3D2, B31), triangles (CPS3, CPE3, S3, M3D3; CPS6, CPE6), \
-                                     quadrilaterals (CPS4, CPE4, S4, M3D4), tetrahedra (C3D4, C3D10) and \
+                    let supported = "read are lines (T3D2, B31), triangles (CPS3, CPE3, S3, M3D3; CPS6, \
+                                     CPE6), quadrilaterals (CPS4, CPE4, S4, M3D4), tetrahedra (C3D4, C3D10) and \
                                      hexahedra (C3D8), in all their formulations";
                     return Err(unsupported(line, found, supported));
                 }

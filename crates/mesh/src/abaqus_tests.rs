@@ -120,7 +120,8 @@ fn nodes_in_the_middle_of_edges_keep_their_order_over_two_lines() {
     for (i, [x, y, z]) in corners.iter().copied().chain(edges.map(middle)).enumerate() {
         text += &format!("{}, {x}, {y}, {z}\n", i + 1);
     }
-    text += "*element, type=C3D10M, elset=all\n1, 1, 2, 3, 4, 5, 6, 7,\n 8, 9, 10\n*surface, name=slope\nall, S3\n";
+    text += "*element, type=C3D10M, elset=all\n1, 1, 2, 3, 4, 5, 6, 7,\n 8, 9, 10\n";
+    text += "*surface, name=slope\nall, S3\n";
     let mesh = with(Format::Abaqus, text.as_bytes(), &[], 3, MidNodes::Keep).unwrap();
     assert_eq!(mesh.tetrahedra, [[0, 1, 2, 3]]);
     assert_eq!(mesh.tetrahedron_middles, [[4, 5, 6, 7, 8, 9]]);

@@ -56,8 +56,8 @@ fn schemas_at<'a>(schema: &'a Value, path: &KeyPath) -> Vec<&'a Value> {
 }
 
 impl NumberRange {
-    /// Bounds of the number at `path`. Alternatives without bounds do not loosen those with them: a number and
-    /// a list of numbers have theirs side by side.
+    /// Bounds of the number at `path`. Alternatives without bounds do not loosen those with them: a number
+    /// and a list of numbers have theirs side by side.
     pub(super) fn at(path: &KeyPath) -> NumberRange {
         let mut bounds = NumberRange::default();
         for node in schemas_at(published(), path) {

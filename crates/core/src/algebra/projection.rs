@@ -91,8 +91,8 @@ impl<S> IndexMut<usize> for PackedMatrix<S> {
 /// Off-diagonal entries are zero below this part of the matrix: the squares of norms.
 const CONVERGED: f64 = 1e-28;
 
-/// As [`project_positive`], of the first `n` rows and columns of matrices side by side. Eigenvectors are exact to `1e-14` of the
-/// matrix; sweeps go on until all of them are.
+/// As [`project_positive`], of the first `n` rows and columns of matrices side by side. Eigenvectors are exact
+/// to `1e-14` of the matrix; sweeps go on until all of them are.
 #[inline(always)]
 pub(crate) fn project_positive_packed<S: Scalar>(matrix: &mut PackedMatrix<S>, n: usize) {
     let mut a = *matrix;
@@ -136,8 +136,8 @@ pub(crate) fn project_positive_packed<S: Scalar>(matrix: &mut PackedMatrix<S>, n
     }
 }
 
-/// Turns the plane `p < q` so that `a[p][q]` is zero. Only the upper triangle of `a` is read and written; row `k` of `v` is
-/// eigenvector `k`.
+/// Turns the plane `p < q` so that `a[p][q]` is zero. Only the upper triangle of `a` is read and written; row
+/// `k` of `v` is eigenvector `k`.
 #[inline(always)]
 fn rotate<S: Scalar>(a: &mut PackedMatrix<S>, v: &mut PackedMatrix<S>, n: usize, p: usize, q: usize) {
     let b = a[p][q];

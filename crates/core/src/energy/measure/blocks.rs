@@ -47,8 +47,8 @@ fn root_constants(n: usize) -> (f64, f64) {
     (alpha, alpha / (1.0 + alpha * n))
 }
 
-/// `(I + factor 1 1^T) A (I + factor 1 1^T)`, where `1 1^T` adds up the coordinates of `n` points: rows and columns
-/// `D a + i` with the same `i`.
+/// `(I + factor 1 1^T) A (I + factor 1 1^T)`, where `1 1^T` adds up the coordinates of `n` points: rows and
+/// columns `D a + i` with the same `i`.
 #[inline(always)]
 fn congruent<L: Lanes, const D: usize>(matrix: &mut PackedMatrix<L>, n: usize, factor: f64) {
     let factor = L::splat(factor);
