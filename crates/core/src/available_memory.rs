@@ -84,6 +84,19 @@ fn of_address_space(limits: &str, status: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
+    /// Memory that is in use is at least what was just written, and what was given back still counts.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn the_peak_is_that_of_pages_that_were_in_use() {
+        let before = peak().unwrap();
+        let written = vec![1u8; before as usize + (16 << 20)];
+        let during = peak().unwrap();
+        // The system counts pages of a thread in batches.
+        assert!(during + (1 << 20) > written.len() as u64, "{during} of {}", written.len());
+        drop(written);
+        assert!(peak().unwrap() + (1 << 20) > during);
+    }
+
     #[test]
     fn the_tightest_group_counts() {
         let root = tempfile::tempdir().unwrap();

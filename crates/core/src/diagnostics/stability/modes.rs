@@ -194,3 +194,66 @@ impl Boundary<'_> {
         Some([over(k, largest.stiffness), over(c, largest.damping)])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    use crate::energy::{EnergyKind, EnergyTerm, Fault, Measurements, TermProperties, TermViews};
+
+    /// Springs to the origin of `1, 2, 3, .. N/m`, whose products are called approximations, and counted.
+    struct Counted(Arc<AtomicUsize>);
+
+    impl EnergyTerm for Counted {
+        fn name(&self) -> String {
+            "springs to the origin".to_owned()
+        }
+        fn properties(&self) -> TermProperties {
+            TermProperties::of(EnergyKind::Elastic)
+        }
+        fn energy(&mut self, x: &[f64]) -> f64 {
+            x.iter().enumerate().map(|(i, x)| 0.5 * (i + 1) as f64 * x * x).sum()
+        }
+        fn evaluate(&mut self, _x: &[f64]) -> bool {
+            true
+        }
+        fn add_rows(&self, _first: usize, _g: &mut [f64]) {}
+        fn add_hessian_product(&mut self, _x: &[f64], p: &[f64], y: &mut [f64]) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            y.iter_mut().zip(p).enumerate().for_each(|(i, (y, p))| *y += (i + 1) as f64 * p);
+        }
+        fn fault(&self, _x: &[f64]) -> Option<Fault> {
+            None
+        }
+        fn bytes(&self) -> usize {
+            0
+        }
+    }
+
+    impl TermViews for Counted {
+        fn measurements(&mut self) -> Option<&mut dyn Measurements> {
+            Some(self)
+        }
+    }
+
+    impl Measurements for Counted {
+        fn add_stiffness_product(&mut self, x: &[f64], p: &[f64], y: &mut [f64]) -> bool {
+            self.add_hessian_product(x, p, y);
+            true
+        }
+    }
+
+    /// The products that a search reports are those that it made, the exact one at its end too.
+    #[test]
+    fn products_are_counted() {
+        let made = Arc::new(AtomicUsize::new(0));
+        let mut system = System::new(2, vec![1.0; 3]);
+        system.add_term(Box::new(Counted(Arc::clone(&made))));
+        let found = largest_frequency(&mut system, &[0.0; 6]);
+        assert!((found.frequency - 6f64.sqrt()).abs() < 1e-6, "{found:?}");
+        assert_eq!(found.products, made.load(Ordering::Relaxed));
+    }
+}

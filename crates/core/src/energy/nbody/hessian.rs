@@ -37,3 +37,15 @@ pub(super) fn pair_hessian<const D: usize>(d: [f64; D], k: f64, softening2: f64,
 pub(super) fn mass_of(mass: &[[f64; WIDTH]], i: u32) -> f64 {
     mass[i as usize / WIDTH][i as usize % WIDTH]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masses_are_found_in_their_packs() {
+        let flat: Vec<f64> = (0..3 * WIDTH).map(|i| i as f64).collect();
+        let packs = flat.as_chunks::<WIDTH>().0;
+        (0..flat.len()).for_each(|i| assert_eq!(mass_of(packs, i as u32), flat[i]));
+    }
+}

@@ -197,3 +197,19 @@ fn pieces<const D: usize>(matrix: &BlockMatrix<D>) -> Vec<u32> {
 fn distance<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     (0..D).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum::<f64>().sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each edge counts once, and diagonal blocks are no edges.
+    #[test]
+    fn the_mean_edge_is_that_of_the_neighbours() {
+        // A triangle of sides 3, 4, 5, and a vertex by itself.
+        let row_start = vec![0, 3, 6, 9, 10];
+        let matrix = BlockMatrix::<2>::zero(row_start, vec![0, 1, 2, 0, 1, 2, 0, 1, 2, 3]);
+        let x = [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0], [100.0, 0.0]];
+        assert_eq!(mean_edge(&matrix, &x), 4.0);
+        assert_eq!(mean_edge(&BlockMatrix::<2>::zero(vec![0, 1], vec![0]), &x[..1]), 0.0);
+    }
+}

@@ -26,7 +26,7 @@ mod hessian;
 mod kernels;
 mod packs;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use std::ops::Range;
 

@@ -82,22 +82,28 @@ fn materials() -> Vec<MaterialSpec> {
     MaterialSpec::examples()
 }
 
-fn largest(values: &[f64]) -> f64 {
+pub(in crate::energy::elastic) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-fn difference(a: &[f64], b: &[f64]) -> f64 {
+pub(in crate::energy::elastic) fn difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-fn gradient(term: &mut dyn EnergyTerm, x: &[f64]) -> Vec<f64> {
+pub(in crate::energy::elastic) fn gradient(term: &mut dyn EnergyTerm, x: &[f64]) -> Vec<f64> {
     let mut g = vec![0.0; x.len()];
     term.add_gradient(x, &mut g);
     g
 }
 
 /// The Hessian of stencils, times a direction.
-fn by_stencils(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], psd: Psd, d: usize) -> (Vec<f64>, f64) {
+pub(in crate::energy::elastic) fn by_stencils(
+    term: &mut dyn EnergyTerm,
+    x: &[f64],
+    p: &[f64],
+    psd: Psd,
+    d: usize,
+) -> (Vec<f64>, f64) {
     let stencils = term.stencils();
     let (size, count) = (stencils.size, stencils.vertices.len() / stencils.size);
     let per_stencil = size * (size + 1) / 2 * d * d;
@@ -125,7 +131,7 @@ fn by_stencils(term: &mut dyn EnergyTerm, x: &[f64], p: &[f64], psd: Psd, d: usi
 }
 
 /// Richardson's extrapolation of central differences, of error `O(step^4)`.
-fn derivative(f: impl Fn(f64) -> Vec<f64>, step: f64) -> Vec<f64> {
+pub(in crate::energy::elastic) fn derivative(f: impl Fn(f64) -> Vec<f64>, step: f64) -> Vec<f64> {
     let central = |h: f64| -> Vec<f64> {
         f(h).iter().zip(f(-h)).map(|(ahead, behind)| (ahead - behind) / (2.0 * h)).collect()
     };
@@ -298,5 +304,40 @@ fn the_bulk_modulus_sees_the_volume_of_the_cell_alone() {
     for name in ["linear", "neo-hookean", "stable-neo-hookean"] {
         let (soft, stiff) = (energy(1.0, name), energy(1e4, name));
         assert!((stiff / soft - 1.0).abs() < 1e-2, "{name}: {soft:e} {stiff:e}");
+    }
+}
+
+/// The least `J` and the count of inverted cells are those of all points of all cells, also of a last pack that
+/// is not full.
+#[test]
+fn the_least_volume_is_that_of_all_points() {
+    let (rest, cells) = bent(&HEXAHEDRON, [3, 3, 2]);
+    let mut term = made(&HEXAHEDRON, &materials()[0], Stress::Analytic, &cells, &rest);
+    let mut x = deformed::<3>(&rest, 1.0);
+    for folded in [false, true] {
+        if folded {
+            (0..3).for_each(|c| x[c] = x[x.len() - 3 + c]);
+        }
+        let of_cells: Vec<f64> = term
+            .patches
+            .stencils()
+            .map(|(_, vertices, pack, lane)| {
+                let nodes: [[f64; 3]; 8] = points_of(&x, &vertices);
+                let of_points = term.packs.rest(pack).iter().map(|point| {
+                    let mut f = Mat::<f64, 3>::zero();
+                    for (node, slope) in nodes.iter().zip(point.lane(lane).0) {
+                        (0..9).for_each(|i| f[i / 3][i % 3] += node[i / 3] * slope[i % 3]);
+                    }
+                    f.determinant()
+                });
+                of_points.fold(f64::INFINITY, f64::min)
+            })
+            .collect();
+        let least = of_cells.iter().fold(f64::INFINITY, |m: f64, j| m.min(*j));
+        let inverted = of_cells.iter().filter(|j| **j <= 0.0).count() as u64;
+        assert_eq!((of_cells.len(), inverted > 0), (cells.len(), folded), "{least}");
+        let found = term.deformation(&x).unwrap();
+        assert!((found.min_j - least).abs() < 1e-12 * least.abs().max(1.0), "{found:?}, not {least}");
+        assert_eq!(found.inverted, inverted);
     }
 }

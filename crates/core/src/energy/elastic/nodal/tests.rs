@@ -3,6 +3,9 @@
 use super::*;
 use crate::algebra::tests::sample::Random;
 use crate::element::quadrature_points;
+use crate::energy::elastic::mean_dilatation::tests::{
+    by_stencils, derivative, difference, gradient, largest,
+};
 use crate::energy::elastic::points_of;
 use crate::material::Isotropic;
 
@@ -145,4 +148,33 @@ fn collapsed_and_inverted_states_have_finite_forces_and_no_less_energy_than_rest
             }
         }
     }
+}
+
+/// The Hessian of either term, as a product and by stencils, is the derivative of its gradient.
+fn hessians_are_derivatives<const D: usize, const N: usize>() {
+    let (rest, elements) = grid::<D, N>();
+    let x = deformed::<D>(&rest, 0.01);
+    let mut random = Random(11);
+    let p: Vec<f64> = x.iter().map(|_| random.uniform(-0.1, 0.1)).collect();
+    let moved = |t: f64| -> Vec<f64> { x.iter().zip(&p).map(|(x, p)| x + t * p).collect() };
+    let spec = MaterialSpec::StableNeoHookean(Isotropic::new(1e5, 0.3));
+    let terms = nodal_integration::<D, N>("block", &spec, 0.3, Stress::Analytic, &elements, &rest).unwrap();
+    for term in terms {
+        let term = std::cell::RefCell::new(term);
+        let expected = derivative(|t| gradient(&mut **term.borrow_mut(), &moved(t)), 1e-3);
+        let mut term = term.into_inner();
+        let mut product = vec![0.0; x.len()];
+        term.add_hessian_product(&x, &p, &mut product);
+        let error = difference(&product, &expected) / largest(&expected);
+        assert!(error < 1e-8, "{}, {D}D: product off by {error:e}", term.name());
+        let (by_stencils, _) = by_stencils(&mut *term, &x, &p, Psd::Exact, D);
+        let error = difference(&product, &by_stencils) / largest(&expected);
+        assert!(error < 1e-12, "{}, {D}D: stencils off by {error:e}", term.name());
+    }
+}
+
+#[test]
+fn hessians_of_nodes_and_elements_are_derivatives_of_their_forces() {
+    hessians_are_derivatives::<2, 3>();
+    hessians_are_derivatives::<3, 4>();
 }
