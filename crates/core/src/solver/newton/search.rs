@@ -17,6 +17,10 @@ const ROUNDING: f64 = 1e-10;
 const DROWNED: f64 = 1e-5;
 /// The slope at the end of such a step may be uphill by this part of that at its beginning; ibid., with delta = 0.1.
 const FLATTER: f64 = 0.8;
+/// A step that ends with this part of the slope at its beginning has ended too early.
+const DOWNHILL: f64 = 0.5;
+/// Whole steps that one direction may go, a power of two.
+const MOST_LENGTH: f64 = 64.0;
 /// Halvings of a step before the line search gives up: the direction is then useless to rounding.
 const MAX_HALVINGS: u32 = 50;
 
@@ -32,6 +36,8 @@ pub(super) struct Slope {
     pub(super) negligible: f64,
     /// True if a step that has to be halved is none.
     pub(super) whole: bool,
+    /// True if the matrix has been projected.
+    pub(super) projected: bool,
 }
 
 /// A step that is as good as its slope promises, in `trial`.
@@ -44,6 +50,8 @@ pub(super) struct Accepted {
     pub(super) finite: Option<bool>,
     /// True if a term that guards ways admitted less than the whole step.
     pub(super) shortened: bool,
+    /// Part of the direction that it went, above one where it went on.
+    pub(super) part: f64,
 }
 
 impl<const D: usize> Newton<D> {
@@ -55,7 +63,7 @@ impl<const D: usize> Newton<D> {
         at: &Iterate,
         along: &Slope,
     ) -> Option<Accepted> {
-        let Slope { start, slope, correction, negligible, whole } = *along;
+        let Slope { start, slope, correction, negligible, whole, projected } = *along;
         let mut step = system.max_step(&at.x, &self.direction);
         let shortened = step < 1.0 && system.has_guards();
         let mut halvings = 0;
@@ -65,7 +73,12 @@ impl<const D: usize> Newton<D> {
             let there = self.value(system, objective, at, &trial);
             self.trial = trial;
             if there <= start + ARMIJO * step * slope {
-                return Some(Accepted { value: there, halvings, finite: None, shortened });
+                let accepted = Accepted { value: there, halvings, finite: None, shortened, part: step };
+                let may_go_on = projected && system.has_guards() && self.follower.is_empty();
+                if may_go_on && halvings == 0 && !shortened {
+                    return Some(self.lengthen(system, objective, at, slope, accepted));
+                }
+                return Some(accepted);
             }
             // A decrease that drowns in the rounding of the objective shows in its slope.
             let drowns = (there - start).abs() <= ROUNDING * (start.abs() + there.abs())
@@ -76,7 +89,7 @@ impl<const D: usize> Newton<D> {
                 // Downhill at the end is as good: the way to a saddle gets steeper.
                 if finite && (end <= FLATTER * slope.abs() || correction <= negligible) {
                     let finite = Some(finite);
-                    return Some(Accepted { value: there, halvings, finite, shortened });
+                    return Some(Accepted { value: there, halvings, finite, shortened, part: step });
                 }
                 // The way on, or back, is from the iterate.
                 self.residual(system, objective, at);
@@ -87,5 +100,45 @@ impl<const D: usize> Newton<D> {
             halvings += 1;
             step *= 0.5;
         }
+    }
+
+    /// Goes on along a direction whose whole step ends where it is still as steep.
+    ///
+    /// Projected matrices know no negative curvature: where a sheet in contact begins to buckle, their steps
+    /// are too short by what the projection left out. Each doubling costs an energy, an iteration costs a
+    /// matrix.
+    fn lengthen(
+        &mut self,
+        system: &mut System,
+        objective: &Objective<'_>,
+        at: &Iterate,
+        slope: f64,
+        mut accepted: Accepted,
+    ) -> Accepted {
+        let finite = self.residual_at_trial(system, objective);
+        accepted.finite = Some(finite);
+        if !finite || dot(&self.direction, &self.residual) > DOWNHILL * slope {
+            return accepted;
+        }
+        // The residual is that of the end of the whole step, not of where the way ends.
+        accepted.finite = None;
+        self.direction.iter_mut().for_each(|d| *d *= MOST_LENGTH);
+        let most = MOST_LENGTH * system.max_step(&at.x, &self.direction);
+        self.direction.iter_mut().for_each(|d| *d /= MOST_LENGTH);
+        let mut step = 1.0;
+        while 2.0 * step <= most {
+            let longer = 2.0 * step;
+            self.move_along(system, objective, at, longer);
+            let trial = std::mem::take(&mut self.trial);
+            let there = self.value(system, objective, at, &trial);
+            self.trial = trial;
+            if there.is_nan() || there > accepted.value {
+                break;
+            }
+            step = longer;
+            accepted = Accepted { value: there, part: step, ..accepted };
+        }
+        self.move_along(system, objective, at, step);
+        accepted
     }
 }

@@ -13,6 +13,10 @@ use crate::solver::options::LinearSolver;
 use crate::solver::{Iterate, Objective, SolveError, SolveFailure, StepFault};
 use crate::system::System;
 
+/// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole steps in
+/// a row.
+const NEAR_END: f64 = 100.0;
+
 /// State of one solve.
 pub(super) struct NewtonSolve<'a> {
     pub(super) system: &'a mut System,
@@ -45,6 +49,8 @@ pub(super) struct NewtonSolve<'a> {
     renewals: u32,
     /// Iterations in a row that began with it renewed.
     fresh: u32,
+    /// True if the step before was whole.
+    went_whole: bool,
     /// True if it is that of the end, as far as the tolerance goes.
     settled: bool,
 }
@@ -96,6 +102,7 @@ impl<'a> NewtonSolve<'a> {
             negligible: 0.0,
             renewals: 0,
             fresh: 0,
+            went_whole: false,
             settled: false,
             system,
             objective,
@@ -276,7 +283,8 @@ impl<const D: usize> Newton<D> {
         // In a step of time a part of the direction of an earlier matrix is worth less than a new
         // matrix; in statics it leads on from the last equilibrium.
         let whole = found.old_matrix && solve.objective.inertia > 0.0 && correction > negligible;
-        Slope { start, slope: found.slope, correction, negligible, whole }
+        let projected = solve.psd == Psd::Projected;
+        Slope { start, slope: found.slope, correction, negligible, whole, projected }
     }
 
     /// After a correction that lowers the objective nowhere: a better one from the same place, if there is
@@ -330,8 +338,10 @@ impl<const D: usize> Newton<D> {
         if !finite {
             return Err(SolveFailure::Infeasible);
         }
-        // What is left of a step that a term cut short says nothing of how far the solution is.
-        if !accepted.shortened && self.has_converged(solve, found, steady) {
+        // A step that a term cut short, or that went on beyond its end, says nothing of how far the solution
+        // is.
+        let whole = !accepted.shortened && accepted.part <= 1.0;
+        if whole && self.has_converged(solve, found, steady) {
             // One correction tells how far the minimum was, two how fast they shrink as it moves.
             solve.settled = fresh > 1 || fresh == 1 && solve.correction <= solve.negligible;
             self.note_loose(solve.system, solve.at, solve.correction);
@@ -354,10 +364,15 @@ impl<const D: usize> Newton<D> {
         solve.system.follow(&self.velocity, &change);
     }
 
-    /// Renews what dissipative terms hold, at the trial; whether it did. Steps that had to be halved are far
-    /// from the minimum, where it would be worth nothing.
+    /// Renews what dissipative terms hold, at the trial; whether it did.
+    ///
+    /// Far from the minimum it would be worth nothing: each renewal moves the minimum, and the way begins anew.
+    /// Steps that had to be cut are far, and so are whole ones with large corrections.
     fn renew(&mut self, solve: &mut NewtonSolve<'_>, accepted: &Accepted) -> bool {
-        let renewed = solve.renewals > 0 && accepted.halvings == 0 && !accepted.shortened;
+        let whole = accepted.halvings == 0 && !accepted.shortened;
+        let soon = solve.correction <= NEAR_END * solve.negligible || solve.went_whole;
+        let renewed = solve.renewals > 0 && whole && soon;
+        solve.went_whole = whole;
         if renewed {
             solve.renewals -= 1;
             solve.system.freeze(&self.trial.x);
