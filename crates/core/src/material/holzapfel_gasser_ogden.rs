@@ -196,11 +196,11 @@ impl Parameters for DispersedFibres {
             check_positive(field, value)?;
         }
         if !(self.k2.is_finite() && self.k2 > 0.0) {
-            let problem = "must be a positive number without a unit; 0.8 is the middle layer of an artery";
+            let problem = "must be positive and finite; 0.8 is the middle layer of an artery";
             return Err(ParameterError::new("k2", self.k2, problem));
         }
         if !(0.0..=1.0 / 3.0).contains(&self.dispersion) {
-            let problem = "must be from 0, parallel fibres, to 1/3, all directions alike";
+            let problem = "must be between 0, parallel fibres, and 1/3, all directions alike";
             return Err(ParameterError::new("dispersion", self.dispersion, problem));
         }
         if !(1..=2).contains(&self.fibres.len()) {
