@@ -19,13 +19,14 @@ use crate::value::{Angle, As, Pressure};
 /// ```text
 /// psi = c/2 (J^(-2/3) I1 - 3) + K/2 (J - 1)^2 + k1/(2 k2) sum_i (exp(k2 <E_i>^2) - 1)     [J/m^3]
 /// E_i = kappa (J^(-2/3) I1 - 3) + (1 - 3 kappa) (J^(-2/3) I4_i - 1)
-/// P   = 2 J^(-2/3) (s F + sum_i t_i (F a_i) a_i^T) + (K (J - 1) - 2/3 J^(-2/3) (s I1 + sum_i t_i I4_i) / J) cof F
+/// P   = 2 J^(-2/3) (s F + sum_i t_i (F a_i) a_i^T)
+///       + (K (J - 1) - 2/3 J^(-2/3) (s I1 + sum_i t_i I4_i) / J) cof F                    [Pa]
 /// T_i = k1 <E_i> exp(k2 <E_i>^2),  s = c/2 + kappa sum_i T_i,  t_i = (1 - 3 kappa) T_i    [Pa]
 /// ```
 ///
-/// `<E>` is `E` where it is positive and 0 elsewhere: fibres resist being stretched alone. Where `E` is zero to
-/// rounding (above -1e-12), as at rest, they count as stretched, so that the stiffness at rest, and with it the
-/// critical step, has them. The stiffness is not continuous where a fibre goes slack. Only for `J > 0`.
+/// `<E>` is `E` where it is positive and 0 elsewhere: fibres resist being stretched alone. Where `E` is zero
+/// to rounding (above -1e-12), as at rest, they count as stretched, so that the stiffness at rest, and with it
+/// the critical step, has them. The stiffness is not continuous where a fibre goes slack. Only for `J > 0`.
 ///
 /// The paper has `J = 1`; shape and volume are apart as in Holzapfel, "Nonlinear solid mechanics", 2000.
 ///
@@ -42,7 +43,7 @@ pub struct HolzapfelGasserOgden {
     families: Vec<[f64; 3]>,
 }
 
-/// Strain `E` down to which a fibre counts as stretched: below zero by more than what rounding leaves at rest.
+/// Strain `E` down to which a fibre counts as stretched: below zero by more than rounding leaves at rest.
 const SLACK: f64 = -1e-12;
 
 /// Constants of Holzapfel, Gasser and Ogden, and the directions of the families.
@@ -56,7 +57,7 @@ pub struct DispersedFibres {
     pub k1: f64,
     /// Exponent `k2` of the fibres, positive.
     pub k2: f64,
-    /// Dispersion `kappa` in [0, 1/3]: 0 for fibres that are parallel in each family, 1/3 for all directions alike.
+    /// Dispersion `kappa` in [0, 1/3]: 0 for parallel fibres in each family, 1/3 for all directions alike.
     pub dispersion: f64,
     /// Directions of the families at rest, one or two, of two or three components and any length.
     pub fibres: Vec<Vec<f64>>,
@@ -91,7 +92,7 @@ struct DispersedFibresTable {
     #[serde(default)]
     #[schemars(length(max = 2))]
     fibres: Vec<Vec<f64>>,
-    /// Angle [rad] of two families `(cos, sin, 0)` and `(cos, -sin, 0)` to the first axis, in place of `fibres`.
+    /// Angle [rad] of two families `(cos, sin, 0)` and `(cos, -sin, 0)` to the first axis; without `fibres`.
     #[serde(default, with = "As::<Option<Angle>>")]
     angle: Option<f64>,
 }
@@ -103,7 +104,8 @@ impl<'de> Deserialize<'de> for DispersedFibres {
         let fibres = match angle {
             None => fibres,
             Some(_) if !fibres.is_empty() => {
-                return Err(D::Error::custom("`fibres` and `angle` both say where fibres point: give one of them"));
+                let problem = "`fibres` and `angle` both say where fibres point: give one of them";
+                return Err(D::Error::custom(problem));
             }
             Some(angle) => DispersedFibres::pair(angle),
         };
@@ -138,9 +140,9 @@ impl DispersedFibres {
 
     /// Young's modulus [Pa] at small strains along family `index`, all fibres stretched.
     ///
-    /// The stiffness at rest is that of the matrix and `k1 M_i M_i^T` of each family, `M_i = 2 (1 - 3 kappa) (a_i
-    /// a_i^T - I/3)`. With `S` the compliance of the matrix, which is `1/(2 c)` for these deviators, the formula of
-    /// Woodbury gives
+    /// The stiffness at rest is that of the matrix and `k1 M_i M_i^T` of each family, with the deviators `M_i =
+    /// 2 (1 - 3 kappa) (a_i a_i^T - I/3)`. With `S` the compliance of the matrix, `1/(2 c)` for these, the
+    /// formula of Woodbury gives
     ///
     /// ```text
     /// 1/E_a = 1/E - b . (N^-1 b),  b_i = a a^T : S : M_i,  N_ij = delta_ij/k1 + M_i : S : M_j
@@ -239,8 +241,8 @@ impl Parameters for DispersedFibres {
 impl Model for HolzapfelGasserOgden {
     type Parameters = DispersedFibres;
     const ABOUT: MaterialDescription = MaterialDescription {
-        summary: "Holzapfel-Gasser-Ogden: soft tissue with one or two families of fibres that resist tension, \
-                  forbids inversion.",
+        summary: "Holzapfel-Gasser-Ogden: soft tissue with one or two families of fibres that resist \
+                  tension, forbids inversion.",
         formula: "c/2 (J^(-2/3) I1 - 3) + K/2 (J - 1)^2 + k1/(2 k2) sum_i (exp(k2 <E_i>^2) - 1), \
                   E_i = kappa (J^(-2/3) I1 - 3) + (1 - 3 kappa) (J^(-2/3) I4_i - 1), J = det F",
         source: "Gasser, Ogden and Holzapfel 2006",

@@ -39,7 +39,8 @@ pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExp
 pub(super) fn directions(check: &mut Checker, path: &KeyPath, material: &MaterialSpec, body: &Body) {
     if body.membrane.is_some() && !material.is_isotropic() {
         let message = format!(
-            "`{}` depends on how an element is turned, and triangles of a sheet have no direction to be compared with",
+            "`{}` depends on how an element is turned, and triangles of a sheet have no direction to be \
+             compared with",
             material.name()
         );
         check.report(Problem::semantic(path.clone(), message).with_help("take an isotropic material"));

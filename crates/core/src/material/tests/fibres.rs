@@ -5,8 +5,8 @@ use crate::algebra::Mat;
 use crate::algebra::tests::sample::{Random, largest};
 use crate::material::{DispersedFibres, Isotropic, MaterialSpec, Parameters, Psd};
 
-/// Shear and bulk modulus of the matrix, `k1`, `k2`, for the middle layer of an artery [kPa]: those of Holzapfel,
-/// Gasser and Ogden 2000, and a bulk modulus.
+/// Shear and bulk modulus of the matrix, `k1` [kPa], and `k2`, for the middle layer of an artery: those of
+/// Holzapfel, Gasser and Ogden 2000, and a bulk modulus.
 const C: f64 = 3.0;
 const BULK: f64 = 100.0;
 const K1: f64 = 2.3632;
@@ -30,12 +30,13 @@ fn matrix<const D: usize>() -> Box<dyn Probe<D>> {
     probe(&MaterialSpec::IsochoricNeoHookean(Isotropic::new(young, poisson)))
 }
 
-/// Without a change of volume, `l` along the fibres and `l^(-1/2)` across: with `I1 = l^2 + 2/l`, `I4 = l^2` and
-/// `E = kappa (I1 - 3) + (1 - 3 kappa) (l^2 - 1)`,
+/// Without a change of volume, `l` along the fibres and `l^(-1/2)` across: with `I1 = l^2 + 2/l`, `I4 = l^2`
+/// and `E = kappa (I1 - 3) + (1 - 3 kappa) (l^2 - 1)`,
 ///
 /// ```text
 /// psi(l)            = c/2 (I1 - 3) + k1/(2 k2) (exp(k2 E^2) - 1)
-/// sigma_1 - sigma_2 = l dpsi/dl = c (l^2 - 1/l) + k1 E exp(k2 E^2) (2 kappa (l^2 - 1/l) + 2 (1 - 3 kappa) l^2)
+/// sigma_1 - sigma_2 = l dpsi/dl
+///                   = c (l^2 - 1/l) + k1 E exp(k2 E^2) (2 kappa (l^2 - 1/l) + 2 (1 - 3 kappa) l^2)
 /// ```
 ///
 /// whatever the pressure is, which here is `tr sigma = 3 K (J - 1) = 0`.
@@ -62,8 +63,8 @@ fn tension_along_the_fibres_has_its_closed_form() {
     }
 }
 
-/// Two families at `b` on both sides of the first axis, `l1` and `l2` along the axes and `1/(l1 l2)` across: both
-/// have `I4 = l1^2 cos^2 b + l2^2 sin^2 b`, and with `m = 1/(l1 l2)^2`
+/// Two families at `b` on both sides of the first axis, `l1` and `l2` along the axes and `1/(l1 l2)` across:
+/// both have `I4 = l1^2 cos^2 b + l2^2 sin^2 b`, and with `m = 1/(l1 l2)^2`
 ///
 /// ```text
 /// sigma_1 - sigma_3 = c (l1^2 - m) + 2 k1 E exp(k2 E^2) (2 kappa (l1^2 - m) + 2 (1 - 3 kappa) l1^2 cos^2 b)
@@ -101,7 +102,8 @@ fn biaxial_tension_of_a_pair_of_families_has_its_closed_form() {
     }
 }
 
-/// Fibres and shape do not see volume: the pressure is `K (J - 1)`, and the rest is that at `J^(-1/3) F`, over `J`.
+/// Fibres and shape do not see volume: the pressure is `K (J - 1)`, and the rest is that at `J^(-1/3) F`, over
+/// `J`.
 #[test]
 fn volume_is_apart_from_fibres() {
     let model = tissue::<3>(0.1, &[[1.0, 0.5, 0.0], [0.3, -1.0, 0.4]]);
