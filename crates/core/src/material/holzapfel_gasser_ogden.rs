@@ -25,8 +25,8 @@ use crate::value::{Angle, As, Pressure};
 /// ```
 ///
 /// `<E>` is `E` where it is positive and 0 elsewhere: fibres resist being stretched alone. Where `E` is zero
-/// to rounding (above -1e-12), as at rest, they count as stretched, so that the stiffness at rest, and with it
-/// the critical step, has them. The stiffness is not continuous where a fibre goes slack. Only for `J > 0`.
+/// to rounding (above -1e-12), as at rest, they count as stretched, so that the stiffness at rest, and
+/// with it the critical step, has them. The stiffness is not continuous where a fibre goes slack. Only for `J > 0`.
 ///
 /// The paper has `J = 1`; shape and volume are apart as in Holzapfel, "Nonlinear solid mechanics", 2000.
 ///
@@ -140,7 +140,7 @@ impl DispersedFibres {
 
     /// Young's modulus [Pa] at small strains along family `index`, all fibres stretched.
     ///
-    /// The stiffness at rest is that of the matrix and `k1 M_i M_i^T` of each family, with the deviators `M_i =
+    /// The stiffness at rest is that of the matrix and `k1 M_i M_i^T` of each family, with deviators `M_i =
     /// 2 (1 - 3 kappa) (a_i a_i^T - I/3)`. With `S` the compliance of the matrix, `1/(2 c)` for these, the
     /// formula of Woodbury gives
     ///

@@ -102,8 +102,8 @@ fn biaxial_tension_of_a_pair_of_families_has_its_closed_form() {
     }
 }
 
-/// Fibres and shape do not see volume: the pressure is `K (J - 1)`, and the rest is that at `J^(-1/3) F`, over
-/// `J`.
+/// Fibres and shape do not see volume: the pressure is `K (J - 1)`, and the rest is that at `J^(-1/3) F`,
+/// over `J`.
 #[test]
 fn volume_is_apart_from_fibres() {
     let model = tissue::<3>(0.1, &[[1.0, 0.5, 0.0], [0.3, -1.0, 0.4]]);
