@@ -26,7 +26,8 @@ use crate::value::{Angle, As, Pressure};
 ///
 /// `<E>` is `E` where it is positive and 0 elsewhere: fibres resist being stretched alone. Where `E` is zero
 /// to rounding (above -1e-12), as at rest, they count as stretched, so that the stiffness at rest, and
-/// with it the critical step, has them. The stiffness is not continuous where a fibre goes slack. Only for `J > 0`.
+/// with it the critical step, has them. The stiffness is not continuous where a fibre goes slack.
+/// Only for `J > 0`.
 ///
 /// The paper has `J = 1`; shape and volume are apart as in Holzapfel, "Nonlinear solid mechanics", 2000.
 ///

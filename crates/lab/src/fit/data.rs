@@ -216,7 +216,8 @@ impl FitData {
         let material = scene.body[body].elastic.as_ref().ok_or("the body has no `elastic`")?;
         if !material.is_isotropic() {
             return Err(format!(
-                "`{}` depends on directions, and a curve says nothing of them; fit forces of a run of the piece",
+                "`{}` depends on directions, and a curve says nothing of them; fit forces of a run of \
+                 the piece",
                 material.name()
             ));
         }
