@@ -59,6 +59,7 @@ MORE: list[dict[str, Any]] = [
     solid(2, GRID, time={"integrator": "dormand-prince5", "duration": 1.0, "adaptive": {"position": 1.0, "velocity": 1.0}}),
     made_of({"mooney-rivlin": {"young": 1e5, "poisson": 0.3, "c10": 0.4, "c01": 0.1}}),
     made_of({"ogden": {"young": 1e5, "poisson": 0.3, "mu": [1.0], "alpha": [2.0]}}),
+    made_of({"holzapfel-gasser-ogden": {"shear": 1e4, "bulk": 1e5, "k1": 1e4, "k2": 0.8, "dispersion": 0.1, "fibres": [[1, 0]]}}),
     made_of({"arap": {"young": 1e5, "poisson": 0.0}}),
     made_of({"neo-hookean": {"bulk": 1e5, "shear": 5e4}}),
     made_of({"neo-hookean": {"lambda": 1e5, "mu": 5e4}}),

@@ -14,6 +14,7 @@ pub use arap::WithoutPoisson;
 pub(crate) use autodiff::stress_along;
 pub use autodiff::{autodiff_hessian, autodiff_stress};
 pub use expressed::{EnergyExpression, EnergyMistake};
+pub use holzapfel_gasser_ogden::DispersedFibres;
 pub use linear::PlaneIsotropic;
 pub use mooney_rivlin::TwoConstants;
 pub use ogden::OgdenTerms;
@@ -202,6 +203,7 @@ register_materials! {
     "isochoric-neo-hookean" => isochoric_neo_hookean::IsochoricNeoHookean(Isotropic);
     "mooney-rivlin" => mooney_rivlin::MooneyRivlin(TwoConstants);
     "ogden" => ogden::Ogden(OgdenTerms);
+    "holzapfel-gasser-ogden" => holzapfel_gasser_ogden::HolzapfelGasserOgden(DispersedFibres);
     "hencky" => hencky::Hencky(Isotropic);
     "displacement-gradient" => displacement_gradient::DisplacementGradient(Stiffness);
     "dirichlet" => dirichlet::Dirichlet(Stiffness);

@@ -57,6 +57,11 @@ pub trait Parameters {
         None
     }
 
+    /// True if turning the material before it is deformed changes nothing.
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
     /// Parameters of two materials of this model whose energy densities add up to that of `self` for every
     /// `F`: first the rest, then the `part` (between 0 and 1) of the shear modulus, with a Poisson's ratio of
     /// at most 1/3. `None` where the model knows no Poisson's ratio. Both keep their rest shape, as their sum

@@ -91,6 +91,11 @@ macro_rules! register_materials {
                 match self { $(Self::$model(parameters) => parameters.plane(),)+ }
             }
 
+            /// True if turning the material before it is deformed changes nothing.
+            pub fn is_isotropic(&self) -> bool {
+                match self { $(Self::$model(parameters) => Parameters::is_isotropic(parameters),)+ }
+            }
+
             /// Two materials of the same model whose energy densities add up to this one's, see [`Parameters::split`].
             pub fn split(&self, part: f64) -> Option<[MaterialSpec; 2]> {
                 match self { $(Self::$model(parameters) => Some(parameters.split(part)?.map(Self::$model)),)+ }

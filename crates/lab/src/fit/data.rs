@@ -214,6 +214,13 @@ impl FitData {
 
     fn stresses(&self, scene: &Scene, tests: &[MaterialTest], body: usize) -> Result<Vec<f64>, String> {
         let material = scene.body[body].elastic.as_ref().ok_or("the body has no `elastic`")?;
+        if !material.is_isotropic() {
+            return Err(format!(
+                "`{}` depends on directions, and a curve says nothing of them; fit forces of a run of \
+                 the piece",
+                material.name()
+            ));
+        }
         let stress = |one: &Observation| {
             nominal_stress(material, tests[one.series], one.at).ok_or_else(|| {
                 format!("the material finds no rest across its axis at the stretch {}", one.at)

@@ -15,7 +15,9 @@ use pliant::energy::nbody::ForceError;
 use pliant::integrator::Documentation;
 use pliant::integrator::estimate::Tolerances;
 use pliant::lanes;
-use pliant::material::{AboutPreset, EnergyExpression, MaterialSpec, Parameters, Plane, Preset};
+use pliant::material::{
+    AboutPreset, DispersedFibres, EnergyExpression, MaterialSpec, Parameters, Plane, Preset,
+};
 use pliant::simulation::Simulation;
 use pliant_mesh::{Contents, Quality};
 
@@ -243,6 +245,13 @@ fn uses(
                 "",
             );
         }
+        if let Some(MaterialSpec::HolzapfelGasserOgden(fibres)) = &body.elastic {
+            say(
+                true,
+                format!("fibres of `{}`: {}", body.name_or_default(i), with_fibres_at_rest(fibres)),
+                "",
+            );
+        }
         let mass = if let MassSpec::Preset(preset) = body.mass { Some(preset) } else { None };
         let elastic = body.elastic.as_ref().and_then(MaterialSpec::preset);
         for (preset, what) in [(elastic, "elastic constants"), (mass, "density")] {
@@ -344,6 +353,17 @@ fn at_rest(energy: &EnergyExpression) -> String {
         Some((young, poisson)) => format!("E = {young:.6e} Pa and nu = {poisson:.6} at rest"),
         None => "not isotropic, and elliptic at rest".to_owned(),
     }
+}
+
+/// The elasticity of small strains of a matrix and along its fibres.
+fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
+    let (young, poisson) = fibres.matrix().young_and_poisson();
+    let along: Vec<String> =
+        (0..fibres.fibres.len()).map(|family| format!("{:.6e} Pa", fibres.young_along(family))).collect();
+    format!(
+        "E = {young:.6e} Pa and nu = {poisson:.6} at rest in the matrix alone, E = {} along stretched fibres",
+        along.join(" and ")
+    )
 }
 
 /// How step sizes follow the error.

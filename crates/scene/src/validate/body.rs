@@ -46,6 +46,8 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
             expression::expression(check, &path, energy, body);
         } else if let Err(error) = material.check() {
             check.report(expression::parameter(&path, &error));
+        } else {
+            expression::directions(check, &path, material, body);
         }
     }
     if let Some(material) = &body.elastic

@@ -6,7 +6,7 @@ use crate::key_path::KeyPath;
 use crate::schema::{Body, SpringsSpec};
 use crate::text::expression_problem;
 use pliant::energy::spring::SpringFormulaError;
-use pliant::material::{EnergyExpression, EnergyMistake, ParameterError};
+use pliant::material::{EnergyExpression, EnergyMistake, MaterialSpec, ParameterError};
 
 /// `elastic.expression` at `path` of `body`.
 pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExpression, body: &Body) {
@@ -32,6 +32,18 @@ pub(super) fn expression(check: &mut Checker, path: &KeyPath, energy: &EnergyExp
                        with";
         let problem = Problem::semantic(path.key("psi"), message);
         check.report(problem.with_help("write it with I1, I2 and J, or with l1, l2 and l3"));
+    }
+}
+
+/// A `material` other than a formula, at `path` of `body`: a sheet takes those without directions.
+pub(super) fn directions(check: &mut Checker, path: &KeyPath, material: &MaterialSpec, body: &Body) {
+    if body.membrane.is_some() && !material.is_isotropic() {
+        let message = format!(
+            "`{}` depends on how an element is turned, and triangles of a sheet have no direction to be \
+             compared with",
+            material.name()
+        );
+        check.report(Problem::semantic(path.clone(), message).with_help("take an isotropic material"));
     }
 }
 

@@ -263,6 +263,10 @@ impl Parameters for EnergyExpression {
         self.lame
     }
 
+    fn is_isotropic(&self) -> bool {
+        self.is_isotropic()
+    }
+
     /// The energy of [`StableNeoHookean`](super::super::StableNeoHookean).
     fn example() -> Self {
         let Lame { lambda, mu } = Lame::new(1e6, 0.3);

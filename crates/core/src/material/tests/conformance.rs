@@ -65,7 +65,10 @@ fn projection_clamps_the_eigenvalues_and_nothing_else() {
 #[test]
 fn eigensystem_from_stretches_alone() {
     fn check<const D: usize>() {
-        for (spec, model) in models::<D>().into_iter().filter(|(spec, _)| spec.about().frame_indifferent) {
+        for (spec, model) in models::<D>()
+            .into_iter()
+            .filter(|(spec, _)| spec.about().frame_indifferent && spec.is_isotropic())
+        {
             for f in samples::<D>(model.domain() == Domain::Everywhere) {
                 let svd = signed_svd(&f);
                 let diagonal = Mat::diagonal(&svd.sigma);

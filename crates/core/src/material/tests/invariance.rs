@@ -35,6 +35,9 @@ fn frame_indifferent<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
         assert!((model.psi(&qf) - psi).abs() < 1e-13 * (psi.abs() + scale), "{name}");
         let error = largest(&(model.pk1(&qf) - q.mul(&p))) / scale;
         assert!(error < 1e-13, "{name}: P(QF) = Q P(F), {error:e} {f:?}");
+        if !spec.is_isotropic() {
+            continue;
+        }
         // Isotropic too: turning the material before deforming it changes nothing.
         let error = largest(&(model.pk1(&f.mul(q)) - p.mul(q))) / scale;
         assert!(error < 1e-13, "{name}: P(FQ) = P(F) Q, {error:e} {f:?}");
@@ -43,7 +46,7 @@ fn frame_indifferent<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
 
 /// `P(Q F Q^T) = Q P(F) Q^T`: turning the material and its deformation together; holds for the linear models too.
 fn isotropic<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
-    for (spec, model) in models::<D>() {
+    for (spec, model) in models::<D>().into_iter().filter(|(spec, _)| spec.is_isotropic()) {
         if model.domain() == Domain::PositiveJ && f.determinant() < 0.02 {
             continue;
         }

@@ -3,6 +3,7 @@
 mod conformance;
 mod degenerate;
 mod energy_alone;
+mod fibres;
 mod invariance;
 pub(crate) mod lanes;
 mod reference;

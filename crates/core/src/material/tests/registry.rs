@@ -27,6 +27,7 @@ fn names() {
             "isochoric-neo-hookean",
             "mooney-rivlin",
             "ogden",
+            "holzapfel-gasser-ogden",
             "hencky",
             "displacement-gradient",
             "dirichlet",
