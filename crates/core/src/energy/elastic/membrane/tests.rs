@@ -44,7 +44,9 @@ fn with_every_material(elements: &[[u32; 3]], rest: &[f64], check: impl Fn(&str,
         }
     }
     let mut count = 0;
-    for spec in MaterialSpec::examples().iter().filter(|spec| spec.about().frame_indifferent) {
+    // A sheet has no direction that those of a material could be compared with.
+    let taken = |spec: &&MaterialSpec| spec.about().frame_indifferent && spec.is_isotropic();
+    for spec in MaterialSpec::examples().iter().filter(taken) {
         // What has no rest shape has no thickness either.
         let thick = [Plane::Stress, Plane::Strain]
             .into_iter()
