@@ -188,7 +188,7 @@ impl Simulation {
             return self.step_towards(f64::INFINITY);
         }
         let h = self.step_size;
-        let released = self.system.release(self.state.time + 0.5 * h);
+        let released = self.system.change_pins(|pins| pins.release(self.state.time + 0.5 * h));
         self.ensure_force(self.state.time)?;
         self.open_ledger(released);
         // A product, not a sum: no rounding accumulates.
@@ -224,7 +224,7 @@ impl Simulation {
         // of the end.
         let seen = Some(self.jumps_seen_until).filter(|until| (until - from).abs() <= 1e-9 * h);
         self.jumps_seen_until = from + h;
-        for jump in self.system.jumps(seen.unwrap_or(from), from + h) {
+        for jump in self.system.pins().jumps(seen.unwrap_or(from), from + h) {
             if let Some(ledger) = &mut self.ledger {
                 ledger.jump(&mut self.system, &jump.coordinates, self.state.x(), self.state.force);
             }
@@ -278,7 +278,7 @@ impl Simulation {
     fn close_ledger(&mut self) {
         self.ledger = None;
         self.opens_ledger = true;
-        self.system.count_walls(false);
+        self.system.books_mut().count_walls(false);
     }
 
     /// Computes the force at the present positions, whose time is `time` [s], unless it is known.
@@ -433,7 +433,7 @@ impl Simulation {
     pub(crate) fn energy(&mut self) -> Energy {
         let State { time, force, .. } = self.state;
         self.system.set_time(time);
-        let potential = self.system.potential_total(self.state.x(), force);
+        let potential = self.system.potential_with_force(|_| true, self.state.x(), force);
         let total = self.system.kinetic(self.state.v()) + potential;
         Energy { total, balance: self.balance() }
     }
@@ -457,7 +457,7 @@ impl Simulation {
     /// Says whether [`diagnostics`](Self::diagnostics) will be asked for after the next step: what they have in common with the force
     /// there is then computed once.
     pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
-        self.system.set_to_be_measured(to_be_measured);
+        self.system.books_mut().set_to_be_measured(to_be_measured);
     }
 
     /// The forces with which pins hold their vertices and walls push, now, each in the order of the scene;

@@ -1,6 +1,7 @@
 //! The equations of motion `M x'' = -dE/dx - dR/dv`, `E` a function of `x` and maybe of time, `R` of `x` and `v`: masses, energy
 //! terms, dissipative terms, constraints.
 
+mod books;
 mod flows;
 mod pins;
 mod terms;
@@ -9,15 +10,16 @@ mod wall_loss;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use crate::constraint::{Drive, Hold, Jump, Wall};
+use crate::constraint::{Hold, Wall};
 use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, KickDrift, PassResult, StepInputs};
 use crate::state::State;
 
+use books::Books;
 pub(crate) use flows::{PowerSelection, Powers, feeds, is_changing_gravity, power_of_motion};
-pub(crate) use pins::PinState;
+pub(crate) use pins::{PinState, Pins};
 pub use terms::TermId;
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
@@ -29,14 +31,9 @@ pub struct System {
     rest_positions: Option<Vec<f64>>,
     /// `1 / m` of every coordinate, zero where it is held.
     inverse_mass: InverseMass,
-    /// Holds that have not let go.
-    holds: Vec<Hold>,
-    /// Released at their time; they hold again where a simulation goes back in time.
-    released: Vec<Hold>,
+    pins: Pins,
     /// Version of the structure.
     structure: u64,
-    /// True if any held coordinate moves.
-    moves: bool,
     terms: Vec<Box<dyn EnergyTerm>>,
     /// Identities of the terms, in their order.
     ids: Vec<TermId>,
@@ -51,18 +48,12 @@ pub struct System {
     /// True if any term changes with time.
     changes_with_time: bool,
     walls: Vec<Wall>,
-    /// Reckons what they take, where that is counted.
-    wall_losses: Option<Box<WallLosses>>,
     /// True if the walls last applied put any vertex back.
     put_back: bool,
     ether_drag: f64,
     /// The force that the terms hold.
     force: ForceId,
-    force_evaluations: u64,
-    /// True if the next force is that of a state to be measured.
-    to_be_measured: bool,
-    /// Energy of each term that came with that force [J]; empty if none was asked for.
-    energies: Vec<Option<f64>>,
+    books: Books,
     /// Set from elsewhere where solves are to end, solved or not.
     stop: Stop,
 }
@@ -94,10 +85,8 @@ impl System {
             dimension,
             mass,
             rest_positions: None,
-            holds: vec![],
-            released: vec![],
+            pins: Pins::new(dimension),
             structure: fresh(),
-            moves: false,
             terms: vec![],
             ids: vec![],
             changing: None,
@@ -106,13 +95,10 @@ impl System {
             dissipation: vec![],
             changes_with_time: false,
             walls: vec![],
-            wall_losses: None,
             put_back: false,
             ether_drag: 0.0,
             force: ForceId::NONE,
-            force_evaluations: 0,
-            to_be_measured: false,
-            energies: vec![],
+            books: Books::default(),
             stop: Stop::default(),
         }
     }
@@ -122,7 +108,7 @@ impl System {
         self.force = ForceId::NONE;
         self.structure = fresh();
         // Nothing is allocated in a step.
-        self.energies.reserve_exact(self.terms.len() + 1);
+        self.books.energies.reserve_exact(self.terms.len() + 1);
         self.terms.push(term);
         let id = TermId(fresh());
         self.ids.push(id);
@@ -149,132 +135,15 @@ impl System {
 
     /// Holds coordinates. A coordinate that moves is in no other hold.
     pub fn hold(&mut self, hold: Hold) {
-        self.moves |= hold.moves();
         self.structure = fresh();
+        // Many holds are added to a large system: each costs what it holds.
         hold.coordinates(self.dimension).for_each(|i| self.inverse_mass.hold(i));
-        let last = self.all_holds().map(Hold::rank).max();
-        self.holds.push(hold.ranked(last.map_or(0, |last| last + 1)));
-    }
-
-    /// Lets go of the holds that end at or before `time` [s]; whether there were any.
-    pub(crate) fn release(&mut self, time: f64) -> bool {
-        if self.holds.iter().all(|hold| hold.end() > time) {
-            return false;
-        }
-        let (holds, ended) = std::mem::take(&mut self.holds).into_iter().partition(|hold| hold.end() > time);
-        self.holds = holds;
-        self.released.extend::<Vec<Hold>>(ended);
-        self.holds_changed();
-        true
-    }
-
-    /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
-    pub(crate) fn hold_as_at(&mut self, time: f64) {
-        let ended = std::mem::take(&mut self.released);
-        let (mut back, gone): (Vec<Hold>, _) = ended.into_iter().partition(|hold| hold.end() > time);
-        self.released = gone;
-        if !back.is_empty() {
-            self.holds.append(&mut back);
-            self.holds.sort_by_key(Hold::rank);
-            self.holds_changed();
-        }
-        self.release(time);
-    }
-
-    /// Ends the holds of this name; whether there were any.
-    pub(crate) fn end_hold(&mut self, name: &str) -> bool {
-        let count = self.holds.len() + self.released.len();
-        self.released.retain(|hold| hold.name() != name);
-        self.holds.retain(|hold| hold.name() != name);
-        let found = self.holds.len() + self.released.len() < count;
-        if found {
-            self.holds_changed();
-        }
-        found
-    }
-
-    /// The hold of this name that acts now.
-    pub(crate) fn hold_named(&self, name: &str) -> Option<&Hold> {
-        self.holds.iter().find(|hold| hold.name() == name)
-    }
-
-    /// Steers the holds of this name so, those that have let go too.
-    pub(crate) fn set_drive(&mut self, name: &str, drive: &Drive) {
-        let holds = self.holds.iter_mut().chain(&mut self.released);
-        holds.filter(|hold| hold.name() == name).for_each(|hold| hold.set_drive(Some(drive.clone())));
-        self.moves = self.holds.iter().any(Hold::moves);
-    }
-
-    /// Ends all steering: holds go on by their own motions, or stay.
-    pub(crate) fn end_drives(&mut self) {
-        self.holds.iter_mut().chain(&mut self.released).for_each(|hold| hold.set_drive(None));
-        self.moves = self.holds.iter().any(Hold::moves);
-    }
-
-    fn holds_changed(&mut self) {
-        self.moves = self.holds.iter().any(|hold| hold.moves());
-        self.inverse_mass = self.inverse_mass_of(|_| true);
-        self.structure = fresh();
-        // A force may be good although it is not finite where it was held.
-        self.force = ForceId::NONE;
-    }
-
-    /// Result of `measure` where nothing is held.
-    pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
-        let free = self.inverse_mass_of(|_| false);
-        self.with_inverse_mass(free, measure)
-    }
-
-    /// Result of `measure` where other coordinates are held: another structure.
-    fn with_inverse_mass<T>(&mut self, inverse_mass: InverseMass, measure: impl FnOnce(&mut Self) -> T) -> T {
-        let mass = std::mem::replace(&mut self.inverse_mass, inverse_mass);
-        let structure = std::mem::replace(&mut self.structure, fresh());
-        let found = measure(self);
-        (self.inverse_mass, self.structure) = (mass, structure);
-        found
-    }
-
-    /// Goes on counting evaluations of the force from `count`.
-    pub(crate) fn set_force_evaluations(&mut self, count: u64) {
-        self.force_evaluations = count;
-    }
-
-    /// Goes on counting where another system stopped.
-    pub(crate) fn count_evaluations_of(&mut self, other: &System) {
-        self.force_evaluations += other.force_evaluations;
-    }
-
-    /// `1 / m` of every coordinate, zero where one of these holds is.
-    fn inverse_mass_of(&self, holds: impl Fn(&Hold) -> bool) -> InverseMass {
-        let mut inverse_mass = InverseMass::free(&self.mass, self.dimension);
-        for hold in self.holds.iter().filter(|hold| holds(hold)) {
-            hold.coordinates(self.dimension).for_each(|i| inverse_mass.hold(i));
-        }
-        inverse_mass
-    }
-
-    /// Result of `measure` with the final constraints alone: of the holds, those that never end.
-    pub(crate) fn with_final_constraints<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
-        if self.holds.iter().all(|hold| hold.end() == f64::INFINITY) {
-            return measure(self);
-        }
-        let inverse_mass = self.inverse_mass_of(|hold| hold.end() == f64::INFINITY);
-        self.with_inverse_mass(inverse_mass, measure)
-    }
-
-    /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
-    pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
-        let of_hold = |hold: &Hold| {
-            let end = Some(hold.end()).filter(|end| *end > time && end.is_finite());
-            let motion = hold.next_break(time);
-            end.into_iter().chain(motion).reduce(f64::min)
-        };
-        self.holds.iter().filter_map(of_hold).reduce(f64::min)
+        self.pins.add(hold);
     }
 
     /// The holds that have not let go.
     pub fn constraints(&self) -> &[Hold] {
-        &self.holds
+        self.pins.acting()
     }
 
     /// Version of the structure: another number after coordinates are held or let go, and after terms with
@@ -286,53 +155,25 @@ impl System {
 
     /// True if any held coordinate moves: [`prescribe`](Self::prescribe) says where to.
     pub fn has_prescribed_motion(&self) -> bool {
-        self.moves
+        self.pins.move_any()
     }
 
     /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays `x` and `v`; false
     /// where one of them is not finite. Does nothing where nothing moves.
     pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
-        if !self.moves {
-            return true;
-        }
-        self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
-    }
-
-    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold
-    /// that has any.
-    pub(crate) fn jumps(&self, from: f64, to: f64) -> Vec<Jump> {
-        if !self.moves {
-            return vec![];
-        }
-        self.holds.iter().filter_map(|hold| hold.jump(from, to, self.dimension)).collect()
-    }
-
-    /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
-    pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
-        let d = self.dimension;
-        self.holds.iter_mut().chain(&mut self.released).for_each(|hold| hold.go_on_from(time, d, x));
-    }
-
-    /// Says whether what walls take is counted: [`take_wall_loss`](Self::take_wall_loss) then tells.
-    pub(crate) fn count_walls(&mut self, counts: bool) {
-        self.wall_losses = if counts { Some(self.wall_losses.take().unwrap_or_default()) } else { None };
-    }
-
-    /// Energy that walls took in the last step, once; `None` if they did not act.
-    pub(crate) fn take_wall_loss(&mut self) -> Option<WallLoss> {
-        self.wall_losses.as_mut()?.take()
+        self.pins.prescribe(time, x, v)
     }
 
     /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and
     /// nothing is counted.
     pub(crate) fn walls_in_passes(&self) -> bool {
-        !(self.wall_losses.is_some() || self.moves)
+        !(self.books.wall_losses.is_some() || self.pins.move_any())
     }
 
     /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`; whether any position
     /// changed.
     pub(crate) fn apply_walls(&mut self, from: &State, h: f64, x: &mut [f64], v: &mut [f64]) -> bool {
-        let mut losses = self.wall_losses.take();
+        let mut losses = self.books.wall_losses.take();
         if let Some(losses) = &mut losses {
             losses.forget();
         }
@@ -346,7 +187,7 @@ impl System {
         if let (true, Some(losses)) = (crossed, &mut losses) {
             losses.after(self, from, h, x, v);
         }
-        self.wall_losses = losses;
+        self.books.wall_losses = losses;
         self.put_back = moved;
         moved
     }
@@ -434,26 +275,12 @@ impl System {
 
     /// Evaluations of the total force so far.
     pub fn force_evaluations(&self) -> u64 {
-        self.force_evaluations
+        self.books.force_evaluations()
     }
 
     /// Potential energy of one kind [J].
     pub fn potential(&mut self, kind: EnergyKind, x: &[f64]) -> f64 {
-        self.potential_with_force(kind, x, ForceId::NONE)
-    }
-
-    /// Potential energy of one kind [J] at `x`, where the force is `force`: nothing that came with it is computed again.
-    pub(crate) fn potential_with_force(&mut self, kind: EnergyKind, x: &[f64], force: ForceId) -> f64 {
-        let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
-        let terms = self.terms.iter_mut().enumerate().filter(|(_, t)| t.properties().kind == kind);
-        terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
-    }
-
-    /// Potential energy of all terms [J] at `x`, where the force is `force`: nothing that came with it is computed again.
-    pub(crate) fn potential_total(&mut self, x: &[f64], force: ForceId) -> f64 {
-        let known = if self.holds(force) { self.energies.as_slice() } else { &[] };
-        let terms = self.terms.iter_mut().enumerate();
-        terms.map(|(i, t)| known.get(i).copied().flatten().unwrap_or_else(|| t.energy(x))).sum()
+        self.potential_with_force(|of_term| of_term == kind, x, ForceId::NONE)
     }
 
     /// Ends solves and searches, done or not, while this is set.
@@ -474,11 +301,6 @@ impl System {
     /// The flag that ends solves, for those who do not see the system.
     pub(crate) fn stop(&self) -> Stop {
         self.stop.clone()
-    }
-
-    /// Says whether the states that come next will be measured.
-    pub(crate) fn set_to_be_measured(&mut self, to_be_measured: bool) {
-        self.to_be_measured = to_be_measured;
     }
 
     /// Sum of what each term can be expected to turn over from `x` on [J].
@@ -530,20 +352,20 @@ impl System {
     /// coordinates excepted: these do not feel it.
     pub fn evaluate(&mut self, x: &[f64]) -> Option<ForceId> {
         let mut finite = true;
-        self.energies.clear();
+        self.books.energies.clear();
         for term in &mut self.terms {
-            if self.to_be_measured {
+            if self.books.to_be_measured {
                 let (is_finite, energy) = match term.measurements() {
                     Some(term) => term.evaluate_with_energy(x),
                     None => (term.evaluate(x), None),
                 };
-                self.energies.push(energy);
+                self.books.energies.push(energy);
                 finite &= is_finite;
             } else {
                 finite &= term.evaluate(x);
             }
         }
-        self.force_evaluations += 1;
+        self.books.force_evaluations += 1;
         self.force = ForceId::fresh();
         (finite || self.is_finite_where_free()).then_some(self.force)
     }
@@ -698,8 +520,7 @@ impl System {
 
     /// Why `x` has no finite energy or force.
     pub fn fault(&self, x: &[f64]) -> Option<Fault> {
-        let lost = |hold: &&Hold| hold.moves() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite());
-        if let Some(hold) = self.holds.iter().find(lost) {
+        if let Some(hold) = self.pins.lost(x) {
             return Some(Fault::Motion { hold: hold.name().to_owned() });
         }
         self.terms.iter().find_map(|t| t.fault(x))
@@ -714,7 +535,7 @@ impl System {
     pub fn bytes(&self) -> usize {
         8 * (self.mass.len() + self.rest_positions.as_ref().map_or(0, Vec::len))
             + self.inverse_mass.bytes()
-            + self.holds.iter().map(Hold::bytes).sum::<usize>()
+            + self.pins.bytes()
             + self.terms.iter().map(|t| t.bytes()).sum::<usize>()
             + self.dissipation.iter().map(|t| t.bytes()).sum::<usize>()
     }

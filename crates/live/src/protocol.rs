@@ -134,8 +134,8 @@ pub(crate) fn energy(simulation: &mut Simulation) -> Value {
     if now.gravitational != 0.0 {
         energy["gravitational"] = now.gravitational.into();
     }
-    if let Some(loads) = now.loads {
-        energy["loads"] = loads.into();
+    for (name, further) in now.further_energies() {
+        energy[name] = further.into();
     }
     if let Some(balance) = now.balance {
         energy["balance"] = (now.total - balance.net()).into();

@@ -58,7 +58,7 @@ impl EnergyLedger {
         if !(looked.loads || looked.gravity || walls || drags || damped || moves) {
             return None;
         }
-        system.count_walls(walls);
+        system.books_mut().count_walls(walls);
         let motion = moves.then(|| {
             let (power, kinetic) = power_of_motion(system, x, v);
             MotionEnergy { power: Integral::new(power), kinetic, less: kinetic }
@@ -89,7 +89,7 @@ impl EnergyLedger {
 
     /// Goes on by a step of `h` [s] to the state `x`, `v`, at whose positions `system` holds the force.
     pub(crate) fn advance(&mut self, system: &mut System, h: f64, x: &[f64], v: &[f64]) {
-        let wall_loss = system.take_wall_loss();
+        let wall_loss = system.books_mut().take_wall_loss();
         if let Some(own) = &mut self.motion {
             let (power, kinetic) = power_of_motion(system, x, v);
             own.power.advance(h, wall_loss.map_or(power, |loss| loss.motion));
@@ -126,7 +126,8 @@ impl EnergyLedger {
         let Some(own) = &mut self.motion else { return };
         let mut before = x.to_vec();
         coordinates.iter().for_each(|(i, distance)| before[*i] -= distance);
-        let work = system.potential_total(x, force) - system.potential_total(&before, ForceId::NONE);
+        let of_all = |_| true;
+        let work = system.potential_with_force(of_all, x, force) - system.potential_energy(&before);
         if work.is_finite() {
             own.power.add(work);
         }

@@ -21,7 +21,7 @@ pub use views::{
     MovablePlaces, Penetration, StepLimit, SurfaceContact, TermViews, TouchingSurfaces, WatchedContacts,
 };
 
-/// Which sum of the diagnostics an energy belongs to.
+/// Which sum of the diagnostics an energy belongs to. Every kind is part of the total.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnergyKind {
     /// Stored by deformation: elements, springs.
@@ -32,6 +32,8 @@ pub enum EnergyKind {
     Load,
     /// Stored between surfaces that touch.
     Contact,
+    /// Of terms that this crate does not know, by the name of their kind.
+    Other(&'static str),
 }
 
 /// Obstacle to a finite energy or force of a configuration.

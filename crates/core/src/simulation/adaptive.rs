@@ -81,10 +81,10 @@ impl Simulation {
     fn controlled_step(&mut self, controller: &mut Controller, target: f64) -> Result<(), StepError> {
         let time = self.state.time;
         let same = SAME_TIME_ULPS * f64::EPSILON * time.abs().max(controller.next());
-        let released = self.system.release(time + same);
+        let released = self.system.change_pins(|pins| pins.release(time + same));
         self.ensure_force(time)?;
         self.open_ledger(released);
-        let next_break = self.system.next_break(time + same).filter(|at| *at < target - same);
+        let next_break = self.system.pins().next_break(time + same).filter(|at| *at < target - same);
         let goal = next_break.unwrap_or(target);
         let mut last = (controller.next(), None, None);
         loop {

@@ -71,7 +71,8 @@ impl Simulation {
         let (step, time) = (self.state.step, self.state.time);
         let (state, drives) = (self.state.clone(), self.drives());
         let before = std::mem::replace(self, other);
-        self.system.count_evaluations_of(&before.system);
+        let counted = self.system.force_evaluations() + before.system.force_evaluations();
+        self.system.books_mut().set_force_evaluations(counted);
         self.counts_losses = before.counts_losses;
         if step > 0 {
             self.set_pace(before.pace());
@@ -83,7 +84,7 @@ impl Simulation {
         if step > 0 {
             self.hold_as_after(step, time);
         }
-        self.system.go_on_from(time, self.state.x());
+        self.system.change_pins(|pins| pins.go_on_from(time, self.state.x()));
         self.set_drives(&drives);
         self.close_ledger();
         self.rest_where_held();
@@ -119,7 +120,7 @@ impl Simulation {
 
     /// Releases the pins of this name; whether there were any. What they moved flies on.
     pub fn release(&mut self, name: &str) -> bool {
-        let found = self.system.end_hold(name);
+        let found = self.system.change_pins(|pins| pins.end(name));
         self.changed();
         found
     }

@@ -44,7 +44,7 @@ impl Simulation {
     pub fn checkpoint(&mut self) -> Checkpoint {
         let checkpoint = Checkpoint {
             snapshot: self.snapshot(),
-            pins: self.system.pin_states(),
+            pins: self.system.pins().states(),
             opens_ledger: self.opens_ledger,
             counts_losses: self.counts_losses,
             size: self.solver.size,
@@ -73,7 +73,7 @@ impl Simulation {
     /// Goes on from a checkpoint of as many coordinates; false, and nothing has changed, where its pins are
     /// others.
     fn go_on_from(&mut self, checkpoint: &Checkpoint) -> bool {
-        if !self.system.set_pin_states(&checkpoint.pins) {
+        if !self.system.change_pins(|pins| pins.set_states(&checkpoint.pins)) {
             return false;
         }
         self.solver.size = checkpoint.size;
@@ -81,9 +81,9 @@ impl Simulation {
         self.place(&checkpoint.snapshot);
         self.begin_from(&checkpoint.snapshot);
         self.opens_ledger = checkpoint.opens_ledger;
-        self.system.set_to_be_measured(false);
+        self.system.books_mut().set_to_be_measured(false);
         self.system.set_time(self.state.time);
-        self.system.set_force_evaluations(checkpoint.force_evaluations);
+        self.system.books_mut().set_force_evaluations(checkpoint.force_evaluations);
         self.earlier_solver_work = checkpoint.solver;
         self.retried = checkpoint.retried;
         self.motion_jumps = checkpoint.motion_jumps.clone();

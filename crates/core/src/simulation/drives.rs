@@ -35,7 +35,7 @@ impl Simulation {
     /// Pose and velocities of a pin now, from where its vertices started; `None` without such a pin.
     pub fn pin_waypoint(&self, name: &str) -> Option<Waypoint> {
         let d = self.system.dimension();
-        let hold = self.system.hold_named(name)?;
+        let hold = self.system.pins().named(name)?;
         Some(hold.pose(self.state.time, d, self.state.x()).1)
     }
 
@@ -57,13 +57,14 @@ impl Simulation {
         if !(over.is_finite() && over > 0.0) {
             return Err(MoveError::Time { name: named(), over });
         }
-        let Some(hold) = self.system.hold_named(name) else {
+        let Some(hold) = self.system.pins().named(name) else {
             return Err(MoveError::NoPin { name: named(), pins: self.pin_names() });
         };
         let time = self.state.time;
         let was_steered = hold.drive().is_some();
         let (starts, begin) = hold.pose(time, self.system.dimension(), self.state.x());
-        self.system.set_drive(name, &Drive::new(time, over, starts, [begin, target]));
+        let drive = Drive::new(time, over, starts, [begin, target]);
+        self.system.change_pins(|pins| pins.set_drive(name, &drive));
         // The state is where it was: memories of schemes and the balance of energy go on, once it is about
         // motion.
         if !was_steered {
@@ -81,7 +82,7 @@ impl Simulation {
     /// Goes on with steering that [`drives`](Self::drives) gave, where there are such pins.
     pub fn set_drives(&mut self, drives: &[(String, Drive)]) {
         for (name, drive) in drives {
-            self.system.set_drive(name, drive);
+            self.system.change_pins(|pins| pins.set_drive(name, drive));
         }
         if !drives.is_empty() {
             self.changed();

@@ -4,7 +4,7 @@ use super::{Simulation, StepError};
 use crate::control::StepHistory;
 use crate::diagnostics::EnergyLedger;
 use crate::solver::SolverWork;
-use crate::system::ForceId;
+use crate::system::{ForceId, Pins};
 
 /// Relative; a time that a step landed on is within it.
 const ROUNDING: f64 = 1e-14;
@@ -88,9 +88,9 @@ impl Simulation {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         self.ensure_fits(snapshot)?;
         self.hold_as_after(snapshot.step, snapshot.time);
-        self.system.end_drives();
+        self.system.change_pins(Pins::end_drives);
         self.place(snapshot);
-        self.system.go_on_from(snapshot.time, self.state.x());
+        self.system.change_pins(|pins| pins.go_on_from(snapshot.time, self.state.x()));
         self.begin_from(snapshot);
         self.earlier_solver_work = SolverWork::default();
         Ok(())
@@ -159,13 +159,14 @@ impl Simulation {
 
     /// Holds what is held after `step` steps, at `time` [s].
     pub(super) fn hold_as_after(&mut self, step: u64, time: f64) {
-        self.system.hold_as_at(match self.controller {
+        let seen = match self.controller {
             _ if step == 0 => f64::NEG_INFINITY,
             // The last step looked for what ends half a step before its end.
             None => time - 0.5 * self.step_size,
             // Or landed on it, for the next to find.
             Some(_) => time * (1.0 - ROUNDING),
-        });
+        };
+        self.system.change_pins(|pins| pins.act_as_at(seen));
     }
 
     pub(super) fn pace(&self) -> Option<StepHistory> {
@@ -185,6 +186,6 @@ impl Simulation {
     pub(super) fn set_ledger(&mut self, ledger: Option<EnergyLedger>) {
         self.ledger = ledger.filter(|ledger| ledger.holds_losses() == self.counts_losses);
         self.opens_ledger = self.ledger.is_none();
-        self.system.count_walls(self.ledger.as_ref().is_some_and(EnergyLedger::counts_walls));
+        self.system.books_mut().count_walls(self.ledger.as_ref().is_some_and(EnergyLedger::counts_walls));
     }
 }

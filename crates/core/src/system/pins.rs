@@ -1,7 +1,24 @@
-//! States of pins.
+//! Holds of a system: those that act, those that have let go, and how they are steered.
 
 use super::System;
-use crate::constraint::{Drive, Hold};
+use crate::constraint::{Drive, Hold, Jump};
+use crate::pass::InverseMass;
+
+/// Holds of a system, in the dimension of its vertices.
+#[derive(Debug)]
+pub(crate) struct Pins {
+    dimension: usize,
+    /// Holds that have not let go.
+    acting: Vec<Hold>,
+    /// Released at their time; they hold again where a simulation goes back in time.
+    released: Vec<Hold>,
+    /// True if any held coordinate moves.
+    moves: bool,
+    /// Holds added so far.
+    added: u32,
+    /// Changes of the coordinates that are held, but for those of holds that are added.
+    changes: u64,
+}
 
 /// Change of a pin while a simulation runs.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -22,42 +39,225 @@ impl PinState {
     }
 }
 
-impl System {
-    /// All holds, those that have let go last.
-    pub(super) fn all_holds(&self) -> impl Iterator<Item = &Hold> {
-        self.holds.iter().chain(&self.released)
+impl Pins {
+    /// None, in `dimension` dimensions.
+    pub(super) fn new(dimension: usize) -> Self {
+        Pins { dimension, acting: vec![], released: vec![], moves: false, added: 0, changes: 0 }
     }
 
-    /// States of all pins, in the order in which they were added.
-    pub(crate) fn pin_states(&self) -> Vec<PinState> {
+    /// Adds a hold, whose coordinates are held from now on.
+    pub(super) fn add(&mut self, hold: Hold) {
+        self.moves |= hold.moves();
+        self.acting.push(hold.ranked(self.added));
+        self.added += 1;
+    }
+
+    /// Holds that have not let go.
+    pub(crate) fn acting(&self) -> &[Hold] {
+        &self.acting
+    }
+
+    /// All holds, those that have let go last.
+    fn all(&self) -> impl Iterator<Item = &Hold> {
+        self.acting.iter().chain(&self.released)
+    }
+
+    /// The hold of this name that acts now.
+    pub(crate) fn named(&self, name: &str) -> Option<&Hold> {
+        self.acting.iter().find(|hold| hold.name() == name)
+    }
+
+    /// True if any held coordinate moves.
+    pub(super) fn move_any(&self) -> bool {
+        self.moves
+    }
+
+    /// Lets go of the holds that end at or before `time` [s]; whether there were any.
+    pub(crate) fn release(&mut self, time: f64) -> bool {
+        if self.acting.iter().all(|hold| hold.end() > time) {
+            return false;
+        }
+        let (acting, ended) =
+            std::mem::take(&mut self.acting).into_iter().partition(|hold| hold.end() > time);
+        self.acting = acting;
+        self.released.extend::<Vec<Hold>>(ended);
+        self.changed();
+        true
+    }
+
+    /// Brings back the holds that have let go by their time, but for those that end at or before `time` [s].
+    pub(crate) fn act_as_at(&mut self, time: f64) {
+        let ended = std::mem::take(&mut self.released);
+        let (mut back, gone): (Vec<Hold>, _) = ended.into_iter().partition(|hold| hold.end() > time);
+        self.released = gone;
+        if !back.is_empty() {
+            self.acting.append(&mut back);
+            self.acting.sort_by_key(Hold::rank);
+            self.changed();
+        }
+        self.release(time);
+    }
+
+    /// Ends the holds of this name; whether there were any.
+    pub(crate) fn end(&mut self, name: &str) -> bool {
+        let count = self.all().count();
+        self.released.retain(|hold| hold.name() != name);
+        self.acting.retain(|hold| hold.name() != name);
+        let found = self.all().count() < count;
+        if found {
+            self.changed();
+        }
+        found
+    }
+
+    /// Steers the holds of this name so, those that have let go too.
+    pub(crate) fn set_drive(&mut self, name: &str, drive: &Drive) {
+        let holds = self.acting.iter_mut().chain(&mut self.released);
+        holds.filter(|hold| hold.name() == name).for_each(|hold| hold.set_drive(Some(drive.clone())));
+        self.moves = self.acting.iter().any(Hold::moves);
+    }
+
+    /// Ends all steering: holds go on by their own motions, or stay.
+    pub(crate) fn end_drives(&mut self) {
+        self.acting.iter_mut().chain(&mut self.released).for_each(|hold| hold.set_drive(None));
+        self.moves = self.acting.iter().any(Hold::moves);
+    }
+
+    /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
+    pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
+        let d = self.dimension;
+        self.acting.iter_mut().chain(&mut self.released).for_each(|hold| hold.go_on_from(time, d, x));
+    }
+
+    /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
+    pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
+        let of_hold = |hold: &Hold| {
+            let end = Some(hold.end()).filter(|end| *end > time && end.is_finite());
+            let motion = hold.next_break(time);
+            end.into_iter().chain(motion).reduce(f64::min)
+        };
+        self.acting.iter().filter_map(of_hold).reduce(f64::min)
+    }
+
+    /// The jumps of prescribed motion after the time `from`, at the latest at `to` [s], one for each hold
+    /// that has any.
+    pub(crate) fn jumps(&self, from: f64, to: f64) -> Vec<Jump> {
+        if !self.moves {
+            return vec![];
+        }
+        self.acting.iter().filter_map(|hold| hold.jump(from, to, self.dimension)).collect()
+    }
+
+    /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays
+    /// `x` and `v`; false where one of them is not finite. Does nothing where nothing moves.
+    pub(super) fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        if !self.moves {
+            return true;
+        }
+        self.acting.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
+    }
+
+    /// The hold whose motion has led to a position in `x` that is not finite.
+    pub(super) fn lost(&self, x: &[f64]) -> Option<&Hold> {
+        let lost = |hold: &&Hold| hold.moves() && hold.coordinates(self.dimension).any(|i| !x[i].is_finite());
+        self.acting.iter().find(lost)
+    }
+
+    /// States of all, in the order in which they were added.
+    pub(crate) fn states(&self) -> Vec<PinState> {
         let state = |hold: &Hold, is_released| {
             let (name, starts) = (hold.name().to_owned(), hold.starts().to_vec());
             (hold.rank(), PinState { name, is_released, starts, drive: hold.drive().cloned() })
         };
-        let held = self.holds.iter().map(|hold| state(hold, false));
-        let mut states: Vec<_> = held.chain(self.released.iter().map(|hold| state(hold, true))).collect();
+        let acting = self.acting.iter().map(|hold| state(hold, false));
+        let mut states: Vec<_> = acting.chain(self.released.iter().map(|hold| state(hold, true))).collect();
         states.sort_by_key(|(rank, _)| *rank);
         states.into_iter().map(|(_, state)| state).collect()
     }
 
     /// Goes on with these states; false, and nothing has changed, where they are of other pins.
-    pub(crate) fn set_pin_states(&mut self, states: &[PinState]) -> bool {
-        let mut order: Vec<&Hold> = self.all_holds().collect();
+    pub(crate) fn set_states(&mut self, states: &[PinState]) -> bool {
+        let mut order: Vec<&Hold> = self.all().collect();
         order.sort_by_key(|hold| hold.rank());
         let fits =
             order.len() == states.len() && order.iter().zip(states).all(|(hold, state)| state.is_of(hold));
         if !fits {
             return false;
         }
-        let mut holds = std::mem::take(&mut self.holds);
+        let mut holds = std::mem::take(&mut self.acting);
         holds.append(&mut self.released);
         holds.sort_by_key(Hold::rank);
         for (mut hold, state) in holds.into_iter().zip(states) {
             hold.set_starts(&state.starts);
             hold.set_drive(state.drive.clone());
-            if state.is_released { self.released.push(hold) } else { self.holds.push(hold) }
+            if state.is_released { self.released.push(hold) } else { self.acting.push(hold) }
         }
-        self.holds_changed();
+        self.changed();
         true
+    }
+
+    /// `1 / m` of every coordinate of vertices of these masses [kg], zero where one of the holds that are
+    /// `asked` is.
+    fn inverse_mass(&self, mass: &[f64], asked: impl Fn(&Hold) -> bool) -> InverseMass {
+        let mut inverse_mass = InverseMass::free(mass, self.dimension);
+        for hold in self.acting.iter().filter(|hold| asked(hold)) {
+            hold.coordinates(self.dimension).for_each(|i| inverse_mass.hold(i));
+        }
+        inverse_mass
+    }
+
+    fn changed(&mut self) {
+        self.moves = self.acting.iter().any(Hold::moves);
+        self.changes += 1;
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        self.acting.iter().map(Hold::bytes).sum()
+    }
+}
+
+impl System {
+    /// The holds, and what became of them.
+    pub(crate) fn pins(&self) -> &Pins {
+        &self.pins
+    }
+
+    /// Result of a `change` of the holds. Where other coordinates are held after it, structure and force are
+    /// out of date.
+    pub(crate) fn change_pins<T>(&mut self, change: impl FnOnce(&mut Pins) -> T) -> T {
+        let before = self.pins.changes;
+        let result = change(&mut self.pins);
+        if self.pins.changes != before {
+            self.inverse_mass = self.pins.inverse_mass(&self.mass, |_| true);
+            self.structure = super::fresh();
+            // A force may be good although it is not finite where it was held.
+            self.force = super::ForceId::NONE;
+        }
+        result
+    }
+
+    /// Result of `measure` where nothing is held.
+    pub(crate) fn as_if_free<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
+        let free = self.pins.inverse_mass(&self.mass, |_| false);
+        self.with_inverse_mass(free, measure)
+    }
+
+    /// Result of `measure` with the final constraints alone: of the holds, those that never end.
+    pub(crate) fn with_final_constraints<T>(&mut self, measure: impl FnOnce(&mut Self) -> T) -> T {
+        if self.pins.acting.iter().all(|hold| hold.end() == f64::INFINITY) {
+            return measure(self);
+        }
+        let inverse_mass = self.pins.inverse_mass(&self.mass, |hold| hold.end() == f64::INFINITY);
+        self.with_inverse_mass(inverse_mass, measure)
+    }
+
+    /// Result of `measure` where other coordinates are held: another structure.
+    fn with_inverse_mass<T>(&mut self, inverse_mass: InverseMass, measure: impl FnOnce(&mut Self) -> T) -> T {
+        let mass = std::mem::replace(&mut self.inverse_mass, inverse_mass);
+        let structure = std::mem::replace(&mut self.structure, super::fresh());
+        let found = measure(self);
+        (self.inverse_mass, self.structure) = (mass, structure);
+        found
     }
 }

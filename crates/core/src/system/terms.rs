@@ -34,7 +34,7 @@ impl System {
     pub(crate) fn replace_term(&mut self, id: TermId, term: Option<Box<dyn EnergyTerm>>) {
         let Some(i) = self.ids.iter().position(|other| *other == id) else { return };
         self.force = ForceId::NONE;
-        self.energies.clear();
+        self.books.energies.clear();
         let mut has_blocks = has_blocks(self.terms[i].as_mut());
         match term {
             Some(mut term) => {
@@ -60,7 +60,7 @@ impl System {
         let structure = (!has_blocks(term.as_mut())).then_some(self.structure);
         let id = self.add_term(term);
         self.structure = structure.unwrap_or(self.structure);
-        self.energies.clear();
+        self.books.energies.clear();
         id
     }
 
@@ -70,7 +70,7 @@ impl System {
         if let Some(places) = found.and_then(|i| self.terms[i].places()) {
             places.move_places(place);
             self.force = ForceId::NONE;
-            self.energies.clear();
+            self.books.energies.clear();
         }
     }
 

@@ -38,7 +38,7 @@ _CELLS = {
 
 
 #: Energies of the bodies, in the order in which they are drawn.
-_ENERGIES = ("total", "kinetic", "elastic", "gravitational", "loads")
+_ENERGIES = ("total", "kinetic", "elastic", "gravitational", "loads", "contact", "other")
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ pub(crate) fn energies<'py>(py: Python<'py>, measured: &Diagnostics) -> PyResult
     table.set_item("kinetic", measured.kinetic)?;
     table.set_item("elastic", measured.elastic)?;
     table.set_item("gravitational", measured.gravitational)?;
-    if let Some(loads) = measured.loads {
-        table.set_item("loads", loads)?;
+    for (name, energy) in measured.further_energies() {
+        table.set_item(name, energy)?;
     }
     table.set_item("total", measured.total)?;
     if let Some(balance) = &measured.balance {

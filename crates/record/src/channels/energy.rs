@@ -54,6 +54,8 @@ impl ChannelEncoder for EnergyChannel {
         };
         let full = Diagnostics {
             loads: Some(0.5),
+            contact: Some(0.5),
+            other: Some(0.5),
             balance: Some(balance),
             min_j: Some(1.0),
             inverted: Some(0),

@@ -39,7 +39,7 @@ impl EnergyLedger {
     pub(crate) fn between_equilibria(mut self, system: &mut System, time: f64, x: &[f64]) -> Self {
         self.equilibrium = Some(Equilibrium::of(system, self.looked, time, x));
         (self.ether_drag, self.walls) = (None, None);
-        system.count_walls(false);
+        system.books_mut().count_walls(false);
         self
     }
 
