@@ -15,6 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BadParameter, Documentation, Method, Scheme};
+use crate::value::ValueRange;
 
 /// Parameters of the Gauss-Radau method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,7 +23,7 @@ use super::{BadParameter, Documentation, Method, Scheme};
 pub struct Ias15Parameters {
     /// Largest last term of the acceleration beside the whole where steps are `adaptive`; the error of a
     /// step is far below. 1e-9 is where rounding begins to be the larger part of the error.
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+    #[schemars(transform = ValueRange::PART.in_schema())]
     pub epsilon: f64,
 }
 
@@ -41,7 +42,7 @@ impl Ias15Parameters {
     /// # Errors
     /// [`BadParameter`].
     pub fn check(&self) -> Result<(), BadParameter> {
-        if self.epsilon > 0.0 && self.epsilon < 1.0 {
+        if ValueRange::PART.contains(self.epsilon) {
             return Ok(());
         }
         Err(BadParameter {

@@ -5,6 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::alpha::AlphaCoefficients;
 use super::{BadParameter, Documentation, Method, Scheme};
+use crate::value::ValueRange;
+
+/// Range of `gamma`: below it every step gains energy.
+const GAMMA: ValueRange = ValueRange::of(&[("minimum", 0.5)]);
 
 /// Coefficients of `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and
 /// `v_(n+1) = v_n + h ((1 - gamma) a_n + gamma a_(n+1))`.
@@ -12,10 +16,10 @@ use super::{BadParameter, Documentation, Method, Scheme};
 #[serde(deny_unknown_fields, default)]
 pub struct NewmarkParameters {
     /// `beta`, above 0; 1/4 is the average acceleration, 1/6 the linear one.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
     pub beta: f64,
     /// `gamma`, at least 1/2; above it damps, and the order falls to 1.
-    #[schemars(range(min = 0.5))]
+    #[schemars(transform = GAMMA.in_schema())]
     pub gamma: f64,
 }
 
@@ -67,14 +71,14 @@ impl NewmarkParameters {
     /// # Errors
     /// [`BadParameter`].
     pub fn check(&self) -> Result<(), BadParameter> {
-        if !(self.beta > 0.0 && self.beta.is_finite()) {
+        if !ValueRange::POSITIVE.contains(self.beta) {
             return Err(BadParameter {
                 name: "beta",
                 value: self.beta,
                 right: "positive: 0.25 is the average acceleration",
             });
         }
-        if !(self.gamma >= 0.5 && self.gamma.is_finite()) {
+        if !GAMMA.contains(self.gamma) {
             return Err(BadParameter {
                 name: "gamma",
                 value: self.gamma,

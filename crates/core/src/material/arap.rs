@@ -6,7 +6,10 @@ use super::spectrum::{Derivatives, Spectrum};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure};
+use crate::value::{As, Pressure, ValueRange};
+
+/// Range of Poisson's ratio where the model knows no Poisson effect.
+const NO_POISSON: ValueRange = ValueRange::of(&[("minimum", 0.0), ("maximum", 0.0)]);
 
 /// As rigid as possible: the squared distance from the nearest rotation.
 ///
@@ -33,18 +36,18 @@ pub struct Arap {
 pub struct WithoutPoisson {
     /// Young's modulus E [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
     pub young: f64,
     /// Poisson's ratio; 0, which it is without this key too, is all that the model can do.
     #[serde(default)]
-    #[schemars(range(min = 0.0, max = 0.0))]
+    #[schemars(transform = NO_POISSON.in_schema())]
     pub poisson: f64,
 }
 
 impl Parameters for WithoutPoisson {
     fn check(&self) -> Result<(), ParameterError> {
         check_positive("young", self.young)?;
-        if self.poisson == 0.0 {
+        if NO_POISSON.contains(self.poisson) {
             return Ok(());
         }
         let problem =

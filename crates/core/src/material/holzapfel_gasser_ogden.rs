@@ -8,7 +8,10 @@ use super::spectrum::out_of_plane;
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
-use crate::value::{Angle, As, Pressure};
+use crate::value::{Angle, As, Pressure, ValueRange};
+
+/// Range of the dispersion: parallel fibres to all directions alike.
+const DISPERSION: ValueRange = ValueRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 3.0)]);
 
 /// Holzapfel, Gasser and Ogden's wall of an artery: a soft matrix with one or two families of fibres whose
 /// directions are dispersed.
@@ -70,23 +73,23 @@ pub struct DispersedFibres {
 struct DispersedFibresTable {
     /// Shear modulus `c` of the matrix [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
     shear: f64,
     /// Bulk modulus `K` of the matrix [Pa], positive; in 2D in plane strain.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
     bulk: f64,
     /// Stiffness `k1` of the fibres [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
     k1: f64,
     /// Exponent `k2` of the fibres, positive: how soon they stiffen.
-    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
     k2: f64,
     /// Dispersion `kappa` of the directions in a family, 0 to 1/3: 0 for parallel fibres, 1/3 for all
     /// directions alike.
     #[serde(default)]
-    #[schemars(range(min = 0.0, max = 0.333_333_333_333_333_3))]
+    #[schemars(transform = DISPERSION.in_schema())]
     dispersion: f64,
     /// Directions of the families at rest, one or two, of two or three components and any length; in 2D a
     /// third component points out of the plane.
@@ -198,11 +201,11 @@ impl Parameters for DispersedFibres {
         for (field, value) in [("shear", self.shear), ("bulk", self.bulk), ("k1", self.k1)] {
             check_positive(field, value)?;
         }
-        if !(self.k2.is_finite() && self.k2 > 0.0) {
+        if !ValueRange::POSITIVE.contains(self.k2) {
             let problem = "must be positive and finite; 0.8 is the middle layer of an artery";
             return Err(ParameterError::new("k2", self.k2, problem));
         }
-        if !(0.0..=1.0 / 3.0).contains(&self.dispersion) {
+        if !DISPERSION.contains(self.dispersion) {
             let problem = "must be between 0, parallel fibres, and 1/3, all directions alike";
             return Err(ParameterError::new("dispersion", self.dispersion, problem));
         }

@@ -9,9 +9,11 @@ mod form;
 mod measured;
 mod one_or_many;
 mod over_time;
+mod range;
 
 pub use form::{A_NUMBER, TextError, TextForm};
 pub use measured::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
 pub use over_time::{OverPlaceOf, OverTimeOf};
+pub use range::ValueRange;

@@ -1,0 +1,85 @@
+//! Ranges of numbers: each is one constant beside its key, which the schema describes and checks ask.
+
+use schemars::Schema;
+use schemars::transform::Transform;
+
+/// Range of a finite number, as the keywords of the JSON schema that bound it.
+///
+/// The schema of a key has it by `#[schemars(transform = RANGE.in_schema())]`, a check by
+/// [`contains`](Self::contains).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValueRange {
+    keywords: &'static [(&'static str, f64)],
+}
+
+impl ValueRange {
+    /// Above 0.
+    pub const POSITIVE: Self = ValueRange { keywords: &[("exclusiveMinimum", 0.0)] };
+    /// Above 0, below 1.
+    pub const PART: Self = ValueRange { keywords: &[("exclusiveMinimum", 0.0), ("exclusiveMaximum", 1.0)] };
+    /// 0 to 1.
+    pub const FRACTION: Self = ValueRange { keywords: &[("minimum", 0.0), ("maximum", 1.0)] };
+    /// Poisson's ratio of an isotropic solid: above -1, below 0.5.
+    pub const POISSON: Self =
+        ValueRange { keywords: &[("exclusiveMinimum", -1.0), ("exclusiveMaximum", 0.5)] };
+
+    /// A range bounded by these keywords of the JSON schema: `minimum`, `maximum`, `exclusiveMinimum`,
+    /// `exclusiveMaximum`.
+    pub const fn of(keywords: &'static [(&'static str, f64)]) -> Self {
+        ValueRange { keywords }
+    }
+
+    /// True for finite numbers of the range.
+    pub fn contains(self, value: f64) -> bool {
+        let within = |(keyword, end): &(&str, f64)| match *keyword {
+            "minimum" => value >= *end,
+            "maximum" => value <= *end,
+            "exclusiveMinimum" => value > *end,
+            "exclusiveMaximum" => value < *end,
+            _ => unreachable!("{keyword} is no keyword of a bound"),
+        };
+        value.is_finite() && self.keywords.iter().all(within)
+    }
+
+    /// Writes the range into the schema of its key.
+    pub fn in_schema(self) -> impl Transform {
+        move |schema: &mut Schema| {
+            for (keyword, end) in self.keywords {
+                schema.insert((*keyword).to_owned(), (*end).into());
+            }
+        }
+    }
+}
+
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use schemars::{JsonSchema, SchemaGenerator};
+
+    #[derive(JsonSchema)]
+    struct Solid {
+        #[schemars(transform = ValueRange::POISSON.in_schema())]
+        #[expect(dead_code, reason = "its schema alone is looked at")]
+        poisson: Option<f64>,
+    }
+
+    #[test]
+    fn ends_belong_to_a_range_as_its_keywords_say() {
+        assert!(ValueRange::FRACTION.contains(0.0) && ValueRange::FRACTION.contains(1.0));
+        assert!(!ValueRange::PART.contains(0.0) && !ValueRange::PART.contains(1.0));
+        assert!(ValueRange::POISSON.contains(-0.999) && !ValueRange::POISSON.contains(-1.0));
+        assert!(ValueRange::POISSON.contains(0.4999) && !ValueRange::POISSON.contains(0.5));
+        assert!(!ValueRange::POSITIVE.contains(f64::INFINITY) && !ValueRange::POSITIVE.contains(f64::NAN));
+    }
+
+    #[test]
+    fn schemas_have_the_same_ends() {
+        let schema = Solid::json_schema(&mut SchemaGenerator::default());
+        let poisson = schema.as_value().pointer("/properties/poisson").unwrap();
+        assert_eq!(
+            (&poisson["exclusiveMinimum"], &poisson["exclusiveMaximum"]),
+            (&(-1.0).into(), &0.5.into())
+        );
+    }
+}
