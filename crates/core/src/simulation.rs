@@ -38,7 +38,7 @@ use crate::diagnostics::{
 };
 use crate::element::Barycentric;
 pub use crate::energy::ContactExtremes;
-use crate::energy::{Fault, SurfaceContact};
+use crate::energy::{ElementTerm, Fault, SurfaceContact};
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
@@ -503,8 +503,10 @@ impl Simulation {
 
     /// Deformation and stress of every element, now: body after body, each in the order of its mesh.
     pub fn element_states(&self) -> Vec<ElementState> {
-        let elements = self.system.terms().iter().filter_map(|term| term.elements());
-        elements.flat_map(|elements| elements.element_states(self.state.x())).collect()
+        let terms = || self.system.terms().iter().filter_map(|term| term.elements());
+        let mut states = Vec::with_capacity(terms().map(ElementTerm::element_count).sum());
+        terms().for_each(|elements| states.extend(elements.element_states(self.state.x())));
+        states
     }
 
     /// Names points of elements, each by the number of the element among [`element_states`](Self::element_states).

@@ -72,8 +72,16 @@ pub trait ElementTerm {
     /// Number of elements.
     fn element_count(&self) -> usize;
 
+    /// Shows deformation and stress of every element with its number in the mesh, in any order.
+    fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState));
+
     /// Deformation and stress of every element, in the order of the mesh.
-    fn element_states(&self, x: &[f64]) -> Vec<ElementState>;
+    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+        let mut numbered = Vec::with_capacity(self.element_count());
+        self.each_state(x, &mut |number, state| numbered.push((number, state)));
+        numbered.sort_by_key(|(number, _)| *number);
+        numbered.into_iter().map(|(_, state)| state).collect()
+    }
 
     /// Deformation and stress at the point `at` of an element, by its number in the mesh; `None` if there is
     /// no such element.

@@ -51,17 +51,29 @@ impl Simulation {
 
     fn largest_von_mises(&self, topology: &Topology, x: &[f64]) -> Option<Extreme> {
         let d = topology.dimension;
-        let bodies = topology.bodies.iter().filter_map(|body| Some((body, body.elements(d)?)));
-        bodies
-            .flat_map(|(body, (vertices, corners))| {
-                vertices.chunks_exact(corners).enumerate().map(move |(index, cell)| (body, index, cell))
-            })
-            .zip(self.element_states())
-            .map(|((body, index, cell), state)| (state.von_mises_stress(), body, index, cell))
-            // Without volume there is no Cauchy stress.
-            .filter(|(stress, ..)| stress.is_finite())
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(value, body, index, cell)| extreme(value, body, index, centroid(x, cell, d)))
+        let (mut largest, mut first) = (None, 0);
+        // Element by element: states of all elements together are larger than the system.
+        for elements in self.system.terms().iter().filter_map(|term| term.elements()) {
+            elements.each_state(self.state.x(), &mut |number, state| {
+                let found = (state.von_mises_stress(), first + number);
+                // Without volume there is no Cauchy stress.
+                if found.0.is_finite() && largest.is_none_or(|largest| found > largest) {
+                    largest = Some(found);
+                }
+            });
+            first += elements.element_count();
+        }
+        let (value, mut index) = largest?;
+        for body in &topology.bodies {
+            let Some((vertices, corners)) = body.elements(d) else { continue };
+            let count = vertices.len() / corners;
+            if index < count {
+                let cell = &vertices[index * corners..][..corners];
+                return Some(extreme(value, body, index, centroid(x, cell, d)));
+            }
+            index -= count;
+        }
+        None
     }
 }
 

@@ -263,10 +263,12 @@ impl<const D: usize, const N: usize> ElementTerm for BatchElastic<D, N> {
         &self.body
     }
 
-    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
+    fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         let mut centre = [0.0; 4];
         centre[..=D].fill(1.0 / (D + 1) as f64);
-        (0..self.cells.len()).map(|element| self.state(&self.deformation_at(x, element, &centre))).collect()
+        for element in 0..self.cells.len() {
+            visit(element, self.state(&self.deformation_at(x, element, &centre)));
+        }
     }
 
     fn element_count(&self) -> usize {

@@ -23,7 +23,7 @@ use kernels::{BLOCKS, DeformationKernel, EnergyKernel, ExtremesKernel, ForceKern
 pub(crate) use kernels::{gather, scatter};
 use simplex::{Fused, SimplexForces};
 pub(crate) use solid::SolidElements;
-use solid::{extremes, in_mesh_order};
+use solid::extremes;
 
 use super::patch::{Patch, Patches, Scratch, Workspace};
 use super::{
@@ -325,11 +325,11 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
     }
 
     /// Quadratic elements at their centroid, where strains are most accurate.
-    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
-        in_mesh_order(self.elements().map(|(element, vertices, pack, lane)| {
+    fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
+        for (element, vertices, pack, lane) in self.elements() {
             let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
-            (element, self.state(&f, &vertices, x))
-        }))
+            visit(element, self.state(&f, &vertices, x));
+        }
     }
 
     fn shape_products(&self) -> Option<ShapeProducts> {

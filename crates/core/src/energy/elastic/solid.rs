@@ -2,7 +2,6 @@
 
 use super::super::patch::{Patch, Patches, Scratch, Workspace};
 use super::super::{DeformationExtremes, ElementTerm, ForceLayout, Measurements, StepLimit, TermViews};
-use crate::element::ElementState;
 
 /// Solid elements whose gradient lies in patches.
 pub trait SolidElements: ElementTerm + ForceLayout + StepLimit + Measurements + Sized {
@@ -26,13 +25,6 @@ impl<T: SolidElements> TermViews for T {
     fn measurements(&mut self) -> Option<&mut dyn Measurements> {
         Some(self)
     }
-}
-
-/// States of elements, given with their numbers, in the order of the mesh.
-pub(super) fn in_mesh_order(states: impl Iterator<Item = (usize, ElementState)>) -> Vec<ElementState> {
-    let mut states: Vec<_> = states.collect();
-    states.sort_unstable_by_key(|(element, _)| *element);
-    states.into_iter().map(|(_, state)| state).collect()
 }
 
 /// Extremes of `det F` over all patches at `x`; `None` without elements.

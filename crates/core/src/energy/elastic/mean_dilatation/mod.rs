@@ -32,7 +32,7 @@ use std::ops::Range;
 
 use super::block::BlockMaterial;
 use super::hessian::{MARGIN, first_root};
-use super::solid::{SolidElements, extremes, in_mesh_order};
+use super::solid::{SolidElements, extremes};
 use super::{centroids, points_of};
 use crate::algebra::Mat;
 use crate::element::{Barycentric, ElementState, Isoparametric};
@@ -286,11 +286,11 @@ impl<const D: usize, const N: usize> ElementTerm for MeanDilatation<D, N> {
     }
 
     /// The mean deformation gradients of the cells, where strains are most accurate.
-    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
-        let state = |(element, vertices, pack, lane)| {
-            (element, self.state(x, (vertices, pack, lane), |at_points| self.mean(at_points, pack, lane)))
-        };
-        in_mesh_order(self.elements().map(state))
+    fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
+        for (element, vertices, pack, lane) in self.elements() {
+            let mean = |at_points: &_| self.mean(at_points, pack, lane);
+            visit(element, self.state(x, (vertices, pack, lane), mean));
+        }
     }
 
     fn element_count(&self) -> usize {

@@ -12,7 +12,7 @@ use self::kernels::{AreaKernel, FactorKernel, FactorRateKernel, Frames, SheetFor
 use self::plane_stress::PlaneStress;
 use super::block::{Block, BlockMaterial};
 use super::kernels::{BLOCKS, EnergyKernel};
-use super::solid::{extremes, in_mesh_order};
+use super::solid::extremes;
 use super::{centroids, points_of};
 use crate::algebra::Mat;
 use crate::dissipation::simplex_packs;
@@ -257,8 +257,8 @@ impl ElementTerm for Membrane {
         &self.body
     }
 
-    fn element_states(&self, x: &[f64]) -> Vec<ElementState> {
-        in_mesh_order(self.patches.stencils().map(|stencil| (stencil.0, self.state(x, &stencil))))
+    fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
+        self.patches.stencils().for_each(|stencil| visit(stencil.0, self.state(x, &stencil)));
     }
 
     fn element_count(&self) -> usize {
