@@ -214,3 +214,55 @@ fn morton<const D: usize>(bounds: &Bounds<D>, all: &Bounds<D>) -> u64 {
     }
     code
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn around<const D: usize>(middle: [f64; D], half: f64) -> Bounds<D> {
+        Bounds { low: middle.map(|c| c - half), high: middle.map(|c| c + half) }
+    }
+
+    #[test]
+    fn spread_is_half_of_what_surrounds_a_box() {
+        let flat = Bounds { low: [1.0, -2.0], high: [4.0, 3.0] };
+        assert_eq!(spread(&flat), 3.0 + 5.0);
+        let solid = Bounds { low: [1.0, -2.0, 0.5], high: [4.0, 3.0, 7.5] };
+        assert_eq!(spread(&solid), 15.0 + 35.0 + 21.0);
+        assert_eq!(spread(&Bounds::<3>::EMPTY), 0.0);
+    }
+
+    /// Cells 0 and 1 of each axis, `x` before `y` before `z` in every triple of bits.
+    #[test]
+    fn corners_of_a_cube_are_in_the_order_of_their_bits() {
+        let all = Bounds { low: [2.0; 3], high: [3.0; 3] };
+        let corner = |i: u32| {
+            let bit = |k: u32| 2.0 + f64::from(i >> (2 - k) & 1);
+            morton(&around([bit(0), bit(1), bit(2)], 0.25), &all)
+        };
+        // 21 bits of each coordinate: the least cell has none of them set, the last all.
+        assert_eq!((corner(0), corner(7)), (0, (1 << 63) - 1));
+        assert!((0..7).all(|i| corner(i) < corner(i + 1)));
+        assert_eq!(corner(4) | corner(2) | corner(1), corner(7));
+        let quarter = morton(&around([2.25, 2.0, 2.0], 0.125), &all);
+        assert!(0 < quarter && quarter < corner(4), "{quarter:x}");
+    }
+
+    #[test]
+    fn a_place_without_extent_has_one_code() {
+        let all = Bounds { low: [1.0; 2], high: [1.0; 2] };
+        assert_eq!(morton(&all, &all), 0);
+    }
+
+    /// Z: the quarters of a square one after the other, and what has one code by number.
+    #[test]
+    fn a_lattice_is_gone_through_quarter_by_quarter() {
+        let at = |x: u32, y: u32| around([f64::from(x), f64::from(y)], 0.1);
+        let bounds: Vec<_> = (0..16).map(|i| at(i / 4, i % 4)).chain([at(0, 0)]).collect();
+        let order = morton_order(&bounds);
+        assert_eq!(order[..3], [0, 16, 1]);
+        let quarter = |i: &u32| (i / 8, i % 4 / 2);
+        let quarters: Vec<_> = order[1..].iter().filter(|i| **i < 16).map(quarter).collect();
+        assert!(quarters.windows(2).filter(|pair| pair[0] != pair[1]).count() <= 3, "{order:?}");
+    }
+}
