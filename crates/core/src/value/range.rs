@@ -51,7 +51,6 @@ impl ValueRange {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
