@@ -51,6 +51,7 @@ mod rows;
 mod search;
 pub mod start;
 pub mod surface;
+pub mod terms;
 mod vector;
 mod way;
 

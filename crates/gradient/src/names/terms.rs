@@ -6,7 +6,7 @@ use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::points_of;
 use pliant::material::{Lame, MaterialSpec};
 use pliant::topology::BodyTopology;
-use pliant_elastic::ElementSet;
+use pliant_terms::ElementSet;
 use pliant_scene::Body;
 
 use super::materials::{isotropic, rates_by_poisson, young};
@@ -91,11 +91,11 @@ impl Places<'_> {
             stress: Default::default(),
         };
         match body.blocks.first() {
-            Some(CellBlock { kind, .. }) => pliant_elastic::cells(material, kind, &elements),
+            Some(CellBlock { kind, .. }) => pliant_terms::cells(material, kind, &elements),
             None if body.triangle_middles.is_empty() && body.tetrahedron_middles.is_empty() => {
-                pliant_elastic::linear(material, &elements)
+                pliant_terms::linear(material, &elements)
             }
-            None => pliant_elastic::quadratic(material, &elements),
+            None => pliant_terms::quadratic(material, &elements),
         }
     }
 

@@ -5,13 +5,13 @@ use crate::BendingRest;
 use crate::BendingSpec;
 use crate::KeyPath;
 use crate::Problem;
-use pliant::dissipation::MeasuredRate;
 use pliant::energy::elastic::points_of;
-use pliant::energy::measure::{Curvature, HingeAngle, ScalarStrain, ScalarStrainEnergy, StencilConstants};
+use pliant::energy::measure::{Curvature, HingeAngle, ScalarStrain, StencilConstants};
 use pliant::numbering::Numbering;
 use pliant::quantity::Kind;
 use pliant::system::System;
 use pliant_mesh::Mesh;
+use pliant_terms::{hinge_dashpots, joint_dashpots};
 
 /// Below this curvature a joint of a mesh is straight: what is measured there is rounding.
 const STRAIGHT: f64 = 1e-6;
@@ -95,7 +95,7 @@ impl BendingPlan {
     }
 
     /// Adds the energies to `system`.
-    pub(super) fn add_terms<const D: usize>(
+    pub(super) fn add_terms(
         &self,
         body: &BodyAssembly,
         rest: &[f64],
@@ -105,20 +105,16 @@ impl BendingPlan {
         let BendingPlan { hinges, joints, constants } = self;
         if !hinges.is_empty() {
             let hinges = global(hinges, body, numbering);
-            system.add_term(Box::new(ScalarStrainEnergy::<HingeAngle, 3, 4>::new(
-                &body.name, &hinges, constants, rest,
-            )));
+            system.add_term(pliant_terms::hinges(&body.name, &hinges, constants, rest));
         }
         if !joints.is_empty() {
             let joints = global(joints, body, numbering);
-            system.add_term(Box::new(ScalarStrainEnergy::<Curvature, D, 3>::new(
-                &body.name, &joints, constants, rest,
-            )));
+            system.add_term(pliant_terms::joints(system.dimension(), &body.name, &joints, constants, rest));
         }
     }
 
     /// Adds damping in proportion to the stiffness, `beta` [s].
-    pub(super) fn add_damping<const D: usize>(
+    pub(super) fn add_damping(
         &self,
         beta: f64,
         body: &BodyAssembly,
@@ -130,13 +126,12 @@ impl BendingPlan {
         let constants: Vec<StencilConstants> = self.constants.iter().map(damped).collect();
         if !self.hinges.is_empty() {
             let hinges = global(&self.hinges, body, numbering);
-            let term = MeasuredRate::<HingeAngle, 3, 4>::new(&body.name, &hinges, &constants, rest);
-            system.add_dissipation(Box::new(term));
+            system.add_dissipation(hinge_dashpots(&body.name, &hinges, &constants, rest));
         }
         if !self.joints.is_empty() {
             let joints = global(&self.joints, body, numbering);
-            let term = MeasuredRate::<Curvature, D, 3>::new(&body.name, &joints, &constants, rest);
-            system.add_dissipation(Box::new(term));
+            let dimension = system.dimension();
+            system.add_dissipation(joint_dashpots(dimension, &body.name, &joints, &constants, rest));
         }
     }
 }

@@ -237,15 +237,6 @@ impl BodyAssembly {
         }
     }
 
-    /// The cells of a block of `N` nodes by their vertices in the system.
-    pub(super) fn renumbered_cells<const N: usize>(
-        &self,
-        block: &CellBlock,
-        numbering: &Numbering,
-    ) -> Vec<[u32; N]> {
-        block.of::<N>().iter().map(|cell| renumbered(cell, self.first_vertex, numbering)).collect()
-    }
-
     /// Its elements, where they are no simplices, by their vertices in the simulation.
     fn blocks(&self) -> Vec<CellBlock> {
         let global = |block: &CellBlock| CellBlock {

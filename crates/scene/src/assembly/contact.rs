@@ -11,13 +11,12 @@ use pliant::numbering::Numbering;
 use pliant::system::System;
 use pliant_contact::barrier::{Barrier, PotentialForm};
 use pliant_contact::candidates::BodyPairs;
-use pliant_contact::energy::ContactEnergy;
 use pliant_contact::explicit::SurfaceMobility;
-use pliant_contact::friction_term::FrictionTerm;
 use pliant_contact::merge::Duplicates;
 use pliant_contact::model::{ContactLaw, ContactLaws, ContactModel, SolidBall, SolidHalfSpace};
-use pliant_contact::start::{self, LeastDistance};
+use pliant_contact::start::LeastDistance;
 use pliant_contact::surface::{ContactSurface, SurfacePrimitives};
+use pliant_contact::terms::{self, ContactTerms, ExplicitOptions, StartFaults};
 
 /// Reach of contact, as a part of the size of the smallest body.
 const PART_OF_BODY: f64 = 1e-3;
@@ -188,7 +187,7 @@ pub(super) fn add<const D: usize>(
     surface.thicken(parties.iter().map(|party| party.radius + party.obstacle_radius()).collect(), distance);
     let design = ExplicitDesign::new(scene, contact, &parties, &surface, system.mass())?;
     let mut model = model::<D>(scene, contact, &parties, numbering, (surface, design.as_ref()), distance);
-    let least = start::least_distances::<D>(&model, rest);
+    let least = terms::least_distances(D, &model, rest);
     let with_itself = shrink(&mut model, &parties, &least);
     if let (Some(design), None) = (&design, contact.stiffness) {
         for i in 0..parties.len() as u32 {
@@ -197,21 +196,20 @@ pub(super) fn add<const D: usize>(
             barrier.stiffness = barrier.stiffness.min(most);
         }
     }
-    overlaps::<D>(&model, &parties, position)?;
+    overlaps(&model, &parties, position, D)?;
     let mut report = report(contact, &model, &parties, distance, with_itself);
-    let mut energy = ContactEnergy::<D>::new(Arc::new(model));
-    energy.allow_crossing(contact.allow_penetration);
-    if energy.model().laws.has_friction() {
-        let mut friction = FrictionTerm::new(&energy);
-        if let Some(step) = design.as_ref().and_then(|design| design.step)
-            && contact.threshold_speed.is_none()
-        {
-            friction.raise_threshold(step, system.mass());
-        }
-        system.add_dissipation(Box::new(friction));
+    let model = Arc::new(model);
+    let step = design.as_ref().and_then(|design| design.step).filter(|_| contact.threshold_speed.is_none());
+    let options = ExplicitOptions {
+        allows_crossing: contact.allow_penetration,
+        borne: step.map(|step| (step, system.mass())),
+    };
+    let ContactTerms { energy, friction } = terms::contact_terms(D, model.clone(), options);
+    report.explicit = design.map(|design| design.summary::<D>(scene, contact, &model, velocity));
+    if let Some(friction) = friction {
+        system.add_dissipation(friction);
     }
-    report.explicit = design.map(|design| design.summary::<D>(scene, contact, energy.model(), velocity));
-    system.add_term(Box::new(energy));
+    system.add_term(energy);
     Ok(Some(report))
 }
 
@@ -523,13 +521,13 @@ fn shrink(
 }
 
 /// Starts that are none.
-fn overlaps<const D: usize>(
+fn overlaps(
     model: &ContactModel,
     parties: &[ContactParty<'_>],
     position: &[f64],
+    dimension: usize,
 ) -> Result<(), Vec<Problem>> {
-    let found = start::bad_starts::<D>(model, position);
-    let enclosed = if found.is_empty() { start::enclosed_bodies::<D>(model, position) } else { vec![] };
+    let StartFaults { pairs: found, enclosed } = terms::start_faults(dimension, model, position);
     let path = |body: u32| {
         let bodies = parties.iter().filter(|party| !party.is_obstacle()).count();
         let root = KeyPath::root();
@@ -539,8 +537,8 @@ fn overlaps<const D: usize>(
     let help = "move them apart by `transform` or `position`, or let them pass: [contact] `pairs = [{ between \
                 = [...], contact = false }]`";
     let mut problems = vec![];
-    for bad in found.iter().take(MOST_TOLD) {
-        let message = format!("{} before anything has moved", bad.described::<D>(model));
+    for (bad, words) in found.iter().take(MOST_TOLD) {
+        let message = format!("{words} before anything has moved");
         problems.push(Problem::semantic(path(model.body(bad.primitives[0][0])), message));
     }
     for [inner, outer] in enclosed {

@@ -3,13 +3,12 @@
 use super::body::{BodyAssembly, renumbered};
 use crate::Body;
 use crate::DampingSpec;
-use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, MeasuredRate, StrainRate, Viscosity};
-use pliant::element::{CellBlock, CellVisitor, Isoparametric};
-use pliant::energy::elastic::{flattened, points_of};
-use pliant::energy::measure::{Length, StencilConstants};
+use pliant::dissipation::{AtRest, DissipativeTerm, MassProportional, Viscosity};
+use pliant::energy::measure::StencilConstants;
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
+use pliant_terms::{ViscousSet, viscous_cells, viscous_linear, viscous_membrane, viscous_quadratic};
 
 /// Viscosities of the elements of a body by `strain_rate`.
 fn strain_rate(damping: &DampingSpec) -> Viscosity {
@@ -63,11 +62,10 @@ impl BodyAssembly {
         let constants: Vec<StencilConstants> = self.stiffness.iter().map(constant).collect();
         if constants.iter().any(|c| c.stiffness != 0.0) {
             let edges: Vec<[u32; 2]> = self.springs.iter().map(|e| renumbered(e, first, numbering)).collect();
-            let dashpots = MeasuredRate::<Length, D, 2>::new(name, &edges, &constants, rest);
-            system.add_dissipation(Box::new(dashpots));
+            system.add_dissipation(pliant_terms::dashpots(D, name, &edges, &constants, rest));
         }
         if beta != 0.0 {
-            self.bends.add_damping::<D>(beta, self, rest, numbering, system);
+            self.bends.add_damping(beta, self, rest, numbering, system);
         }
         if let Some(alpha) = damping.mass_proportional.filter(|alpha| *alpha != 0.0) {
             let vertices = self.vertices();
@@ -87,50 +85,17 @@ impl BodyAssembly {
         if viscosity == Viscosity::default() {
             return None;
         }
-        let name = &self.name;
-        if let Some(block) = self.mesh.block() {
-            return Some(block.kind.visit(CellsViscosity { parts: self, block, viscosity, rest, numbering }));
-        }
-        Some(match (self.thickness, self.mesh.order(), D) {
-            (Some(h), ..) => {
-                let Viscosity { shear, second } = viscosity;
-                let viscosity = Viscosity { shear: h * shear, second: h * second };
-                let triangles: Vec<[u32; 3]> = self.elements(numbering);
-                let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
-                Box::new(StrainRate::<3, 3, _>::linear(name, viscosity, &triangles, rest, shape))
-            }
-            (None, 1, _) => {
-                let elements: Vec<[u32; N]> = self.elements(numbering);
-                let shape = |element: &[u32; N]| points_of::<D, N>(rest, element);
-                Box::new(StrainRate::<D, N, _>::linear(name, viscosity, &elements, rest, shape))
-            }
-            (None, _, 2) => {
-                let elements = self.elements(numbering);
-                Box::new(StrainRate::<2, 6, _>::quadratic(name, viscosity, &elements, rest))
-            }
-            _ => {
-                let elements = self.elements(numbering);
-                Box::new(StrainRate::<3, 10, _>::quadratic(name, viscosity, &elements, rest))
-            }
+        let cells = self.element_vertices::<D, N>(numbering);
+        let set = ViscousSet { body: &self.name, dimension: D, cells: &cells, rest };
+        Some(if let Some(block) = self.mesh.block() {
+            viscous_cells(viscosity, block.kind, &set)
+        } else if let Some(h) = self.thickness {
+            let Viscosity { shear, second } = viscosity;
+            viscous_membrane(Viscosity { shear: h * shear, second: h * second }, &set)
+        } else if self.mesh.order() == 1 {
+            viscous_linear(viscosity, &set)
+        } else {
+            viscous_quadratic(viscosity, &set)
         })
-    }
-}
-
-/// Makes the dashpots of cells of whatever kind is visited.
-struct CellsViscosity<'a> {
-    parts: &'a BodyAssembly,
-    block: &'a CellBlock,
-    viscosity: Viscosity,
-    rest: &'a [f64],
-    numbering: &'a Numbering,
-}
-
-impl CellVisitor for CellsViscosity<'_> {
-    type Output = Box<dyn DissipativeTerm>;
-
-    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        let CellsViscosity { parts, block, viscosity, rest, numbering } = self;
-        let cells = parts.renumbered_cells::<N>(block, numbering);
-        Box::new(StrainRate::cells(&parts.name, viscosity, cell, &cells, rest))
     }
 }

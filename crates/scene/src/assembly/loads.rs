@@ -9,7 +9,7 @@ use crate::Problem;
 use crate::Selection;
 use pliant::element::{face_points, vector_area};
 use pliant::energy::EnergyTerm;
-use pliant::energy::load::{DeadLoad, Pressure, PressureField, Sample, VectorField, image, nodes, rim};
+use pliant::energy::load::{DeadLoad, PressureField, Sample, VectorField, image, nodes, rim};
 use pliant::numbering::Numbering;
 use pliant_mesh::{Mesh, select};
 
@@ -180,7 +180,8 @@ impl LoadPlan {
             let (changes, varies) = (self.changes(), pressure.depends_on_place());
             let field = Box::new(move |x, t| pressure.value(x, t));
             let pressure = PressureField { field, changes, varies };
-            return Box::new(Pressure::<D, N>::new(self.name.clone(), &global, rest, rim_stays, pressure));
+            let (name, faces) = (self.name.clone(), global.as_flattened());
+            return pliant_terms::pressure((D, N), name, faces, rest, rim_stays, pressure);
         }
         let quadrature = face_points::<D, N>();
         let mut samples = vec![];

@@ -34,7 +34,6 @@ use crate::Scene;
 use crate::Tree;
 use pliant::constraint::Wall;
 use pliant::diagnostics::StabilityLimit;
-use pliant::energy::nbody::{NBody, TreeGravity};
 use pliant::numbering::Numbering;
 use pliant::probe::Probe;
 use pliant::run::Plan;
@@ -43,6 +42,7 @@ use pliant::solver::{LinearSolver, SolverOptions};
 use pliant::state::State;
 use pliant::system::System;
 use pliant::topology::Topology;
+use pliant_terms::{direct_gravity, tree_gravity};
 
 pub use contact::ContactSummary;
 pub use places::{LoadedVertices, PinnedVertices, ScenePlaces};
@@ -143,13 +143,13 @@ fn assemble<const D: usize, const N: usize>(
         // Bodies without cells are not renumbered.
         let vertices: Vec<u32> = particles.flat_map(|b| b.vertices()).collect();
         let mass = vertices.iter().map(|&v| system.mass()[v as usize]).collect();
-        let (constant, softening) = (nbody.constant, nbody.softening);
+        let (particles, constants) = ((vertices, mass), (nbody.constant, nbody.softening));
         if let Some(Tree { opening_angle }) = nbody.tree {
-            let mut tree = TreeGravity::<D>::new(vertices, mass, constant, softening, opening_angle);
-            force_error = Some(tree.force_error(&position));
-            system.add_term(Box::new(tree));
+            let (tree, error) = tree_gravity(D, particles, constants, opening_angle, &position);
+            force_error = Some(error);
+            system.add_term(tree);
         } else {
-            system.add_term(Box::new(NBody::<D>::new(vertices, mass, constant, softening)));
+            system.add_term(direct_gravity(D, particles, constants));
         }
     }
     for wall in &scene.world.walls {

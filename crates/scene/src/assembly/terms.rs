@@ -4,11 +4,10 @@ use super::body::{BodyAssembly, renumbered};
 use crate::{Body, SpringsSpec};
 use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::Sheet;
-use pliant::energy::spring::{ExpressedSprings, Springs};
 use pliant::material::{MaterialSpec, Plane};
 use pliant::numbering::Numbering;
 use pliant::system::System;
-use pliant_elastic::ElementSet;
+use pliant_terms::{ElementSet, expressed_springs};
 
 impl BodyAssembly {
     /// Adds elements and springs to `system`; `rest` holds the rest positions of the whole system, in its
@@ -26,23 +25,16 @@ impl BodyAssembly {
                 system.add_term(term);
             }
         }
-        self.bends.add_terms::<D>(self, rest, numbering, system);
+        self.bends.add_terms(self, rest, numbering, system);
         if !springs.is_empty() {
             let edges: Vec<[u32; 2]> =
                 springs.iter().map(|e| renumbered(e, *first_vertex, numbering)).collect();
             let count = rest.len() / D;
-            if let Some(Ok(formula)) = spec.springs.as_ref().and_then(SpringsSpec::formula) {
-                let term = ExpressedSprings::<D>::new(name, formula, &edges, &self.rest_length, rest);
-                system.add_term(Box::new(term));
-                return;
-            }
-            system.add_term(Box::new(Springs::<D>::new(
-                name,
-                &edges,
-                &self.stiffness,
-                &self.rest_length,
-                count,
-            )));
+            let lengths = &self.rest_length;
+            system.add_term(match spec.springs.as_ref().and_then(SpringsSpec::formula) {
+                Some(Ok(formula)) => expressed_springs(D, name, formula, &edges, lengths, rest),
+                _ => pliant_terms::springs(D, name, &edges, (&self.stiffness, lengths), count),
+            });
         }
     }
 
@@ -58,24 +50,24 @@ impl BodyAssembly {
         let cells = self.element_vertices::<D, N>(numbering);
         let elements = ElementSet { body: &self.name, dimension: D, cells: &cells, rest, stress };
         if let Some(nodal) = &spec.nodal_integration {
-            let terms = pliant_elastic::nodal(material, &elements, nodal.stabilisation_or_default());
+            let terms = pliant_terms::nodal(material, &elements, nodal.stabilisation_or_default());
             return terms.into_iter().flatten().collect();
         }
         vec![if let Some(block) = self.mesh.block() {
-            pliant_elastic::cells(material, block.kind, &elements)
+            pliant_terms::cells(material, block.kind, &elements)
         } else if let Some(thickness) = self.thickness {
             let plane = spec.membrane.as_ref().map_or(Plane::Stress, |m| m.plane_or_default());
             let sheet = Sheet { thickness, plane, lame: material.lame(), stress };
-            pliant_elastic::membrane(material, &elements, sheet)
+            pliant_terms::membrane(material, &elements, sheet)
         } else if self.mesh.order() == 1 {
-            pliant_elastic::linear(material, &elements)
+            pliant_terms::linear(material, &elements)
         } else {
-            pliant_elastic::quadratic(material, &elements)
+            pliant_terms::quadratic(material, &elements)
         }]
     }
 
     /// Vertices of its elements in the simulation, flat.
-    fn element_vertices<const D: usize, const N: usize>(&self, numbering: &Numbering) -> Vec<u32> {
+    pub(super) fn element_vertices<const D: usize, const N: usize>(&self, numbering: &Numbering) -> Vec<u32> {
         match (self.mesh.block(), self.mesh.order(), D) {
             (Some(block), ..) => {
                 block.vertices.iter().map(|v| numbering.internal(self.first_vertex + v)).collect()

@@ -1,12 +1,12 @@
-//! Elastic terms by the name of their material.
+//! Terms by the name of their material, the kind of their elements and the number of dimensions.
 //!
-//! The engine's terms are generic over the material, so that each has kernels of its own. Whoever takes the
-//! material from a scene needs the kernels of all; they are compiled here, behind functions that are not
-//! generic, once for all crates above.
+//! The engine's terms are generic over all three, so that each has kernels of its own. A scene names them, and
+//! needs the kernels of all; they are compiled here, behind functions that are not generic, once for all
+//! crates above.
 //!
 //! ```
 //! use pliant::material::{Isotropic, MaterialSpec, Stress};
-//! use pliant_elastic::{ElementSet, linear};
+//! use pliant_terms::{ElementSet, linear};
 //!
 //! let rest = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
 //! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest, stress: Stress::Analytic };
@@ -16,9 +16,17 @@
 //! ```
 
 mod cells;
+mod gravity;
 mod makers;
+mod pressure;
+mod springs;
+mod viscous;
 
 pub use cells::cells;
+pub use gravity::{direct_gravity, tree_gravity};
+pub use pressure::pressure;
+pub use springs::{dashpots, expressed_springs, hinge_dashpots, hinges, joint_dashpots, joints, springs};
+pub use viscous::{ViscousSet, viscous_cells, viscous_linear, viscous_membrane, viscous_quadratic};
 
 use makers::{LinearMaker, MembraneMaker, QuadraticMaker};
 use pliant::energy::EnergyTerm;
@@ -46,10 +54,18 @@ impl<'a> ElementSet<'a> {
     /// # Panics
     /// If the number of vertices is no multiple of `N`.
     fn of<const N: usize>(&self) -> &'a [[u32; N]] {
-        let (elements, left) = self.cells.as_chunks::<N>();
-        assert!(left.is_empty(), "elements of {N} nodes from {} vertices", self.cells.len());
-        elements
+        whole_cells(self.cells)
     }
+}
+
+/// Cells of `N` nodes by their vertices, flat.
+///
+/// # Panics
+/// If the number of vertices is no multiple of `N`.
+fn whole_cells<const N: usize>(vertices: &[u32]) -> &[[u32; N]] {
+    let (cells, left) = vertices.as_chunks::<N>();
+    assert!(left.is_empty(), "cells of {N} nodes from {} vertices", vertices.len());
+    cells
 }
 
 /// Linear triangles in the plane, linear tetrahedra in space, as

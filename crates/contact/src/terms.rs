@@ -1,0 +1,90 @@
+//! Terms and starts of a model by the number of dimensions: what is generic over it ends here.
+
+use std::sync::Arc;
+
+use pliant::dissipation::DissipativeTerm;
+use pliant::energy::EnergyTerm;
+
+use crate::energy::ContactEnergy;
+use crate::friction_term::FrictionTerm;
+use crate::model::ContactModel;
+use crate::start::{self, BadStart, LeastDistance};
+
+/// Terms of the contacts of one model.
+pub struct ContactTerms {
+    /// Its energy.
+    pub energy: Box<dyn EnergyTerm>,
+    /// Its friction, where any pair has some.
+    pub friction: Option<Box<dyn DissipativeTerm>>,
+}
+
+/// Choices of contact in steps that are not solved.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExplicitOptions<'a> {
+    /// True if surfaces may pass through each other unseen.
+    pub allows_crossing: bool,
+    /// A step [s], and the mass [kg] of every vertex: friction has the threshold speed that it bears, see
+    /// [`FrictionTerm::raise_threshold`].
+    pub borne: Option<(f64, &'a [f64])>,
+}
+
+/// Energy and friction of the contacts of `model` in 2 or 3 dimensions.
+pub fn contact_terms(
+    dimension: usize,
+    model: Arc<ContactModel>,
+    options: ExplicitOptions<'_>,
+) -> ContactTerms {
+    match dimension {
+        2 => terms_in::<2>(model, options),
+        _ => terms_in::<3>(model, options),
+    }
+}
+
+fn terms_in<const D: usize>(model: Arc<ContactModel>, options: ExplicitOptions<'_>) -> ContactTerms {
+    let mut energy = ContactEnergy::<D>::new(model);
+    energy.allow_crossing(options.allows_crossing);
+    let friction = energy.model().laws.has_friction().then(|| {
+        let mut friction = FrictionTerm::new(&energy);
+        if let Some((step, mass)) = options.borne {
+            friction.raise_threshold(step, mass);
+        }
+        Box::new(friction) as Box<dyn DissipativeTerm>
+    });
+    ContactTerms { energy: Box::new(energy), friction }
+}
+
+/// Faults of a start.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StartFaults {
+    /// Pairs that cross, or are nearer than their radii allow, each in words too.
+    pub pairs: Vec<(BadStart, String)>,
+    /// Bodies that lie inside closed ones, the inner first; not looked for where any pair is at fault.
+    pub enclosed: Vec<[u32; 2]>,
+}
+
+/// Faults of the positions `x`, flat `(n, dimension)` [m], as [`start::bad_starts`] and
+/// [`start::enclosed_bodies`] find them.
+pub fn start_faults(dimension: usize, model: &ContactModel, x: &[f64]) -> StartFaults {
+    match dimension {
+        2 => start_faults_in::<2>(model, x),
+        _ => start_faults_in::<3>(model, x),
+    }
+}
+
+fn start_faults_in<const D: usize>(model: &ContactModel, x: &[f64]) -> StartFaults {
+    let described = |bad: BadStart| {
+        let words = bad.described::<D>(model);
+        (bad, words)
+    };
+    let pairs: Vec<_> = start::bad_starts::<D>(model, x).into_iter().map(described).collect();
+    let enclosed = if pairs.is_empty() { start::enclosed_bodies::<D>(model, x) } else { vec![] };
+    StartFaults { pairs, enclosed }
+}
+
+/// Least distances of bodies from themselves at rest, as [`start::least_distances`] has them.
+pub fn least_distances(dimension: usize, model: &ContactModel, rest: &[f64]) -> Vec<Option<LeastDistance>> {
+    match dimension {
+        2 => start::least_distances::<2>(model, rest),
+        _ => start::least_distances::<3>(model, rest),
+    }
+}

@@ -1,0 +1,88 @@
+//! Viscosity of elements of every kind.
+
+use pliant::dissipation::{DissipativeTerm, StrainRate, Viscosity};
+use pliant::element::{CellKind, CellVisitor, Isoparametric};
+use pliant::energy::elastic::{flattened, points_of};
+
+use crate::whole_cells;
+
+/// Elements that dissipate: their body, vertices and rest positions.
+#[derive(Clone, Copy, Debug)]
+pub struct ViscousSet<'a> {
+    /// Name of the body, for messages.
+    pub body: &'a str,
+    /// 2 or 3.
+    pub dimension: usize,
+    /// Vertices of the elements, flat `(elements, nodes)`; corners first.
+    pub cells: &'a [u32],
+    /// Rest positions of the whole system, flat `(n, dimension)` [m].
+    pub rest: &'a [f64],
+}
+
+/// Viscosity of linear triangles in the plane, linear tetrahedra in space, as [`StrainRate::linear`] has it.
+///
+/// # Panics
+/// If the cells are not whole ones.
+pub fn viscous_linear(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
+    let ViscousSet { body, dimension, cells, rest } = *set;
+    match dimension {
+        2 => {
+            let shape = |element: &[u32; 3]| points_of::<2, 3>(rest, element);
+            Box::new(StrainRate::<2, 3, _>::linear(body, viscosity, whole_cells(cells), rest, shape))
+        }
+        _ => {
+            let shape = |element: &[u32; 4]| points_of::<3, 4>(rest, element);
+            Box::new(StrainRate::<3, 4, _>::linear(body, viscosity, whole_cells(cells), rest, shape))
+        }
+    }
+}
+
+/// Viscosity of triangles of six nodes in the plane, tetrahedra of ten in space, as
+/// [`StrainRate::quadratic`] has it.
+///
+/// # Panics
+/// If the cells are not whole ones.
+pub fn viscous_quadratic(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
+    let ViscousSet { body, dimension, cells, rest } = *set;
+    match dimension {
+        2 => Box::new(StrainRate::<2, 6, _>::quadratic(body, viscosity, whole_cells(cells), rest)),
+        _ => Box::new(StrainRate::<3, 10, _>::quadratic(body, viscosity, whole_cells(cells), rest)),
+    }
+}
+
+/// Viscosity of triangles of a membrane in space, times its thickness [Pa s m].
+///
+/// # Panics
+/// If the cells are not whole ones.
+pub fn viscous_membrane(viscosity: Viscosity, set: &ViscousSet<'_>) -> Box<dyn DissipativeTerm> {
+    let ViscousSet { body, cells, rest, .. } = *set;
+    let shape = |triangle: &[u32; 3]| flattened(&points_of(rest, triangle)).0;
+    Box::new(StrainRate::<3, 3, _>::linear(body, viscosity, whole_cells(cells), rest, shape))
+}
+
+/// Viscosity of cells of a kind, as [`StrainRate::cells`] has it.
+///
+/// # Panics
+/// If the cells are not whole ones.
+pub fn viscous_cells(
+    viscosity: Viscosity,
+    kind: &CellKind,
+    set: &ViscousSet<'_>,
+) -> Box<dyn DissipativeTerm> {
+    kind.visit(ViscousCellsMaker { viscosity, set })
+}
+
+/// Maker of the viscosity of cells of whatever kind is visited.
+struct ViscousCellsMaker<'a> {
+    viscosity: Viscosity,
+    set: &'a ViscousSet<'a>,
+}
+
+impl CellVisitor for ViscousCellsMaker<'_> {
+    type Output = Box<dyn DissipativeTerm>;
+
+    fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
+        let ViscousSet { body, cells, rest, .. } = *self.set;
+        Box::new(StrainRate::cells(body, self.viscosity, cell, whole_cells(cells), rest))
+    }
+}
