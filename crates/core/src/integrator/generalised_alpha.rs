@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::alpha::AlphaCoefficients;
 use super::{BadParameter, Documentation, Method, Scheme};
-use crate::value::ValueRange;
+use crate::value::KeyRange;
 
 /// The parameter of the method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct GeneralisedAlphaParameters {
     /// Spectral radius at infinite frequency, 0 to 1: the factor by which a step damps the fastest motion. 1 damps nothing, 0 all.
-    #[schemars(transform = ValueRange::FRACTION.in_schema())]
+    #[schemars(transform = KeyRange::FRACTION.in_schema())]
     pub rho: f64,
 }
 
@@ -57,7 +57,7 @@ impl GeneralisedAlphaParameters {
     /// # Errors
     /// [`BadParameter`].
     pub fn check(&self) -> Result<(), BadParameter> {
-        if !ValueRange::FRACTION.contains(self.rho) {
+        if !KeyRange::FRACTION.contains(self.rho) {
             let right = "between 0 (damps fast motion out at once) and 1 (damps nothing)";
             return Err(BadParameter { name: "rho", value: self.rho, right });
         }

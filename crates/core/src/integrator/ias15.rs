@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BadParameter, Documentation, Method, Scheme};
-use crate::value::ValueRange;
+use crate::value::KeyRange;
 
 /// Parameters of the Gauss-Radau method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -23,7 +23,7 @@ use crate::value::ValueRange;
 pub struct Ias15Parameters {
     /// Largest last term of the acceleration beside the whole where steps are `adaptive`; the error of a
     /// step is far below. 1e-9 is where rounding begins to be the larger part of the error.
-    #[schemars(transform = ValueRange::PART.in_schema())]
+    #[schemars(transform = KeyRange::PART.in_schema())]
     pub epsilon: f64,
 }
 
@@ -42,7 +42,7 @@ impl Ias15Parameters {
     /// # Errors
     /// [`BadParameter`].
     pub fn check(&self) -> Result<(), BadParameter> {
-        if ValueRange::PART.contains(self.epsilon) {
+        if KeyRange::PART.contains(self.epsilon) {
             return Ok(());
         }
         Err(BadParameter {

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::alpha::AlphaCoefficients;
 use super::{BadParameter, Documentation, Method, Scheme};
-use crate::value::ValueRange;
+use crate::value::KeyRange;
 
 /// Range of `gamma`: below it every step gains energy.
-const GAMMA: ValueRange = ValueRange::of(&[("minimum", 0.5)]);
+const GAMMA: KeyRange = KeyRange::of(&[("minimum", 0.5)]);
 
 /// Coefficients of `x_(n+1) = x_n + h v_n + h^2 ((1/2 - beta) a_n + beta a_(n+1))` and
 /// `v_(n+1) = v_n + h ((1 - gamma) a_n + gamma a_(n+1))`.
@@ -16,7 +16,7 @@ const GAMMA: ValueRange = ValueRange::of(&[("minimum", 0.5)]);
 #[serde(deny_unknown_fields, default)]
 pub struct NewmarkParameters {
     /// `beta`, above 0; 1/4 is the average acceleration, 1/6 the linear one.
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     pub beta: f64,
     /// `gamma`, at least 1/2; above it damps, and the order falls to 1.
     #[schemars(transform = GAMMA.in_schema())]
@@ -71,7 +71,7 @@ impl NewmarkParameters {
     /// # Errors
     /// [`BadParameter`].
     pub fn check(&self) -> Result<(), BadParameter> {
-        if !ValueRange::POSITIVE.contains(self.beta) {
+        if !KeyRange::POSITIVE.contains(self.beta) {
             return Err(BadParameter {
                 name: "beta",
                 value: self.beta,

@@ -6,10 +6,10 @@ use super::spectrum::{Derivatives, Spectrum};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure, ValueRange};
+use crate::value::{As, Pressure, KeyRange};
 
 /// Range of Poisson's ratio where the model knows no Poisson effect.
-const NO_POISSON: ValueRange = ValueRange::of(&[("minimum", 0.0), ("maximum", 0.0)]);
+const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)]);
 
 /// As rigid as possible: the squared distance from the nearest rotation.
 ///
@@ -36,7 +36,7 @@ pub struct Arap {
 pub struct WithoutPoisson {
     /// Young's modulus E [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     pub young: f64,
     /// Poisson's ratio; 0, which it is without this key too, is all that the model can do.
     #[serde(default)]

@@ -8,10 +8,10 @@ use super::spectrum::out_of_plane;
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
-use crate::value::{Angle, As, Pressure, ValueRange};
+use crate::value::{Angle, As, Pressure, KeyRange};
 
 /// Range of the dispersion: parallel fibres to all directions alike.
-const DISPERSION: ValueRange = ValueRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 3.0)]);
+const DISPERSION: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 3.0)]);
 
 /// Holzapfel, Gasser and Ogden's wall of an artery: a soft matrix with one or two families of fibres whose
 /// directions are dispersed.
@@ -73,18 +73,18 @@ pub struct DispersedFibres {
 struct DispersedFibresTable {
     /// Shear modulus `c` of the matrix [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     shear: f64,
     /// Bulk modulus `K` of the matrix [Pa], positive; in 2D in plane strain.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     bulk: f64,
     /// Stiffness `k1` of the fibres [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     k1: f64,
     /// Exponent `k2` of the fibres, positive: how soon they stiffen.
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     k2: f64,
     /// Dispersion `kappa` of the directions in a family, 0 to 1/3: 0 for parallel fibres, 1/3 for all
     /// directions alike.
@@ -201,7 +201,7 @@ impl Parameters for DispersedFibres {
         for (field, value) in [("shear", self.shear), ("bulk", self.bulk), ("k1", self.k1)] {
             check_positive(field, value)?;
         }
-        if !ValueRange::POSITIVE.contains(self.k2) {
+        if !KeyRange::POSITIVE.contains(self.k2) {
             let problem = "must be positive and finite; 0.8 is the middle layer of an artery";
             return Err(ParameterError::new("k2", self.k2, problem));
         }

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure, ValueRange};
+use crate::value::{As, Pressure, KeyRange};
 
 /// Small-strain linear elasticity.
 ///
@@ -60,26 +60,26 @@ pub struct PlaneIsotropic {
 struct PlaneIsotropicTable {
     /// Young's modulus E [Pa], positive; that of the preset without it.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     young: Option<f64>,
     /// Poisson's ratio nu of the solid, above -1 and below 0.5; the same range in 2D. That of the preset without it.
     #[serde(default)]
-    #[schemars(transform = ValueRange::POISSON.in_schema())]
+    #[schemars(transform = KeyRange::POISSON.in_schema())]
     poisson: Option<f64>,
     /// Bulk modulus K [Pa], positive; with `shear` in place of `young` and `poisson`.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     bulk: Option<f64>,
     /// Shear modulus G [Pa], positive; with `bulk`.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     shear: Option<f64>,
     /// First Lame parameter [Pa], above -2/3 `mu`; with `mu` in place of `young` and `poisson`.
     #[serde(default, with = "As::<Option<Pressure>>")]
     lambda: Option<f64>,
     /// Second Lame parameter [Pa], the shear modulus, positive; with `lambda`.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     mu: Option<f64>,
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list presets` shows them.
     #[serde(default)]

@@ -9,7 +9,7 @@ use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Compressibility, Pressure, ValueRange};
+use crate::value::{As, Compressibility, Pressure, KeyRange};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
 ///
@@ -54,11 +54,11 @@ struct TwoConstantsTable {
     /// Young's modulus E [Pa], positive. With it only the ratio of `c10` to `c01` counts: both are scaled so
     /// that `E = 4 (1 + nu) (c10 + c01)`. Without it they are taken as they are.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
     #[serde(default)]
-    #[schemars(transform = ValueRange::POISSON.in_schema())]
+    #[schemars(transform = KeyRange::POISSON.in_schema())]
     poisson: Option<f64>,
     /// Weight of the first invariant [Pa].
     #[serde(with = "As::<Pressure>")]
@@ -68,7 +68,7 @@ struct TwoConstantsTable {
     c01: f64,
     /// Compressibility D1 = 2 / kappa [1/Pa], positive, in place of `poisson`; without `young`.
     #[serde(default, with = "As::<Option<Compressibility>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     d1: Option<f64>,
 }
 
@@ -112,7 +112,7 @@ impl JsonSchema for TwoConstants {
 
 /// Poisson's ratio of constants [Pa] and a compressibility `D1 = 2 / kappa` [1/Pa].
 fn of_compressibility(c10: f64, c01: f64, d1: f64) -> Result<f64, ParameterError> {
-    if !ValueRange::POSITIVE.contains(d1) {
+    if !KeyRange::POSITIVE.contains(d1) {
         return Err(ParameterError::new("d1", d1, "must be positive [1/Pa]: 2 over the bulk modulus"));
     }
     check_sum(c10, c01)?;

@@ -6,7 +6,7 @@ use super::parameters::{check_poisson, check_positive};
 use super::{Domain, Lame, MaterialDescription, Model, ParameterError, Parameters, Stretches};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure, ValueRange};
+use crate::value::{As, Pressure, KeyRange};
 
 /// Ogden's elasticity of rubber, with any number of terms.
 ///
@@ -42,10 +42,10 @@ pub struct OgdenTerms {
     /// Young's modulus E [Pa], positive. With it only the ratios between the `mu` count: they are scaled so that
     /// `E = (1 + nu) sum mu alpha`. Without it they are taken as they are.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     pub young: Option<f64>,
     /// Poisson's ratio nu for small strains, above -1 and below 0.5; it sets the bulk modulus.
-    #[schemars(transform = ValueRange::POISSON.in_schema())]
+    #[schemars(transform = KeyRange::POISSON.in_schema())]
     pub poisson: f64,
     /// Weight of each term [Pa]; the sum of `mu alpha` must be positive.
     #[serde(with = "As::<Vec<Pressure>>")]

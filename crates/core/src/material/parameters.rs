@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::constants::GivenConstants;
 use super::preset::{AboutPreset, Preset};
-use crate::value::{As, Pressure, ValueRange};
+use crate::value::{As, KeyRange, Pressure};
 
 /// A parameter has a value that no material has.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -157,27 +157,27 @@ pub struct Isotropic {
 struct IsotropicTable {
     /// Young's modulus E [Pa], positive; that of the preset without it.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     young: Option<f64>,
     /// Poisson's ratio nu, above -1 and below 0.5; the same range in 2D, which is plane strain. That of the
     /// preset without it.
     #[serde(default)]
-    #[schemars(transform = ValueRange::POISSON.in_schema())]
+    #[schemars(transform = KeyRange::POISSON.in_schema())]
     poisson: Option<f64>,
     /// Bulk modulus K [Pa], positive; with `shear` in place of `young` and `poisson`.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     bulk: Option<f64>,
     /// Shear modulus G [Pa], positive; with `bulk`.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     shear: Option<f64>,
     /// First Lame parameter [Pa], above -2/3 `mu`; with `mu` in place of `young` and `poisson`.
     #[serde(default, with = "As::<Option<Pressure>>")]
     lambda: Option<f64>,
     /// Second Lame parameter [Pa], the shear modulus, positive; with `lambda`.
     #[serde(default, with = "As::<Option<Pressure>>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     mu: Option<f64>,
     /// A well-known material that `young` and `poisson` are of, where they are not given; `pliant list
     /// presets` shows them.
@@ -265,7 +265,7 @@ impl Parameters for Isotropic {
 pub struct Stiffness {
     /// Stiffness k [Pa], positive.
     #[serde(with = "As::<Pressure>")]
-    #[schemars(transform = ValueRange::POSITIVE.in_schema())]
+    #[schemars(transform = KeyRange::POSITIVE.in_schema())]
     pub stiffness: f64,
 }
 
@@ -284,7 +284,7 @@ impl Parameters for Stiffness {
 }
 
 pub(super) fn check_positive(field: &'static str, value: f64) -> Result<(), ParameterError> {
-    if ValueRange::POSITIVE.contains(value) {
+    if KeyRange::POSITIVE.contains(value) {
         return Ok(());
     }
     let problem = if value.is_finite() {
@@ -297,7 +297,7 @@ pub(super) fn check_positive(field: &'static str, value: f64) -> Result<(), Para
 
 /// Poisson's ratio of an isotropic solid.
 pub(super) fn check_poisson(poisson: f64) -> Result<(), ParameterError> {
-    if ValueRange::POISSON.contains(poisson) {
+    if KeyRange::POISSON.contains(poisson) {
         return Ok(());
     }
     let problem = if !poisson.is_finite() {

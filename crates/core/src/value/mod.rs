@@ -16,4 +16,4 @@ pub use measured::*;
 pub use one_or_many::OneOrMany;
 pub use over_time::OverTime;
 pub use over_time::{OverPlaceOf, OverTimeOf};
-pub use range::ValueRange;
+pub use range::KeyRange;

@@ -8,25 +8,24 @@ use schemars::transform::Transform;
 /// The schema of a key has it by `#[schemars(transform = RANGE.in_schema())]`, a check by
 /// [`contains`](Self::contains).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ValueRange {
+pub struct KeyRange {
     keywords: &'static [(&'static str, f64)],
 }
 
-impl ValueRange {
+impl KeyRange {
     /// Above 0.
-    pub const POSITIVE: Self = ValueRange { keywords: &[("exclusiveMinimum", 0.0)] };
+    pub const POSITIVE: Self = KeyRange { keywords: &[("exclusiveMinimum", 0.0)] };
     /// Above 0, below 1.
-    pub const PART: Self = ValueRange { keywords: &[("exclusiveMinimum", 0.0), ("exclusiveMaximum", 1.0)] };
+    pub const PART: Self = KeyRange { keywords: &[("exclusiveMinimum", 0.0), ("exclusiveMaximum", 1.0)] };
     /// 0 to 1.
-    pub const FRACTION: Self = ValueRange { keywords: &[("minimum", 0.0), ("maximum", 1.0)] };
+    pub const FRACTION: Self = KeyRange { keywords: &[("minimum", 0.0), ("maximum", 1.0)] };
     /// Poisson's ratio of an isotropic solid: above -1, below 0.5.
-    pub const POISSON: Self =
-        ValueRange { keywords: &[("exclusiveMinimum", -1.0), ("exclusiveMaximum", 0.5)] };
+    pub const POISSON: Self = KeyRange { keywords: &[("exclusiveMinimum", -1.0), ("exclusiveMaximum", 0.5)] };
 
     /// A range bounded by these keywords of the JSON schema: `minimum`, `maximum`, `exclusiveMinimum`,
     /// `exclusiveMaximum`.
     pub const fn of(keywords: &'static [(&'static str, f64)]) -> Self {
-        ValueRange { keywords }
+        KeyRange { keywords }
     }
 
     /// True for finite numbers of the range.
@@ -58,18 +57,18 @@ mod tests {
 
     #[derive(JsonSchema)]
     struct Solid {
-        #[schemars(transform = ValueRange::POISSON.in_schema())]
+        #[schemars(transform = KeyRange::POISSON.in_schema())]
         #[expect(dead_code, reason = "its schema alone is looked at")]
         poisson: Option<f64>,
     }
 
     #[test]
     fn ends_belong_to_a_range_as_its_keywords_say() {
-        assert!(ValueRange::FRACTION.contains(0.0) && ValueRange::FRACTION.contains(1.0));
-        assert!(!ValueRange::PART.contains(0.0) && !ValueRange::PART.contains(1.0));
-        assert!(ValueRange::POISSON.contains(-0.999) && !ValueRange::POISSON.contains(-1.0));
-        assert!(ValueRange::POISSON.contains(0.4999) && !ValueRange::POISSON.contains(0.5));
-        assert!(!ValueRange::POSITIVE.contains(f64::INFINITY) && !ValueRange::POSITIVE.contains(f64::NAN));
+        assert!(KeyRange::FRACTION.contains(0.0) && KeyRange::FRACTION.contains(1.0));
+        assert!(!KeyRange::PART.contains(0.0) && !KeyRange::PART.contains(1.0));
+        assert!(KeyRange::POISSON.contains(-0.999) && !KeyRange::POISSON.contains(-1.0));
+        assert!(KeyRange::POISSON.contains(0.4999) && !KeyRange::POISSON.contains(0.5));
+        assert!(!KeyRange::POSITIVE.contains(f64::INFINITY) && !KeyRange::POSITIVE.contains(f64::NAN));
     }
 
     #[test]
