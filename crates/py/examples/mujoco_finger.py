@@ -22,11 +22,11 @@ import pliant
 
 Array = npt.NDArray[np.float64]
 
-#: Cells of the finger, of 1 cm; it hangs down from the hand.
-CELLS = (2, 2, 8)
-SPACING = 0.01
+#: Cells of the finger and their size [m]; it hangs down from the hand.
+CELLS = (1, 1, 5)
+SPACING = 0.016
 #: Step of the finger [s].
-STEP = 1e-4
+STEP = 2e-4
 #: Where the hand starts: the middle of the base of the finger [m].
 HAND = np.array([0.4, 0.0, 0.14])
 PIN = "finger/base"
@@ -74,13 +74,13 @@ def finger(gravity: float = -9.81) -> pliant.Scene:
     top = {"min": [-1.0, -1.0, HAND[2] - 1e-6], "max": [1.0, 1.0, HAND[2] + 1e-6]}
     return pliant.Scene(
         dimension=3,
-        time={"integrator": "velocity-verlet", "step": STEP, "duration": 1.0},
+        time={"integrator": "symplectic-euler", "step": STEP, "duration": 1.0},
         world={"gravity": [0.0, 0.0, gravity], "walls": [{"normal": [0.0, 0.0, 1.0], "offset": 0.0}]},
         body=[
             {
                 "name": "finger",
                 "mesh": {"grid": {"cells": CELLS, "spacing": SPACING, "origin": origin}},
-                "elastic": {"stable-neo-hookean": {"young": 2e5, "poisson": 0.4}},
+                "elastic": {"stable-neo-hookean": {"young": 1e5, "poisson": 0.4}},
                 "mass": {"density": 1000.0},
                 "damping": {"strain_rate": {"shear": "10 Pa s"}},
                 "pin": [{"name": "base", "box": top}],
@@ -114,7 +114,7 @@ class Coupled:
     work: float = 0.0
 
     @classmethod
-    def start(cls, robot: str = ARM, substeps: int = 10, gravity: float = -9.81) -> Coupled:
+    def start(cls, robot: str = ARM, substeps: int = 5, gravity: float = -9.81) -> Coupled:
         """At rest."""
         text = robot.format(interval=substeps * STEP, gravity=gravity)
         model = mujoco.MjModel.from_xml_string(text)
@@ -154,12 +154,12 @@ class Coupled:
         self.work += float(self.wrench[0] @ (grip.xpos - before[0]) + self.wrench[1] @ angle)
         pose, velocity = self.pose()
         self.finger.move(PIN, pose, velocity, over=self.interval)
-        # The trapezoidal rule, as the scheme of the finger has it.
-        wrenches = [self.finger.reactions()[PIN]]
+        wrench = np.zeros((2, 3))
         for _ in range(self.substeps):
+            # Each step of the scheme takes the forces at its beginning.
+            wrench += self.finger.reactions()[PIN]
             self.finger.step()
-            wrenches.append(self.finger.reactions()[PIN])
-        self.wrench = (0.5 * (wrenches[0] + wrenches[-1]) + np.sum(wrenches[1:-1], axis=0)) / self.substeps
+        self.wrench = wrench / self.substeps
 
     def momentum(self) -> Array:
         """Linear momentum of hand and finger [kg m/s], of a hand that floats."""
@@ -167,15 +167,17 @@ class Coupled:
         return hand + self.finger.momentum()
 
 
-def press(duration: float = 1.0, substeps: int = 10) -> tuple[Coupled, float]:
-    """Let the arm lower the finger on the floor and press, and return the force of the floor on it at the end [N]."""
-    coupled = Coupled.start(substeps=substeps)
+def press(duration: float = 0.6, substeps: int = 5) -> tuple[Coupled, float, float]:
+    """Let the arm lower the finger on the floor and press; means of the last third: forces of the floor and of the hand on it [N]."""
+    coupled, forces = Coupled.start(substeps=substeps), []
     for _ in range(round(duration / coupled.interval)):
-        # Both joints go down, and turn the hand so that the finger stays upright.
-        part = min(coupled.data.time / 0.5, 1.0)
+        # The shoulder goes down, and the elbow turns the hand back, so that the finger stays upright.
+        part = min(coupled.data.time / (0.5 * duration), 1.0)
         coupled.data.ctrl[:] = 0.35 * part, -0.35 * part
         coupled.advance()
-    return coupled, float(coupled.finger.reactions()["wall0"][0, 2])
+        forces.append((coupled.finger.reactions()["wall0"][0, 2], coupled.wrench[0, 2]))
+    floor, hand = np.mean(forces[-len(forces) // 3 :], axis=0)
+    return coupled, float(floor), float(hand)
 
 
 def drift(substeps: int, duration: float = 0.1) -> float:
@@ -192,9 +194,9 @@ def drift(substeps: int, duration: float = 0.1) -> float:
 
 
 if __name__ == "__main__":
-    coupled, floor = press()
+    coupled, floor, hand = press()
     weight = 9.81 * float(coupled.finger.masses.sum())
-    print(f"the floor carries {floor:.2f} N, the hand presses with {-coupled.wrench[0, 2]:.2f} N, the finger weighs {weight:.2f} N")
+    print(f"the floor carries {floor:.2f} N, the hand presses with {-hand:.2f} N, the finger weighs {weight:.2f} N")
     print(f"the hand did {coupled.work:.4f} J, the finger got {coupled.finger.energy()['balance.motion']:.4f} J")
     for substeps in (20, 10, 5):
         print(f"an interval of {1e3 * substeps * STEP:.1f} ms loses {100 * drift(substeps):.2f} % of the momentum exchanged")
