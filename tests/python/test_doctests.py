@@ -54,7 +54,8 @@ def names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("webbrowser.open", lambda url: True)
     scene = beam(probe=[{"name": "tip", "at": [0.4, 0.1]}])
-    pliant.Simulation(scene).run(record="beam.mcap")
+    channels = ["state", "mesh", "energy", "reactions", "contacts", "jacobian"]
+    pliant.Simulation(scene.with_changes({"output.channels": channels, "contact": {"distance": 1e-3}})).run(record="beam.mcap")
     shutil.copy("beam.mcap", "killed.mcap.part")
     linear = scene.with_changes({"body.0.elastic": {"linear": {"young": 1e5, "poisson": 0.3}}})
     return {

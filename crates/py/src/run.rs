@@ -171,9 +171,9 @@ impl PySimulation {
     ///
     /// Examples
     /// --------
-    /// >>> summary = simulation.run(until=0.05, record="beam.mcap")
+    /// >>> summary = simulation.run(until=0.05, record="run.mcap")
     /// >>> summary.steps, summary.path.name
-    /// (50, 'beam.mcap')
+    /// (50, 'run.mcap')
     #[pyo3(signature = (until = None, *, record = None, overwrite = false, progress = false, callback = None))]
     fn run<'py>(
         &self,

@@ -181,7 +181,7 @@ class VectorEnvironment:
         return self._batch.times()
 
     def reactions(self, name: str | None = None) -> Array:
-        """Forces with which pins hold their vertices and walls push, now.
+        """Measure the forces with which pins hold their vertices and walls push, now.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class VectorEnvironment:
         return _one(*self._batch.reactions(), name, "pin or wall")
 
     def probes(self, name: str | None = None) -> Array:
-        """Positions and velocities of the probes of the scene, now.
+        """Measure positions and velocities of the probes of the scene, now.
 
         Parameters
         ----------
@@ -221,7 +221,7 @@ class VectorEnvironment:
         return _one(*self._batch.probes(), name, "probe")
 
     def contact_forces(self, body: str | None = None) -> Array:
-        """Sums of the normal forces and of the friction of contact on bodies, now.
+        """Sum the normal forces and the friction of contact on bodies, now.
 
         Parameters
         ----------

@@ -225,8 +225,8 @@ class Trajectory:
 
         Examples
         --------
-        >>> trajectory.reactions["beam/left"].shape
-        (7, 2, 3)
+        >>> trajectory.reactions["beam/left.force[1]"].shape
+        (7,)
         """
         return self._recording.reactions()
 
@@ -276,8 +276,8 @@ class Trajectory:
 
         Examples
         --------
-        >>> trajectory.probe("tip")["position"].shape
-        (7, 2)
+        >>> trajectory.probe("tip")["position[1]"].shape
+        (7,)
         """
         return self._recording.probe(name)
 

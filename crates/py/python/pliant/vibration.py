@@ -143,7 +143,7 @@ class Sound(Table):
 
         Examples
         --------
-        >>> sound(scene, 9, [0.0, 1.0], seconds=0.1).write("blow.wav")
+        >>> sound(scene, 9, [0.0, 1.0], count=10, seconds=0.1).write("blow.wav")
         """
         if bits not in (16, 24):
             raise ValueError(f"bits is 16 or 24, got {bits}")
@@ -203,7 +203,7 @@ def sound(
 
     Examples
     --------
-    >>> heard = sound(scene, 9, [0.0, 1.0], seconds=0.5)
+    >>> heard = sound(scene, 9, [0.0, 1.0], count=10, seconds=0.5)
     >>> heard.samples.shape
     (24000,)
     """

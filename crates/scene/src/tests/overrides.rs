@@ -126,7 +126,7 @@ fn scenes_made_from_tables_name_paths_in_place_of_lines() {
     for part in [
         "error: world.gravity.1: `gravity`: unknown name `K`",
         "the value is \"-9.8 * K\"",
-        "error: body.0.mass.per_vertex: `per_vertex` = -1",
+        "error: body.0.mass.per_vertex: `per_vertex` must be positive and finite, got -1",
     ] {
         assert!(said.contains(part), "{part} is not in\n{said}");
     }
@@ -135,7 +135,8 @@ fn scenes_made_from_tables_name_paths_in_place_of_lines() {
     let varied = Source::new("<scene>", GOOD).made_from_tables();
     let said = varied.varied(&[("time.step".into(), "-1".into())]).unwrap_err().to_string();
     assert!(
-        said.starts_with("error: time.step: `step` = -1") && said.contains("from `time.step=-1`"),
+        said.starts_with("error: time.step: `step` must be positive and finite, got -1")
+            && said.contains("from `time.step=-1`"),
         "{said}"
     );
 }
