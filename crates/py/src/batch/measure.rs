@@ -3,7 +3,7 @@
 use pliant::probe::Probe;
 use pliant::simulation::Simulation;
 
-/// Force and moment of each of these names; zero where a pin has let go, not a number where the force is none.
+/// Force and moment of each of these names; zero where a pin has let go, NaN where the force is not finite.
 pub(super) fn reactions(simulation: &mut Simulation, names: &[String]) -> Vec<f64> {
     let found = simulation.reactions();
     let nothing = if found.is_empty() && !simulation.reaction_names().is_empty() { f64::NAN } else { 0.0 };
