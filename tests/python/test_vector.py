@@ -58,6 +58,7 @@ def test_positions_are_one_array_that_cannot_be_written() -> None:
     env = pliant.vector(beam(), 4, action=PUSH)
     positions = env.positions
     assert positions.shape == (4, 10, 2) and positions.flags.c_contiguous
+    env.step(np.zeros((4, 1)))
     before = positions.copy()
     env.step(np.zeros((4, 1)))
     assert env.positions is positions and (positions != before).any()
@@ -239,6 +240,27 @@ def test_a_failure_is_told_and_others_go_on() -> None:
     assert caught.value.step == 3
 
 
+def test_what_has_failed_takes_no_more_steps() -> None:
+    calls: list[np.ndarray] = []
+
+    def once(env: pliant.VectorEnvironment, numbers: np.ndarray) -> np.ndarray:
+        forces = np.zeros(env.positions.shape)
+        # Later steps could be taken.
+        forces[:, TIP, 1] = numbers[:, 0] * (len(calls) % 4 == 0)
+        calls.append(env.times)
+        return forces
+
+    env = pliant.vector(fragile(), 2, action=pliant.FunctionAction(1, once, low=-1e7, high=0.0, every=1), substeps=4)
+    env.step([[0.0], [0.0]])
+    env.reset()
+    with pytest.warns(RuntimeWarning, match="environment 1 has ended: step 1 "):
+        env.step([[0.0], [-1e7]])
+    np.testing.assert_allclose(env.times, [4e-3, 0.0])
+    # The force that it could not take is not there when it starts anew.
+    env.step([[0.0], [0.0]])
+    np.testing.assert_array_equal(env.positions[1], pliant.Simulation(fragile()).positions)
+
+
 def test_pins_are_steered_as_by_hand() -> None:
     for by, turns in (("position", ""), ("position", "z"), ("velocity", "z")):
         action = pliant.PinAction("beam/left", turns=turns, by=by, low=-0.2, high=0.2)  # type: ignore[arg-type]
@@ -270,6 +292,7 @@ def test_values_of_the_scene_are_set_and_set_back() -> None:
     alone.step(5)
     np.testing.assert_array_equal(env.positions[1], alone.positions)
     env.reset()
+    assert env.simulation(1).gravity == [0.0, -9.8]
     env.step([[0.0], [0.0]])
     np.testing.assert_array_equal(env.positions[0], env.positions[1])
     with pytest.raises(KeyError, match="no value `world.gravity.7`"):
