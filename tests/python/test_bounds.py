@@ -46,6 +46,8 @@ GRID = {"grid": {"cells": [2, 2], "spacing": 0.1}}
 TIE = {"vertices": [0], "points": [[0.0, 0.1]], "total_stiffness": 10.0, "rest_length": 0.1}
 # Keys with bounds that no shipped scene names.
 MORE: list[dict[str, Any]] = [
+    {**solid(2, GRID), "body": [{"mesh": GRID, **SOLID, "elastic_factor": [1.0] * 7 + [0.5]}]},
+    {**solid(2, GRID), "body": [{"mesh": GRID, **SOLID, "elastic_factor": 0.5}]},
     solid(3, {"cylinder": {"cells": [2, 2], "height": 1.0, "radius": 0.5}}),
     solid(2, {"tapered_beam": {"cells": [2, 2], "length": 10.0, "heights": [5.0, 1.0]}}),
     solid(2, {"elliptic_membrane": {"cells": [2, 2], "inner": [2.0, 1.0], "outer": [3.25, 2.75]}}),

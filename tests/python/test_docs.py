@@ -15,7 +15,8 @@ import pytest
 #: order, without a type or a description; returned values left out or not described.
 CODES = {"GL06", "GL07", "GL08", "SS01", "SS03", "SS05", "PR01", "PR02", "PR03", "PR04", "PR05", "PR06", "PR07", "RT01", "RT03", "RT05", "YD01"}
 #: Arrays of numbers without a unit, or of one that depends on what is asked for.
-UNITLESS = {"Simulation.deformation_gradient", "Simulation.measure", "Trajectory.measure", "Trajectory.probe", "Trajectory.energy"}
+UNITLESS = {"Simulation.deformation_gradient", "Simulation.measure", "Trajectory.measure", "Trajectory.probe", "Trajectory.energy", "VectorEnvironment.reset",
+            "VectorEnvironment.step"}
 
 
 def public() -> Iterator[tuple[str, object]]:

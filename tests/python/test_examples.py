@@ -98,3 +98,29 @@ def test_the_notebook_of_the_lecture_is_kept_with_its_pictures() -> None:
     assert pictures(nbformat.read(path, as_version=4)) == 5
     # GitHub does not draw notebooks of some megabytes.
     assert path.stat().st_size < 1_500_000
+
+
+@pytest.fixture(scope="module")
+def finger() -> dict[str, Any]:
+    pytest.importorskip("mujoco", reason="the wheel of MuJoCo is not installed")
+    return runpy.run_path(str(EXAMPLES / "mujoco_finger.py"))
+
+
+def test_a_finger_of_a_robot_stands_in_balance(finger: dict[str, Any]) -> None:
+    coupled, floor, hand = finger["press"]()
+    weight = 9.81 * float(coupled.finger.masses.sum())
+    assert floor > 3 * weight
+    # The floor carries the finger and what the hand presses with; walls are known to a few parts of a hundred.
+    assert abs(floor - (weight - hand)) < 0.05 * floor
+    # What the hand does on the finger is what comes into the finger.
+    given, got = coupled.work, coupled.finger.energy()["balance.motion"]
+    assert abs(given - got) < 0.1 * abs(got)
+    np.testing.assert_allclose(coupled.data.time, coupled.finger.time, rtol=1e-9)
+
+
+def test_what_a_floating_hand_loses_its_finger_gains_but_for_the_delay(finger: dict[str, Any]) -> None:
+    lost = [finger["drift"](substeps) for substeps in (20, 10, 5)]
+    assert lost[-1] < 0.1
+    # In proportion to the interval.
+    for long, short in zip(lost, lost[1:]):
+        assert 1.6 < long / short < 2.4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -79,11 +80,40 @@ def test_mistakes_have_lines_and_columns() -> None:
 def test_tables_are_checked_by_the_same_code() -> None:
     with pytest.raises(pliant.SceneError, match="did you mean `rk4`") as caught:
         beam(**{"time.integrator": "rk5"})
-    assert caught.value.problems[0]["path"] == "time.integrator" and caught.value.line is not None
+    assert caught.value.problems[0]["path"] == "time.integrator"
     with pytest.raises(pliant.SceneError, match="missing field `time`"):
         pliant.Scene(dimension=2)
     with pytest.raises(pliant.SceneError, match="body.7"):
         beam(**{"body.7.mass": 1.0})
+
+
+def test_mistakes_in_tables_name_paths_and_no_lines() -> None:
+    body = {
+        "mesh": {"grid": {"cells": [1, 1], "spacing": 0.1}},
+        "elastic": {"neo-hookean": {"young": 1e5, "poisson": 0.7}},
+        "mass": {"density": "3 kg"},
+    }
+    time = {"integrator": "rk4", "step": -1e-4, "duration": 1.0}
+    with pytest.raises(pliant.SceneError) as caught:
+        pliant.Scene(dimension=2, time=time, body=[body, body])
+    said = caught.value.message
+    assert (caught.value.line, caught.value.column) == (None, None)
+    assert re.search(r"error: body.1.mass.density: `density`: `3 kg` is a mass", said), said
+    assert "<scene>" not in said and " --> " not in said
+    body["mass"] = {"density": 1000.0}
+    with pytest.raises(pliant.SceneError) as caught:
+        pliant.Scene(dimension=2, time=time, body=[body])
+    first = "error: body.0.elastic.neo-hookean.poisson: `poisson` = 0.7: "
+    assert first in caught.value.message and "below 0.5" in caught.value.message
+    assert "error: time.step: `step` must be positive and finite, got -0.0001" in caught.value.message
+    assert {problem["path"] for problem in caught.value.problems} == {"time.step", "body.0.elastic.neo-hookean.poisson"}
+    # The path is one to be set, and a copy of the scene says the same.
+    for scene in (beam(), pickle.loads(pickle.dumps(beam())), pickle.loads(pickle.dumps(pliant.Simulation(beam()))).scene):
+        with pytest.raises(pliant.SceneError, match="^error: body.0.elastic.corotated.poisson: `poisson` = 0.7") as caught:
+            scene.with_changes({"body.0.elastic.corotated.poisson": 0.7})
+        assert caught.value.line is None
+    with pytest.raises(pliant.SceneError, match='(?s)world.gravity.1: `gravity`: unknown name `g`.*the value is "-g'):
+        beam(**{"world.gravity": [0.0, "-g * sin(t)"]})
 
 
 def test_what_is_no_scene_is_a_type_error() -> None:

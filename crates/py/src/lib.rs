@@ -1,10 +1,12 @@
 //! The compiled half of the Python package `pliant`; the other half is in `python/pliant`.
 
 mod arrays;
+mod batch;
 mod document;
 mod errors;
 mod live;
 mod material;
+mod per_element;
 mod reports;
 mod run;
 mod scene;
@@ -20,6 +22,8 @@ use pyo3::prelude::*;
 /// Contents of the package; users import it from `pliant`.
 #[pymodule]
 mod _pliant {
+    #[pymodule_export]
+    use super::batch::PyBatch;
     #[pymodule_export]
     use super::live::{_live, PyLiveRun};
     #[pymodule_export]

@@ -168,6 +168,12 @@ impl PySimulation {
     ///     `record` is there.
     /// KeyboardInterrupt
     ///     Ctrl-C; the file is complete up to then.
+    ///
+    /// Examples
+    /// --------
+    /// >>> summary = simulation.run(until=0.05, record="run.mcap")
+    /// >>> summary.steps, summary.path.name
+    /// (50, 'run.mcap')
     #[pyo3(signature = (until = None, *, record = None, overwrite = false, progress = false, callback = None))]
     fn run<'py>(
         &self,

@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::{document, errors, threads};
+use crate::{document, errors, per_element, threads};
 
 /// What is simulated: bodies, the world around them, how time advances, what is written.
 ///
@@ -21,7 +21,9 @@ use crate::{document, errors, threads};
 /// Parameters
 /// ----------
 /// **tables
-///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units, or texts with a unit: ``"3 MPa"``.
+///     ``dimension``, ``time``, ``world``, ``body``, ... as in a scene file. Numbers are in SI units, or texts
+///     with a unit: ``"3 MPa"``. ``young`` of a material may be an array, one for each element: the scene then
+///     has the largest, and ``elastic_factor``.
 ///
 /// Raises
 /// ------
@@ -65,16 +67,28 @@ impl PyScene {
         stem.filter(|stem| stem != "<scene>").unwrap_or_else(|| "scene".to_owned())
     }
 
+    /// The path of a key, of one that is named as `gradient` names it too: by the name of its body, without
+    /// that of the material.
+    fn whole_path(&self, path: String) -> PyResult<String> {
+        let name = path.strip_suffix("_per_element").unwrap_or(&path);
+        if !(name.ends_with(".elastic.young") || name.ends_with(".elastic.poisson")) {
+            return Ok(path);
+        }
+        key_path(&self.source, &self.scene, name).map_err(|error| PyKeyError::new_err(error.to_string()))
+    }
+
     /// The same scene with values changed, `{"time.step": 1e-3}`.
     pub(crate) fn changed(&self, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
         let py = changes.py();
         let mut overrides = vec![];
         for (path, value) in changes {
             let path: String = path.extract()?;
+            let path = self.whole_path(path)?;
             let Some(value) = document::value(&value, &path)? else {
                 return Err(PyTypeError::new_err(format!("`{path}` is None: name a value")));
             };
-            overrides.push((path, value.to_string()));
+            let parts = per_element::in_change(&path, value)?;
+            overrides.extend(parts.into_iter().map(|(path, value)| (path, value.to_string())));
         }
         let source = self.source.varied(&overrides);
         PyScene::of(py, source.map_err(|error| errors::scene(py, &error))?)
@@ -86,10 +100,11 @@ impl PyScene {
     #[new]
     #[pyo3(signature = (**tables))]
     fn new(py: Python<'_>, tables: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let table = tables.map_or_else(|| Ok(toml::Table::new()), document::table)?;
+        let mut table = tables.map_or_else(|| Ok(toml::Table::new()), document::table)?;
+        per_element::in_tables(&mut table)?;
         let text = toml::to_string(&table)
             .map_err(|error| PyTypeError::new_err(format!("the scene cannot be written as TOML: {error}")))?;
-        PyScene::of(py, Source::new("<scene>", text))
+        PyScene::of(py, Source::new("<scene>", text).made_from_tables())
     }
 
     /// Read a scene written in TOML.
@@ -108,6 +123,12 @@ impl PyScene {
     /// ------
     /// SceneError
     ///     The file cannot be read, is no TOML, or is no scene that can be simulated; with line and column.
+    ///
+    /// Examples
+    /// --------
+    /// >>> scene = Scene.from_toml("scenes/cantilever_fem_2d.toml")
+    /// >>> scene.bodies
+    /// ['beam']
     #[staticmethod]
     fn from_toml(py: Python<'_>, path_or_text: &Bound<'_, PyAny>) -> PyResult<Self> {
         let source = match path_or_text.extract::<String>() {
@@ -124,7 +145,9 @@ impl PyScene {
     /// ----------
     /// changes : dict
     ///     New values by their paths, as ``--set`` of the command line has them: ``{"time.step": 1e-3,
-    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0.
+    ///     "body.0.elastic.corotated.young": "2 MPa"}``. Entries of lists are counted from 0. Moduli may be named
+    ///     as by `Simulation.gradient`, ``"body.beam.elastic.young"``, and ``young`` may be an array, one for each
+    ///     element. One number for ``young`` leaves an ``elastic_factor`` as it is.
     ///
     /// Returns
     /// -------
@@ -134,8 +157,27 @@ impl PyScene {
     /// ------
     /// SceneError
     ///     A path leads nowhere, or the changed scene cannot be simulated.
+    ///
+    /// Examples
+    /// --------
+    /// >>> scene.with_changes({"time.step": "0.5 ms"}).step_size
+    /// 0.0005
     fn with_changes(&self, changes: &Bound<'_, PyDict>) -> PyResult<Self> {
         self.changed(changes)
+    }
+
+    /// The value at a path.
+    fn _value<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyAny>> {
+        let nowhere = || PyKeyError::new_err(format!("the scene has no value `{path}`"));
+        let tables: toml::Table = self.text().parse().map_err(|_| nowhere())?;
+        let (mut here, tables) = (None, toml::Value::Table(tables));
+        for part in path.split('.') {
+            let holder = here.unwrap_or(&tables);
+            let next = part.parse::<usize>().ok().and_then(|index| holder.get(index));
+            here = Some(next.or_else(|| holder.get(part)).ok_or_else(nowhere)?);
+        }
+        let value = serde_json::to_value(here.ok_or_else(nowhere)?).unwrap_or_default();
+        document::from_json(py, &value)
     }
 
     /// The path of a number, with the name of the material that names of derivatives leave out.
@@ -149,6 +191,11 @@ impl PyScene {
     /// -------
     /// str
     ///     A text that reads as an equal scene; comments and order of `text` are lost, quantities are numbers in SI units.
+    ///
+    /// Examples
+    /// --------
+    /// >>> Scene.from_toml(scene.to_toml()) == scene
+    /// True
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         self.scene.to_toml().map_err(|error| errors::scene(py, &error))
     }
@@ -212,13 +259,22 @@ impl PyScene {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let this = slf.get();
         let directory = this.source.directory().as_os_str();
-        let state = (this.name(), this.text(), directory).into_pyobject(slf.py())?;
+        let is_made = this.source.is_made_from_tables();
+        let state = (this.name(), this.text(), directory, is_made).into_pyobject(slf.py())?;
         Ok((slf.get_type().getattr("_restore")?, state))
     }
 
     /// What pickle calls.
     #[staticmethod]
-    fn _restore(py: Python<'_>, name: String, text: String, directory: PathBuf) -> PyResult<Self> {
-        PyScene::of(py, Source::new(name, text).in_directory(directory))
+    #[pyo3(signature = (name, text, directory, is_made = false))]
+    fn _restore(
+        py: Python<'_>,
+        name: String,
+        text: String,
+        directory: PathBuf,
+        is_made: bool,
+    ) -> PyResult<Self> {
+        let source = Source::new(name, text).in_directory(directory);
+        PyScene::of(py, if is_made { source.made_from_tables() } else { source })
     }
 }

@@ -15,7 +15,7 @@ use pliant::numbering::Numbering;
 use pliant::probe::Probe;
 use pliant::simulation::{Simulation as Core, Snapshot, StepError};
 use pliant::topology::Topology;
-use pliant_scene::assembly::Report;
+use pliant_scene::assembly::{Assembly, Report};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -102,6 +102,20 @@ impl View {
 }
 
 impl Inner {
+    pub(crate) fn new(scene: PyScene, assembly: Assembly) -> Self {
+        let Assembly { simulation, topology, probes, report } = assembly;
+        Inner {
+            start: simulation.snapshot(),
+            simulation,
+            scene,
+            topology: Arc::new(topology),
+            probes,
+            report,
+            additions: Additions::default(),
+            views: Views::default(),
+        }
+    }
+
     /// Shows the present state to those who look.
     pub(crate) fn publish(&self, py: Python<'_>) -> PyResult<()> {
         let (state, numbering) = (self.simulation.state(), self.simulation.numbering());
@@ -129,19 +143,12 @@ impl Inner {
 impl PySimulation {
     pub(crate) fn assembled(py: Python<'_>, scene: PyScene) -> PyResult<Self> {
         let assembly = scene.assemble(py)?;
-        let simulation = assembly.simulation;
-        let inner = Inner {
-            start: simulation.snapshot(),
-            simulation,
-            scene,
-            topology: Arc::new(assembly.topology),
-            probes: assembly.probes,
-            report: assembly.report,
-            additions: Additions::default(),
-            views: Views::default(),
-        };
+        Ok(PySimulation::of(Inner::new(scene, assembly)))
+    }
+
+    pub(crate) fn of(inner: Inner) -> Self {
         let (dimension, vertices) = (inner.topology.dimension, inner.topology.vertex_count);
-        Ok(PySimulation { inner: Mutex::new(inner), dimension, vertices })
+        PySimulation { inner: Mutex::new(inner), dimension, vertices }
     }
 
     /// The simulation, for one thread.
@@ -187,6 +194,12 @@ impl PySimulation {
     /// ------
     /// StepError
     ///     A step cannot be taken; the state is the last good one.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.step(10)
+    /// >>> simulation.steps
+    /// 10
     #[pyo3(signature = (n = 1))]
     fn step(&self, py: Python<'_>, n: u64) -> PyResult<()> {
         let mut inner = self.lock()?;
@@ -227,6 +240,12 @@ impl PySimulation {
     /// Notes
     /// -----
     /// What depends on time is taken at `time`. The simulation itself stays where it is.
+    ///
+    /// Examples
+    /// --------
+    /// >>> x, v = simulation.advance(simulation.positions, simulation.velocities)
+    /// >>> x.shape, simulation.time
+    /// ((10, 2), 0.0)
     fn advance<'py>(
         &self,
         py: Python<'py>,

@@ -25,10 +25,15 @@ pub(crate) fn _after_fork() {
     FORKS.fetch_add(1, Ordering::Relaxed);
 }
 
+/// Number of forks that led to this process.
+pub(crate) fn forks() -> u64 {
+    FORKS.load(Ordering::Relaxed)
+}
+
 /// Does `work` on threads that are there: those of rayon, but for the child of a fork, which has one of its own.
 pub(crate) fn run<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     static OWN: Mutex<Option<(u64, Arc<ThreadPool>)>> = Mutex::new(None);
-    let forks = FORKS.load(Ordering::Relaxed);
+    let forks = forks();
     if forks == 0 {
         return work();
     }

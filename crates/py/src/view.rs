@@ -89,6 +89,10 @@ impl PySimulation {
     ///     A number is below 1; or the simulation has what no scene says (materials and forces of Python, added pins), and is to run live.
     /// OSError
     ///     No port can be listened at.
+    ///
+    /// Examples
+    /// --------
+    /// >>> page = simulation.view()
     #[pyo3(signature = (*, live = false, max_bytes = 2_000_000, height = 480))]
     fn view<'py>(
         slf: &Bound<'py, Self>,

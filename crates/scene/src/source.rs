@@ -16,6 +16,8 @@ pub struct Source {
     pub(super) directory: PathBuf,
     /// The change: the path, and how that was written, in backquotes.
     pub(super) overrides: Vec<(KeyPath, String)>,
+    /// True if a program made the text: its lines say nothing to the user, paths of keys do.
+    pub(super) is_made: bool,
 }
 
 impl Source {
@@ -27,7 +29,19 @@ impl Source {
         if text.starts_with('\u{feff}') {
             text.drain(..'\u{feff}'.len_utf8());
         }
-        Source { name: name.into(), text, directory: PathBuf::new(), overrides: Vec::new() }
+        Source { name: name.into(), text, directory: PathBuf::new(), overrides: Vec::new(), is_made: false }
+    }
+
+    /// The same text, made by a program from tables that a user wrote elsewhere: problems name the path of
+    /// the key in place of line and column.
+    #[must_use]
+    pub fn made_from_tables(self) -> Source {
+        Source { is_made: true, ..self }
+    }
+
+    /// True if problems name paths in place of lines, see [`made_from_tables`](Self::made_from_tables).
+    pub fn is_made_from_tables(&self) -> bool {
+        self.is_made
     }
 
     /// The same text, where files that the scene names are relative to `directory`.
@@ -120,6 +134,11 @@ impl Source {
                 (None, Some(document)) => {
                     let (path, inside) = (&problem.path, problem.inside.clone());
                     let span = document::locate(&self.text, document.get_ref(), path, problem.underline);
+                    if self.is_made && inside.is_some() {
+                        // Of a formula, what the line would have shown.
+                        let value = self.text[document::clamped(&self.text, span.clone())].to_owned();
+                        problem.help.insert(0, format!("the value is {value}"));
+                    }
                     Some(document::inside(&self.text, span, inside))
                 }
                 (None, None) => None,
@@ -132,6 +151,11 @@ impl Source {
         });
         let mut located: Vec<Problem> = located.collect();
         located.sort_by_key(|problem| problem.span.as_ref().map(|span| span.start));
+        if self.is_made {
+            // The path is the place, of which `render` knows.
+            located.iter_mut().for_each(|problem| problem.span = None);
+            return SceneError::located(located, self.clone());
+        }
         let mut place = document::Cursor::START;
         for problem in &mut located {
             if let Some(span) = &problem.span {

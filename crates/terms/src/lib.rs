@@ -9,7 +9,8 @@
 //! use pliant_terms::{ElementSet, linear};
 //!
 //! let rest = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
-//! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest, stress: Stress::Analytic };
+//! let elements = ElementSet { body: "corner", dimension: 2, cells: &[0, 1, 2], rest: &rest, stress: Stress::Analytic,
+//!     factors: None };
 //! let rubber = MaterialSpec::NeoHookean(Isotropic { young: 1e5, poisson: 0.4, preset: None });
 //! let mut term = linear(&rubber, &elements);
 //! assert_eq!(term.energy(&rest), 0.0);
@@ -46,6 +47,9 @@ pub struct ElementSet<'a> {
     pub rest: &'a [f64],
     /// How the stress is computed.
     pub stress: Stress,
+    /// Factor of the energy density of each element, of linear and quadratic simplices: see
+    /// [`Elastic::with_factors`](pliant::energy::elastic::Elastic::with_factors). All others leave it out.
+    pub factors: Option<&'a [f64]>,
 }
 
 impl<'a> ElementSet<'a> {

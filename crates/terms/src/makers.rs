@@ -6,6 +6,16 @@ use pliant::material::{Material, MaterialVisitor};
 
 use crate::ElementSet;
 
+fn with_factors<const D: usize, const N: usize>(
+    elements: Elastic<D, N>,
+    factors: Option<&[f64]>,
+) -> Box<dyn EnergyTerm> {
+    Box::new(match factors {
+        Some(factors) => elements.with_factors(factors),
+        None => elements,
+    })
+}
+
 /// Maker of linear elements.
 pub(crate) struct LinearMaker<'a, const N: usize>(pub(crate) &'a ElementSet<'a>);
 
@@ -13,8 +23,8 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for LinearMaker<'_, N> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let ElementSet { body, rest, stress, .. } = *self.0;
-        Box::new(Elastic::<D, N>::linear(body, material, stress, self.0.of(), rest))
+        let ElementSet { body, rest, stress, factors, .. } = *self.0;
+        with_factors(Elastic::<D, N>::linear(body, material, stress, self.0.of(), rest), factors)
     }
 }
 
@@ -25,8 +35,8 @@ impl<const D: usize, const N: usize> MaterialVisitor<D> for QuadraticMaker<'_, N
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<M: Material<D> + Material<3> + Clone>(self, material: M) -> Box<dyn EnergyTerm> {
-        let ElementSet { body, rest, stress, .. } = *self.0;
-        Box::new(Elastic::<D, N>::quadratic(body, material, stress, self.0.of(), rest))
+        let ElementSet { body, rest, stress, factors, .. } = *self.0;
+        with_factors(Elastic::<D, N>::quadratic(body, material, stress, self.0.of(), rest), factors)
     }
 }
 

@@ -71,6 +71,11 @@ impl<const D: usize> SimplexPack<D> {
         self.weight[lane] = weight;
     }
 
+    /// Multiplies the weight of one lane.
+    pub fn scale_weight(&mut self, lane: usize, factor: f64) {
+        self.weight[lane] *= factor;
+    }
+
     /// Lanes from `used` on repeat the last one before them with weight zero: their `J` is that of a real element.
     pub fn fill_up(&mut self, used: usize) {
         let Some(last) = used.checked_sub(1) else { return };

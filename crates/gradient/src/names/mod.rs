@@ -118,12 +118,15 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
             keys.extend(each("elastic.young", "elastic.young_per_element"));
         }
         if by_poisson(material, dimension).is_some() {
-            keys.extend(each("elastic.poisson", "elastic.poisson_per_element"));
+            // Parts of single elements know nothing of factors, of which Young's modulus of one is made.
+            let each_or_all = each("elastic.poisson", "elastic.poisson_per_element");
+            keys.extend(each_or_all.take(if spec.elastic_factor.is_some() { 1 } else { 2 }));
         }
         if let (MaterialSpec::ExpressedEnergy(energy), false) = (material, viscous) {
             of_formula.extend(energy.parameters().keys().map(|name| format!("{OF_FORMULA}{name}").into()));
         }
-        if linear && !is_static && spec.springs.is_none() && spec.bending.is_none() {
+        let is_even = spec.elastic_factor.is_none();
+        if linear && is_even && !is_static && spec.springs.is_none() && spec.bending.is_none() {
             keys.push("rest");
         }
     }
@@ -294,7 +297,7 @@ impl Places<'_> {
         if key.ends_with("_per_element") && !key.starts_with(OF_FORMULA) {
             return Some(elements.moduli(&parts));
         }
-        let term = |(factor, material)| (factor, self.term(&material, body));
+        let term = |(factor, material)| (factor, self.term(spec, &material, body));
         let energies = parts.into_iter().map(term).collect();
         Some(Box::new(Modulus::new(energies, self.dissipation(spec, material, body, key)?)))
     }

@@ -6,8 +6,8 @@ use pliant::energy::EnergyTerm;
 use pliant::energy::elastic::points_of;
 use pliant::material::{Lame, MaterialSpec};
 use pliant::topology::BodyTopology;
+use pliant_scene::{Body, OneOrMany};
 use pliant_terms::ElementSet;
-use pliant_scene::Body;
 
 use super::materials::{isotropic, rates_by_poisson, young};
 use super::{Places, has_linear_elements};
@@ -79,16 +79,23 @@ impl Places<'_> {
     }
 
     /// The elements of a body, filled with another material.
-    pub(super) fn term(&self, material: &MaterialSpec, body: &BodyTopology) -> Box<dyn EnergyTerm> {
+    pub(super) fn term(
+        &self,
+        spec: &Body,
+        material: &MaterialSpec,
+        body: &BodyTopology,
+    ) -> Box<dyn EnergyTerm> {
         let d = self.topology.dimension;
         let rest = self.numbering.to_internal(&self.topology.rest_positions, d);
         let cells = self.cells(body);
+        let factors = spec.elastic_factor.as_ref().map(|factor| self.each(factor, body));
         let elements = ElementSet {
             body: &body.name,
             dimension: d,
             cells: &cells,
             rest: &rest,
             stress: Default::default(),
+            factors: factors.as_deref(),
         };
         match body.blocks.first() {
             Some(CellBlock { kind, .. }) => pliant_terms::cells(material, kind, &elements),
@@ -96,6 +103,18 @@ impl Places<'_> {
                 pliant_terms::linear(material, &elements)
             }
             None => pliant_terms::quadratic(material, &elements),
+        }
+    }
+
+    /// One number for each element.
+    fn each(&self, factor: &OneOrMany, body: &BodyTopology) -> Vec<f64> {
+        match factor {
+            OneOrMany::One(factor) => {
+                let count =
+                    if self.topology.dimension == 2 { body.triangles.len() } else { body.tetrahedra.len() };
+                vec![*factor; count]
+            }
+            OneOrMany::Many(factors) => factors.clone(),
         }
     }
 

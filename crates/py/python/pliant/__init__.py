@@ -2,7 +2,7 @@
 
 >>> import pliant
 >>> simulation = pliant.Simulation(pliant.Scene.from_toml("scenes/cantilever_fem_2d.toml"))
->>> simulation.run(record="cantilever.mcap")
+>>> summary = simulation.run(record="cantilever.mcap")
 >>> pliant.load("cantilever.mcap").positions[:].shape
 (121, 80, 2)
 
@@ -19,8 +19,10 @@ from ._errors import SceneError, StepError
 from ._pliant import Frame, Scene, Simulation, State, Superposition, __version__
 from ._rerun import to_rerun
 from ._run import Summary
+from .actions import ForceAction, FunctionAction, PinAction, ValueAction
 from .batch import Outcome, combinations, rollout, sweep
 from .catalogue import catalogue
+from .environments import VectorEnvironment, vector
 from .gradients import Gradient
 from .material import Material
 from .reports import Stability, StabilityMap, Stress, Study, stability, stress, study
@@ -30,13 +32,16 @@ from .vibration import Modes, Sound, modes, sound
 from .view import LiveView, View
 
 __all__ = [
+    "ForceAction",
     "Frame",
     "Frames",
+    "FunctionAction",
     "Gradient",
     "LiveView",
     "Material",
     "Modes",
     "Outcome",
+    "PinAction",
     "Scene",
     "SceneError",
     "Simulation",
@@ -51,6 +56,8 @@ __all__ = [
     "Superposition",
     "Table",
     "Trajectory",
+    "ValueAction",
+    "VectorEnvironment",
     "View",
     "__version__",
     "catalogue",
@@ -65,6 +72,7 @@ __all__ = [
     "study",
     "sweep",
     "to_rerun",
+    "vector",
 ]
 
 if hasattr(_os, "register_at_fork"):

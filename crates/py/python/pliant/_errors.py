@@ -11,9 +11,10 @@ class SceneError(ValueError):
     Attributes
     ----------
     message : str
-        All problems as a compiler shows them: place, line of the text, what would be right.
+        All problems as a compiler shows them: place, line of the text, what would be right. Of scenes made from
+        tables in Python the path of the key is the place.
     line : int or None
-        Line of the first problem, from 1.
+        Line of the first problem, from 1; None without a text that a user wrote.
     column : int or None
         Its column in characters, from 1.
     problems : list of dict

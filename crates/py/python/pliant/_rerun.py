@@ -46,8 +46,8 @@ def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = 
     Examples
     --------
     >>> import rerun as rr
-    >>> rr.init("pliant", spawn=True)
-    >>> pliant.to_rerun(pliant.load("bunny.mcap"))
+    >>> rr.init("pliant")
+    >>> to_rerun(trajectory)
     """
     import rerun as rr
 

@@ -50,6 +50,12 @@ def rollout(
         Of the first simulation that could not take a step; its message says which one. All others have taken theirs.
     ValueError
         A simulation occurs twice; a state is of another scene.
+
+    Examples
+    --------
+    >>> first, second = rollout([scene, scene.with_changes({"world.gravity": [0.0, -1.6]})], 10)
+    >>> first.steps, second.steps
+    (10, 10)
     """
     steppers = [_stepper(one, scene) for one in simulations]
     if len({id(one) for one in steppers}) < len(steppers):
@@ -152,6 +158,11 @@ def combinations(values: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     -------
     list of dict of str to object
         One for each combination: values by their paths.
+
+    Examples
+    --------
+    >>> combinations({"time.step": [1e-3, 5e-4], "body.0.order": [1]})
+    [{'time.step': 0.001, 'body.0.order': 1}, {'time.step': 0.0005, 'body.0.order': 1}]
     """
     return [dict(zip(values, chosen)) for chosen in itertools.product(*values.values())]
 
@@ -192,6 +203,12 @@ def sweep(
     ------
     SceneError
         The scene has no such path.
+
+    Examples
+    --------
+    >>> outcomes = sweep(scene, {"body.0.elastic.corotated.poisson": [0.1, 0.3]})
+    >>> [outcome.steps for outcome in outcomes]
+    [100, 100]
     """
     tasks = combinations(values) if isinstance(values, Mapping) else [dict(one) for one in values]
     if record is not None:

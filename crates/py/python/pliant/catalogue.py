@@ -29,7 +29,8 @@ def catalogue(
 
     Examples
     --------
-    >>> catalogue("materials")["neo-hookean"]["formula"]
+    >>> catalogue("integrators")["rk4"]["order"]
+    4
     """
     families: dict[str, list[dict[str, Any]]] = _catalogue()
     if family not in families:

@@ -47,10 +47,12 @@ class Material:
     --------
     St. Venant-Kirchhoff:
 
-    >>> def stress(F):
-    ...     E = 0.5 * (np.swapaxes(F, 1, 2) @ F - np.eye(2))
-    ...     trace = np.trace(E, axis1=1, axis2=2)
-    ...     return F @ (2 * mu * E + lam * trace[:, None, None] * np.eye(2))
+    >>> mu, lam, eye = 4e4, 6e4, np.eye(2)
+    >>> strain = lambda F: 0.5 * (np.swapaxes(F, 1, 2) @ F - eye)
+    >>> trace = lambda E: np.trace(E, axis1=1, axis2=2)
+    >>> density = lambda F: mu * (strain(F) ** 2).sum((1, 2)) + 0.5 * lam * trace(strain(F)) ** 2
+    >>> stress = lambda F: F @ (2 * mu * strain(F) + lam * trace(strain(F))[:, None, None] * eye)
+    >>> simulation = Simulation(scene, materials={"beam": Material(density, stress)})
     """
 
     density: Function
@@ -75,6 +77,10 @@ class Material:
         ------
         ValueError
             One is not the derivative of the other; the message has the largest difference and where it is.
+
+        Examples
+        --------
+        >>> Material(lambda F: 0.5 * ((F - np.eye(2)) ** 2).sum((1, 2)), lambda F: F - np.eye(2)).check(2)
         """
         random = np.random.default_rng(seed)
         eye = np.eye(dimension)

@@ -76,6 +76,12 @@ class Table(Mapping[str, Array]):
         -------
         pandas.DataFrame
             One row for each row.
+
+        Examples
+        --------
+        >>> table = modes(scene, 2)
+        >>> len(table.to_pandas())
+        2
         """
         import pandas
 

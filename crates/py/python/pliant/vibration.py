@@ -62,6 +62,12 @@ class Modes(Table):
         -------
         matplotlib.axes.Axes
             What was drawn into.
+
+        Examples
+        --------
+        >>> axes = modes(scene, 2).plot(1)
+        >>> axes.get_xlabel()
+        'x [m]'
         """
         axes = axes_or_new(axes)
         shape = self["shape"][mode]
@@ -93,6 +99,11 @@ def modes(scene: Scene | Simulation, count: int = 10) -> Modes:
     ------
     RuntimeError
         There is no stable equilibrium, or nothing that vibrates.
+
+    Examples
+    --------
+    >>> modes(scene, 2)["frequency"].shape
+    (2,)
     """
     simulation = Simulation(scene) if isinstance(scene, Scene) else scene
     found, shapes = simulation._modes(count)
@@ -129,6 +140,10 @@ class Sound(Table):
             The file; what is there is replaced.
         bits : {16, 24}
             Of each sample.
+
+        Examples
+        --------
+        >>> sound(scene, 9, [0.0, 1.0], count=10, seconds=0.1).write("blow.wav")
         """
         if bits not in (16, 24):
             raise ValueError(f"bits is 16 or 24, got {bits}")
@@ -188,7 +203,9 @@ def sound(
 
     Examples
     --------
-    >>> sound(Scene.from_toml("scenes/tuning_fork.toml"), 0, [0.0, 0.0, 1.0]).write("fork.wav")
+    >>> heard = sound(scene, 9, [0.0, 1.0], count=10, seconds=0.5)
+    >>> heard.samples.shape
+    (24000,)
     """
     if not (0.0 < seconds < 3600.0 and 0 < rate <= 1_000_000):
         raise ValueError(f"seconds must be between 0 and 3600 and rate between 1 and 1000000, got {seconds} and {rate}")

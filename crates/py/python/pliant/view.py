@@ -83,6 +83,11 @@ class View:
             It is there.
         ValueError
             The ending is neither.
+
+        Examples
+        --------
+        >>> trajectory.view().save("beam.html").name
+        'beam.html'
         """
         path = Path(to)
         content = {".html": self.html.encode(), ".png": self.png}.get(path.suffix.lower())
@@ -99,6 +104,11 @@ class View:
         -------
         pathlib.Path
             The file.
+
+        Examples
+        --------
+        >>> trajectory.view().open().suffix
+        '.html'
         """
         with tempfile.NamedTemporaryFile(suffix=".html", prefix="pliant-", delete=False) as file:
             file.write(self.html.encode())
@@ -156,6 +166,12 @@ class LiveView:
         -------
         str
             Its address.
+
+        Examples
+        --------
+        >>> with simulation.view(live=True) as live:
+        ...     live.open() == live.url
+        True
         """
         webbrowser.open(self.url)
         return self.url
@@ -172,6 +188,12 @@ class LiveView:
         ------
         RuntimeError
             It has been stopped before.
+
+        Examples
+        --------
+        >>> live = simulation.view(live=True)
+        >>> live.stop().vertex_count
+        10
         """
         return self._run.stop()
 

@@ -135,6 +135,18 @@ impl PySimulation {
     ///     A step cannot be taken.
     /// KeyboardInterrupt
     ///     Ctrl-C.
+    ///
+    /// Examples
+    /// --------
+    /// >>> def height_of_the_tip(frame):
+    /// ...     if frame.index < 20:
+    /// ...         return None
+    /// ...     by_positions = np.zeros_like(frame.positions)
+    /// ...     by_positions[9, 1] = 1.0
+    /// ...     return frame.positions[9, 1], by_positions
+    /// >>> found = simulation.gradient(height_of_the_tip, ["body.beam.elastic.young"], steps=20)
+    /// >>> list(found), found["body.beam.elastic.young"] != 0.0
+    /// (['body.beam.elastic.young'], True)
     #[pyo3(signature = (loss, with_respect_to, *, steps = None, memory = None))]
     fn gradient<'py>(
         &self,
@@ -198,6 +210,14 @@ impl PySimulation {
     ///     A step cannot be taken.
     /// KeyboardInterrupt
     ///     Ctrl-C.
+    ///
+    /// Examples
+    /// --------
+    /// >>> change = np.zeros((10, 2))
+    /// >>> change[9, 1] = 1.0
+    /// >>> by_position, by_velocity = simulation.jvp(velocity=change, steps=1)
+    /// >>> by_position[9]
+    /// array([0.   , 0.001])
     #[pyo3(signature = (position = None, velocity = None, *, steps = None))]
     fn jvp<'py>(
         &self,
@@ -238,6 +258,11 @@ impl PySimulation {
     /// list of str
     ///     Keys of the scene, with the names of its bodies; ``"position"`` and ``"velocity"`` are those of the
     ///     present state.
+    ///
+    /// Examples
+    /// --------
+    /// >>> "body.beam.elastic.young" in simulation.gradient_names()
+    /// True
     fn gradient_names(&self) -> PyResult<Vec<String>> {
         let inner = self.lock()?;
         Ok(pliant_gradient::names(&inner.scene.scene, &inner.topology))

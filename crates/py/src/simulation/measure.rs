@@ -59,10 +59,17 @@ impl PySimulation {
     /// Energies now.
     ///
     /// Returns
-    /// ------- dict of str to float ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are
-    /// any), ``total`` [J], and what came in and went out since the start, or since the state or the scene
-    /// was last changed: ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``,
-    /// ``balance.damping``, ``balance.walls``.
+    /// -------
+    /// dict of str to float
+    ///     ``kinetic``, ``elastic``, ``gravitational``, ``loads`` (where there are any), ``total`` [J], and what
+    ///     came in and went out since the start, or since the state or the scene was last changed:
+    ///     ``balance.motion``, ``balance.loads``, ``balance.gravity``, ``balance.ether_drag``,
+    ///     ``balance.damping``, ``balance.walls``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.energy()["kinetic"]
+    /// 0.0
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let measured = self.lock()?.diagnostics(py)?;
         energies(py, &measured)
@@ -74,6 +81,11 @@ impl PySimulation {
     /// -------
     /// ndarray of float64, shape (dim,)
     ///     ``sum m v`` [kg m/s].
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.momentum()
+    /// array([0., 0.])
     fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let measured = self.lock()?.diagnostics(py)?;
         Ok(measured.linear_momentum[..self.dimension].to_vec().into_pyarray(py))
@@ -85,6 +97,11 @@ impl PySimulation {
     /// -------
     /// ndarray of float64, shape (3,)
     ///     ``sum m x cross v`` [kg m^2/s]; in 2D only the third component.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.angular_momentum()
+    /// array([0., 0., 0.])
     fn angular_momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let measured = self.lock()?.diagnostics(py)?;
         Ok(measured.angular_momentum.to_vec().into_pyarray(py))
@@ -96,6 +113,11 @@ impl PySimulation {
     /// -------
     /// ndarray of float64, shape (m, dim, dim)
     ///     ``F``, of elements of second order at their centroids.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.deformation_gradient().shape
+    /// (8, 2, 2)
     fn deformation_gradient<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let (states, d) = (self.lock()?.elements(py), self.dimension);
         let part = |state: &ElementState| -> Vec<f64> {
@@ -115,6 +137,11 @@ impl PySimulation {
     /// -------
     /// ndarray of float64, shape (m, 3, 3), or (m,) for "von-mises"
     ///     [Pa]; in 2D the third axis is out of the plane.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.stress("von-mises").shape
+    /// (8,)
     #[pyo3(signature = (kind = "cauchy"))]
     fn stress<'py>(&self, py: Python<'py>, kind: &str) -> PyResult<Doubles<'py>> {
         let states = self.lock()?.elements(py);
@@ -146,6 +173,11 @@ impl PySimulation {
     /// -------
     /// ndarray of float64, shape (m, k)
     ///     Its numbers, in the order that ``pliant list channels`` names.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.measure("jacobian")[0]
+    /// array([1.])
     fn measure<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Doubles<'py>> {
         let measure = measure_named(name)?;
         let states = self.lock()?.elements(py);
@@ -157,9 +189,17 @@ impl PySimulation {
     /// Forces with which pins hold their vertices and walls push, now.
     ///
     /// Returns
-    /// ------- dict of str to ndarray of float64, shape (2, 3) By name, ``body/pin`` or ``wall0``, the force
-    /// [N] and the moment [N m]; the moment is about the mean position of the vertices, or the point that the
-    /// pin turns about, of a wall about its point nearest to the origin.
+    /// -------
+    /// dict of str to ndarray of float64, shape (2, 3)
+    ///     By name, ``body/pin`` or ``wall0``, the force [N] and the moment [N m]; the moment is about the mean
+    ///     position of the vertices, or the point that the pin turns about, of a wall about its point nearest
+    ///     to the origin.
+    ///
+    /// Examples
+    /// --------
+    /// >>> force, moment = simulation.reactions()["beam/left"]
+    /// >>> force.shape
+    /// (3,)
     fn reactions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
@@ -182,6 +222,11 @@ impl PySimulation {
     ///     [m], ``"forces"`` (m,), the normal forces [N], ``"friction"`` (m, 3), the friction on the first
     ///     [N] at the present velocities, along its plane: ``-mu force f1(v) v / |v|``. Empty without
     ///     ``[contact]``.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.contacts()["bodies"]
+    /// []
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inner = self.lock()?;
         let simulation = &inner.simulation;
@@ -195,6 +240,11 @@ impl PySimulation {
     /// -------
     /// float
     ///     [s]; infinite for schemes that are stable at any step.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.critical_step() > simulation.step_size
+    /// True
     fn critical_step(&self, py: Python<'_>) -> PyResult<f64> {
         let mut inner = self.lock()?;
         let duration = inner.scene.scene.time.duration;
@@ -224,6 +274,11 @@ impl PySimulation {
     ///     Mutual gravity couples every vertex with all others: the matrix is full.
     /// ImportError
     ///     SciPy is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.stiffness().shape
+    /// (20, 20)
     fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
@@ -241,6 +296,11 @@ impl PySimulation {
     /// ------
     /// ValueError, ImportError
     ///     As for `stiffness`.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.damping().shape
+    /// (20, 20)
     fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mut inner = self.lock()?;
         let simulation = &mut inner.simulation;
@@ -258,6 +318,11 @@ impl PySimulation {
     /// ------
     /// ImportError
     ///     SciPy is not installed.
+    ///
+    /// Examples
+    /// --------
+    /// >>> round(float(simulation.mass().diagonal()[::2].sum()), 9)
+    /// 40.0
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let count = self.vertices * self.dimension;
         let masses = self.lock()?.topology.masses.clone();

@@ -76,6 +76,11 @@ impl Additions {
         self.raised.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
+    /// Forces of the user, where there are any.
+    pub(crate) fn force(&self) -> Option<&Py<PyAny>> {
+        self.force.as_ref()
+    }
+
     /// Bodies whose material is written in Python.
     pub(crate) fn bodies_with_materials(&self) -> impl Iterator<Item = &str> {
         self.materials.iter().map(|(body, _)| &body[..])
@@ -211,7 +216,7 @@ impl Inner {
     }
 
     /// Forces from what a user gives: nothing, an array, a function.
-    fn external_force(&self, force: &Bound<'_, PyAny>) -> PyResult<Option<ExternalForce>> {
+    pub(crate) fn external_force(&self, force: &Bound<'_, PyAny>) -> PyResult<Option<ExternalForce>> {
         let shape = [self.topology.vertex_count, self.topology.dimension];
         if force.is_none() {
             return Ok(None);
@@ -237,7 +242,7 @@ impl Inner {
     }
 
     /// Goes on with the scene changed so.
-    fn change(&mut self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+    pub(crate) fn change(&mut self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let py = changes.py();
         let scene = self.scene.changed(changes)?;
         for (i, (new, old)) in scene.scene.body.iter().zip(&self.scene.scene.body).enumerate() {
@@ -306,8 +311,10 @@ impl PySimulation {
     ///
     /// Examples
     /// --------
-    /// >>> simulation.set({"contact.friction": 0.1})  # doctest: +SKIP
-    /// >>> simulation.set({"contact.pairs": [{"between": ["a", "b"], "contact": False}]})  # doctest: +SKIP
+    /// >>> simulation.set({"world.ether_drag": 2.0, "body.beam.elastic.poisson": 0.2})
+    /// >>> simulation.set({"body.beam.elastic.young": np.linspace(5e4, 1e5, 8)})
+    /// >>> float(simulation.scene.with_changes({})._value("body.0.elastic_factor.0"))
+    /// 0.5
     fn set(&self, changes: &Bound<'_, PyDict>) -> PyResult<()> {
         let mut inner = self.lock()?;
         inner.change(changes)?;
@@ -331,6 +338,11 @@ impl PySimulation {
     ///     As for `set`.
     /// KeyError
     ///     There is no such body.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.set_material("beam", young="200 kPa")
+    /// >>> simulation.step()
     #[pyo3(signature = (body, *, young = None, poisson = None))]
     fn set_material(
         &self,
@@ -407,6 +419,13 @@ impl PySimulation {
     /// Notes
     /// -----
     /// To drag what is held, `move` it.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.pin([9], axes="y", name="hand")
+    /// 'hand'
+    /// >>> simulation.pins
+    /// ['beam/left', 'hand']
     #[pyo3(signature = (vertices, *, axes = "xyz", name = None))]
     fn pin(
         &self,
@@ -473,7 +492,10 @@ impl PySimulation {
     ///
     /// Examples
     /// --------
-    /// >>> simulation.move("arm/clamp", [0.0, 0.1], over=0.5)  # doctest: +SKIP
+    /// >>> simulation.move("beam/left", [0.0, 0.1], over=0.02)
+    /// >>> simulation.step(20)
+    /// >>> simulation.positions[0].round(9)
+    /// array([0. , 0.1])
     #[pyo3(name = "move", signature = (name, pose = None, velocity = None, *, over = None))]
     fn move_pin(
         &self,
@@ -510,6 +532,12 @@ impl PySimulation {
     /// ------
     /// KeyError
     ///     There is no such pin, or it has let go already.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.release("beam/left")
+    /// >>> simulation.pins
+    /// []
     fn release(&self, name: &str) -> PyResult<()> {
         let mut inner = self.lock()?;
         if !inner.simulation.release(name) {

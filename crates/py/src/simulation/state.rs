@@ -148,6 +148,13 @@ impl PySimulation {
     }
 
     /// Go back to how the scene starts, at time 0. Parameters, forces and pins stay as they are now.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.step(3)
+    /// >>> simulation.reset()
+    /// >>> simulation.time
+    /// 0.0
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         let mut inner = self.lock()?;
         let start = inner.start.clone();
@@ -162,12 +169,15 @@ impl PySimulation {
     /// -------
     /// Simulation
     ///     In the same state with the same parameters, forces and pins.
+    ///
+    /// Examples
+    /// --------
+    /// >>> other = simulation.clone()
+    /// >>> other.step()
+    /// >>> other.steps, simulation.steps
+    /// (1, 0)
     fn clone(&self, py: Python<'_>) -> PyResult<Self> {
-        let (scene, checkpoint, additions) = {
-            let mut inner = self.lock()?;
-            let checkpoint = inner.simulation.checkpoint();
-            (inner.scene.clone(), checkpoint, inner.additions.duplicate(py))
-        };
+        let (scene, checkpoint, additions) = self.lock()?.parts(py);
         PySimulation::rebuilt(py, scene, &checkpoint, additions)
     }
 
@@ -197,6 +207,12 @@ impl PySimulation {
     /// the scene names by their files stay where they are. Solvers of implicit schemes forget what they
     /// have learnt from earlier steps, here as in the simulation that is restored: both go on with the same
     /// bits.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.save("a.checkpoint")
+    /// >>> Simulation.restore("a.checkpoint").state == simulation.state
+    /// True
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let mut inner = self.lock()?;
         let mut notes = Notes::new();
@@ -224,6 +240,13 @@ impl PySimulation {
     ///     The file cannot be read.
     /// ValueError
     ///     It is no checkpoint, damaged, or of another version of pliant; or a mesh file has changed since.
+    ///
+    /// Examples
+    /// --------
+    /// >>> simulation.step(5)
+    /// >>> simulation.save("a.checkpoint")
+    /// >>> Simulation.restore("a.checkpoint").steps
+    /// 5
     #[staticmethod]
     fn restore(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = py.detach(|| CheckpointFile::read(&path)).map_err(|error| errors::checkpoint(&error))?;
@@ -277,14 +300,28 @@ impl PySimulation {
         additions: super::Additions,
     ) -> PyResult<Self> {
         let simulation = PySimulation::assembled(py, scene)?;
-        {
-            let mut inner = simulation.lock()?;
-            inner.additions = additions;
-            // Before the state, so that what energies remember fits the terms that there are.
-            inner.apply_additions(py)?;
-            let resumed = inner.simulation.resume(checkpoint);
-            resumed.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        }
+        simulation.lock()?.go_on_from(py, checkpoint, additions)?;
         Ok(simulation)
+    }
+}
+
+impl Inner {
+    /// Parts that another simulation goes on from here with.
+    pub(crate) fn parts(&mut self, py: Python<'_>) -> (PyScene, Checkpoint, super::Additions) {
+        (self.scene.clone(), self.simulation.checkpoint(), self.additions.duplicate(py))
+    }
+
+    /// Goes on from a checkpoint of another simulation of this scene, with what was added to that.
+    pub(crate) fn go_on_from(
+        &mut self,
+        py: Python<'_>,
+        checkpoint: &Checkpoint,
+        additions: super::Additions,
+    ) -> PyResult<()> {
+        self.additions = additions;
+        // Before the state, so that what energies remember fits the terms that there are.
+        self.apply_additions(py)?;
+        let resumed = self.simulation.resume(checkpoint);
+        resumed.map_err(|error| PyValueError::new_err(error.to_string()))
     }
 }

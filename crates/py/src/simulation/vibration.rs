@@ -43,6 +43,12 @@ impl PySuperposition {
     /// ------
     /// ValueError
     ///     The time is negative, or no number.
+    ///
+    /// Examples
+    /// --------
+    /// >>> positions, velocities = Simulation(linear).superposition().at(0.25)
+    /// >>> positions.shape
+    /// (10, 2)
     fn at<'py>(&self, py: Python<'py>, time: f64) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
         if !(time >= 0.0 && time.is_finite()) {
             return Err(PyValueError::new_err(format!("time must be 0 or more, got {time}")));
@@ -107,6 +113,12 @@ impl PySimulation {
     ///     Something changes with time or is no linear force: walls, pins that move or let go, loads that change.
     /// RuntimeError
     ///     There is no stable equilibrium; damping couples the modes.
+    ///
+    /// Examples
+    /// --------
+    /// >>> motion = Simulation(linear).superposition()
+    /// >>> motion.omega.shape
+    /// (16,)
     #[pyo3(signature = (count = None))]
     fn superposition(&self, py: Python<'_>, count: Option<usize>) -> PyResult<PySuperposition> {
         let mut inner = self.lock()?;

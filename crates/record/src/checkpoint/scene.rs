@@ -17,6 +17,9 @@ pub struct SavedScene {
     pub text: String,
     /// Directory, absolute, that files named in the scene are relative to.
     pub directory: PathBuf,
+    /// True if its text was made from tables of a program.
+    #[serde(default)]
+    pub is_made_from_tables: bool,
     /// Mesh files.
     pub files: Vec<SceneFile>,
 }
@@ -47,13 +50,15 @@ impl SavedScene {
             text: source.text().to_owned(),
             // An empty path is none: it is the working directory.
             directory: std::path::absolute(directory.join(".")).unwrap_or_else(|_| directory.to_owned()),
+            is_made_from_tables: source.is_made_from_tables(),
             files: scene.mesh_files().into_iter().map(file).collect::<Result<_, _>>()?,
         })
     }
 
     /// The scene as text.
     pub fn source(&self) -> Source {
-        Source::new(&self.name, &self.text).in_directory(&self.directory)
+        let source = Source::new(&self.name, &self.text).in_directory(&self.directory);
+        if self.is_made_from_tables { source.made_from_tables() } else { source }
     }
 
     /// Whether the mesh files are what they were; `path` is the checkpoint.

@@ -21,6 +21,8 @@ pub(super) struct BodyAssembly {
     pub(super) mesh: Mesh,
     /// True if its cells are finite elements.
     pub(super) elastic: bool,
+    /// Factor of the energy density of every element; empty where the scene names none.
+    pub(super) factors: Vec<f64>,
     /// True if it stands for an obstacle.
     pub(super) is_obstacle: bool,
     /// How thick it is, if it is a membrane [m].
@@ -84,6 +86,7 @@ impl BodyAssembly {
             );
             problems.extend(one("nodal_integration", message));
         }
+        let factors = factors(spec, &mesh, path, &mut problems);
         let springs = if spec.springs.is_some() { mesh.spring_edges() } else { vec![] };
         if spec.springs.is_some() && springs.is_empty() {
             problems.extend(one("springs", "the mesh has no edges for springs".into()));
@@ -114,6 +117,7 @@ impl BodyAssembly {
             first_vertex,
             mesh,
             elastic: spec.elastic.is_some(),
+            factors,
             is_obstacle: spec.obstacle.is_some(),
             thickness,
             springs,
@@ -324,6 +328,19 @@ pub(super) fn spread(
             vec![1.0; count]
         }
     }
+}
+
+/// Factor of the energy density of every element; empty where the scene names none.
+fn factors(spec: &Body, mesh: &Mesh, path: &KeyPath, problems: &mut Vec<Problem>) -> Vec<f64> {
+    let Some(factor) = &spec.elastic_factor else { return vec![] };
+    let path = path.key("elastic_factor");
+    if let Some(block) = mesh.block() {
+        let message =
+            format!("`elastic_factor` is for triangles and tetrahedra, and these are {}", block.kind.plural);
+        problems.push(Problem::semantic(path, message).with_help("make a body of each stiffness"));
+        return vec![];
+    }
+    spread(factor, mesh.element_count(), "elements", path, problems)
 }
 
 /// Stiffness `k` [N/m] and rest length [m] of every spring.

@@ -53,6 +53,7 @@ fn body(scene: &Scene, obstacle: &ObstacleSpec, index: usize) -> Body {
         elastic: None,
         membrane: None,
         order: None,
+        elastic_factor: None,
         nodal_integration: None,
         stress: None,
         springs: None,

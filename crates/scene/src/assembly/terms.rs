@@ -47,8 +47,9 @@ impl BodyAssembly {
         numbering: &Numbering,
     ) -> Vec<Box<dyn EnergyTerm>> {
         let stress = spec.stress.unwrap_or_default();
+        let factors = Some(&self.factors[..]).filter(|factors| !factors.is_empty());
         let cells = self.element_vertices::<D, N>(numbering);
-        let elements = ElementSet { body: &self.name, dimension: D, cells: &cells, rest, stress };
+        let elements = ElementSet { body: &self.name, dimension: D, cells: &cells, rest, stress, factors };
         if let Some(nodal) = &spec.nodal_integration {
             let terms = pliant_terms::nodal(material, &elements, nodal.stabilisation_or_default());
             return terms.into_iter().flatten().collect();

@@ -117,3 +117,26 @@ error: unknown field `stpe`
     let failed = set("step = ", &["time.step=1"]).unwrap_err();
     assert_eq!((failed.line(), failed.column()), (Some(1), Some(8)));
 }
+
+#[test]
+fn scenes_made_from_tables_name_paths_in_place_of_lines() {
+    let text = changed("[0.0, -9.8]", "[0.0, \"-9.8 * K\"]").replace("per_vertex = 1.0", "per_vertex = -1.0");
+    let error = Source::new("<scene>", text).made_from_tables().scene().unwrap_err();
+    let said = error.render(false);
+    for part in [
+        "error: world.gravity.1: `gravity`: unknown name `K`",
+        "the value is \"-9.8 * K\"",
+        "error: body.0.mass.per_vertex: `per_vertex` must be positive and finite, got -1",
+    ] {
+        assert!(said.contains(part), "{part} is not in\n{said}");
+    }
+    assert!(!said.contains("<scene>") && !said.contains(" | "), "{said}");
+    assert!(error.problems().iter().all(|problem| problem.line.is_none() && problem.span.is_none()));
+    let varied = Source::new("<scene>", GOOD).made_from_tables();
+    let said = varied.varied(&[("time.step".into(), "-1".into())]).unwrap_err().to_string();
+    assert!(
+        said.starts_with("error: time.step: `step` must be positive and finite, got -1")
+            && said.contains("from `time.step=-1`"),
+        "{said}"
+    );
+}

@@ -4,7 +4,7 @@ use super::check::Checker;
 use super::{bending, damping, expression, loads, membrane, mesh, motion, nodal, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
-use crate::schema::{Body, MassSpec, MeshSpec, SpringsSpec};
+use crate::schema::{Body, MassSpec, MeshSpec, OneOrMany, SpringsSpec};
 use pliant::material::MaterialSpec;
 
 /// Names become topics and file names in a recording.
@@ -65,6 +65,9 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     order(check, &path.key("order"), body);
     if let Some(nodal) = &body.nodal_integration {
         nodal::nodal(check, path, nodal, body);
+    }
+    if let Some(factor) = &body.elastic_factor {
+        elastic_factor(check, &path.key("elastic_factor"), factor, body);
     }
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =
@@ -346,5 +349,37 @@ mod tests {
         assert_eq!(messages(&cloth, 3, true, true), filled("cloth"));
         assert!(messages(&cloth, 2, true, false).is_empty());
         assert_eq!(MeshCapabilities::of(&cloth, Some(3)).edge_count, Some(2 * 4 + 3 * 3 + 2 * 6));
+    }
+}
+
+/// `elastic_factor` of `body`; how many there are, the assembly knows.
+fn elastic_factor(check: &mut Checker, path: &KeyPath, factor: &OneOrMany, body: &Body) {
+    check.one_or_many(path, factor, "", None);
+    let stiff = body.damping.as_ref().is_some_and(|damping| damping.stiffness_proportional.is_some());
+    let refused = [
+        (
+            body.elastic.is_none(),
+            "is one of finite elements, and this body has no `elastic`",
+            "add `elastic`",
+        ),
+        (
+            body.membrane.is_some(),
+            "is for solids, and this body is a `membrane`",
+            "make a body of each stiffness",
+        ),
+        (
+            body.nodal_integration.is_some(),
+            "is for elements that have a stress of their own, and with `nodal_integration` vertices have it",
+            "remove `nodal_integration`, or use `order = 2`",
+        ),
+        (
+            stiff,
+            "does not reach `stiffness_proportional` damping, which has one stiffness for the body",
+            "use `strain_rate` damping, whose viscosities do not depend on the stiffness",
+        ),
+    ];
+    for (_, message, help) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
+        let problem = Problem::semantic(path.clone(), format!("`elastic_factor` {message}")).at_key();
+        check.report(problem.with_help(help));
     }
 }

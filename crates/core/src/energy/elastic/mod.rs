@@ -1,6 +1,7 @@
 //! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for linear ones.
 
 mod block;
+mod factors;
 mod hessian;
 mod kernels;
 mod mean_dilatation;
@@ -54,6 +55,9 @@ pub struct Elastic<const D: usize, const N: usize> {
     workspace: Workspace<D>,
     /// Where these elements are the smaller part of a body with nodal integration: what has its stress.
     nodes: Option<Arc<nodal::Nodes<D>>>,
+    /// Factor of the energy density of each element, in the order of the mesh; empty where all are 1. It is
+    /// in the weights of `rest` already.
+    factors: Vec<f64>,
 }
 
 impl<const D: usize, const N: usize> Elastic<D, N> {
@@ -112,6 +116,7 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
             patches,
             rest: packs,
             nodes: None,
+            factors: vec![],
         }
     }
 
@@ -133,9 +138,9 @@ impl<const D: usize, const N: usize> Elastic<D, N> {
     }
 
     /// Deformation and stress of an element with this deformation gradient.
-    fn state(&self, f: &Mat<f64, D>, vertices: &[u32; N], x: &[f64]) -> ElementState {
+    fn state(&self, f: &Mat<f64, D>, element: usize, vertices: &[u32; N], x: &[f64]) -> ElementState {
         match &self.nodes {
-            None => self.material.state(f),
+            None => self.with_its_factor(element, self.material.state(f)),
             Some(nodes) => nodes.state(f, vertices, x),
         }
     }
@@ -305,7 +310,7 @@ impl<const D: usize, const N: usize> EnergyTerm for Elastic<D, N> {
     }
 
     fn bytes(&self) -> usize {
-        self.patches.bytes() + size_of_val(&self.rest[..]) + self.workspace.bytes()
+        self.patches.bytes() + size_of_val(&self.rest[..]) + 8 * self.factors.len() + self.workspace.bytes()
     }
 }
 
@@ -328,7 +333,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
     fn each_state(&self, x: &[f64], visit: &mut dyn FnMut(usize, ElementState)) {
         for (element, vertices, pack, lane) in self.elements() {
             let f = centroid_deformation(&self.points(x, &vertices, pack, lane));
-            visit(element, self.state(&f, &vertices, x));
+            visit(element, self.state(&f, element, &vertices, x));
         }
     }
 
@@ -360,7 +365,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
         let (_, vertices, pack, lane) = self.elements().find(|(number, ..)| *number == element)?;
         let points = self.points(x, &vertices, pack, lane);
         if order::<D, N>() == 1 {
-            return Some(self.state(&centroid_deformation(&points), &vertices, x));
+            return Some(self.state(&centroid_deformation(&points), element, &vertices, x));
         }
         // Both dx/dxi and J are linear in the place.
         let (mut dx, mut j) = (Mat::zero(), Mat::zero());
@@ -369,7 +374,7 @@ impl<const D: usize, const N: usize> ElementTerm for Elastic<D, N> {
             dx += at_point.scale(weight);
             j += inverse.inverse().scale(weight);
         }
-        Some(self.material.state(&dx.mul(&j.inverse())))
+        Some(self.with_its_factor(element, self.material.state(&dx.mul(&j.inverse()))))
     }
 }
 

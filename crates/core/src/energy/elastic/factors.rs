@@ -1,0 +1,38 @@
+//! Factors of the energy densities of elements.
+
+use super::Elastic;
+use crate::element::{ElementState, quadrature_count};
+
+impl<const D: usize, const N: usize> Elastic<D, N> {
+    /// The same elements, each with its energy density, and so its stress and stiffness, times a factor, in
+    /// the order of the mesh: what has the modulus `E` has `factor E` then.
+    ///
+    /// # Panics
+    /// If there is not one factor for each element.
+    #[must_use]
+    pub fn with_factors(mut self, factors: &[f64]) -> Self {
+        let points = quadrature_count::<D, N>();
+        let places: Vec<(usize, usize, usize)> =
+            self.elements().map(|(element, _, pack, lane)| (element, pack, lane)).collect();
+        assert_eq!(places.len(), factors.len(), "one factor for each element");
+        for (element, pack, lane) in places {
+            for point in &mut self.rest[pack * points..(pack + 1) * points] {
+                point.scale_weight(lane, factors[element]);
+            }
+        }
+        self.factors = factors.to_vec();
+        self
+    }
+
+    /// The state with stress and energy density times the factor of the element.
+    pub(super) fn with_its_factor(&self, element: usize, state: ElementState) -> ElementState {
+        match self.factors.get(element) {
+            None => state,
+            Some(factor) => ElementState {
+                first_piola: state.first_piola.scale(*factor),
+                energy_density: state.energy_density * factor,
+                ..state
+            },
+        }
+    }
+}
