@@ -4,6 +4,7 @@ mod batch_material;
 mod element_state;
 mod expression;
 mod hessian;
+mod increments;
 mod modes;
 mod multigrid;
 mod presets;

@@ -42,7 +42,7 @@ use crate::energy::{Fault, SurfaceContact};
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
-use crate::solver::{SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
+use crate::solver::{ForceLeft, SolveError, SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
 use crate::state::State;
 use crate::system::{System, TermId};
 
@@ -145,7 +145,9 @@ impl Simulation {
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
     pub fn set_solver(&mut self, options: SolverOptions) {
-        let allowed = self.controller.as_ref().map(|controller| {
+        // Increments of statics have no error.
+        let by_error = self.controller.as_ref().filter(|_| !self.method.is_static());
+        let allowed = by_error.map(|controller| {
             let Tolerances { position, velocity, .. } = controller.control.tolerances;
             [position, velocity]
         });
@@ -302,6 +304,8 @@ impl Simulation {
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
+        let left = |left: ForceLeft| ForceLeft { vertex: original(left.vertex), ..left };
+        let solve = solve.map(|solve| SolveError { left: solve.left.map(left), ..solve });
         StepFault { fault, vertex: vertex.map(original), solve }
     }
 
@@ -316,6 +320,7 @@ impl Simulation {
                 verdict: solve.verdict,
                 iterations: solve.iterations,
                 correction: solve.correction,
+                left: solve.left,
                 fault,
                 step_size: self.step_size,
                 retried,
@@ -541,6 +546,7 @@ impl Simulation {
             force_evaluations: self.system.force_evaluations(),
             retried: (self.solver.retries > 0 && solver.is_some()).then_some(self.retried),
             rejected_steps: self.controller.as_ref().map(|controller| controller.rejected),
+            increments: self.controller.as_ref().and_then(|controller| controller.increments()),
             solver,
         }
     }

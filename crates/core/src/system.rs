@@ -63,6 +63,8 @@ pub struct System {
     to_be_measured: bool,
     /// Energy of each term that came with that force [J]; empty if none was asked for.
     energies: Vec<Option<f64>>,
+    /// Times beside those of holds that increments land on, ascending [s].
+    breaks: Vec<f64>,
     /// Set from elsewhere where solves are to end, solved or not.
     stop: Stop,
 }
@@ -113,6 +115,7 @@ impl System {
             force_evaluations: 0,
             to_be_measured: false,
             energies: vec![],
+            breaks: vec![],
             stop: Stop::default(),
         }
     }
@@ -262,14 +265,22 @@ impl System {
         self.with_inverse_mass(inverse_mass, measure)
     }
 
-    /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, if there is any.
+    /// Says at which times [s], ascending, loads or prescribed motion have a kink or jump: steps whose size is
+    /// not fixed land on them.
+    pub fn set_breaks(&mut self, breaks: Vec<f64>) {
+        self.breaks = breaks;
+    }
+
+    /// The first time after `time` [s] at which a hold lets go or the motion of one breaks, or one of
+    /// [these](Self::set_breaks), if there is any.
     pub(crate) fn next_break(&self, time: f64) -> Option<f64> {
         let of_hold = |hold: &Hold| {
             let end = Some(hold.end()).filter(|end| *end > time && end.is_finite());
             let motion = hold.next_break(time);
             end.into_iter().chain(motion).reduce(f64::min)
         };
-        self.holds.iter().filter_map(of_hold).reduce(f64::min)
+        let known = self.breaks.get(self.breaks.partition_point(|at| *at <= time)).copied();
+        self.holds.iter().filter_map(of_hold).chain(known).reduce(f64::min)
     }
 
     /// The holds that have not let go.

@@ -10,6 +10,7 @@
 //! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands
 //! for.
 
+mod branches;
 mod build;
 mod error;
 mod function;
@@ -175,6 +176,15 @@ impl Expression {
     }
 
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {
+        self.evaluate_watched(variable, |_, _| {})
+    }
+
+    /// The same, every call shown to `watch`.
+    fn evaluate_watched<N: Number>(
+        &self,
+        variable: impl Fn(Variable) -> N,
+        mut watch: impl FnMut(&Function, [N; 3]),
+    ) -> N {
         let mut stack = [N::constant(0.0); Self::STACK];
         let mut height = 0;
         for operation in &self.program {
@@ -185,6 +195,7 @@ impl Expression {
                     height -= function.arity;
                     let mut arguments = [N::constant(0.0); 3];
                     arguments[..function.arity].copy_from_slice(&stack[height..height + function.arity]);
+                    watch(function, arguments);
                     N::call(function, arguments)
                 }
             };

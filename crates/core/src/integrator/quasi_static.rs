@@ -1,7 +1,9 @@
 //! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly change.
 //!
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
-//! minimum that Newton's method reaches from the last one.
+//! minimum that Newton's method reaches from the last one. Steps are increments of the load; where they are adaptive, their size
+//! follows how many iterations the last ones took ([`control::increments`](crate::control::increments)).
+use super::estimate::{Judgement, Tolerances};
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use super::{Documentation, Integrator, Method, Scheme};
 use crate::solver::StepFault;
@@ -32,6 +34,8 @@ pub struct QuasiStatic {
     origin: Vec<f64>,
     /// None: zero.
     drift: Vec<f64>,
+    /// Newton iterations of the last step.
+    iterations: u64,
 }
 
 impl QuasiStatic {
@@ -43,6 +47,7 @@ impl QuasiStatic {
             next: NextState::new(unknowns),
             origin: zero(),
             drift: zero(),
+            iterations: 0,
         }
     }
 }
@@ -64,13 +69,19 @@ impl Integrator for QuasiStatic {
             acceleration: None,
             single_iteration: false,
         };
+        let before = self.solver.work().newton_iterations;
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
+        self.iterations = self.solver.work().newton_iterations - before;
         let force = system.force();
         self.next.commit(system, state, h, force)
     }
 
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+    }
+
+    fn judge(&mut self, _: &mut System, _: &State, _: f64, _: &Tolerances) -> Option<Judgement> {
+        Some(Judgement::Iterations(self.iterations))
     }
 
     fn work(&self) -> SolverWork {

@@ -33,7 +33,7 @@ impl Simulation {
     /// tolerance.
     ///
     /// # Panics
-    /// If the scheme has no estimate of its error, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
+    /// If the scheme has no estimate of its error, nor a criterion of its own, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
     pub fn set_step_control(&mut self, control: StepControl) {
         let first = control.first.unwrap_or_else(|| self.first_step(&control));
         let controller = Controller::new(control, &self.method, first);
@@ -154,6 +154,8 @@ impl Simulation {
             fault,
             vertex,
             verdict: solve.map(|solve| solve.verdict),
+            left: solve.and_then(|solve| solve.left),
+            is_static: self.method.is_static(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Why a step could not be taken.
 
 use crate::energy::Fault;
-use crate::solver::SolveFailure;
+use crate::solver::{ForceLeft, SolveFailure};
 
 /// A step could not be taken; the state is still the last good one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -32,8 +32,8 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} (t = {time:.6} s) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}; {}",
-        nor_in_parts(.retried.as_deref()), place(.fault), remedy(*.verdict, *.is_static, *.step_size, .retried.as_deref())
+        "step {step} (t = {time:.6} s) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}{}; {}",
+        nor_in_parts(.retried.as_deref()), left_over(.left), place(.fault), remedy(*.verdict, *.is_static, *.step_size, .retried.as_deref())
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -46,6 +46,8 @@ pub enum StepError {
         iterations: u32,
         /// Largest component of the last correction [m].
         correction: f64,
+        /// The largest force that was left, in statics.
+        left: Option<ForceLeft>,
         /// The cause, as far as a term knows it.
         fault: Option<Fault>,
         /// The step size that was tried [s].
@@ -57,9 +59,10 @@ pub enum StepError {
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
-        "step {step} (t = {time:.6} s) cannot be taken: a step of {step_size:.3e} s is still too large{}, and the smallest allowed is \
-         {smallest:.3e} s{}",
-        still(*.error), why(.fault, .vertex, *.verdict)
+        "{what} {step} (t = {time:.6} s) cannot be taken: one of {step_size:.3e} s is still too large{}, and the smallest allowed is \
+         {smallest:.3e} s{}{}{}",
+        still(*.error), why(.fault, .vertex, *.verdict), left_over(.left), beyond_limit(*.is_static),
+        what = if *.is_static { "increment" } else { "step" }
     )]
     StepTooSmall {
         /// The step that was tried, from 1.
@@ -78,6 +81,10 @@ pub enum StepError {
         vertex: Option<usize>,
         /// How the solver ended, where that is the reason.
         verdict: Option<SolveFailure>,
+        /// The largest force that was left, in statics.
+        left: Option<ForceLeft>,
+        /// True if an equilibrium was looked for.
+        is_static: bool,
     },
     /// The total energy has grown beyond any physical cause.
     #[error(
@@ -145,6 +152,24 @@ fn remedy(verdict: SolveFailure, is_static: bool, step_size: f64, retried: Optio
         SolveFailure::IterationCap => format!("allow more `iterations`, or try {smaller}"),
         SolveFailure::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
         _ => format!("try {smaller}"),
+    }
+}
+
+/// The largest force that a solve of statics has left.
+fn left_over(left: &Option<ForceLeft>) -> String {
+    let said = |ForceLeft { force, vertex }: &ForceLeft| {
+        format!(", the largest force left {force:.3e} N at vertex {vertex}")
+    };
+    left.as_ref().map_or(String::new(), said)
+}
+
+/// Advice where increments of statics come to an end.
+fn beyond_limit(is_static: bool) -> &'static str {
+    if is_static {
+        "; there may be no equilibrium near under more load, beyond a limit point: prescribe a motion in place of the load, or take \
+         an implicit scheme with damping"
+    } else {
+        ""
     }
 }
 

@@ -243,4 +243,15 @@ pub struct SolveError {
     pub iterations: u32,
     /// Largest component of the last correction [m].
     pub correction: f64,
+    /// The largest force that was left, in statics; `None` where no force is finite.
+    pub left: Option<ForceLeft>,
+}
+
+/// The largest component of the force that is left at a coordinate that is free.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct ForceLeft {
+    /// Its size [N].
+    pub force: f64,
+    /// The vertex.
+    pub vertex: usize,
 }

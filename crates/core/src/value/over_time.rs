@@ -69,6 +69,14 @@ impl OverTime {
         }
     }
 
+    /// Times in `from < t < to` [s] at which it takes another branch, see [`Expression::branch_times`].
+    pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
+        match self {
+            OverTime::Constant(_) => vec![],
+            OverTime::Formula(formula) => formula.branch_times(from, to),
+        }
+    }
+
     /// The value, if it is the same at all times.
     pub fn constant(&self) -> Option<f64> {
         match self {

@@ -94,6 +94,7 @@ impl Moment {
                 steps: 10 * self.index,
                 force_evaluations: 20 * self.index,
                 rejected_steps: None,
+                increments: None,
                 retried: None,
                 solver: None,
             },

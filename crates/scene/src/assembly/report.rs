@@ -55,6 +55,9 @@ pub struct Report {
     pub walls: usize,
     /// True if steps are solved.
     pub is_implicit: bool,
+    /// True if it finds equilibria.
+    #[serde(skip)]
+    pub is_static: bool,
     /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step
     /// and it was not asked for.
     pub stability: Option<StabilityLimit>,
@@ -128,6 +131,7 @@ impl Report {
             step_control: control,
             walls: system.walls().len(),
             is_implicit: simulation.method().documentation.solves > 0,
+            is_static: simulation.method().is_static(),
             stability,
             tree_force_error,
             contact: None,
@@ -368,6 +372,14 @@ fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
 
 /// How step sizes follow the error.
 fn follows(control: &StepControl, simulation: &Simulation) -> String {
+    if simulation.method().is_static() {
+        let StepControl { first, smallest, largest, .. } = *control;
+        return format!(
+            "increments as large as they can be solved, the first {:.3e} s, down to {smallest:.3e} s and up to {largest:.3e} s; every one \
+             that is taken back is counted",
+            first.unwrap_or(largest)
+        );
+    }
     if simulation.method().has_own_criterion() {
         return format!("step sizes by the scheme's own criterion, steps up to {:.3e} s", control.largest);
     }

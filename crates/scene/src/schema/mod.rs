@@ -101,7 +101,8 @@ pub struct Time {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub step: Option<f64>,
-    /// Steps whose size follows the error, for schemes that estimate it; `pliant list integrators` says which do. In place of `step`;
+    /// Steps whose size follows the error, for schemes that estimate it (`pliant list integrators` says which do),
+    /// or increments of statics that are as large as they can be solved. In place of `step`;
     /// `adaptive = {}` leaves everything to the defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Adaptive>,

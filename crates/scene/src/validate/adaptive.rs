@@ -54,10 +54,10 @@ fn adaptive(check: &mut Checker, path: &KeyPath, adaptive: &Adaptive, time: &Tim
     for (key, _) in errors.into_iter().filter(|(_, given)| *given && method.has_own_criterion()) {
         let message = format!("{} follows a criterion of its own, not `{key}`", method.documentation.name);
         let problem = Problem::semantic(path.key(key), message).at_key();
-        check
-            .report(problem.with_help(
-                "remove it; accuracy is a parameter of the scheme, see `pliant list integrators`",
-            ));
+        check.report(problem.with_help(match method.is_static() {
+            true => "remove it; equilibria are found to the `tolerance` of [time] solver",
+            false => "remove it; accuracy is a parameter of the scheme, see `pliant list integrators`",
+        }));
     }
     let values = [
         ("position", position, "m"),
