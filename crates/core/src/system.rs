@@ -63,6 +63,8 @@ pub struct System {
     to_be_measured: bool,
     /// Energy of each term that came with that force [J]; empty if none was asked for.
     energies: Vec<Option<f64>>,
+    /// The load factor, where a path of equilibria is followed: the time of loads and of prescribed motion.
+    load_factor: Option<f64>,
     /// Times beside those of holds that increments land on, ascending [s].
     breaks: Vec<f64>,
     /// Set from elsewhere where solves are to end, solved or not.
@@ -115,6 +117,7 @@ impl System {
             force_evaluations: 0,
             to_be_measured: false,
             energies: vec![],
+            load_factor: None,
             breaks: vec![],
             stop: Stop::default(),
         }
@@ -300,12 +303,44 @@ impl System {
         self.moves
     }
 
+    /// Makes this load factor the time of loads and of prescribed motion, whatever time is said; `None`: they are
+    /// of the time that is said.
+    pub(crate) fn set_load_factor(&mut self, load_factor: Option<f64>) {
+        self.load_factor = load_factor;
+    }
+
+    /// The load factor that loads and prescribed motion are of; `None` where they are of the time.
+    pub fn load_factor(&self) -> Option<f64> {
+        self.load_factor
+    }
+
+    /// Writes the rate of `dE/dx` with the time [N/s] at fixed positions and at `time` [s] over `rate`: the difference
+    /// over `difference` [s] to both sides, of terms that change with time alone. Leaves them at `time`.
+    pub(crate) fn load_rate(&mut self, x: &[f64], time: f64, difference: f64, rate: &mut [f64]) {
+        self.force = ForceId::NONE;
+        rate.fill(0.0);
+        let mut before = vec![0.0; rate.len()];
+        for term in self.terms.iter_mut().filter(|term| term.properties().changes_with_time) {
+            for (at, gradient) in [(time - difference, &mut before[..]), (time + difference, &mut *rate)] {
+                if let Some(driven) = term.driven() {
+                    driven.set_time(at);
+                }
+                term.add_gradient(x, gradient);
+            }
+            if let Some(driven) = term.driven() {
+                driven.set_time(time);
+            }
+        }
+        rate.iter_mut().zip(&before).for_each(|(rate, before)| *rate = (*rate - before) / (2.0 * difference));
+    }
+
     /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays `x` and `v`; false
     /// where one of them is not finite. Does nothing where nothing moves.
     pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         if !self.moves {
             return true;
         }
+        let time = self.load_factor.unwrap_or(time);
         self.holds.iter().fold(true, |finite, hold| finite & hold.prescribe(time, self.dimension, x, v))
     }
 
@@ -321,6 +356,7 @@ impl System {
     /// Goes on with every prescribed motion from where its vertices are in `x` at `time` [s], flat [m].
     pub(crate) fn go_on_from(&mut self, time: f64, x: &[f64]) {
         let d = self.dimension;
+        let time = self.load_factor.unwrap_or(time);
         self.holds.iter_mut().chain(&mut self.released).for_each(|hold| hold.go_on_from(time, d, x));
     }
 
@@ -530,7 +566,9 @@ impl System {
     }
 
     /// Says what time it is [s] to the potentials that depend on it. The force last evaluated stays as it is.
+    /// On a path of equilibria it is the load factor, whatever is said.
     pub fn set_time(&mut self, time: f64) {
+        let time = self.load_factor.unwrap_or(time);
         if self.changes_with_time {
             let changing = self.terms.iter_mut().filter(|term| term.properties().changes_with_time);
             changing.filter_map(|term| term.driven()).for_each(|term| term.set_time(time));

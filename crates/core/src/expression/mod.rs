@@ -168,6 +168,12 @@ impl Expression {
         self.program.iter().any(elsewhere)
     }
 
+    /// True if it depends on the time.
+    pub fn depends_on_time(&self) -> bool {
+        let now = |operation: &Operation<Variable>| matches!(operation, Operation::Variable(Variable::T));
+        self.program.iter().any(now)
+    }
+
     /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
     /// these.
     pub fn is_continuous(&self) -> bool {

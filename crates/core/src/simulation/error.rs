@@ -32,8 +32,8 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} (t = {time:.6} s) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}{}; {}",
-        nor_in_parts(.retried.as_deref()), left_over(.left), place(.fault), remedy(*.verdict, *.is_static, *.step_size, .retried.as_deref())
+        "step {step} ({}) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}{}; {}",
+        moment(*.time, *.load_factor), nor_in_parts(.retried.as_deref()), left_over(.left), place(.fault), remedy(*.verdict, *.is_static, *.load_factor, *.step_size, .retried.as_deref())
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -56,6 +56,8 @@ pub enum StepError {
         retried: Option<Box<Retried>>,
         /// True if an equilibrium was looked for.
         is_static: bool,
+        /// The load factor at its beginning, where a path of equilibria is followed.
+        load_factor: Option<f64>,
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
@@ -127,6 +129,11 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
     retried.map_or(String::new(), said)
 }
 
+/// The moment of a step: its time, or where it is on a path of equilibria.
+fn moment(time: f64, load_factor: Option<f64>) -> String {
+    load_factor.map_or_else(|| format!("t = {time:.6} s"), |factor| format!("load factor {factor:.6}"))
+}
+
 /// The smallest step that was tried [s].
 fn smallest(step_size: f64, retried: Option<&Retried>) -> f64 {
     retried.map_or(step_size, |part| part.step_size)
@@ -142,7 +149,26 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
 }
 
 /// Advice where a step is not solved.
-fn remedy(verdict: SolveFailure, is_static: bool, step_size: f64, retried: Option<&Retried>) -> String {
+fn remedy(
+    verdict: SolveFailure,
+    is_static: bool,
+    load_factor: Option<f64>,
+    step_size: f64,
+    retried: Option<&Retried>,
+) -> String {
+    if load_factor.is_some() {
+        return match verdict {
+            SolveFailure::Unloaded => "multiply the load or the prescribed motion that is to grow by `t`, which is the load \
+                                       factor: `force = [\"0\", \"-10*t\"]`"
+                .into(),
+            SolveFailure::Singular => "hold every body by pins or attachments; at a point where paths branch a small load \
+                                       to one side, or a shape that is a little off, leads past it"
+                .into(),
+            _ => "no radius down to a millionth of the first one leads on: give a smaller `first` or `largest` in [time] \
+                  arc_length, or look what gives way there"
+                .into(),
+        };
+    }
     if is_static && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
     }
@@ -166,8 +192,8 @@ fn left_over(left: &Option<ForceLeft>) -> String {
 /// Advice where increments of statics come to an end.
 fn beyond_limit(is_static: bool) -> &'static str {
     if is_static {
-        "; there may be no equilibrium near under more load, beyond a limit point: prescribe a motion in place of the load, or take \
-         an implicit scheme with damping"
+        "; there may be no equilibrium near under more load, beyond a limit point: `arc_length` in [time] in place of \
+         `adaptive` follows the path through it, dynamics with damping jumps to the next"
     } else {
         ""
     }

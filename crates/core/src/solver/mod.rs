@@ -12,6 +12,7 @@ mod newton;
 mod options;
 pub mod ordering;
 mod subspace;
+pub(crate) mod tangent;
 
 pub use fault::StepFault;
 pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
@@ -212,6 +213,10 @@ pub enum SolveFailure {
     Obstructed,
     /// It was told to stop.
     Stopped,
+    /// The exact tangent is singular, or the force at hand not finite.
+    Singular,
+    /// No load changes with the load factor.
+    Unloaded,
 }
 
 impl std::fmt::Display for SolveFailure {
@@ -230,6 +235,8 @@ impl std::fmt::Display for SolveFailure {
                 "obstructed: prescribed motion leads through what is in its way and cannot yield"
             }
             SolveFailure::Stopped => "stopped",
+            SolveFailure::Singular => "singular: the tangent has a direction without stiffness",
+            SolveFailure::Unloaded => "unloaded: nothing that is free feels a load that changes with the load factor",
         })
     }
 }

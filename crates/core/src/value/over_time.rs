@@ -61,6 +61,11 @@ impl OverTime {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
+    /// True if it changes with time.
+    pub fn depends_on_time(&self) -> bool {
+        matches!(self, OverTime::Formula(formula) if formula.depends_on_time())
+    }
+
     /// True if nothing in it jumps, see [`Expression::is_continuous`].
     pub fn is_continuous(&self) -> bool {
         match self {

@@ -79,6 +79,7 @@ impl Moment {
 
     fn frame(&self) -> Frame<'_> {
         Frame {
+            load_factor: None,
             index: self.index,
             step: 10 * self.index,
             time: self.diagnostics.time,

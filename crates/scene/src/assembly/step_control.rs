@@ -1,9 +1,9 @@
 //! Step sizes: fixed, following the error, or the effort of solves.
 
-use crate::{Adaptive, Scene};
+use crate::{Adaptive, ArcLengthSpec, Scene};
 use pliant::control::StepControl;
 use pliant::integrator::estimate::Tolerances;
-use pliant::simulation::Simulation;
+use pliant::simulation::{ArcLength, Simulation};
 use pliant::value::OverTime;
 
 /// First increment of statics, in parts of the duration.
@@ -11,8 +11,20 @@ const FIRST_INCREMENT: f64 = 0.1;
 /// Least increment of statics, in parts of the duration.
 const LEAST_INCREMENT: f64 = 1e-6;
 
+/// Time of a step along a path [s]: time counts steps.
+const STEP_OF_PATH: f64 = 1.0;
+
+/// The time step of `scene` [s], where the controller does not bring its own.
+pub(super) fn step(scene: &Scene) -> f64 {
+    let time = &scene.time;
+    if time.arc_length.is_some() { STEP_OF_PATH } else { time.step.unwrap_or(time.duration) }
+}
+
 /// Lets the step sizes of `simulation` follow the error if `scene` says so, in statics the effort.
 pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
+    if let Some(spec) = &scene.time.arc_length {
+        return simulation.set_arc_length(path(spec));
+    }
     let Some(adaptive) = &scene.time.adaptive else { return };
     // Nothing can be said of more than a frame at a time.
     let between_frames = match scene.time.duration {
@@ -31,6 +43,15 @@ pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
     };
     let smallest = adaptive.smallest.unwrap_or(0.0);
     simulation.set_step_control(StepControl { tolerances, first: adaptive.first, smallest, largest });
+}
+
+/// The path that a scene asks for.
+fn path(spec: &ArcLengthSpec) -> ArcLength {
+    let ends = spec.until.as_deref().and_then(|until| {
+        let first = *until.first()?;
+        Some([first, until.get(1).copied().unwrap_or(first)])
+    });
+    ArcLength { first: spec.first_or_default(), load: ends, largest: spec.largest }
 }
 
 /// Increments of statics: they have no error, and land where formulas have kinks.

@@ -363,6 +363,11 @@ impl<'a> Closing<'a> {
                 line(name, said);
             }
         }
+        if let Some(path) = &self.summary.path {
+            for (name, fact) in statics::path(path) {
+                line(name, fact);
+            }
+        }
         if let Some(increments) = &self.summary.work.increments {
             line("increment", statics::increments(increments));
         } else if let Some(rejected) = self.summary.work.rejected_steps {
@@ -456,6 +461,7 @@ impl<'a> Closing<'a> {
                 "planned_steps": self.report.steps,
                 "rejected_steps": work.rejected_steps,
                 "increments": work.increments,
+                "path": self.summary.path.as_ref().map(statics::path_document),
                 "retried": work.retried,
                 "force_evaluations": work.force_evaluations,
                 "solver": work.solver,
