@@ -6,7 +6,7 @@ use pliant::simulation::{Simulation, StepError};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Scene, Source};
 
-/// A block pressed to 40.5 % of its height: one increment of 1 s moves the plate by more than a row of elements.
+/// A block pressed to 40.5 % of its height: an increment of 1 s moves the plate by more than a row of elements.
 const PRESSED: &str = "dimension = 2
 time = { integrator = 'quasi-static', adaptive = { first = 1.0 }, duration = 2.0 }
 output = { rate = 1.0 }
@@ -16,7 +16,7 @@ elastic = { neo-hookean = { young = 1e4, poisson = 0.3 } }
 mass = { density = 10.0 }
 pin = [
   { name = 'foot', half_space = { normal = [0, 1], offset = 0 } },
-  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion = { displacement = ['0', '-0.35 * min(t, 1.7)'] } },
+  { name = 'head', half_space = { normal = [0, -1], offset = -1 }, motion.displacement = ['0', '-0.35 * min(t, 1.7)'] },
 ]
 load = [{ half_space = { normal = [1, 0], offset = 0 }, pressure = '200 * max(t - 0.3, 0)' }]
 ";
@@ -48,8 +48,8 @@ fn largest_difference(a: &Simulation, b: &Simulation) -> f64 {
     a.iter().zip(b.iter()).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-// Elastic bodies remember nothing of the way: two ways of increments end at one equilibrium, each to the tolerance
-// of a billionth of the size, sqrt(2) m.
+// Elastic bodies remember nothing of the way: two ways of increments end at one equilibrium, each to the
+// tolerance of a billionth of the size, sqrt(2) m.
 #[test]
 fn increments_are_cut_and_land_on_frames_and_kinks_and_end_where_small_ones_do() {
     let mut automatic = assemble(PRESSED).simulation;
@@ -79,7 +79,7 @@ fn easy_increments_grow_up_to_the_largest() {
     go(&mut simulation, &[1.0]);
     let increments = simulation.work().increments.unwrap();
     assert_eq!(increments.cut_back, 0);
-    // 0.01 twice, then half as large again each time: 0.1 is reached after six more, at 0.3 s, where one lands.
+    // 0.01 twice, then half as large again each time: 0.1 is reached after six more, at 0.3 s.
     assert!(increments.accepted < 24, "{increments:?}");
     assert!(
         increments.least <= 0.01 && increments.largest > 0.08 && increments.largest <= 0.11,
@@ -121,7 +121,11 @@ fn an_increment_below_the_least_ends_with_the_state_before_it_and_says_why() {
 #[test]
 fn the_force_that_is_left_is_named_with_its_vertex() {
     let text = "dimension = 2
-        time = { integrator = 'quasi-static', adaptive = { smallest = 1.0 }, duration = 1.0, solver = { iterations = 1 } }
+        [time]
+        integrator = 'quasi-static'
+        adaptive = { smallest = 1.0 }
+        duration = 1.0
+        solver = { iterations = 1 }
         [[body]]
         mesh = { strand = { segments = 1, start = [0, 0], end = [1, 0] } }
         springs = { stiffness = 10.0 }
@@ -136,7 +140,8 @@ fn the_force_that_is_left_is_named_with_its_vertex() {
     assert!(message.contains("N at vertex 1"), "{message}");
 }
 
-/// A scene of `scenes/` that has a fixed step, and the same with automatic increments, the first of them larger.
+/// Distance between the ends of a scene of `scenes/` with its fixed step and with increments of its own, and the
+/// size of the scene [m].
 fn compare(name: &str, step: &str, adaptive: &str, duration: f64) -> (f64, f64) {
     let text = std::fs::read_to_string(scenes().join(name)).unwrap();
     let automatic = text.replacen(step, adaptive, 1);

@@ -44,7 +44,10 @@ const STIFFNESS: f64 = 1000.0;
 
 /// Von Mises' truss: two springs meet at an apex that is pressed down.
 const TRUSS: &str = "dimension = 2
-time = { integrator = 'quasi-static', arc_length = { first = 0.05, until = [2.0], largest = 0.02 }, duration = 400 }
+[time]
+integrator = 'quasi-static'
+arc_length = { first = 0.05, until = [2.0], largest = 0.02 }
+duration = 400
 [[body]]
 name = 'truss'
 mesh = { inline = { points = [[-1, 0], [0, 0.3], [1, 0]], edges = [[0, 1], [1, 2]] } }
@@ -81,7 +84,7 @@ fn a_truss_snaps_through_along_its_closed_form() {
     assert!(path.has_ended && summary.work.steps > 32 && summary.work.steps < 400, "{:?}", summary.work);
     let [top, bottom] = &path.limit_points[..] else { panic!("{path:?}") };
     assert!(top.is_maximum && !bottom.is_maximum, "{path:?}");
-    // A parabola over two steps of 0.02 of a curve whose scale is the height: off by (0.02 / 0.3)^2, and less.
+    // A parabola over two steps of 0.02 m of a curve whose scale is the height: off by less than (0.02 / 0.3)^2.
     assert!((top.load_factor / most - 1.0).abs() < 4e-3, "{top:?} {most}");
     assert!((bottom.load_factor / -most - 1.0).abs() < 4e-3, "{bottom:?} {most}");
     assert!(curve.iter().any(|(load_factor, _)| *load_factor < -0.99 * most), "less load than none");
@@ -112,8 +115,8 @@ fn prescribed_motion_goes_back_where_the_truss_snaps_back() {
     assert!(there.is_maximum && !back.is_maximum && there.load_factor > back.load_factor + 0.1, "{path:?}");
 }
 
-/// Lee's frame: two legs of 1.2 m, hinged at both ends, of EA = 43.2 MN and EI = 1440 N m^2, loaded 24 cm from the
-/// corner, as a chain of springs with hinges of `edges` to a leg.
+/// Lee's frame: two legs of 1.2 m, hinged at both ends, of EA = 43.2 MN and EI = 1440 N m^2, loaded 24 cm from
+/// the corner, as a chain of springs that resist bending, `edges` to a leg.
 fn lee(edges: usize) -> String {
     let length = 1.2 / edges as f64;
     let up = (0..edges).map(|i| format!("[0, {}]", length * i as f64));
@@ -122,7 +125,10 @@ fn lee(edges: usize) -> String {
     let links: Vec<String> = (0..2 * edges).map(|i| format!("[{i}, {}]", i + 1)).collect();
     format!(
         "dimension = 2
-        time = {{ integrator = 'quasi-static', arc_length = {{ first = 0.1, until = [2.5], largest = 0.015 }}, duration = 400 }}
+        [time]
+        integrator = 'quasi-static'
+        arc_length = {{ first = 0.1, largest = 0.015 }}
+        duration = 85
         [[body]]
         mesh = {{ inline = {{ points = [{}], edges = [{}] }} }}
         springs = {{ stiffness = {} }}
@@ -139,11 +145,83 @@ fn lee(edges: usize) -> String {
     )
 }
 
+/// Limit loads of Lee's frame as an elastica [10 kN], by `tests/tools/elastica.py frame`.
+const ELASTICA: [f64; 2] = [1.855688, -0.941448];
+/// The first as published by Lee, Manuel and Rossow (1968) and by many after them [10 kN].
+const PUBLISHED: f64 = 1.8485;
+
+// The joint at the corner, 2 tan(45 degrees), is four times as stiff as one in a straight leg: of 2.4 m of beam the
+// bending of 3/4 of an edge is missing. A chain that is shorter by the part e = 0.75 h / 2.4 m bears 1 / (1 - e)^2 as
+// much: 1 + 2 e at most, 0.7 % with h = 1 cm.
 #[test]
-fn lees_frame_has_the_limit_loads_of_the_elastica() {
+fn lees_frame_has_the_limit_loads_of_the_elastica_and_those_published() {
     let (curve, path, _) = follow(&lee(120));
-    println!("{:?}", path.limit_points);
-    let _ = curve;
+    let [first, second] = &path.limit_points[..] else { panic!("{path:?}") };
+    assert!(first.is_maximum && !second.is_maximum, "{path:?}");
+    for (found, expected) in [(first, ELASTICA[0]), (second, ELASTICA[1])] {
+        let error = found.load_factor / expected - 1.0;
+        assert!(error.abs() < 0.007, "off by {error:e}: {found:?}");
+    }
+    let error = first.load_factor / PUBLISHED - 1.0;
+    assert!(error.abs() < 0.01, "off by {error:e} from what is published: {first:?}");
+    // Between the limits the place of the load comes up again on its way down: it snaps back.
+    let height = |at: &(f64, Vec<f64>)| at.1[2 * (120 + 24) + 1];
+    let between = &curve[first.step as usize..second.step as usize];
+    assert!(between.windows(2).any(|pair| height(&pair[1]) > height(&pair[0])), "no snap-back");
+    assert!(height(&between[0]) > height(&between[between.len() - 1]), "down in all");
+}
+
+/// Half of a shallow clamped arch of solid elements: of radius 1 m, half angle 0.3, 11 mm thick, E = 1 MPa, cut at its
+/// crown, which half of the load presses down.
+fn arch(cells: usize) -> String {
+    let (angle, thickness) = (0.3_f64, 0.011);
+    let (mut points, mut triangles) = (vec![], vec![]);
+    for i in 0..=cells {
+        let phi = angle * (i as f64 / cells as f64 - 1.0);
+        for radius in [1.0 - 0.5 * thickness, 1.0 + 0.5 * thickness] {
+            points.push(format!("[{:?}, {:?}]", radius * phi.sin(), radius * phi.cos()));
+        }
+        if i < cells {
+            let [a, b, c, d] = [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1];
+            triangles.push(format!("[{a}, {b}, {c}], [{a}, {c}, {d}]"));
+        }
+    }
+    format!(
+        "dimension = 2
+        [time]
+        integrator = 'quasi-static'
+        arc_length = {{ first = 0.25, until = [3.0], largest = '2 mm' }}
+        duration = 300
+        [[body]]
+        mesh = {{ inline = {{ points = [{}], triangles = [{}] }} }}
+        order = 2
+        elastic = {{ stvk = {{ young = 1e6, poisson = 0.0 }} }}
+        mass = {{ density = 1000.0 }}
+        pin = [
+            {{ half_space = {{ normal = [{:?}, {:?}], offset = 0 }} }},
+            {{ half_space = {{ normal = [-1, 0], offset = 0 }}, axes = ['x'] }},
+        ]
+        load = [{{ half_space = {{ normal = [-1, 0], offset = 0 }}, force = ['0', '-t'] }}]
+        ",
+        points.join(", "),
+        triangles.join(", "),
+        angle.cos(),
+        angle.sin(),
+    )
+}
+
+// Numbers of `tests/tools/elastica.py arch`. An arch of straight pieces is lower by their height over the chord,
+// (0.3/40)^2 / 8 m, a thousandth of its thickness, and shear lets it give by (thickness / length)^2 at most, a thousandth
+// as well: both change the load by a few times that.
+#[test]
+fn a_shallow_arch_of_solid_elements_has_the_limit_loads_of_the_elastica() {
+    let (_, path, _) = follow(&arch(40));
+    let [top, bottom] = &path.limit_points[..] else { panic!("{path:?}") };
+    for (found, expected) in [(top, 2.484579), (bottom, 1.219713)] {
+        let error = found.load_factor / expected - 1.0;
+        assert!(error.abs() < 0.01, "off by {error:e}: {found:?}");
+    }
+    assert!(top.is_maximum && !bottom.is_maximum && path.load_factor == 3.0, "{path:?}");
 }
 
 fn refused(text: &str) -> String {
@@ -166,17 +244,17 @@ fn a_path_is_refused_where_there_is_none() {
         (with("'quasi-static'", "'velocity-verlet'"), "velocity-verlet is a scheme of motion in time"),
         (with(load, "force = ['0', '-10']"), "nothing in the scene grows with the load factor"),
         (with(load, "force = ['0', '-10*step(0.5, t)']"), "this jumps with `t`"),
-        (with("duration = 400", "duration = 400, step = 1.0"), "`step` and `arc_length` are both given"),
+        (with("duration = 400", "duration = 400\nstep = 1.0"), "`step` and `arc_length` are both given"),
         (
-            with("duration = 400", "duration = 400, adaptive = {}"),
+            with("duration = 400", "duration = 400\nadaptive = {}"),
             "`adaptive` and `arc_length` are both given",
         ),
         (
-            with("duration = 400", "duration = 400, solver = { retries = 2 }"),
+            with("duration = 400", "duration = 400\nsolver = { retries = 2 }"),
             "`retries` is not for steps along a path",
         ),
         (
-            with("duration = 400", "duration = 400, solver = { linear = 'cg' }"),
+            with("duration = 400", "duration = 400\nsolver = { linear = 'cg' }"),
             "`linear` is not for steps along a path",
         ),
         (with("[output]", "[contact]\n[output]"), "arc length knows no contact"),

@@ -158,15 +158,15 @@ impl Controller {
             // Not a number is too large.
             Judgement::Error(error) => error <= 1.0,
             Judgement::Step(wanted) => wanted >= OWN_CRITERION * h,
-            Judgement::Iterations(_) => true,
+            Judgement::Matrices(_) => true,
         }
     }
 
     /// A step of `h` [s] stands.
     pub(crate) fn accept(&mut self, h: f64, judgement: Judgement) {
         if let Some(pace) = &mut self.increments {
-            let iterations = if let Judgement::Iterations(iterations) = judgement { iterations } else { 0 };
-            self.next = pace.accept(h, self.next, iterations).min(self.control.largest);
+            let matrices = if let Judgement::Matrices(matrices) = judgement { matrices } else { 0 };
+            self.next = pace.accept(h, self.next, matrices).min(self.control.largest);
             return;
         }
         let wanted = match judgement {
@@ -185,7 +185,7 @@ impl Controller {
                 }
             }
             Judgement::Step(wanted) => wanted.min(h / OWN_CRITERION),
-            Judgement::Iterations(_) => self.next,
+            Judgement::Matrices(_) => self.next,
         };
         self.taken_back = false;
         let keeps = self.is_implicit && wanted > self.next && wanted < WORTH_A_FACTORISATION * self.next;

@@ -2,14 +2,14 @@
 //!
 //! An increment that is not solved is taken back, and a quarter of it is tried. Two in a row that were easy make
 //! the next one half as large again, one that was hard makes it a quarter smaller: the rules, and the numbers, of
-//! the automatic increments of Abaqus (Analysis User's Guide, "Convergence criteria for nonlinear problems"), but
-//! for the counts of iterations. Those there are for forces left to half a percent; to the tolerances here, a
-//! billionth of the size of the scene, quadratic convergence takes some four iterations more.
+//! the automatic increments of Abaqus (Analysis User's Guide, "Convergence criteria for nonlinear problems"). It
+//! counts iterations, each with a matrix of its own. Here it is the matrices that count: the iterations between
+//! them go on with the last one, to smaller tolerances, and cost little.
 
-/// Newton iterations up to which an increment was easy.
-const EASY: u64 = 8;
-/// Newton iterations above which one was hard.
-const HARD: u64 = 16;
+/// Matrices up to which an increment was easy.
+const EASY: u64 = 4;
+/// Matrices above which one was hard.
+const HARD: u64 = 10;
 /// Easy increments in a row before the next one is larger.
 const EASY_IN_A_ROW: u32 = 2;
 /// How much larger.
@@ -49,19 +49,19 @@ impl IncrementPace {
         Increments { accepted, cut_back, least, largest }
     }
 
-    /// The size of the increment [s] after one of `h` [s], of `planned` [s], that took so many `iterations`.
-    pub(super) fn accept(&mut self, h: f64, planned: f64, iterations: u64) -> f64 {
+    /// The size of the increment [s] after one of `h` [s], of `planned` [s], that took so many `matrices`.
+    pub(super) fn accept(&mut self, h: f64, planned: f64, matrices: u64) -> f64 {
         self.least = if self.accepted == 0 { h } else { self.least.min(h) };
         self.largest = self.largest.max(h);
         self.accepted += 1;
-        if iterations > HARD {
+        if matrices > HARD {
             self.easy = 0;
             return planned.min(AFTER_HARD * h);
         }
         if h < TELLING * planned {
             return planned;
         }
-        self.easy = if iterations <= EASY { self.easy + 1 } else { 0 };
+        self.easy = if matrices <= EASY { self.easy + 1 } else { 0 };
         if self.easy >= EASY_IN_A_ROW { planned.max(GROWTH * h) } else { planned }
     }
 
@@ -78,13 +78,13 @@ mod tests {
     #[test]
     fn two_easy_increments_in_a_row_make_the_next_larger_and_a_hard_one_smaller() {
         let mut pace = IncrementPace::default();
-        assert_eq!(pace.accept(0.1, 0.1, 8), 0.1);
+        assert_eq!(pace.accept(0.1, 0.1, 4), 0.1);
         assert_eq!(pace.accept(0.1, 0.1, 3), 0.1 * 1.5);
-        assert_eq!(pace.accept(0.15, 0.15, 9), 0.15, "neither easy nor hard");
+        assert_eq!(pace.accept(0.15, 0.15, 5), 0.15, "neither easy nor hard");
         assert_eq!(pace.accept(0.15, 0.15, 1), 0.15, "the first in a row");
         pace.reject();
         assert_eq!(pace.accept(0.0375, 0.0375, 1), 0.0375, "the first after one that was taken back");
-        assert_eq!(pace.accept(0.0375, 0.0375, 17), 0.75 * 0.0375);
+        assert_eq!(pace.accept(0.0375, 0.0375, 11), 0.75 * 0.0375);
         let counts = pace.counts(1);
         assert_eq!((counts.accepted, counts.cut_back, counts.least, counts.largest), (6, 1, 0.0375, 0.15));
     }

@@ -2,7 +2,7 @@
 //!
 //! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
 //! minimum that Newton's method reaches from the last one. Steps are increments of the load; where they are adaptive, their size
-//! follows how many iterations the last ones took ([`control::increments`](crate::control::increments)).
+//! follows how many matrices the last ones took ([`control::increments`](crate::control::increments)).
 use super::estimate::{Judgement, Tolerances};
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use super::{Documentation, Integrator, Method, Scheme};
@@ -34,8 +34,8 @@ pub struct QuasiStatic {
     origin: Vec<f64>,
     /// None: zero.
     drift: Vec<f64>,
-    /// Newton iterations of the last step.
-    iterations: u64,
+    /// Matrices of the last step, iterations where none is made.
+    matrices: u64,
 }
 
 impl QuasiStatic {
@@ -47,7 +47,7 @@ impl QuasiStatic {
             next: NextState::new(unknowns),
             origin: zero(),
             drift: zero(),
-            iterations: 0,
+            matrices: 0,
         }
     }
 }
@@ -69,9 +69,13 @@ impl Integrator for QuasiStatic {
             acceleration: None,
             single_iteration: false,
         };
-        let before = self.solver.work().newton_iterations;
+        let before = self.solver.work();
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
-        self.iterations = self.solver.work().newton_iterations - before;
+        let after = self.solver.work();
+        self.matrices = match after.hessians - before.hessians {
+            0 => after.newton_iterations - before.newton_iterations,
+            matrices => matrices,
+        };
         let force = system.force();
         self.next.commit(system, state, h, force)
     }
@@ -81,7 +85,7 @@ impl Integrator for QuasiStatic {
     }
 
     fn judge(&mut self, _: &mut System, _: &State, _: f64, _: &Tolerances) -> Option<Judgement> {
-        Some(Judgement::Iterations(self.iterations))
+        Some(Judgement::Matrices(self.matrices))
     }
 
     fn work(&self) -> SolverWork {
