@@ -6,7 +6,8 @@ use pliant::simulation::{Simulation, StepError};
 use pliant_scene::assembly::{Assembly, UnstableStep};
 use pliant_scene::{Scene, Source};
 
-/// A block pressed to 40.5 % of its height: an increment of 1 s moves the plate by more than a row of elements.
+/// A block pressed to 40.5 % of its height: an increment of 1 s moves the plate by more than a row of
+/// elements.
 const PRESSED: &str = "dimension = 2
 time = { integrator = 'quasi-static', adaptive = { first = 1.0 }, duration = 2.0 }
 output = { rate = 1.0 }
@@ -140,8 +141,8 @@ fn the_force_that_is_left_is_named_with_its_vertex() {
     assert!(message.contains("N at vertex 1"), "{message}");
 }
 
-/// Distance between the ends of a scene of `scenes/` with its fixed step and with increments of its own, and the
-/// size of the scene [m].
+/// Distance between the ends of a scene of `scenes/` with its fixed step and with increments of its own,
+/// and the size of the scene [m].
 fn compare(name: &str, step: &str, adaptive: &str, duration: f64) -> (f64, f64) {
     let text = std::fs::read_to_string(scenes().join(name)).unwrap();
     let automatic = text.replacen(step, adaptive, 1);

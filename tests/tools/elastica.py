@@ -2,10 +2,11 @@
 
     python tests/tools/elastica.py frame|arch
 
-A beam is r' = (1 + N/EA) t, theta' = M/EI + k, M' = -(r' x n), N = n . t with a force n that is constant between loads
-and the curvature k at rest (Antman 2005, without shear). Shooting from one end by the Runge-Kutta method of order 4
-must meet what holds at the other; Newton's method on the pseudo arc length of (unknowns, load) follows the curve. A
-limit load is that of the parabola through three points. Printed for two numbers of steps and two distances.
+A beam is r' = (1 + N/EA) t + Q/(5/6 GA) b, theta' = M/EI + k, M' = -(r' x n), N = n . t, Q = n . b with a force n
+that is constant between loads and the curvature k at rest (Reissner 1972; the frame without shear). Shooting from
+one end by the Runge-Kutta method of order 4 must meet what holds at the other; Newton's method on the pseudo arc
+length of (unknowns, load) follows the curve. A limit load is that of the parabola through three points. Printed
+for two numbers of steps and two distances. It needs NumPy.
 """
 
 import math
@@ -14,13 +15,14 @@ import sys
 import numpy as np
 
 
-def go(state, length, count, force, ea, ei, curvature=0.0):
+def go(state, length, count, force, ea, ei, curvature=0.0, shear=0.0):
     """Integrates x, y, theta, M along a beam."""
 
     def rates(s):
         c, sn = math.cos(s[2]), math.sin(s[2])
         stretch = 1.0 + (force[0] * c + force[1] * sn) / ea
-        dx, dy = stretch * c, stretch * sn
+        slide = shear * (-force[0] * sn + force[1] * c)
+        dx, dy = stretch * c - slide * sn, stretch * sn + slide * c
         return [dx, dy, s[3] / ei + curvature, -(dx * force[1] - dy * force[0])]
 
     h = length / count
@@ -64,7 +66,9 @@ class Arch:
     def shoot(self, unknown, steps):
         thrust, moment, load = unknown[0] * 20, unknown[1] * 0.1, unknown[2]
         ea, ei = self.YOUNG * self.THICKNESS, self.YOUNG * self.THICKNESS**3 / 12
-        s = go([-math.sin(self.ANGLE), 0.0, self.ANGLE, moment], self.ANGLE, steps, (-thrust, -load), ea, ei, -1.0)
+        # G = E / 2, for Poisson's ratio is 0.
+        start, force = [-math.sin(self.ANGLE), 0.0, self.ANGLE, moment], (-thrust, -load)
+        s = go(start, self.ANGLE, steps, force, ea, ei, -1.0, 12.0 / (5.0 * ea))
         return np.array([s[0], s[2]])
 
 

@@ -10,7 +10,7 @@ use crate::system::System;
 ///
 /// Beyond a limit point Cholesky's factorisation has none, and a projected Hessian none of the path: this is
 /// LU with partial pivoting.
-pub(crate) trait Tangent: Send + Sync {
+pub(crate) trait ExactTangent: Send + Sync {
     /// Factorises the Hessian at `x`, flat [m]; false where it is singular to the last bit, not finite, or its
     /// factors do not fit memory.
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool;
@@ -23,7 +23,7 @@ pub(crate) trait Tangent: Send + Sync {
 }
 
 /// A tangent for systems of `dimension` coordinates per vertex.
-pub(crate) fn tangent(dimension: usize) -> Box<dyn Tangent> {
+pub(crate) fn exact_tangent(dimension: usize) -> Box<dyn ExactTangent> {
     match dimension {
         1 => Box::new(SparseTangent::<1>::default()),
         2 => Box::new(SparseTangent::<2>::default()),
@@ -39,7 +39,7 @@ struct SparseTangent<const D: usize> {
     factor: Option<Lu>,
 }
 
-impl<const D: usize> Tangent for SparseTangent<D> {
+impl<const D: usize> ExactTangent for SparseTangent<D> {
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool {
         self.factor = None;
         if !self.assembler.as_ref().is_some_and(|assembler| assembler.fits(system)) {

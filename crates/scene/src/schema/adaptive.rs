@@ -11,10 +11,10 @@ use pliant::value::*;
 /// and has to be at most 1. Frames are taken exactly at multiples of `1 / rate`.
 ///
 /// In statics, `quasi-static`, the size of an increment follows the effort of its solve: one that Newton's method
-/// does not solve, within 50 iterations if [time] solver names no others, is taken back and a quarter of it is
-/// tried; after two in a row that took at most 4 matrices, the next is half as large again; after one that took
-/// more than 10, a quarter smaller. Frames, keyframes, releases and the times at which formulas of `t` have kinks or jumps
-/// are landed on exactly.
+/// does not solve, within the `iterations` of [time] solver, is taken back and a quarter of it is tried; after two
+/// in a row that took at most 4 matrices, the next is half as large again; after one that took more than 10, a
+/// quarter smaller. Frames, keyframes, releases and the times at which formulas of `t` have kinks or jumps are
+/// landed on exactly.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Adaptive {

@@ -18,8 +18,7 @@ pub struct Solver {
     #[serde(skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub tolerance: Option<f64>,
-    /// Newton iterations that a solve may take before the run ends with a message; 500 without it, in `adaptive`
-    /// increments of statics 50.
+    /// Newton iterations that a solve may take before the run ends with a message; 500 without it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub iterations: Option<u32>,
@@ -35,20 +34,14 @@ pub struct Solver {
     pub retries: Option<u32>,
 }
 
-/// Newton iterations after which an increment of statics is tried at a smaller size.
-const INCREMENT_ITERATIONS: u32 = 50;
-
 impl Time {
     /// Options of the scene for solvers, the rest by default.
     pub fn solver_options(&self) -> SolverOptions {
         let Solver { tolerance, iterations, linear, retries } = self.solver.clone().unwrap_or_default();
         let default = SolverOptions::default();
-        // An increment that takes long is worth less than two of half its size.
-        let by_effort = self.adaptive.is_some() && self.integrator.method().is_static();
-        let most = if by_effort { INCREMENT_ITERATIONS } else { default.max_iterations };
         SolverOptions {
             tolerance,
-            max_iterations: iterations.unwrap_or(most),
+            max_iterations: iterations.unwrap_or(default.max_iterations),
             linear,
             retries: retries.unwrap_or(default.retries),
             ..default

@@ -2,7 +2,7 @@
 
 use super::constraint::{crossed, dot, increment, norm};
 use super::{ArcLength, LimitPoint, PathState};
-use crate::solver::tangent::{Tangent, tangent};
+use crate::solver::tangent::{ExactTangent, exact_tangent};
 use crate::solver::{SolveError, SolveFailure, SolverWork, StepFault};
 use crate::state::State;
 use crate::system::System;
@@ -28,12 +28,12 @@ const ULPS: f64 = 64.0;
 pub(in super::super) struct PathFollower {
     pub(in super::super) options: ArcLength,
     pub(in super::super) state: PathState,
-    tangent: Box<dyn Tangent>,
+    tangent: Box<dyn ExactTangent>,
     work: SolverWork,
 }
 
 /// A place on the way, and beside it.
-struct Place {
+struct PathPoint {
     x: Vec<f64>,
     v: Vec<f64>,
     load: f64,
@@ -52,7 +52,7 @@ impl PathFollower {
         PathFollower {
             options,
             state: PathState::default(),
-            tangent: tangent(dimension),
+            tangent: exact_tangent(dimension),
             work: SolverWork::default(),
         }
     }
@@ -73,7 +73,7 @@ impl PathFollower {
         state: &mut State,
         (tolerance, size): (f64, f64),
     ) -> Result<(), StepFault> {
-        let start = Place { x: state.x().to_vec(), v: state.v().to_vec(), load: self.state.load_factor };
+        let start = PathPoint { x: state.x().to_vec(), v: state.v().to_vec(), load: self.state.load_factor };
         let found = self.solve_step(system, &start, (tolerance, size));
         match found {
             Ok((end, radius, iterations)) => {
@@ -92,9 +92,9 @@ impl PathFollower {
     fn solve_step(
         &mut self,
         system: &mut System,
-        start: &Place,
+        start: &PathPoint,
         (tolerance, size): (f64, f64),
-    ) -> Result<(Place, f64, u32), StepFault> {
+    ) -> Result<(PathPoint, f64, u32), StepFault> {
         let Some(solutions) = self.solutions(system, start) else {
             return Err(failure(system, start, SolveFailure::Singular, 0, 0.0));
         };
@@ -142,16 +142,16 @@ impl PathFollower {
     fn correct(
         &mut self,
         system: &mut System,
-        start: &Place,
+        start: &PathPoint,
         (by_load, load_way): (&[f64], f64),
         radius: f64,
         tolerance: f64,
-    ) -> Result<(Place, u32), StepFault> {
+    ) -> Result<(PathPoint, u32), StepFault> {
         let mut way: Vec<f64> = by_load.iter().map(|u| load_way * u).collect();
         let mut load_way = load_way;
         let mut last = f64::INFINITY;
         for iteration in 1..=MOST {
-            let mut here = Place {
+            let mut here = PathPoint {
                 x: start.x.iter().zip(&way).map(|(x, u)| x + u).collect(),
                 v: start.v.clone(),
                 load: start.load + load_way,
@@ -175,7 +175,7 @@ impl PathFollower {
             load_way += more;
             let reach = here.x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             if last <= tolerance.max(ULPS * f64::EPSILON * reach) {
-                let mut end = Place {
+                let mut end = PathPoint {
                     x: start.x.iter().zip(&way).map(|(x, u)| x + u).collect(),
                     v: here.v,
                     load: start.load + load_way,
@@ -196,22 +196,22 @@ impl PathFollower {
     fn land_on_bound(
         &mut self,
         system: &mut System,
-        start: &Place,
-        end: Place,
+        start: &PathPoint,
+        end: PathPoint,
         tolerance: f64,
-    ) -> Result<Place, StepFault> {
+    ) -> Result<PathPoint, StepFault> {
         let bound = self.options.load.and_then(|bounds| crossed(bounds, start.load, end.load));
         self.state.has_ended = bound.is_some();
         let Some(bound) = bound else { return Ok(end) };
         let part = (bound - start.load) / (end.load - start.load);
         let x = start.x.iter().zip(&end.x).map(|(a, b)| a + part * (b - a)).collect();
-        let guess = Place { x, v: end.v, load: bound };
+        let guess = PathPoint { x, v: end.v, load: bound };
         let failed = failure(system, start, SolveFailure::Diverged, MOST, f64::NAN);
         self.equilibrium(system, guess, tolerance).ok_or(failed)
     }
 
     /// The equilibrium at the load factor of a place near it.
-    fn equilibrium(&mut self, system: &mut System, guess: Place, tolerance: f64) -> Option<Place> {
+    fn equilibrium(&mut self, system: &mut System, guess: PathPoint, tolerance: f64) -> Option<PathPoint> {
         let mut here = guess;
         for _ in 0..MOST {
             let Solutions { correction, .. } = self.solutions_at(system, &mut here)?;
@@ -229,14 +229,14 @@ impl PathFollower {
         None
     }
 
-    fn solutions(&mut self, system: &mut System, at: &Place) -> Option<Solutions> {
-        let mut here = Place { x: at.x.clone(), v: at.v.clone(), load: at.load };
+    fn solutions(&mut self, system: &mut System, at: &PathPoint) -> Option<Solutions> {
+        let mut here = PathPoint { x: at.x.clone(), v: at.v.clone(), load: at.load };
         self.solutions_at(system, &mut here)
     }
 
     /// Solves the two systems at a place, where what moves is put to its places first; `None` where the force is
     /// not finite, or the tangent singular.
-    fn solutions_at(&mut self, system: &mut System, here: &mut Place) -> Option<Solutions> {
+    fn solutions_at(&mut self, system: &mut System, here: &mut PathPoint) -> Option<Solutions> {
         if !place(system, here) {
             return None;
         }
@@ -271,8 +271,8 @@ impl PathFollower {
         &mut self,
         system: &mut System,
         state: &mut State,
-        start: &Place,
-        end: Place,
+        start: &PathPoint,
+        end: PathPoint,
         (radius, iterations): (f64, u32),
         size: f64,
     ) {
@@ -318,14 +318,14 @@ impl PathFollower {
 }
 
 /// Says the load factor of a place to the loads, and puts what moves to its places; whether these are finite.
-fn place(system: &mut System, here: &mut Place) -> bool {
+fn place(system: &mut System, here: &mut PathPoint) -> bool {
     system.set_load_factor(Some(here.load));
     system.set_time(here.load);
     system.prescribe(here.load, &mut here.x, &mut here.v)
 }
 
 /// The same; whether the force there is finite too.
-fn is_feasible(system: &mut System, here: &mut Place) -> bool {
+fn is_feasible(system: &mut System, here: &mut PathPoint) -> bool {
     place(system, here) && system.evaluate(&here.x).is_some()
 }
 
@@ -340,7 +340,7 @@ fn moving(system: &System, v: &[f64]) -> Vec<f64> {
 
 fn failure(
     system: &System,
-    at: &Place,
+    at: &PathPoint,
     verdict: SolveFailure,
     iterations: u32,
     correction: f64,
