@@ -1,10 +1,10 @@
 //! Increments of statics, whose size follows how hard they are to solve.
 //!
-//! An increment that is not solved is taken back, and a quarter of it is tried. Two in a row that were easy make
-//! the next one half as large again, one that was hard makes it a quarter smaller: the rules, and the numbers, of
-//! the automatic increments of Abaqus (Analysis User's Guide, "Convergence criteria for nonlinear problems"). It
-//! counts iterations, each with a matrix of its own. Here it is the matrices that count: the iterations between
-//! them go on with the last one, to smaller tolerances, and cost little.
+//! An increment that is not solved is taken back, and a quarter of it is tried. Two in a row that were easy
+//! make the next one half as large again, one that was hard makes it a quarter smaller: the rules, and the
+//! numbers, of the automatic increments of Abaqus (Analysis User's Guide, "Convergence criteria for
+//! nonlinear problems"). It counts iterations, each with a matrix of its own. Here it is the matrices that
+//! count: the iterations between them go on with the last one, to smaller tolerances, and cost little.
 
 /// Matrices up to which an increment was easy.
 const EASY: u64 = 4;
@@ -16,7 +16,8 @@ const EASY_IN_A_ROW: u32 = 2;
 const GROWTH: f64 = 1.5;
 /// An increment after a hard one.
 const AFTER_HARD: f64 = 0.75;
-/// An increment that was cut short below this part of the one planned, to land on a time, says nothing of that.
+/// An increment that was cut short below this part of the one planned, to land on a time, says nothing of
+/// that.
 const TELLING: f64 = 0.5;
 
 /// Increments of a run of statics, in counts and sizes that do not depend on the machine.

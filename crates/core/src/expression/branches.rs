@@ -6,13 +6,13 @@ use super::{Expression, Function, Variable};
 const INTERVALS: usize = 1024;
 
 impl Expression {
-    /// Times in `from < t < to` [s], ascending, at which the formula takes another branch: where `min`, `max`,
-    /// `abs`, `clamp` and `smoothstep` have a kink or an end, `step`, `pulse`, `if` and comparisons a jump, or
-    /// `floor` and `sign` another value. To the last bit; of the two neighbours that a change lies between the
-    /// one with fewer digits, which is that in the text where it is there.
+    /// Times in `from < t < to` [s], ascending, at which the formula takes another branch: where `min`,
+    /// `max`, `abs`, `clamp` and `smoothstep` have a kink or an end, `step`, `pulse`, `if` and comparisons
+    /// a jump, or `floor` and `sign` another value. To the last bit; of the two neighbours that a change
+    /// lies between the one with fewer digits, which is that in the text where it is there.
     ///
-    /// The range is looked at in 1024 parts: two changes within one of these may be missed. Of a formula of the
-    /// place, which changes elsewhere at other times, there are none.
+    /// The range is looked at in 1024 parts: two changes within one of these may be missed. Of a formula of
+    /// the place, which changes elsewhere at other times, there are none.
     pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
         if self.depends_on_place() || !(from < to) {
             return vec![];

@@ -1,8 +1,10 @@
-//! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly change.
+//! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly
+//! change.
 //!
-//! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
-//! minimum that Newton's method reaches from the last one. Steps are increments of the load; where they are adaptive, their size
-//! follows how many matrices the last ones took ([`control::increments`](crate::control::increments)).
+//! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone.
+//! The equilibrium is the minimum that Newton's method reaches from the last one. Steps are increments of
+//! the load; where they are adaptive, their size follows how many matrices the last ones took
+//! ([`control::increments`](crate::control::increments)).
 use super::estimate::{Judgement, Tolerances};
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use super::{Documentation, Integrator, Method, Scheme};

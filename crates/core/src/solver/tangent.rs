@@ -11,8 +11,8 @@ use crate::system::System;
 /// Beyond a limit point Cholesky's factorisation has none, and a projected Hessian none of the path: this is
 /// LU with partial pivoting.
 pub(crate) trait ExactTangent: Send + Sync {
-    /// Factorises the Hessian at `x`, flat [m]; false where it is singular to the last bit, not finite, or its
-    /// factors do not fit memory.
+    /// Factorises the Hessian at `x`, flat [m]; false where it is singular to the last bit, not finite, or
+    /// its factors do not fit memory.
     fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool;
 
     /// Replaces `b` [N] by the solution [m] of the last factorisation; zero stays zero at held coordinates.

@@ -62,8 +62,8 @@ fn refuse(check: &mut Checker, scene: &Scene) {
     };
     let by_increments = "take `adaptive = {}` in place of `arc_length`";
     if scene.contact.is_some() {
-        let message = "arc length knows no contact: where surfaces meet the path has kinks, and corrections to a given \
-                       distance may lead through them";
+        let message = "arc length knows no contact: where surfaces meet the path has kinks, and corrections to a \
+                       given distance may lead through them";
         no(root.key("contact"), message, by_increments);
     }
     if !scene.world.walls.is_empty() {
@@ -81,12 +81,12 @@ fn refuse(check: &mut Checker, scene: &Scene) {
         for (p, pin) in body.pin.iter().enumerate() {
             let path = path.key("pin").index(p);
             if pin.until.is_some() {
-                let message = "a pin lets go at a time, and a path of equilibria has none: the load factor may come back";
+                let message = "a pin lets go at a time, and a path of equilibria has none";
                 no(path.key("until"), message, "remove it");
             }
             if pin.motion.as_ref().is_some_and(|motion| motion.keyframes.is_some()) {
-                let message = "keyframes have kinks and ends, and along a path of equilibria the motion goes on with the \
-                               load factor";
+                let message = "keyframes have kinks and ends, and along a path of equilibria the motion goes on with \
+                               the load factor";
                 no(
                     path.key("motion").key("keyframes"),
                     message,

@@ -7,8 +7,8 @@ pub(super) fn crossed(bounds: [f64; 2], from: f64, to: f64) -> Option<f64> {
     bounds.into_iter().find(|bound| (from - bound) * (to - bound) <= 0.0 && from != *bound)
 }
 
-/// The increment of the load factor by which `way + correction + increment by_load` has the length `radius`: of the
-/// two the one that turns `way` less. `None` where there is none.
+/// The increment of the load factor by which `way + correction + increment by_load` has the length
+/// `radius`: of the two the one that turns `way` less. `None` where there is none.
 pub(super) fn increment(
     system: &System,
     way: &[f64],

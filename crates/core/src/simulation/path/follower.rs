@@ -65,8 +65,8 @@ impl PathFollower {
         self.tangent.bytes() + 8 * self.state.way.len()
     }
 
-    /// Moves `state` one step along the path; `tolerance` [m] is the largest correction that is none, `size` [m]
-    /// that of the scene.
+    /// Moves `state` one step along the path; `tolerance` [m] is the largest correction that is none,
+    /// `size` [m] that of the scene.
     pub(super) fn step(
         &mut self,
         system: &mut System,
@@ -138,7 +138,8 @@ impl PathFollower {
         }
     }
 
-    /// Corrects the first guess `start + load_way by_load` until it is an equilibrium at the distance `radius`.
+    /// Corrects the first guess `start + load_way by_load` until it is an equilibrium at the distance
+    /// `radius`.
     fn correct(
         &mut self,
         system: &mut System,
@@ -234,8 +235,8 @@ impl PathFollower {
         self.solutions_at(system, &mut here)
     }
 
-    /// Solves the two systems at a place, where what moves is put to its places first; `None` where the force is
-    /// not finite, or the tangent singular.
+    /// Solves the two systems at a place, where what moves is put to its places first; `None` where the
+    /// force is not finite, or the tangent singular.
     fn solutions_at(&mut self, system: &mut System, here: &mut PathPoint) -> Option<Solutions> {
         if !place(system, here) {
             return None;
@@ -317,7 +318,8 @@ impl PathFollower {
     }
 }
 
-/// Says the load factor of a place to the loads, and puts what moves to its places; whether these are finite.
+/// Says the load factor of a place to the loads, and puts what moves to its places; whether these are
+/// finite.
 fn place(system: &mut System, here: &mut PathPoint) -> bool {
     system.set_load_factor(Some(here.load));
     system.set_time(here.load);
