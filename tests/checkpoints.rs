@@ -125,7 +125,10 @@ fn steps_that_follow_the_error_resume_with_the_same_bits() {
         let own = spec.method().has_own_criterion();
         let pace = if own { "adaptive = {}" } else { "adaptive = { tolerance = 1e-4 }" };
         let text = BODIES.replace("step = 1e-3", pace);
-        let build = || assembly(&text, &[("time.integrator", &named(spec))]).simulation;
+        // In statics nothing else keeps the beam from turning about a point.
+        let axes = if spec.method().is_static() { "['x', 'y']" } else { "['x']" };
+        let changes = [("time.integrator", &named(spec)[..]), ("body.0.pin.2.axes", axes)];
+        let build = || assembly(&text, &changes).simulation;
         assert_resumed_is_never_stopped(&named(spec), build, &[0, 3, 7, 12], 18);
     }
 }

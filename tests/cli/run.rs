@@ -90,6 +90,61 @@ fn steps_in_parts_are_counted_in_the_report_the_document_and_the_file() {
 }
 
 #[test]
+fn increments_are_counted_in_the_report_the_document_and_the_file() {
+    let own =
+        PRESSED.replace("step = 1.0", "adaptive = { first = 1.0 }").replace(", solver = { retries = 3 }", "");
+    let bench = Bench::new(&own);
+    let ended = bench.pliant(["check", "scene.toml"]).succeeded();
+    ended.prints(&["increments as large as they can be solved, the first 1.000e0 s, down to 2.000e-6 s"]);
+    let ended = bench.pliant(["scene.toml"]).succeeded();
+    ended.prints(&["increments solved, 1 try cut back; the least 0.25 s, the largest"]);
+    let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
+    let increments = &json["summary"]["increments"];
+    assert_eq!((increments["cut_back"].as_u64(), increments["least"].as_f64()), (Some(1), Some(0.25)));
+    assert_eq!(increments["accepted"], json["summary"]["steps"]);
+    let bytes = std::fs::read(bench.path("scene.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let last = messages.filter(|message| message.channel.topic == "/energy").last().unwrap();
+    let row: serde_json::Value = serde_json::from_slice(&last.data).unwrap();
+    assert_eq!(&row["work"]["increments"], increments);
+    let ended = bench.pliant(["scene.toml", "--force", "--set", "time.adaptive.smallest=1.0"]);
+    for part in ["increment 1 (t = 0.000000 s) cannot be taken", "`arc_length` in [time]"] {
+        assert!(ended.stderr.contains(part), "{}", ended.stderr);
+    }
+}
+
+#[test]
+fn paths_are_in_the_report_the_document_the_table_and_the_file() {
+    let scene = include_str!("../../scenes/snap_through_2d.toml");
+    let bench = Bench::new(&scene.replace("until = [3.0]", "until = [2.0]"));
+    let ended = bench.pliant(["scene.toml", "--probes", "table.csv"]).succeeded();
+    ended.prints(&[
+        "path      to the load factor 2, ",
+        "limit     load factor at most 0.99",
+        "at least -0.99",
+    ]);
+    let table = std::fs::read_to_string(bench.path("table.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0][..3], ["time [s]", "load_factor [1]", "ridge.x [m]"]);
+    assert_eq!((rows[1][1], rows.last().unwrap()[1]), ("0.0", "2.0"));
+    let fell = rows[1..].windows(2).any(|pair| {
+        let number = |row: &[&str], column: usize| row[column].parse::<f64>().unwrap();
+        assert!(number(&pair[1], 0) > number(&pair[0], 0), "time goes on");
+        number(&pair[1], 1) < number(&pair[0], 1)
+    });
+    assert!(fell, "the load factor falls on the way");
+    let json = bench.pliant(["scene.toml", "--json", "--force"]).succeeded().json();
+    let path = &json["summary"]["path"];
+    assert_eq!((path["load_factor"].as_f64(), path["has_ended"].as_bool()), (Some(2.0), Some(true)));
+    assert_eq!(path["limit_points"].as_array().unwrap().len(), 2);
+    let bytes = std::fs::read(bench.path("scene.mcap")).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let last = messages.filter(|message| message.channel.topic == "/energy").last().unwrap();
+    let row: serde_json::Value = serde_json::from_slice(&last.data).unwrap();
+    assert_eq!(row["load_factor"], 2.0);
+}
+
+#[test]
 fn quiet_is_silent() {
     let ended = Bench::new(SPRING).pliant(["scene.toml", "-q", "--set", "time.step=0.001"]).succeeded();
     assert_eq!((ended.stdout.as_str(), ended.stderr.as_str()), ("", ""));

@@ -10,9 +10,14 @@
 //!
 //! `err` is the norm of the estimate, 1 what is allowed ([`Tolerances`]), `k` the power of the
 //! step that the estimate grows with. After a step that was taken back, `h_(n+1) = h_n * 0.9 err^(-1/k)`.
+//!
+//! Increments of statics have no error in time, and follow the effort of their solves: see [`increments`].
+
+pub mod increments;
 
 use crate::integrator::Method;
 use crate::integrator::estimate::{Judgement, Tolerances};
+use increments::{IncrementPace, Increments};
 
 /// Aim, as a part of the step that would just be allowed.
 const SAFETY: f64 = 0.9;
@@ -42,6 +47,7 @@ const LEAST_ULPS: f64 = 16.0;
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct StepControl {
     /// The errors that a step may make; where a scheme has a criterion of its own, those that the first step goes by.
+    /// Statics has none.
     pub tolerances: Tolerances,
     /// The first step to try [s]; `None`: by the algorithm of Hairer, Norsett, Wanner 1993, section II.4.
     pub first: Option<f64>,
@@ -66,6 +72,8 @@ pub(crate) struct Controller {
     is_implicit: bool,
     /// Steps that were taken back.
     pub(crate) rejected: u64,
+    /// Increments so far, in statics.
+    increments: Option<IncrementPace>,
 }
 
 /// Memory of a [`Controller`].
@@ -75,28 +83,40 @@ pub(crate) struct StepHistory {
     last: Option<f64>,
     taken_back: bool,
     rejected: u64,
+    #[serde(default)]
+    increments: Option<IncrementPace>,
 }
 
 impl Controller {
     /// Its memory so far.
     pub(crate) fn pace(&self) -> StepHistory {
-        let Controller { next, last, taken_back, rejected, .. } = *self;
-        StepHistory { next, last, taken_back, rejected }
+        let Controller { next, last, taken_back, rejected, increments, .. } = *self;
+        StepHistory { next, last, taken_back, rejected, increments }
     }
 
     /// Goes on from what one of the same scheme has learnt.
     pub(crate) fn resume(&mut self, pace: StepHistory) {
-        let StepHistory { next, last, taken_back, rejected } = pace;
+        let StepHistory { next, last, taken_back, rejected, increments } = pace;
         self.next = next.min(self.control.largest);
         (self.last, self.taken_back, self.rejected) = (last, taken_back, rejected);
+        if self.increments.is_some() {
+            self.increments = Some(increments.unwrap_or_default());
+        }
+    }
+
+    /// Increments of statics so far.
+    pub(crate) fn increments(&self) -> Option<Increments> {
+        self.increments.map(|pace| pace.counts(self.rejected))
     }
 
     /// A controller for `method` that begins with steps of `first` [s].
     ///
     /// # Panics
-    /// If the method has no estimate of its error.
+    /// If the method has no estimate of its error, and is not static.
     pub(crate) fn new(control: StepControl, method: &Method, first: f64) -> Self {
-        let exponent = method.error_exponent().expect("the scheme estimates its error");
+        let is_static = method.is_static();
+        let exponent = if is_static { Some(1) } else { method.error_exponent() };
+        let exponent = exponent.expect("the scheme estimates its error");
         Controller {
             control,
             next: first.min(control.largest),
@@ -105,6 +125,7 @@ impl Controller {
             exponent: f64::from(exponent),
             is_implicit: method.documentation.solves > 0,
             rejected: 0,
+            increments: is_static.then(IncrementPace::default),
         }
     }
 
@@ -137,11 +158,17 @@ impl Controller {
             // Not a number is too large.
             Judgement::Error(error) => error <= 1.0,
             Judgement::Step(wanted) => wanted >= OWN_CRITERION * h,
+            Judgement::Matrices(_) => true,
         }
     }
 
     /// A step of `h` [s] stands.
     pub(crate) fn accept(&mut self, h: f64, judgement: Judgement) {
+        if let Some(pace) = &mut self.increments {
+            let matrices = if let Judgement::Matrices(matrices) = judgement { matrices } else { 0 };
+            self.next = pace.accept(h, self.next, matrices).min(self.control.largest);
+            return;
+        }
         let wanted = match judgement {
             Judgement::Error(error) => {
                 // A step that was cut short to land on a time says what the error of the whole one would have been, unless rounding
@@ -158,6 +185,7 @@ impl Controller {
                 }
             }
             Judgement::Step(wanted) => wanted.min(h / OWN_CRITERION),
+            Judgement::Matrices(_) => self.next,
         };
         self.taken_back = false;
         let keeps = self.is_implicit && wanted > self.next && wanted < WORTH_A_FACTORISATION * self.next;
@@ -182,6 +210,9 @@ impl Controller {
     pub(crate) fn reject(&mut self, h: f64, judgement: Option<Judgement>) {
         self.rejected += 1;
         (self.last, self.taken_back) = (None, true);
+        if let Some(pace) = &mut self.increments {
+            pace.reject();
+        }
         let factor = match judgement {
             Some(Judgement::Error(error)) if error.is_finite() && error > 1.0 => {
                 (SAFETY * error.powf(-1.0 / self.exponent)).clamp(SMALLEST_FACTOR, SAFETY)

@@ -21,6 +21,8 @@ pub struct Frame<'a> {
     pub step: u64,
     /// Simulated time [s].
     pub time: f64,
+    /// Load factor; `None` unless a path of equilibria is followed by arc length.
+    pub load_factor: Option<f64>,
     /// 2 or 3.
     pub dimension: usize,
     /// Positions, flat `(n, dimension)` [m].
@@ -61,6 +63,7 @@ impl Frame<'_> {
             index,
             step: state.step,
             time: state.time,
+            load_factor: simulation.load_factor(),
             dimension: simulation.system().dimension(),
             x: &x,
             v: &v,

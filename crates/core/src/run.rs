@@ -108,6 +108,7 @@ impl<'a, 'b> Run<'a, 'b> {
             largest_energy_change: state.largest_energy_change,
             largest_energy_gain: state.largest_energy_gain,
             is_static: self.simulation.method().is_static(),
+            path: self.simulation.path().cloned(),
             motion_jumps: self.simulation.motion_jumps().cloned(),
             contact: self.simulation.contact_extremes().clone(),
             start: state.start,
@@ -171,10 +172,10 @@ impl<'a, 'b> Run<'a, 'b> {
         let steps = plan.steps(h);
         loop {
             let step = self.steps();
-            let is_done = step >= steps;
+            let is_done = step >= steps || self.simulation.path_has_ended();
             let is_stopping = !is_done && interrupt.load(Ordering::Relaxed);
             self.checkpoint(is_done || is_stopping)?;
-            if step == self.state.next_frame.min(steps) {
+            if step == self.state.next_frame.min(steps) || is_done && self.shown != Some(step) {
                 self.show()?;
                 while self.state.next_frame <= step {
                     let next = plan.frame_step(self.state.frames, h);

@@ -8,6 +8,7 @@ mod error;
 mod grab;
 mod material;
 mod matrices;
+mod path;
 mod retry;
 mod snapshot;
 mod statics;
@@ -21,6 +22,7 @@ pub use error::{Retried, StepError};
 pub use grab::{GrabError, Grip};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
+pub use path::{ArcLength, LimitPoint, PathState};
 pub use retry::RetriedSteps;
 pub use snapshot::{Snapshot, SnapshotError};
 pub use statics::{Extreme, StaticState};
@@ -42,7 +44,7 @@ use crate::energy::{ElementTerm, Fault, SurfaceContact};
 use crate::integrator::estimate::Tolerances;
 use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
-use crate::solver::{SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
+use crate::solver::{ForceLeft, SolveError, SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
 use crate::state::State;
 use crate::system::{System, TermId};
 
@@ -75,6 +77,8 @@ pub struct Simulation {
     earlier_solver_work: SolverWork,
     /// Controller of step sizes, where they follow the error; `step_size` is then that to be tried next.
     controller: Option<Box<Controller>>,
+    /// Path of equilibria that is followed; `None` where time leads.
+    path: Option<Box<path::PathFollower>>,
     /// Of energy that comes in and goes out; `None` where there is none.
     ledger: Option<EnergyLedger>,
     /// True if the next step opens one, if there is anything to write into it.
@@ -130,6 +134,7 @@ impl Simulation {
             retried: RetriedSteps::default(),
             earlier_solver_work: SolverWork::default(),
             controller: None,
+            path: None,
             ledger: None,
             opens_ledger: true,
             counts_losses: true,
@@ -145,7 +150,9 @@ impl Simulation {
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
     pub fn set_solver(&mut self, options: SolverOptions) {
-        let allowed = self.controller.as_ref().map(|controller| {
+        // Increments of statics have no error.
+        let by_error = self.controller.as_ref().filter(|_| !self.method.is_static());
+        let allowed = by_error.map(|controller| {
             let Tolerances { position, velocity, .. } = controller.control.tolerances;
             [position, velocity]
         });
@@ -187,6 +194,9 @@ impl Simulation {
         if self.controller.is_some() {
             return self.step_towards(f64::INFINITY);
         }
+        if let Some(path) = self.path.take() {
+            return self.step_along_path(path);
+        }
         let h = self.step_size;
         let released = self.system.change_pins(|pins| pins.release(self.state.time + 0.5 * h));
         self.ensure_force(self.state.time)?;
@@ -207,6 +217,7 @@ impl Simulation {
             let (system, x, v) = (&mut self.system, self.state.x(), self.state.v());
             system.set_time(time);
             if self.method.is_static() {
+                let time = system.load_factor().unwrap_or(time);
                 ledger.advance_to_equilibrium(system, h, time, x, v);
             } else {
                 ledger.advance(system, h, x, v);
@@ -265,8 +276,9 @@ impl Simulation {
         if self.opens_ledger {
             self.opens_ledger = false;
             let ledger = EnergyLedger::new(system, self.counts_losses, state.x(), state.v());
+            let time = system.load_factor().unwrap_or(state.time);
             self.ledger = match self.method.is_static() {
-                true => ledger.map(|ledger| ledger.between_equilibria(system, state.time, state.x())),
+                true => ledger.map(|ledger| ledger.between_equilibria(system, time, state.x())),
                 false => ledger,
             };
         } else if let (true, Some(ledger)) = (released, &mut self.ledger) {
@@ -302,6 +314,8 @@ impl Simulation {
             Fault::Pair { first, second } => Fault::Pair { first: original(first), second: original(second) },
             other => other,
         });
+        let left = |left: ForceLeft| ForceLeft { vertex: original(left.vertex), ..left };
+        let solve = solve.map(|solve| SolveError { left: solve.left.map(left), ..solve });
         StepFault { fault, vertex: vertex.map(original), solve }
     }
 
@@ -316,10 +330,12 @@ impl Simulation {
                 verdict: solve.verdict,
                 iterations: solve.iterations,
                 correction: solve.correction,
+                left: solve.left,
                 fault,
                 step_size: self.step_size,
                 retried,
                 is_static: self.method.is_static(),
+                load_factor: self.load_factor(),
             };
         }
         StepError::NotFinite {
@@ -543,13 +559,15 @@ impl Simulation {
             force_evaluations: self.system.force_evaluations(),
             retried: (self.solver.retries > 0 && solver.is_some()).then_some(self.retried),
             rejected_steps: self.controller.as_ref().map(|controller| controller.rejected),
+            increments: self.controller.as_ref().and_then(|controller| controller.increments()),
             solver,
         }
     }
 
     /// Work in solvers so far.
     fn solver_work(&self) -> SolverWork {
-        self.earlier_solver_work.plus(self.integrator.work())
+        let along = self.path.as_ref().map_or(SolverWork::none(&self.solver), |path| path.work());
+        self.earlier_solver_work.plus(self.integrator.work()).plus(along)
     }
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
@@ -580,7 +598,11 @@ impl Simulation {
 
     /// Bytes held: the state, the system, the scheme's scratch memory.
     pub fn bytes(&self) -> usize {
-        8 * 2 * self.state.x().len() + self.numbering.bytes() + self.system.bytes() + self.integrator.bytes()
+        8 * 2 * self.state.x().len()
+            + self.numbering.bytes()
+            + self.system.bytes()
+            + self.integrator.bytes()
+            + self.path.as_ref().map_or(0, |path| path.bytes())
     }
 
     /// Bytes held once steps have been taken: [`bytes`](Self::bytes), and what implicit schemes make in their

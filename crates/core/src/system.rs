@@ -3,6 +3,7 @@
 
 mod books;
 mod flows;
+mod load_factor;
 mod pins;
 mod terms;
 mod wall_loss;
@@ -54,6 +55,10 @@ pub struct System {
     /// The force that the terms hold.
     force: ForceId,
     books: Books,
+    /// The load factor, where a path of equilibria is followed: the time of loads and of prescribed motion.
+    load_factor: Option<f64>,
+    /// Times beside those of holds that increments land on, ascending [s].
+    breaks: Vec<f64>,
     /// Set from elsewhere where solves are to end, solved or not.
     stop: Stop,
 }
@@ -99,6 +104,8 @@ impl System {
             ether_drag: 0.0,
             force: ForceId::NONE,
             books: Books::default(),
+            load_factor: None,
+            breaks: vec![],
             stop: Stop::default(),
         }
     }
@@ -161,7 +168,7 @@ impl System {
     /// Writes positions [m] and velocities [m/s] of the moving coordinates at `time` [s] into the flat arrays `x` and `v`; false
     /// where one of them is not finite. Does nothing where nothing moves.
     pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
-        self.pins.prescribe(time, x, v)
+        self.pins.prescribe(self.load_factor.unwrap_or(time), x, v)
     }
 
     /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and
@@ -341,7 +348,9 @@ impl System {
     }
 
     /// Says what time it is [s] to the potentials that depend on it. The force last evaluated stays as it is.
+    /// On a path of equilibria it is the load factor, whatever is said.
     pub fn set_time(&mut self, time: f64) {
+        let time = self.load_factor.unwrap_or(time);
         if self.changes_with_time {
             let changing = self.terms.iter_mut().filter(|term| term.properties().changes_with_time);
             changing.filter_map(|term| term.driven()).for_each(|term| term.set_time(time));

@@ -57,6 +57,9 @@ fn obstacle(simulation: &Simulation) -> Option<(String, &'static str)> {
     if work.rejected_steps.is_some() {
         return named("steps that follow the error", "give a fixed `step`, without `adaptive`");
     }
+    if simulation.path().is_some() {
+        return named("paths by arc length", "give a fixed `step` in place of `arc_length`");
+    }
     if !system.walls().is_empty() {
         return named("walls", "take them out of the scene");
     }

@@ -39,6 +39,7 @@ pub(super) struct FrameCopy {
     index: u64,
     step: u64,
     time: f64,
+    load_factor: Option<f64>,
     dimension: usize,
     x: Vec<f64>,
     v: Vec<f64>,
@@ -57,6 +58,7 @@ impl FrameCopy {
             index: 0,
             step: 0,
             time: 0.0,
+            load_factor: None,
             dimension: 0,
             x: vec![],
             v: vec![],
@@ -73,6 +75,7 @@ impl FrameCopy {
         let Frame { x, v, diagnostics, elements, points, reactions, contacts, work, .. } = *frame;
         (self.index, self.step) = (frame.index, frame.step);
         (self.time, self.dimension) = (frame.time, frame.dimension);
+        self.load_factor = frame.load_factor;
         self.x.clear();
         self.x.extend_from_slice(x);
         self.v.clear();
@@ -90,6 +93,7 @@ impl FrameCopy {
             index: self.index,
             step: self.step,
             time: self.time,
+            load_factor: self.load_factor,
             dimension: self.dimension,
             x: &self.x,
             v: &self.v,

@@ -202,6 +202,7 @@ fn walls(report: &Report) -> &'static str {
 fn stability(report: &Report) -> String {
     let Some(limit) = &report.stability else {
         return match report.step_control {
+            Some(_) if report.is_static => "increments are as large as they can be solved".into(),
             Some(_) => "step sizes follow the error".into(),
             None => "the scheme is stable at any step on a linear system".into(),
         };

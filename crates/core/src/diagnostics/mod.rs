@@ -5,6 +5,9 @@
 pub struct Diagnostics {
     /// Simulated time [s].
     pub time: f64,
+    /// Load factor; `None` unless a path of equilibria is followed by arc length.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load_factor: Option<f64>,
     /// `sum 1/2 m |v|^2` [J].
     pub kinetic: f64,
     /// Energy of all elements and springs [J].
@@ -91,6 +94,7 @@ impl Diagnostics {
         let deformation = system.deformation(x);
         Diagnostics {
             time,
+            load_factor: system.load_factor(),
             kinetic,
             elastic,
             gravitational,

@@ -10,6 +10,7 @@
 //! Numbers are in SI units; angles are in radian. The result is in the SI unit of whatever the formula stands
 //! for.
 
+mod branches;
 mod build;
 mod error;
 mod function;
@@ -167,6 +168,12 @@ impl Expression {
         self.program.iter().any(elsewhere)
     }
 
+    /// True if it depends on the time.
+    pub fn depends_on_time(&self) -> bool {
+        let now = |operation: &Operation<Variable>| matches!(operation, Operation::Variable(Variable::T));
+        self.program.iter().any(now)
+    }
+
     /// True if nothing in it jumps: no comparison, `if`, `step`, `pulse`, `sign`, `floor`. Poles are none of
     /// these.
     pub fn is_continuous(&self) -> bool {
@@ -175,6 +182,15 @@ impl Expression {
     }
 
     fn evaluate<N: Number>(&self, variable: impl Fn(Variable) -> N) -> N {
+        self.evaluate_watched(variable, |_, _| {})
+    }
+
+    /// The same, every call shown to `watch`.
+    fn evaluate_watched<N: Number>(
+        &self,
+        variable: impl Fn(Variable) -> N,
+        mut watch: impl FnMut(&Function, [N; 3]),
+    ) -> N {
         let mut stack = [N::constant(0.0); Self::STACK];
         let mut height = 0;
         for operation in &self.program {
@@ -185,6 +201,7 @@ impl Expression {
                     height -= function.arity;
                     let mut arguments = [N::constant(0.0); 3];
                     arguments[..function.arity].copy_from_slice(&stack[height..height + function.arity]);
+                    watch(function, arguments);
                     N::call(function, arguments)
                 }
             };

@@ -38,6 +38,8 @@ pub enum Judgement {
     Error(f64),
     /// The step [s] that its own criterion would have taken.
     Step(f64),
+    /// Matrices that an increment of statics took, iterations where none is made: it has no error in time.
+    Matrices(u64),
 }
 
 /// Memory of the norm.

@@ -360,7 +360,7 @@ fn leave_held(system: &System, a: &mut [f64]) {
 }
 
 fn diverged(iterations: u32, correction: f64) -> StepFault {
-    let solve = Some(SolveError { verdict: SolveFailure::Diverged, iterations, correction });
+    let solve = Some(SolveError { verdict: SolveFailure::Diverged, iterations, correction, left: None });
     StepFault { fault: None, vertex: None, solve }
 }
 

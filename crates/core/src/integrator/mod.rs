@@ -181,9 +181,10 @@ impl Method {
         Some(companion.order.min(self.documentation.order) + 1)
     }
 
-    /// True if adaptive steps follow a criterion of the scheme's own instead of tolerances.
+    /// True if adaptive steps follow a criterion of the scheme's own instead of tolerances: in statics, how
+    /// hard an increment is to solve.
     pub fn has_own_criterion(&self) -> bool {
-        matches!(self.scheme, Scheme::GaussRadau(_))
+        matches!(self.scheme, Scheme::GaussRadau(_) | Scheme::QuasiStatic)
     }
 
     /// True if it finds equilibria: nothing has inertia, momentum or an energy of motion, and time is a name
@@ -216,9 +217,9 @@ impl Method {
         self.documentation.solves > 0 || matches!(self.scheme, Scheme::GaussRadau(_))
     }
 
-    /// True if steps can follow the error.
+    /// True if steps can follow the error, or another criterion.
     pub fn is_adaptive(&self) -> bool {
-        self.error_exponent().is_some()
+        self.error_exponent().is_some() || self.has_own_criterion()
     }
 
     /// An integrator for systems with `unknowns = n * dimension` coordinates; implicit ones solve as `options` say. An explicit

@@ -1,7 +1,11 @@
-//! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly change.
+//! Static equilibrium at the end of every step: `dE/dx(x, t) = 0`, as loads and prescribed motion slowly
+//! change.
 //!
-//! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone. The equilibrium is the
-//! minimum that Newton's method reaches from the last one.
+//! Time is a name for the load: nothing has inertia, and velocities are those of prescribed motion alone.
+//! The equilibrium is the minimum that Newton's method reaches from the last one. Steps are increments of
+//! the load; where they are adaptive, their size follows how many matrices the last ones took
+//! ([`control::increments`](crate::control::increments)).
+use super::estimate::{Judgement, Tolerances};
 use super::implicit::{ImplicitSolve, NextState, StageSolver};
 use super::{Documentation, Integrator, Method, Scheme};
 use crate::solver::StepFault;
@@ -32,6 +36,8 @@ pub struct QuasiStatic {
     origin: Vec<f64>,
     /// None: zero.
     drift: Vec<f64>,
+    /// Matrices of the last step, iterations where none is made.
+    matrices: u64,
 }
 
 impl QuasiStatic {
@@ -43,6 +49,7 @@ impl QuasiStatic {
             next: NextState::new(unknowns),
             origin: zero(),
             drift: zero(),
+            matrices: 0,
         }
     }
 }
@@ -64,13 +71,23 @@ impl Integrator for QuasiStatic {
             acceleration: None,
             single_iteration: false,
         };
+        let before = self.solver.work();
         self.solver.minimize(system, &solve, &mut self.next.x, &self.next.v)?;
+        let after = self.solver.work();
+        self.matrices = match after.hessians - before.hessians {
+            0 => after.newton_iterations - before.newton_iterations,
+            matrices => matrices,
+        };
         let force = system.force();
         self.next.commit(system, state, h, force)
     }
 
     fn undo(&mut self, state: &mut State) {
         state.swap(&mut self.next.x, &mut self.next.v, ForceId::NONE);
+    }
+
+    fn judge(&mut self, _: &mut System, _: &State, _: f64, _: &Tolerances) -> Option<Judgement> {
+        Some(Judgement::Matrices(self.matrices))
     }
 
     fn work(&self) -> SolverWork {

@@ -9,7 +9,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// In the order of the readings.
 const SYMMETRIC: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
 
-/// Writes one row for each frame, columns `time [s]`, then of each probe `NAME.x [m]`, `NAME.vx [m/s]`,
+/// Writes one row for each frame, columns `time [s]`, on a path of equilibria `load_factor [1]`, then of each probe `NAME.x [m]`, `NAME.vx [m/s]`,
 /// `NAME.ux [m]` for each axis of the scene, and where it is in a finite element `NAME.Exx [1]` (Green
 /// strain), `NAME.Cxx [1]` (corotated strain), `NAME.sxx [Pa]` (Cauchy stress) and `NAME.psi [J/m^3]` (energy
 /// density). Numbers have as many digits as it takes to read back the same double. Every row is handed on at
@@ -99,9 +99,13 @@ impl<W: Write> Table<W> {
         if self.written == 0 {
             let titles = columns(&self.probes, frame.dimension).into_iter();
             let titles = titles.map(|TableColumn { name, unit }| format!(",{name} [{unit}]"));
-            self.line = "time [s]".to_owned() + &titles.collect::<String>() + "\n";
+            let factor = if frame.load_factor.is_some() { ",load_factor [1]" } else { "" };
+            self.line = format!("time [s]{factor}") + &titles.collect::<String>() + "\n";
         }
         self.line += &format!("{:?}", frame.time);
+        if let Some(factor) = frame.load_factor {
+            self.line += &format!(",{factor:?}");
+        }
         for number in row(&self.probes, frame) {
             self.line += &format!(",{number:?}");
         }

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Diagnostics, Reaction};
 use crate::observer::{ObserverError, Work};
-use crate::simulation::{ContactExtremes, MotionJumps, StepError};
+use crate::simulation::{ContactExtremes, MotionJumps, PathState, StepError};
 
 /// How a run ended.
 #[derive(Debug)]
@@ -33,6 +33,8 @@ pub struct Summary {
     /// The forces with which pins hold their vertices in the last good state; empty where the energy blew up
     /// after it.
     pub reactions: Vec<Reaction>,
+    /// Path of equilibria; `None` unless one was followed by arc length.
+    pub path: Option<PathState>,
     /// Prescribed motion that jumped; `None` without any, and in statics, where every increment is a jump.
     pub motion_jumps: Option<MotionJumps>,
     /// The worst contacts at the end of any step, where forces alone keep surfaces apart.

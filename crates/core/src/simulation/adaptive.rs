@@ -33,7 +33,7 @@ impl Simulation {
     /// tolerance.
     ///
     /// # Panics
-    /// If the scheme has no estimate of its error, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
+    /// If the scheme has no estimate of its error, nor a criterion of its own, see [`Method::is_adaptive`](crate::integrator::Method::is_adaptive).
     pub fn set_step_control(&mut self, control: StepControl) {
         let first = control.first.unwrap_or_else(|| self.first_step(&control));
         let controller = Controller::new(control, &self.method, first);
@@ -84,7 +84,7 @@ impl Simulation {
         let released = self.system.change_pins(|pins| pins.release(time + same));
         self.ensure_force(time)?;
         self.open_ledger(released);
-        let next_break = self.system.pins().next_break(time + same).filter(|at| *at < target - same);
+        let next_break = self.system.next_break(time + same).filter(|at| *at < target - same);
         let goal = next_break.unwrap_or(target);
         let mut last = (controller.next(), None, None);
         loop {
@@ -154,6 +154,8 @@ impl Simulation {
             fault,
             vertex,
             verdict: solve.map(|solve| solve.verdict),
+            left: solve.and_then(|solve| solve.left),
+            is_static: self.method.is_static(),
         }
     }
 

@@ -84,6 +84,7 @@ impl Simulation {
         if step > 0 {
             self.hold_as_after(step, time);
         }
+        let time = self.system.load_factor().unwrap_or(time);
         self.system.change_pins(|pins| pins.go_on_from(time, self.state.x()));
         self.set_drives(&drives);
         self.close_ledger();

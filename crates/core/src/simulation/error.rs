@@ -1,7 +1,7 @@
 //! Why a step could not be taken.
 
 use crate::energy::Fault;
-use crate::solver::SolveFailure;
+use crate::solver::{ForceLeft, SolveFailure};
 
 /// A step could not be taken; the state is still the last good one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -32,8 +32,8 @@ pub enum StepError {
     },
     /// The equations of an implicit step were not solved.
     #[error(
-        "step {step} (t = {time:.6} s) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}; {}",
-        nor_in_parts(.retried.as_deref()), place(.fault), remedy(*.verdict, *.is_static, *.step_size, .retried.as_deref())
+        "step {step} ({}) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}{}; {}",
+        moment(*.time, *.load_factor), nor_in_parts(.retried.as_deref()), left_over(.left), place(.fault), remedy(*.verdict, *.is_static, *.load_factor, *.step_size, .retried.as_deref())
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -46,6 +46,8 @@ pub enum StepError {
         iterations: u32,
         /// Largest component of the last correction [m].
         correction: f64,
+        /// The largest force that was left, in statics.
+        left: Option<ForceLeft>,
         /// The cause, as far as a term knows it.
         fault: Option<Fault>,
         /// The step size that was tried [s].
@@ -54,12 +56,15 @@ pub enum StepError {
         retried: Option<Box<Retried>>,
         /// True if an equilibrium was looked for.
         is_static: bool,
+        /// The load factor at its beginning, where a path of equilibria is followed.
+        load_factor: Option<f64>,
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
-        "step {step} (t = {time:.6} s) cannot be taken: a step of {step_size:.3e} s is still too large{}, and the smallest allowed is \
-         {smallest:.3e} s{}",
-        still(*.error), why(.fault, .vertex, *.verdict)
+        "{what} {step} (t = {time:.6} s) cannot be taken: one of {step_size:.3e} s is still too large{}, and the smallest allowed is \
+         {smallest:.3e} s{}{}{}",
+        still(*.error), why(.fault, .vertex, *.verdict), left_over(.left), beyond_limit(*.is_static),
+        what = if *.is_static { "increment" } else { "step" }
     )]
     StepTooSmall {
         /// The step that was tried, from 1.
@@ -78,6 +83,10 @@ pub enum StepError {
         vertex: Option<usize>,
         /// How the solver ended, where that is the reason.
         verdict: Option<SolveFailure>,
+        /// The largest force that was left, in statics.
+        left: Option<ForceLeft>,
+        /// True if an equilibrium was looked for.
+        is_static: bool,
     },
     /// The total energy has grown beyond any physical cause.
     #[error(
@@ -120,6 +129,11 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
     retried.map_or(String::new(), said)
 }
 
+/// The moment of a step: its time, or where it is on a path of equilibria.
+fn moment(time: f64, load_factor: Option<f64>) -> String {
+    load_factor.map_or_else(|| format!("t = {time:.6} s"), |factor| format!("load factor {factor:.6}"))
+}
+
 /// The smallest step that was tried [s].
 fn smallest(step_size: f64, retried: Option<&Retried>) -> f64 {
     retried.map_or(step_size, |part| part.step_size)
@@ -135,7 +149,26 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
 }
 
 /// Advice where a step is not solved.
-fn remedy(verdict: SolveFailure, is_static: bool, step_size: f64, retried: Option<&Retried>) -> String {
+fn remedy(
+    verdict: SolveFailure,
+    is_static: bool,
+    load_factor: Option<f64>,
+    step_size: f64,
+    retried: Option<&Retried>,
+) -> String {
+    if load_factor.is_some() {
+        return match verdict {
+            SolveFailure::Unloaded => "multiply the load or the prescribed motion that is to grow by `t`, which is the load \
+                                       factor: `force = [\"0\", \"-10*t\"]`"
+                .into(),
+            SolveFailure::Singular => "hold every body by pins or attachments; at a point where paths branch a small load \
+                                       to one side, or a shape that is a little off, leads past it"
+                .into(),
+            _ => "no radius down to a millionth of the first one leads on: give a smaller `first` or `largest` in [time] \
+                  arc_length, or look what gives way there"
+                .into(),
+        };
+    }
     if is_static && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
     }
@@ -145,6 +178,24 @@ fn remedy(verdict: SolveFailure, is_static: bool, step_size: f64, retried: Optio
         SolveFailure::IterationCap => format!("allow more `iterations`, or try {smaller}"),
         SolveFailure::LinearSolver => format!("take `linear = \"cholesky\"`, or try {smaller}"),
         _ => format!("try {smaller}"),
+    }
+}
+
+/// The largest force that a solve of statics has left.
+fn left_over(left: &Option<ForceLeft>) -> String {
+    let said = |ForceLeft { force, vertex }: &ForceLeft| {
+        format!(", the largest force left {force:.3e} N at vertex {vertex}")
+    };
+    left.as_ref().map_or(String::new(), said)
+}
+
+/// Advice where increments of statics come to an end.
+fn beyond_limit(is_static: bool) -> &'static str {
+    if is_static {
+        "; there may be no equilibrium near under more load, beyond a limit point: `arc_length` in [time] in place of \
+         `adaptive` follows the path through it, dynamics with damping jumps to the next"
+    } else {
+        ""
     }
 }
 

@@ -1,5 +1,6 @@
 //! States of a simulation that are kept and gone back to.
 
+use super::path::PathState;
 use super::{Simulation, StepError};
 use crate::control::StepHistory;
 use crate::diagnostics::EnergyLedger;
@@ -29,6 +30,9 @@ pub struct Snapshot {
     memory: Vec<f64>,
     /// Memory of step sizes that follow the error.
     pace: Option<StepHistory>,
+    /// Path of equilibria so far.
+    #[serde(default)]
+    path: Option<PathState>,
     ledger: Option<EnergyLedger>,
 }
 
@@ -61,7 +65,7 @@ impl Snapshot {
     /// Positions `x` [m] and velocities `v` [m/s], flat, after `step` steps, at `time` [s], without what schemes and the balance of
     /// energy remember.
     pub fn new(step: u64, time: f64, x: Vec<f64>, v: Vec<f64>) -> Self {
-        Snapshot { step, time, x, v, memory: vec![], pace: None, ledger: None }
+        Snapshot { step, time, x, v, memory: vec![], pace: None, path: None, ledger: None }
     }
 }
 
@@ -75,6 +79,7 @@ impl Simulation {
             v: self.velocities().into_owned(),
             memory: self.integrator.memory(&self.system, &self.state),
             pace: self.pace(),
+            path: self.path().cloned(),
             ledger: self.ledger.clone(),
         }
     }
@@ -90,7 +95,8 @@ impl Simulation {
         self.hold_as_after(snapshot.step, snapshot.time);
         self.system.change_pins(Pins::end_drives);
         self.place(snapshot);
-        self.system.change_pins(|pins| pins.go_on_from(snapshot.time, self.state.x()));
+        let time = self.system.load_factor().unwrap_or(snapshot.time);
+        self.system.change_pins(|pins| pins.go_on_from(time, self.state.x()));
         self.begin_from(snapshot);
         self.earlier_solver_work = SolverWork::default();
         Ok(())
@@ -127,6 +133,10 @@ impl Simulation {
         self.integrator.recall(&snapshot.memory, &self.system, &self.state);
         self.set_ledger(snapshot.ledger.clone());
         self.set_pace(snapshot.pace);
+        if let Some(path) = self.path.take() {
+            self.set_arc_length(path.options);
+            self.set_path(snapshot.path.clone());
+        }
     }
 
     /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state at the present time, in place, vertices in
@@ -140,6 +150,7 @@ impl Simulation {
     pub fn advanced(&mut self, x: &mut [f64], v: &mut [f64]) -> Result<(), StepError> {
         let memory = self.integrator.memory(&self.system, &self.state);
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
+        let path = self.path().cloned();
         self.set_positions(x);
         self.set_velocities(v);
         // Its balance is not read.
@@ -154,6 +165,7 @@ impl Simulation {
         self.integrator.recall(&memory, &self.system, &self.state);
         self.set_ledger(ledger);
         self.set_pace(pace);
+        self.set_path(path);
         end
     }
 

@@ -415,7 +415,7 @@ impl<const D: usize> CoupledNewton for Coupled<D> {
         }
         let tolerance = self.options.tolerance.unwrap_or(1e-13 * self.size);
         let fail = |system: &System, x: &[f64], v: &[f64], verdict, iterations, correction| {
-            let solve = Some(SolveError { verdict, iterations, correction });
+            let solve = Some(SolveError { verdict, iterations, correction, left: None });
             Err(StepFault { solve, ..StepFault::at(system, x, v) })
         };
         if system.has_guards() {

@@ -18,7 +18,7 @@ pub struct StepFault {
 impl StepFault {
     /// A step that was asked to end.
     pub(crate) fn stopped() -> Self {
-        let solve = SolveError { verdict: SolveFailure::Stopped, iterations: 0, correction: 0.0 };
+        let solve = SolveError { verdict: SolveFailure::Stopped, iterations: 0, correction: 0.0, left: None };
         StepFault { fault: None, vertex: None, solve: Some(solve) }
     }
 

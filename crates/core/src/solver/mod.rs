@@ -12,6 +12,7 @@ mod newton;
 mod options;
 pub mod ordering;
 mod subspace;
+pub(crate) mod tangent;
 
 pub use fault::StepFault;
 pub use options::{LinearSolver, PART_OF_STEP_ERROR, SolverOptions};
@@ -212,6 +213,10 @@ pub enum SolveFailure {
     Obstructed,
     /// It was told to stop.
     Stopped,
+    /// The exact tangent is singular, or the force at hand not finite.
+    Singular,
+    /// No load changes with the load factor.
+    Unloaded,
 }
 
 impl std::fmt::Display for SolveFailure {
@@ -230,6 +235,10 @@ impl std::fmt::Display for SolveFailure {
                 "obstructed: prescribed motion leads through what is in its way and cannot yield"
             }
             SolveFailure::Stopped => "stopped",
+            SolveFailure::Singular => "singular: the tangent has a direction without stiffness",
+            SolveFailure::Unloaded => {
+                "unloaded: nothing that is free feels a load that changes with the load factor"
+            }
         })
     }
 }
@@ -243,4 +252,15 @@ pub struct SolveError {
     pub iterations: u32,
     /// Largest component of the last correction [m].
     pub correction: f64,
+    /// The largest force that was left, in statics; `None` where no force is finite.
+    pub left: Option<ForceLeft>,
+}
+
+/// The largest component of the force that is left at a coordinate that is free.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct ForceLeft {
+    /// Its size [N].
+    pub force: f64,
+    /// The vertex.
+    pub vertex: usize,
 }

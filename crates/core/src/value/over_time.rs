@@ -61,11 +61,24 @@ impl OverTime {
         matches!(self, OverTime::Formula(formula) if formula.depends_on_place())
     }
 
+    /// True if it changes with time.
+    pub fn depends_on_time(&self) -> bool {
+        matches!(self, OverTime::Formula(formula) if formula.depends_on_time())
+    }
+
     /// True if nothing in it jumps, see [`Expression::is_continuous`].
     pub fn is_continuous(&self) -> bool {
         match self {
             OverTime::Constant(_) => true,
             OverTime::Formula(formula) => formula.is_continuous(),
+        }
+    }
+
+    /// Times in `from < t < to` [s] at which it takes another branch, see [`Expression::branch_times`].
+    pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
+        match self {
+            OverTime::Constant(_) => vec![],
+            OverTime::Formula(formula) => formula.branch_times(from, to),
         }
     }
 

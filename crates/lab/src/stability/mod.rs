@@ -77,7 +77,7 @@ fn with_step(
         contact.designed_step = contact.designed_step.or(Some(own));
     }
     scene.time.integrator = integrator;
-    (scene.time.step, scene.time.adaptive) = (Some(step), None);
+    (scene.time.step, scene.time.adaptive, scene.time.arc_length) = (Some(step), None, None);
     scene.time.allow_unstable = true;
     // The limit is not asked for.
     let mut simulation = scene.assemble(UnstableStep::Refuse).map_err(SceneError::new)?.simulation;

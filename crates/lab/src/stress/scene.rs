@@ -204,7 +204,7 @@ impl Trial {
             let linear = if self.solver == LinearSolver::Auto { own.linear } else { self.solver };
             scene.time.solver = Some(Solver { linear, ..own });
         }
-        (scene.time.step, scene.time.adaptive) = (Some(self.step), None);
+        (scene.time.step, scene.time.adaptive, scene.time.arc_length) = (Some(self.step), None, None);
         let mut findings = CaseResult::default();
         let mut assembly = match scene.assemble(UnstableStep::Refuse) {
             Ok(assembly) => assembly,

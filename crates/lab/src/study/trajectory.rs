@@ -78,6 +78,7 @@ impl Runner<'_> {
         // All schemes have one energy of contact: that of the scene's own, in its own steps.
         scene.contact = scene.contact.map(|contact| contact.kept(&scene.time, self.grid.step(1)));
         scene.time.integrator = scheme.spec;
+        scene.time.arc_length = None;
         (scene.time.step, scene.time.adaptive) = match pace {
             TimeStepping::Parts(parts) => (Some(self.grid.step(parts)), None),
             TimeStepping::Tolerance(tolerance) => {

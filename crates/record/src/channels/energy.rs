@@ -53,6 +53,7 @@ impl ChannelEncoder for EnergyChannel {
             walls: some,
         };
         let full = Diagnostics {
+            load_factor: Some(0.5),
             loads: Some(0.5),
             contact: Some(0.5),
             other: Some(0.5),

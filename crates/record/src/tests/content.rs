@@ -104,6 +104,7 @@ fn viewers_get_surfaces_lines_and_a_plane_in_2d() {
     let mut recorder = McapRecorder::create(&path, &options(&ALL[..2]), &flat).unwrap();
     let x: Vec<f64> = (0..18).map(|i| f64::from(i) / 3.0).collect();
     let frame = Frame {
+        load_factor: None,
         index: 0,
         step: 0,
         time: 0.0,

@@ -163,6 +163,7 @@ fn a_frame_without_the_states_of_its_elements_is_refused() {
     let (x, v) = (assembly.simulation.positions(), assembly.simulation.velocities());
     let states = assembly.simulation.element_states();
     let frame = |elements| Frame {
+        load_factor: None,
         index: 0,
         step: 0,
         time: 0.0,

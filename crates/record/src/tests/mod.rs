@@ -79,6 +79,7 @@ impl Moment {
 
     fn frame(&self) -> Frame<'_> {
         Frame {
+            load_factor: None,
             index: self.index,
             step: 10 * self.index,
             time: self.diagnostics.time,
@@ -94,6 +95,7 @@ impl Moment {
                 steps: 10 * self.index,
                 force_evaluations: 20 * self.index,
                 rejected_steps: None,
+                increments: None,
                 retried: None,
                 solver: None,
             },

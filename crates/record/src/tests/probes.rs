@@ -78,6 +78,7 @@ fn a_probe_moves_with_the_point_that_it_is_on() {
     let simulation = &assembly.simulation;
     let (x, v, states) = (simulation.positions(), simulation.velocities(), simulation.point_states());
     let frame = Frame {
+        load_factor: None,
         index: 0,
         step: 0,
         time: 0.25,
@@ -245,6 +246,7 @@ fn probes_in_quadratic_elements_are_exact_at_their_point() {
         for (probe, (place, state)) in assembly.probes.iter().zip(places.iter().zip(&states)) {
             assert!(close(&probe.rest, place), "{:?} {place:?}", probe.rest);
             let found = probe.read(&Frame {
+                load_factor: None,
                 index: 0,
                 step: 0,
                 time: 0.0,

@@ -167,9 +167,7 @@ fn assemble<const D: usize, const N: usize>(
     }
 
     let state = State::new(position, velocity);
-    // Where step sizes follow the error, the controller brings its own.
-    let step = scene.time.step.unwrap_or(scene.time.duration);
-    let mut simulation = Simulation::new(system, state, method, step);
+    let mut simulation = Simulation::new(system, state, method, step_control::step(scene));
     simulation.set_numbering(numbering);
     simulation.set_points(points);
     simulation.set_solver(options);

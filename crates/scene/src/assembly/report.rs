@@ -55,6 +55,9 @@ pub struct Report {
     pub walls: usize,
     /// True if steps are solved.
     pub is_implicit: bool,
+    /// True if it finds equilibria.
+    #[serde(skip)]
+    pub is_static: bool,
     /// The largest stable step and the frequency it comes from; `None` where the scheme is stable at any step
     /// and it was not asked for.
     pub stability: Option<StabilityLimit>,
@@ -128,6 +131,7 @@ impl Report {
             step_control: control,
             walls: system.walls().len(),
             is_implicit: simulation.method().documentation.solves > 0,
+            is_static: simulation.method().is_static(),
             stability,
             tree_force_error,
             contact: None,
@@ -302,9 +306,16 @@ fn uses(
         "damping: no body has any, and no force depends on velocities",
     );
     let control = simulation.step_control();
+    let along = scene.time.arc_length.as_ref().map(|spec| {
+        format!(
+            "the path of equilibria by arc length, the first increment of the load factor {}: `t` in formulas is the \
+             load factor, and time counts steps",
+            spec.first_or_default()
+        )
+    });
     say(
-        control.is_some(),
-        control.map_or(String::new(), |control| follows(control, simulation)),
+        control.is_some() || along.is_some(),
+        along.or(control.map(|control| follows(control, simulation))).unwrap_or_default(),
         "error estimates, steps that are taken back: the step size is fixed",
     );
     for channel in Channel::ALL {
@@ -324,13 +335,17 @@ fn uses(
     );
     let probes = scene.probe.len();
     say(probes > 0, format!("{} on /probe", plural(probes, "probe")), "probes: no [[probe]]");
-    let solver = (method.solves > 0).then(|| simulation.linear_solver());
+    let by_path = scene.time.arc_length.is_some();
+    let solver = (method.solves > 0).then(|| match by_path {
+        true => "sparse LU of the exact tangent, definite or not".to_owned(),
+        false => simulation.linear_solver(),
+    });
     say(
         solver.is_some(),
         solver.unwrap_or_default(),
         "stiffness matrix, linear solver, Hessians in a step: the scheme is explicit",
     );
-    if method.solves > 0 && control.is_none() {
+    if method.solves > 0 && control.is_none() && !by_path {
         let retries = scene.time.solver_options().retries;
         say(
             retries > 0,
@@ -368,6 +383,14 @@ fn with_fibres_at_rest(fibres: &DispersedFibres) -> String {
 
 /// How step sizes follow the error.
 fn follows(control: &StepControl, simulation: &Simulation) -> String {
+    if simulation.method().is_static() {
+        let StepControl { first, smallest, largest, .. } = *control;
+        return format!(
+            "increments as large as they can be solved, the first {:.3e} s, down to {smallest:.3e} s and up to {largest:.3e} s; every one \
+             that is taken back is counted",
+            first.unwrap_or(largest)
+        );
+    }
     if simulation.method().has_own_criterion() {
         return format!("step sizes by the scheme's own criterion, steps up to {:.3e} s", control.largest);
     }

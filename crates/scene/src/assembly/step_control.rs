@@ -1,12 +1,30 @@
-//! Step sizes that follow the error.
+//! Step sizes: fixed, following the error, or the effort of solves.
 
-use crate::Scene;
+use crate::{Adaptive, ArcLengthSpec, Scene};
 use pliant::control::StepControl;
 use pliant::integrator::estimate::Tolerances;
-use pliant::simulation::Simulation;
+use pliant::simulation::{ArcLength, Simulation};
+use pliant::value::OverTime;
 
-/// Lets the step sizes of `simulation` follow the error if `scene` says so.
+/// First increment of statics, in parts of the duration.
+const FIRST_INCREMENT: f64 = 0.1;
+/// Least increment of statics, in parts of the duration.
+const LEAST_INCREMENT: f64 = 1e-6;
+
+/// Time of a step along a path [s]: time counts steps.
+const STEP_OF_PATH: f64 = 1.0;
+
+/// The time step of `scene` [s], where the controller does not bring its own.
+pub(super) fn step(scene: &Scene) -> f64 {
+    let time = &scene.time;
+    if time.arc_length.is_some() { STEP_OF_PATH } else { time.step.unwrap_or(time.duration) }
+}
+
+/// Lets the step sizes of `simulation` follow the error if `scene` says so, in statics the effort.
 pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
+    if let Some(spec) = &scene.time.arc_length {
+        return simulation.set_arc_length(path(spec));
+    }
     let Some(adaptive) = &scene.time.adaptive else { return };
     // Nothing can be said of more than a frame at a time.
     let between_frames = match scene.time.duration {
@@ -14,6 +32,9 @@ pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
         duration => duration.min(1.0 / scene.output.rate),
     };
     let largest = adaptive.largest.unwrap_or(between_frames);
+    if simulation.method().is_static() {
+        return increments(scene, adaptive, largest, simulation);
+    }
     let relative = adaptive.tolerance_or_default();
     let tolerances = Tolerances {
         position: adaptive.position.unwrap_or_else(|| relative * simulation.length_scale()),
@@ -22,4 +43,43 @@ pub(super) fn add(scene: &Scene, simulation: &mut Simulation) {
     };
     let smallest = adaptive.smallest.unwrap_or(0.0);
     simulation.set_step_control(StepControl { tolerances, first: adaptive.first, smallest, largest });
+}
+
+/// The path that a scene asks for.
+fn path(spec: &ArcLengthSpec) -> ArcLength {
+    let ends = spec.until.as_deref().and_then(|until| {
+        let first = *until.first()?;
+        Some([first, until.get(1).copied().unwrap_or(first)])
+    });
+    ArcLength { first: spec.first_or_default(), load: ends, largest: spec.largest }
+}
+
+/// Increments of statics: they have no error, and land where formulas have kinks.
+fn increments(scene: &Scene, adaptive: &Adaptive, largest: f64, simulation: &mut Simulation) {
+    let duration = scene.time.duration;
+    let whole = if duration > 0.0 { duration } else { largest };
+    let first = adaptive.first.unwrap_or(FIRST_INCREMENT * whole).min(largest);
+    let smallest = adaptive.smallest.unwrap_or(LEAST_INCREMENT * whole).min(first);
+    let tolerances = Tolerances { position: f64::INFINITY, velocity: f64::INFINITY, relative: 0.0 };
+    simulation.set_step_control(StepControl { tolerances, first: Some(first), smallest, largest });
+    simulation.system_mut().set_breaks(breaks(scene));
+}
+
+/// Times [s] at which formulas of loads, gravity and prescribed motion take other branches, ascending.
+fn breaks(scene: &Scene) -> Vec<f64> {
+    let loads = scene.body.iter().flat_map(|body| &body.load).flat_map(|load| {
+        let vectors = load.vectors().into_iter().flat_map(|(.., vector)| vector);
+        vectors.chain(&load.pressure).collect::<Vec<_>>()
+    });
+    let motions = scene.body.iter().flat_map(|body| &body.pin).filter_map(|pin| pin.motion.as_ref());
+    let moved = motions.flat_map(|motion| {
+        let angle = motion.rotation.iter().filter_map(|rotation| rotation.angle.as_ref());
+        motion.displacement.iter().flatten().chain(angle)
+    });
+    let all = scene.world.gravity.iter().flatten().chain(loads).chain(moved);
+    let times = |formula: &OverTime| formula.branch_times(0.0, scene.time.duration);
+    let mut breaks: Vec<f64> = all.flat_map(times).collect();
+    breaks.sort_by(f64::total_cmp);
+    breaks.dedup();
+    breaks
 }

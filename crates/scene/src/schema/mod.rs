@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use pliant::integrator::IntegratorSpec;
 
 mod adaptive;
+mod arc_length;
 mod attachment;
 mod bending;
 mod body;
@@ -26,6 +27,7 @@ mod solver;
 mod study;
 
 pub use adaptive::Adaptive;
+pub use arc_length::ArcLengthSpec;
 pub use attachment::*;
 pub use bending::*;
 pub use body::*;
@@ -97,14 +99,18 @@ pub struct Time {
     /// How the equations of implicit schemes are solved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<Solver>,
-    /// Time step [s]. A scene has either this or `adaptive`.
+    /// Time step [s]. A scene has one of this, `adaptive` and `arc_length`.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Duration>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub step: Option<f64>,
-    /// Steps whose size follows the error, for schemes that estimate it; `pliant list integrators` says which do. In place of `step`;
+    /// Steps whose size follows the error, for schemes that estimate it (`pliant list integrators` says which do),
+    /// or increments of statics that are as large as they can be solved. In place of `step`;
     /// `adaptive = {}` leaves everything to the defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adaptive: Option<Adaptive>,
+    /// In statics, steps along the path of equilibria, on which the load factor may fall as well. In place of `step`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arc_length: Option<ArcLengthSpec>,
     /// Simulated time to run [s].
     #[serde(with = "As::<Duration>")]
     #[schemars(range(min = 0.0))]

@@ -76,7 +76,7 @@ fn the_schema_has_ranges_and_documentation() {
     assert_eq!(at("/$defs/Time/properties/step/exclusiveMinimum"), 0.0);
     assert_eq!(
         at("/$defs/Time/properties/step/description"),
-        "Time step [s]. A scene has either this or `adaptive`."
+        "Time step [s]. A scene has one of this, `adaptive` and `arc_length`."
     );
     assert_eq!(at("/$defs/Time/additionalProperties"), false);
     assert_eq!(at("/$defs/World/properties/gravity/maxItems"), 3);

@@ -105,7 +105,7 @@ error: unknown field `stpe`
   | ^^^^
   |
   = help: did you mean `step`?
-  = help: fields here: `integrator`, `solver`, `step`, `adaptive`, `duration`, `allow_unstable`
+  = help: fields here: `integrator`, `solver`, `step`, `adaptive`, `arc_length`, `duration`, `allow_unstable`
   = note: from `--set time.stpe=1`";
     assert_eq!(failed.to_string(), expected.trim_start());
     let failed = set(GOOD, &["time.step=-1"]).unwrap().scene().unwrap_err();

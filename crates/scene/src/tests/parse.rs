@@ -32,7 +32,7 @@ fn unknown_fields_are_reported_together_and_with_what_else_is_wrong() {
         briefly(&failed),
         ["5:1 time.zoom: unknown field `zoom`", "6:1 time.stpe: unknown field `stpe`",]
     );
-    let expected = ["integrator", "solver", "step", "adaptive", "duration", "allow_unstable"];
+    let expected = ["integrator", "solver", "step", "adaptive", "arc_length", "duration", "allow_unstable"];
     let expected = expected.map(str::to_owned).to_vec();
     assert_eq!(
         failed.problems()[1].kind,
@@ -42,7 +42,7 @@ fn unknown_fields_are_reported_together_and_with_what_else_is_wrong() {
         failed.problems()[1].help,
         [
             "did you mean `step`?",
-            "fields here: `integrator`, `solver`, `step`, `adaptive`, `duration`, `allow_unstable`"
+            "fields here: `integrator`, `solver`, `step`, `adaptive`, `arc_length`, `duration`, `allow_unstable`"
         ]
     );
     assert_eq!(failed.problems()[0].help.len(), 1, "nothing is near `zoom`");

@@ -1,4 +1,4 @@
-//! Step sizes: fixed, or following the error.
+//! Step sizes: fixed, following the error, or along a path.
 
 use super::check::Checker;
 use crate::error::Problem;
@@ -6,9 +6,16 @@ use crate::key_path::KeyPath;
 use crate::schema::{Adaptive, Time};
 use pliant::integrator::IntegratorSpec;
 
-/// `step` and `adaptive` at `path`, of which there is one.
+/// `step`, `adaptive` and `arc_length` at `path`, of which there is one.
 pub(super) fn steps(check: &mut Checker, path: &KeyPath, time: &Time) {
+    let others = [("step", time.step.is_some()), ("adaptive", time.adaptive.is_some())];
+    for (other, _) in others.into_iter().filter(|(_, given)| *given && time.arc_length.is_some()) {
+        let message = format!("`{other}` and `arc_length` are both given");
+        let problem = Problem::semantic(path.key(other), message).at_key();
+        check.report(problem.with_help("remove one: time counts the steps along a path, 1 s each"));
+    }
     match (time.step, &time.adaptive) {
+        (None, None) if time.arc_length.is_some() => {}
         (None, None) => {
             let message = "[time] has neither `step` nor `adaptive`";
             let problem = Problem::semantic(path.clone(), message);
@@ -54,10 +61,10 @@ fn adaptive(check: &mut Checker, path: &KeyPath, adaptive: &Adaptive, time: &Tim
     for (key, _) in errors.into_iter().filter(|(_, given)| *given && method.has_own_criterion()) {
         let message = format!("{} follows a criterion of its own, not `{key}`", method.documentation.name);
         let problem = Problem::semantic(path.key(key), message).at_key();
-        check
-            .report(problem.with_help(
-                "remove it; accuracy is a parameter of the scheme, see `pliant list integrators`",
-            ));
+        check.report(problem.with_help(match method.is_static() {
+            true => "remove it; equilibria are found to the `tolerance` of [time] solver",
+            false => "remove it; accuracy is a parameter of the scheme, see `pliant list integrators`",
+        }));
     }
     let values = [
         ("position", position, "m"),

@@ -4,6 +4,7 @@
 //! of a million points that are all wrong is one mistake.
 
 mod adaptive;
+mod arc_length;
 mod attachment;
 mod bending;
 mod body;
@@ -42,6 +43,7 @@ pub(super) fn problems(scene: &Scene) -> Vec<Problem> {
         check.report(Problem::semantic(root.key("dimension"), message));
     }
     adaptive::steps(&mut check, &root.key("time"), &scene.time);
+    arc_length::arc_length(&mut check, &root.key("time").key("arc_length"), scene);
     surroundings::time(&mut check, &root.key("time"), &scene.time);
     surroundings::world(&mut check, &root.key("world"), &scene.world, scene.time.duration);
     bodies(&mut check, &root.key("body"), scene);

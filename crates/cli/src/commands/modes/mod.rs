@@ -31,6 +31,7 @@ pub(crate) fn execute(arguments: &ModesArguments, terminal: Terminal) -> Result<
         time.integrator = IntegratorSpec::QuasiStatic;
         // Statics has no error in time that steps could follow.
         time.adaptive = None;
+        time.arc_length = None;
         time.step.get_or_insert(time.duration);
     }
     let mut assembly = input.assemble(UnstableStep::Accept)?;

@@ -363,7 +363,14 @@ impl<'a> Closing<'a> {
                 line(name, said);
             }
         }
-        if let Some(rejected) = self.summary.work.rejected_steps {
+        if let Some(path) = &self.summary.path {
+            for (name, fact) in statics::path(path) {
+                line(name, fact);
+            }
+        }
+        if let Some(increments) = &self.summary.work.increments {
+            line("increment", statics::increments(increments));
+        } else if let Some(rejected) = self.summary.work.rejected_steps {
             let evaluations =
                 counted(self.summary.work.force_evaluations, "force evaluation", "force evaluations");
             let taken_back = counted(rejected, "step", "steps");
@@ -453,6 +460,8 @@ impl<'a> Closing<'a> {
                 "steps": work.steps,
                 "planned_steps": self.report.steps,
                 "rejected_steps": work.rejected_steps,
+                "increments": work.increments,
+                "path": self.summary.path.as_ref().map(statics::path_document),
                 "retried": work.retried,
                 "force_evaluations": work.force_evaluations,
                 "solver": work.solver,

@@ -69,7 +69,8 @@ impl EnergyLedger {
         self.each(works, |integral, work| integral.add(work));
         if let Some(own) = &mut self.motion {
             let (power, kinetic) = power_of_motion(system, x, v);
-            if system.is_damped() {
+            // Along a path velocities are none.
+            if system.is_damped() || system.load_factor().is_some() {
                 own.power.add(work_of_motion(system, (&last, &now), x, &rate, &dx));
             } else {
                 // Velocities of what moves are known: the integral of the power is of fourth order.
@@ -92,8 +93,13 @@ impl EnergyLedger {
             return 0.0;
         }
         let after = Powers::of(system, looked, &now.x, dx).gravity;
+        let factor = system.load_factor();
+        if factor.is_some() {
+            system.set_load_factor(Some(last.time));
+        }
         system.set_time(last.time);
         let before = Powers::of(system, looked, &last.x, dx).gravity;
+        system.set_load_factor(factor);
         system.set_time(now.time);
         0.5 * (before + after)
     }

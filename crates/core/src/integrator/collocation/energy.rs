@@ -110,7 +110,8 @@ impl StageEnergy {
         if wrong <= LARGEST * moving || !wrong.is_finite() {
             return Ok(());
         }
-        let solve = SolveError { verdict: SolveFailure::Spurious, iterations: 0, correction: 0.0 };
+        let solve =
+            SolveError { verdict: SolveFailure::Spurious, iterations: 0, correction: 0.0, left: None };
         Err(StepFault { fault: None, vertex: None, solve: Some(solve) })
     }
 

@@ -10,7 +10,7 @@ use crate::material::Psd;
 use crate::solver::conjugate_gradients::dot;
 use crate::solver::iterative::CG_TOLERANCE;
 use crate::solver::options::LinearSolver;
-use crate::solver::{Iterate, Objective, SolveError, SolveFailure, StepFault};
+use crate::solver::{ForceLeft, Iterate, Objective, SolveError, SolveFailure, StepFault};
 use crate::system::System;
 
 /// Corrections over the tolerance below which what dissipative terms hold is renewed; above, after two whole steps in
@@ -110,9 +110,10 @@ impl<'a> NewtonSolve<'a> {
         }
     }
 
-    fn fault(&self, verdict: SolveFailure) -> StepFault {
+    fn fault(&self, verdict: SolveFailure, residual: &[f64]) -> StepFault {
         let (iterations, correction) = (self.iteration, self.correction);
-        let solve = Some(SolveError { verdict, iterations, correction });
+        let left = if self.objective.inertia == 0.0 { force_left(self.system, residual) } else { None };
+        let solve = Some(SolveError { verdict, iterations, correction, left });
         if let (SolveFailure::Obstructed, Some(goal)) = (verdict, self.objective.goal) {
             let way = rest_of_way(self.system, goal, &self.at.x);
             let fault = self.system.obstruction(&self.at.x, &way).map(|pair| Fault::Obstructed { pair });
@@ -157,6 +158,13 @@ impl<'a> NewtonSolve<'a> {
     }
 }
 
+/// The largest component of a residual of statics; `None` where one is not finite.
+fn force_left(system: &System, residual: &[f64]) -> Option<ForceLeft> {
+    let largest = residual.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let (at, force) = largest.map(|(i, r)| (i / system.dimension(), r.abs()))?;
+    force.is_finite().then_some(ForceLeft { force, vertex: at })
+}
+
 impl<const D: usize> Newton<D> {
     /// Moves the free coordinates of `at` to a minimum of the objective. What dissipative terms hold may be
     /// renewed so many times on the way; true if it is that of the minimum itself, to the tolerance.
@@ -171,7 +179,8 @@ impl<const D: usize> Newton<D> {
         (begin, renewals): (Begin, u32),
     ) -> Result<bool, StepFault> {
         let mut solve = NewtonSolve { renewals, ..NewtonSolve::new(system, objective, at) };
-        self.iterate(&mut solve, begin).map_err(|verdict| solve.fault(verdict))?;
+        let end = self.iterate(&mut solve, begin);
+        end.map_err(|verdict| solve.fault(verdict, &self.residual))?;
         Ok(solve.settled)
     }
 

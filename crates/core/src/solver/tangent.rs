@@ -1,0 +1,89 @@
+//! Exact tangents of statics, definite or not, for paths of equilibria.
+
+use pliant_sparse::{Lu, SymbolicLu};
+
+use super::hessian::{Assembler, At, Weights};
+use crate::material::Psd;
+use crate::system::System;
+
+/// Factorises the exact Hessian `d2E/dx2` of a system, which need not be definite, and solves with it.
+///
+/// Beyond a limit point Cholesky's factorisation has none, and a projected Hessian none of the path: this is
+/// LU with partial pivoting.
+pub(crate) trait ExactTangent: Send + Sync {
+    /// Factorises the Hessian at `x`, flat [m]; false where it is singular to the last bit, not finite, or
+    /// its factors do not fit memory.
+    fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool;
+
+    /// Replaces `b` [N] by the solution [m] of the last factorisation; zero stays zero at held coordinates.
+    fn solve(&self, b: &mut [f64]);
+
+    /// Bytes held, factors excepted.
+    fn bytes(&self) -> usize;
+}
+
+/// A tangent for systems of `dimension` coordinates per vertex.
+pub(crate) fn exact_tangent(dimension: usize) -> Box<dyn ExactTangent> {
+    match dimension {
+        1 => Box::new(SparseTangent::<1>::default()),
+        2 => Box::new(SparseTangent::<2>::default()),
+        _ => Box::new(SparseTangent::<3>::default()),
+    }
+}
+
+#[derive(Default)]
+struct SparseTangent<const D: usize> {
+    assembler: Option<Assembler<D>>,
+    symbolic: Option<SymbolicLu>,
+    entries: Vec<f64>,
+    factor: Option<Lu>,
+}
+
+impl<const D: usize> ExactTangent for SparseTangent<D> {
+    fn factorize(&mut self, system: &mut System, x: &[f64]) -> bool {
+        self.factor = None;
+        if !self.assembler.as_ref().is_some_and(|assembler| assembler.fits(system)) {
+            self.assembler = Some(Assembler::new(system));
+            self.symbolic = None;
+        }
+        let SparseTangent { assembler, symbolic, entries, factor } = self;
+        let Some(assembler) = assembler else { return false };
+        let weights = Weights { inertia: 0.0, stiffness: 1.0, damping: 0.0 };
+        assembler.assemble(system, At { x, v: &[], psd: Psd::Exact }, weights);
+        let matrix = assembler.matrix();
+        if symbolic.is_none() {
+            let (mut start, mut row) = (vec![0], vec![]);
+            for vertex in 0..matrix.rows() {
+                for _ in 0..D {
+                    row.extend(matrix.row(vertex).flat_map(|(c, _)| (0..D).map(move |l| c * D + l)));
+                    start.push(row.len());
+                }
+            }
+            *symbolic = SymbolicLu::new(start, row);
+        }
+        let Some(symbolic) = symbolic else { return false };
+        // By symmetry a column is a row.
+        entries.clear();
+        for vertex in 0..matrix.rows() {
+            for k in 0..D {
+                entries.extend(matrix.row(vertex).flat_map(|(_, block)| block[k]));
+            }
+        }
+        if entries.iter().all(|entry| entry.is_finite()) {
+            *factor = symbolic.factorize(entries);
+        }
+        factor.is_some()
+    }
+
+    fn solve(&self, b: &mut [f64]) {
+        if let Some(factor) = &self.factor {
+            factor.solve(b);
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.assembler.as_ref().map_or(0, Assembler::bytes)
+            + self.symbolic.as_ref().map_or(0, SymbolicLu::bytes)
+            + 8 * self.entries.len()
+    }
+}

@@ -1,0 +1,149 @@
+//! Paths of equilibria: what they cannot be followed with.
+
+use super::check::Checker;
+use crate::error::Problem;
+use crate::key_path::KeyPath;
+use crate::schema::{ArcLengthSpec, OverTime, Scene};
+
+/// The part `[time] arc_length` of a scene.
+pub(super) fn arc_length(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    let Some(spec) = &scene.time.arc_length else { return };
+    let method = scene.time.integrator.method();
+    if !method.is_static() {
+        let name = method.documentation.name;
+        let message = format!("arc length follows equilibria, and {name} is a scheme of motion in time");
+        let problem = Problem::semantic(path.clone(), message).at_key();
+        check.report(problem.with_help("take `integrator = \"quasi-static\"`, or give `step`"));
+        return;
+    }
+    numbers(check, path, spec);
+    solver(check, scene);
+    refuse(check, scene);
+    loads(check, path, scene);
+}
+
+fn numbers(check: &mut Checker, path: &KeyPath, spec: &ArcLengthSpec) {
+    if let Some(first) = spec.first {
+        check.number(&path.key("first"), first, "");
+    }
+    if let Some(largest) = spec.largest {
+        check.number(&path.key("largest"), largest, "m");
+    }
+    let Some(until) = &spec.until else { return };
+    if !(1..=2).contains(&until.len()) || until.iter().any(|factor| !factor.is_finite()) {
+        let message = format!("`until` is one load factor or two, got {until:?}");
+        check.report(Problem::semantic(path.key("until"), message).with_help("as `until = [-1.0, 1.0]`"));
+    }
+}
+
+/// Keys of the solver that mean nothing here.
+fn solver(check: &mut Checker, scene: &Scene) {
+    let Some(solver) = &scene.time.solver else { return };
+    let path = KeyPath::root().key("time").key("solver");
+    let given = [
+        ("iterations", solver.iterations.is_some()),
+        ("linear", solver.linear != Default::default()),
+        ("retries", solver.retries.is_some_and(|retries| retries > 0)),
+    ];
+    for (key, _) in given.into_iter().filter(|(_, given)| *given) {
+        let message = format!("`{key}` is not for steps along a path");
+        let problem = Problem::semantic(path.key(key), message).at_key();
+        check.report(problem.with_help(
+            "remove it: they are solved by sparse LU in 20 iterations at most, or tried with a smaller radius",
+        ));
+    }
+}
+
+/// Parts of a scene that a path cannot be followed with, each with the reason.
+fn refuse(check: &mut Checker, scene: &Scene) {
+    let root = KeyPath::root();
+    let mut no = |path: KeyPath, message: &str, help: &str| {
+        check.report(Problem::semantic(path, message).at_key().with_help(help));
+    };
+    let by_increments = "take `adaptive = {}` in place of `arc_length`";
+    if scene.contact.is_some() {
+        let message = "arc length knows no contact: where surfaces meet the path has kinks, and corrections to a \
+                       given distance may lead through them";
+        no(root.key("contact"), message, by_increments);
+    }
+    if !scene.world.walls.is_empty() {
+        let message = "arc length knows no walls: vertices that are put back are on no path of equilibria";
+        no(root.key("world").key("walls"), message, by_increments);
+    }
+    if scene.world.ether_drag.is_some() {
+        no(root.key("world").key("ether_drag"), "a path of equilibria has no speed to drag at", "remove it");
+    }
+    for (b, body) in scene.body.iter().enumerate() {
+        let path = root.key("body").index(b);
+        if body.damping.is_some() {
+            no(path.key("damping"), "a path of equilibria has no rates to damp", "remove it");
+        }
+        for (p, pin) in body.pin.iter().enumerate() {
+            let path = path.key("pin").index(p);
+            if pin.until.is_some() {
+                let message = "a pin lets go at a time, and a path of equilibria has none";
+                no(path.key("until"), message, "remove it");
+            }
+            if pin.motion.as_ref().is_some_and(|motion| motion.keyframes.is_some()) {
+                let message = "keyframes have kinks and ends, and along a path of equilibria the motion goes on with \
+                               the load factor";
+                no(
+                    path.key("motion").key("keyframes"),
+                    message,
+                    "give a `displacement` in proportion to `t`",
+                );
+            }
+        }
+    }
+    for (a, attachment) in scene.attachment.iter().enumerate() {
+        if attachment.dashpot.is_some() {
+            let path = root.key("attachment").index(a).key("dashpot");
+            no(path, "a path of equilibria has no rates to damp", "remove it");
+        }
+    }
+}
+
+/// Formulas that change with the load factor: there is one at least, and none jumps.
+fn loads(check: &mut Checker, path: &KeyPath, scene: &Scene) {
+    let root = KeyPath::root();
+    let mut formulas: Vec<(KeyPath, &OverTime)> = vec![];
+    let gravity = root.key("world").key("gravity");
+    formulas.extend(scene.world.gravity.iter().flatten().map(|formula| (gravity.clone(), formula)));
+    let mut moves = false;
+    for (b, body) in scene.body.iter().enumerate() {
+        let path = root.key("body").index(b);
+        for (l, load) in body.load.iter().enumerate() {
+            let path = path.key("load").index(l);
+            for (key, _, vector) in load.vectors() {
+                formulas.extend(vector.iter().map(|formula| (path.key(key), formula)));
+            }
+            formulas.extend(load.pressure.iter().map(|formula| (path.key("pressure"), formula)));
+        }
+        for (p, pin) in body.pin.iter().enumerate() {
+            let Some(motion) = &pin.motion else { continue };
+            let path = path.key("pin").index(p).key("motion");
+            let displacement = motion.displacement.iter().flatten();
+            formulas.extend(displacement.map(|formula| (path.key("displacement"), formula)));
+            if let Some(rotation) = &motion.rotation {
+                formulas.extend(rotation.angle.iter().map(|formula| (path.key("rotation"), formula)));
+                moves |= rotation.speed.is_some_and(|speed| speed != 0.0);
+            }
+            moves |= motion.velocity.iter().flatten().any(|velocity| *velocity != 0.0);
+        }
+    }
+    if !moves && !formulas.iter().any(|(_, formula)| formula.depends_on_time()) {
+        let message = "nothing in the scene grows with the load factor";
+        let problem = Problem::semantic(path.clone(), message).at_key();
+        check.report(problem.with_help(
+            "multiply the load or the prescribed motion that is to grow by `t`: `force = [\"0\", \"-10*t\"]`",
+        ));
+    }
+    for (path, formula) in formulas {
+        if formula.depends_on_time() && !formula.is_continuous() {
+            let message =
+                "this jumps with `t`, which is the load factor: no path of equilibria leads over a jump";
+            let problem = Problem::semantic(path, message).at_key();
+            check.report(problem.with_help("give a load in proportion to `t`, or one that is smooth"));
+        }
+    }
+}
