@@ -39,4 +39,4 @@ for i in range(ALONG):
     for j in range(AROUND):
         a, b = i * AROUND + j + 1, (i + 1) % ALONG * AROUND + j + 1
         c, d = (i + 1) % ALONG * AROUND + (j + 1) % AROUND + 1, i * AROUND + (j + 1) % AROUND + 1
-        print(f"f {a} {b} {c} {d}")
+        print(f"f {a} {d} {c} {b}")

@@ -100,7 +100,7 @@ pub enum SurfaceError {
     /// A part that is thinner than the cells.
     #[error(
         "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing:.3e} m leave \
-         the solid {distance:.3e} m away from it; {}", at(place), finer(*thickness, *cells)
+         {}; {}", at(place), away(*distance), finer(*thickness, *cells)
     )]
     Thin {
         /// The triangle.
@@ -176,6 +176,14 @@ fn at(place: &[f64; 3]) -> String {
 
 fn more(count: usize) -> String {
     if count > 1 { format!(", and {} more pairs do", count - 1) } else { String::new() }
+}
+
+fn away(distance: f64) -> String {
+    if distance.is_finite() {
+        format!("the solid {distance:.3e} m away from it")
+    } else {
+        "no solid".to_owned()
+    }
 }
 
 fn finer(thickness: Option<f64>, cells: usize) -> String {

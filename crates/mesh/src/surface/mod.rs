@@ -122,6 +122,9 @@ pub(super) fn build(spec: &SurfaceSpec, dimension: usize, base: &Path) -> Result
             mesh.blocks = vec![block];
         }
     }
+    if mesh.element_count() == 0 {
+        check_kept(&surface, &vec![f64::INFINITY; surface.triangles.len()], spacing).map_err(located)?;
+    }
     let (skin, distances) = bind::bind(&surface, &mesh);
     check_kept(&surface, &distances, spacing).map_err(located)?;
     if !spec.union {
@@ -143,23 +146,21 @@ fn inside(surface: &ClosedSurface, lattice: &CubicLattice, union: bool) -> Resul
     Ok(windings.into_iter().map(|winding| winding > 0).collect())
 }
 
-/// Refuses a solid without a part of the surface.
+/// Refuses a solid without a part of the surface: the thinnest of what is lost is named.
 fn check_kept(surface: &ClosedSurface, distances: &[f64], spacing: f64) -> Result<(), SurfaceError> {
-    let farthest = (0..distances.len()).fold(0, |far, i| if distances[i] > distances[far] { i } else { far });
-    let distance = distances[farthest];
-    if distance <= LOST * spacing {
-        return Ok(());
-    }
-    let thickness = surface.thickness(farthest);
-    let side = longest_side(surface);
+    let lost = (0..distances.len()).filter(|i| distances[*i] > LOST * spacing);
+    let measured: Vec<(usize, Option<f64>)> = lost.map(|i| (i, surface.thickness(i))).collect();
+    let thin = |thickness: Option<f64>| thickness.unwrap_or(f64::INFINITY);
+    let thinnest = measured.into_iter().min_by(|a, b| thin(a.1).total_cmp(&thin(b.1)).then(a.0.cmp(&b.0)));
+    let Some((triangle, thickness)) = thinnest else { return Ok(()) };
     let finer = thickness.map_or(0.5 * spacing, |thickness| thickness / CELLS_THROUGH).min(0.9 * spacing);
     Err(SurfaceError::Thin {
-        triangle: farthest,
-        place: surface.middle(farthest),
-        distance,
+        triangle,
+        place: surface.middle(triangle),
+        distance: distances[triangle],
         spacing,
         thickness,
-        cells: (side / finer).ceil() as usize,
+        cells: (longest_side(surface) / finer).ceil() as usize,
     })
 }
 
