@@ -54,6 +54,8 @@ MORE: list[dict[str, Any]] = [
     solid(2, GRID, study={"steps": [1e-3, 2e-3], "tolerances": [1e-3, 1e-4]}),
     solid(2, {"notched_beam": {"cells": [2, 2, 2], "length": 4.0, "height": 1.0, "depth": 0.5, "width": 0.5}}),
     solid(2, {"file": {"path": "mesh.obj", "merge": 1e-6}}),
+    solid(3, {"surface": {"path": "mesh.obj", "cells": 4, "merge": 1e-6}}),
+    solid(3, {"surface": {"path": "mesh.obj", "spacing": 0.1}}),
     solid(2, GRID, attachment=[TIE], study={"error": 0.01, "smallest_step": 1e-6, "times": 30}),
     solid(2, GRID, time={**HEADER["time"], "solver": {"iterations": 5}}),
     solid(2, GRID, time={**HEADER["time"], "integrator": {"newmark": {"beta": 0.25, "gamma": 0.5}}}),

@@ -50,6 +50,51 @@ pub struct BodyTopology {
     pub blocks: Vec<CellBlock>,
     /// Triangles to draw: the boundary of a solid, all of a cloth; four flat ones for each curved one.
     pub surface: Vec<[u32; 3]>,
+    /// Surface that is drawn in its place.
+    pub skin: Option<Skin>,
+}
+
+/// A surface that rides along with the elements of a body: each of its vertices is a fixed mean of the nodes of
+/// one element, `x = sum_a w_a x_a`, and therefore moves as the element does.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skin {
+    /// Triangles, counter-clockwise seen from outside, by vertices of the skin from 0.
+    pub triangles: Vec<[u32; 3]>,
+    /// Element of the body that each triangle is in or nearest to, `(triangles,)`.
+    pub elements: Vec<u32>,
+    /// Number of nodes of a vertex.
+    pub width: usize,
+    /// Nodes of each vertex, flat `(vertices, width)`.
+    pub nodes: Vec<u32>,
+    /// Weights of these, flat `(vertices, width)`; those of a vertex sum to 1, and may be negative for one that
+    /// lies outside of its element.
+    pub weights: Vec<f64>,
+}
+
+impl Skin {
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.nodes.len().checked_div(self.width).unwrap_or(0)
+    }
+
+    /// A quantity at a vertex from that of all nodes, flat `(n, D)`: its position from their positions.
+    pub fn interpolated<const D: usize>(&self, vertex: usize, values: &[f64]) -> [f64; D] {
+        let range = vertex * self.width..(vertex + 1) * self.width;
+        let mut sum = [0.0; D];
+        for (node, weight) in self.nodes[range.clone()].iter().zip(&self.weights[range]) {
+            let value = &values[*node as usize * D..][..D];
+            sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += weight * value);
+        }
+        sum
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.triangles[..])
+            + size_of_val(&self.elements[..])
+            + size_of_val(&self.nodes[..])
+            + size_of_val(&self.weights[..])
+    }
 }
 
 impl BodyTopology {
@@ -73,7 +118,8 @@ impl BodyTopology {
         let tetrahedra = self.tetrahedra.iter().flatten();
         let middles = self.triangle_middles.iter().flatten().chain(self.tetrahedron_middles.iter().flatten());
         let blocks = self.blocks.iter().flat_map(|block| &block.vertices);
-        edges.chain(triangles).chain(tetrahedra).chain(middles).chain(blocks).copied().max()
+        let skin = self.skin.iter().flat_map(|skin| &skin.nodes);
+        edges.chain(triangles).chain(tetrahedra).chain(middles).chain(blocks).chain(skin).copied().max()
     }
 
     /// Bytes of its cells.
@@ -85,6 +131,7 @@ impl BodyTopology {
             + size_of_val(&self.tetrahedron_middles[..])
             + self.blocks.iter().map(|block| size_of_val(&block.vertices[..])).sum::<usize>()
             + size_of_val(&self.surface[..])
+            + self.skin.as_ref().map_or(0, Skin::bytes)
     }
 }
 

@@ -36,7 +36,7 @@ impl LivePage {
         let mut recorder = McapRecorder::create(&path, &options, experiment.topology())?;
         record(&mut recorder, experiment)?;
         recorder.finish()?;
-        let mut drawing = Drawing::open_in(&path, experiment.source().directory())?;
+        let mut drawing = Drawing::without_skins(&path, experiment.source().directory())?;
         let page = ViewerPage::live(&mut drawing, &PageBudget::default(), socket)?;
         let of_measures = |colouring: &Colouring| matches!(colouring, Colouring::Measure { .. });
         let measures = drawing.colourings().into_iter().filter(of_measures);

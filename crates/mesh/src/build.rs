@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::{
     Mesh, MeshError, annulus, ball, check::check, cloth, cooks_membrane, cylinder, disk, elliptic_membrane,
-    file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, tapered_beam, transform, tube,
+    file, grid, inline, notched_beam, predicted_size, repeat, sphere, strand, surface, tapered_beam,
+    transform, tube,
 };
 use crate::spec::{BodyMesh, MeshSpec};
 
@@ -35,6 +36,7 @@ fn build_shape(
         MeshSpec::Strand(spec) => strand::build(spec, dimension)?,
         MeshSpec::Disk(spec) => disk::build(spec, dimension)?,
         MeshSpec::Inline(spec) => inline::build(spec, dimension)?,
+        MeshSpec::Surface(spec) => surface::build(spec, dimension, base)?,
         MeshSpec::Ball(spec) => ball::build(spec, dimension)?,
         MeshSpec::Sphere(spec) => sphere::build(spec, dimension)?,
         MeshSpec::Cylinder(spec) => cylinder::build(spec, dimension)?,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Cell, FileTag, FormatError};
+use super::{Cell, FileTag, FormatError, SurfaceError};
 
 /// Why a mesh could not be built, read or selected from. Indices count from 0.
 #[derive(Debug, thiserror::Error)]
@@ -385,6 +385,10 @@ pub enum MeshError {
         /// True if the whole surface was meant.
         whole: bool,
     },
+
+    /// A surface that cannot be made a solid.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
 
     /// The file could not be read.
     #[error("{}: cannot be read: {source}", path.display())]

@@ -149,7 +149,35 @@ pub(super) fn build(
         (false, true) => MidNodes::Keep,
         (false, false) => MidNodes::Refuse,
     };
-    read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)
+    Ok(read_cleaned(&base.join(&spec.path), spec, dimension, mid_nodes)?.mesh)
+}
+
+/// A file in space with a surface or a solid, and where its triangles stand.
+pub(super) struct SurfaceFile {
+    path: PathBuf,
+    spec: FileSpec,
+    file: FileMesh,
+}
+
+/// Reads the file that a surface comes from, and checks what it holds.
+pub(super) fn read_surface(spec: FileSpec, base: &Path) -> Result<SurfaceFile, MeshError> {
+    let path = base.join(&spec.path);
+    let mid_nodes = if spec.drop_mid_nodes { MidNodes::Drop } else { MidNodes::Refuse };
+    let file = read_cleaned(&path, &spec, 3, mid_nodes)?;
+    Ok(SurfaceFile { path, spec, file })
+}
+
+impl SurfaceFile {
+    pub(super) fn mesh(&self) -> &Mesh {
+        &self.file.mesh
+    }
+
+    /// An error about this mesh, with the place in the file.
+    pub(super) fn locate(&self, error: MeshError) -> MeshError {
+        let paths = format(&self.path).map(|format| pair(format, &self.path));
+        let paths = paths.unwrap_or_else(|_| [self.path.clone(), PathBuf::new()]);
+        in_file(paths, &self.spec, self.file.site(&error), error)
+    }
 }
 
 /// The files that reading the mesh file `path` reads.
@@ -173,7 +201,7 @@ fn pair(format: Format, path: &Path) -> [PathBuf; 2] {
 /// [`MeshError::UnknownFormat`], [`MeshError::Unreadable`], [`MeshError::InFile`] with the line or the byte of whatever
 /// is wrong.
 pub fn read(path: &Path, dimension: usize, mid_nodes: MidNodes) -> Result<Mesh, MeshError> {
-    read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)
+    Ok(read_cleaned(path, &FileSpec::default(), dimension, mid_nodes)?.mesh)
 }
 
 /// The same with the cleaning that `spec` asks for.
@@ -182,7 +210,7 @@ fn read_cleaned(
     spec: &FileSpec,
     dimension: usize,
     mid_nodes: MidNodes,
-) -> Result<Mesh, MeshError> {
+) -> Result<FileMesh, MeshError> {
     let contents = |path: &Path| {
         length(path)?;
         std::fs::read(path).map_err(|source| MeshError::Unreadable { path: path.to_path_buf(), source })
@@ -192,16 +220,18 @@ fn read_cleaned(
     let bytes = contents(&paths[0])?;
     let nodes = if format == Format::TetGen { contents(&paths[1])? } else { Vec::new() };
     let input = MeshInput { bytes: &bytes, nodes: &nodes, mid_nodes, spec };
-    parse(format, &input, dimension).map_err(|(site, error)| {
-        let [path, beside] = paths;
-        MeshError::InFile {
-            path: if site.in_nodes { beside } else { path },
-            line: (site.line > 0).then_some(site.line),
-            tag: site.tag,
-            cures: cures(spec, &error),
-            source: Box::new(error),
-        }
-    })
+    parse_file(format, &input, dimension).map_err(|(site, error)| in_file(paths, spec, site, error))
+}
+
+/// A fault in one of the two files of a mesh.
+fn in_file([path, beside]: [PathBuf; 2], spec: &FileSpec, site: Site, error: MeshError) -> MeshError {
+    MeshError::InFile {
+        path: if site.in_nodes { beside } else { path },
+        line: (site.line > 0).then_some(site.line),
+        tag: site.tag,
+        cures: cures(spec, &error),
+        source: Box::new(error),
+    }
 }
 
 /// Where in the input a fault lies, as far as is known.
@@ -218,7 +248,13 @@ pub(super) struct Site {
 }
 
 /// The mesh that these bytes spell; total: every input gives a mesh or an error.
+#[cfg(test)]
 pub(super) fn parse(format: Format, input: &MeshInput, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+    parse_file(format, input, dimension).map(|file| file.mesh)
+}
+
+/// The same with the places of its cells.
+fn parse_file(format: Format, input: &MeshInput, dimension: usize) -> Result<FileMesh, (Site, MeshError)> {
     let text =
         |bytes| if format == Format::Stl && stl::is_binary(bytes) { bytes } else { without_mark(bytes) };
     let input = MeshInput { bytes: text(input.bytes), nodes: text(input.nodes), ..*input };
@@ -237,12 +273,16 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-fn read_and_check(format: Format, input: &MeshInput, dimension: usize) -> Result<Mesh, (Site, MeshError)> {
+fn read_and_check(
+    format: Format,
+    input: &MeshInput,
+    dimension: usize,
+) -> Result<FileMesh, (Site, MeshError)> {
     let mut file = format.read(input).map_err(|FileFault { line, byte, in_nodes, error }| {
         (Site { line, tag: byte.map(FileTag::Byte), in_nodes, is_of_reader: true }, error)
     })?;
     match file.finish(input.spec, dimension) {
-        Ok(()) => Ok(file.mesh),
+        Ok(()) => Ok(file),
         Err(error) => Err((file.site(&error), error)),
     }
 }
@@ -307,6 +347,10 @@ impl FileMesh {
             | MeshError::FoldedCell { cell: c, .. }
             | MeshError::Inverted { cell: c, .. } => cell(c),
             MeshError::ZeroLengthEdge { edge, .. } => cell(&Cell::Edge(*edge)),
+            // The boundary of solid cells does not stand in the file.
+            MeshError::Surface(error) if self.mesh.element_dimension() == 2 => {
+                error.triangle().map_or_else(Site::default, |i| cell(&Cell::Triangle(i)))
+            }
             _ => Site::default(),
         }
     }

@@ -11,6 +11,7 @@
 use std::collections::BTreeMap;
 
 use pliant::element::CellBlock;
+use pliant::topology::Skin;
 
 mod abaqus;
 #[cfg(test)]
@@ -62,10 +63,12 @@ mod repeat;
 mod select;
 mod signature;
 mod size;
+mod skin;
 pub mod spec;
 mod sphere;
 mod stl;
 mod strand;
+mod surface;
 mod tapered_beam;
 #[cfg(test)]
 pub(crate) mod test_support;
@@ -91,6 +94,7 @@ pub use quadratic::MidNodes;
 pub use quality::{CurvedQuality, ElementQuality, Quality};
 pub use select::select;
 pub use size::{MeshSize, predicted_body_size, predicted_size};
+pub use surface::{SurfaceError, SurfaceReport};
 pub use thickness::Chord;
 
 /// A named set of cells of one topological dimension (a physical group of a mesh file).
@@ -133,6 +137,8 @@ pub struct Mesh {
     pub tetrahedron_middles: Vec<[u32; 6]>,
     /// Cells that are no simplices, a block for each kind: of one dimension, these or simplices.
     pub blocks: Vec<CellBlock>,
+    /// Surface that it was made from and that is drawn in its place.
+    pub skin: Option<Skin>,
     /// Named groups.
     pub groups: BTreeMap<String, Group>,
     /// Result of each step of cleaning that the scene asked for, in order.

@@ -110,6 +110,26 @@ impl Mesh {
     }
 }
 
+/// For each of `count` things the number of the piece that it is in, from 0 in the order of their first
+/// things, and the number of pieces. The members of a link hang together.
+pub(super) fn labels<'a>(count: usize, links: impl Iterator<Item = &'a [u32]>) -> (Vec<u32>, usize) {
+    let mut roots: Vec<u32> = (0..count as u32).collect();
+    for link in links {
+        for pair in link.windows(2) {
+            let (a, b) = (root(&mut roots, pair[0]), root(&mut roots, pair[1]));
+            roots[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let (mut labels, mut pieces) = (vec![0; count], 0);
+    for i in 0..count as u32 {
+        // The root of a piece is its first member.
+        let root = root(&mut roots, i);
+        labels[i as usize] = if root == i { pieces as u32 } else { labels[root as usize] };
+        pieces += usize::from(root == i);
+    }
+    (labels, pieces)
+}
+
 /// The vertex that stands for the piece of this one. Paths are halved on the way.
 fn root(roots: &mut [u32], mut vertex: u32) -> u32 {
     while roots[vertex as usize] != vertex {

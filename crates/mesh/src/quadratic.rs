@@ -134,6 +134,7 @@ impl Mesh {
             group.vertices.sort_unstable();
             group.vertices.dedup();
         }
+        super::skin::promote(&mut mesh);
         Some(mesh)
     }
 }

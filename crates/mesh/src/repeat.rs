@@ -38,6 +38,10 @@ pub(super) fn apply(spec: &RepeatSpec, mesh: &mut Mesh) -> Result<(), MeshError>
 /// Appends a mesh moved by `by`.
 fn append(mesh: &mut Mesh, other: &Mesh, by: &[f64; 3]) {
     let first = mesh.vertex_count() as u32;
+    let first_element = mesh.element_count() as u32;
+    if let (Some(skin), Some(other)) = (&mut mesh.skin, &other.skin) {
+        super::skin::append(skin, other, first, first_element);
+    }
     for point in other.points.chunks_exact(mesh.dimension) {
         mesh.points.extend(point.iter().zip(by).map(|(x, by)| x + by));
     }

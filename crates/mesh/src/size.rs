@@ -5,7 +5,7 @@ use std::path::Path;
 use super::MeshError;
 use crate::spec::{BodyMesh, MeshSpec};
 
-/// Counts and memory of a mesh. Exact for generators, upper bounds for files.
+/// Counts and memory of a mesh. Exact for generators, upper bounds for files and surfaces of files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MeshSize {
     /// Number of vertices.
@@ -102,6 +102,7 @@ pub fn predicted_size(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<
         MeshSpec::Disk(disk) => super::disk::size(disk, dimension),
         MeshSpec::Inline(inline) => super::inline::size(inline, dimension),
         MeshSpec::File(file) => super::file::size(file, dimension, base),
+        MeshSpec::Surface(spec) => super::surface::size(spec, dimension, base),
         MeshSpec::Ball(spec) => super::ball::size(spec, dimension),
         MeshSpec::Sphere(spec) => super::sphere::size(spec, dimension),
         MeshSpec::Cylinder(spec) => super::cylinder::size(spec, dimension),

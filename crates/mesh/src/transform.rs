@@ -91,6 +91,9 @@ fn mirror(mesh: &mut Mesh) {
             cell.iter_mut().zip(kind.mirror).for_each(|(vertex, node)| *vertex = before[*node]);
         });
     }
+    if let Some(skin) = &mut mesh.skin {
+        skin.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
     // Edges 01, 12, 20 become 02, 21, 10.
     mesh.triangle_middles.iter_mut().for_each(|middles| middles.swap(0, 2));
     for middles in &mut mesh.tetrahedron_middles {

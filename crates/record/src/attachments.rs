@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::container::Container;
 use super::{FORMAT_VERSION, LIBRARY, Options};
 use pliant::element::CellBlock;
-use pliant::topology::{BodyKind, BodyTopology, Topology};
+use pliant::topology::{BodyKind, BodyTopology, Skin, Topology};
 
 /// Name of the metadata record.
 pub(super) const METADATA: &str = "pliant";
@@ -102,8 +102,28 @@ pub(super) fn write<W: Write + Seek>(
                 )?;
             }
         }
+        if let Some(skin) = &body.skin {
+            write_skin(container, &body.name, skin)?;
+        }
     }
     Ok(())
+}
+
+/// Writes the triangles of a skin, the element of each, and nodes and weights of its vertices, `width` each.
+fn write_skin<W: Write + Seek>(container: &mut Container<W>, name: &str, skin: &Skin) -> McapResult<()> {
+    let lists = [
+        (skin.triangles.as_flattened(), "skin"),
+        (&skin.elements[..], "skin_element"),
+        (&skin.nodes[..], "skin_node"),
+    ];
+    let mut attach = |suffix: &str, bytes: Vec<u8>| {
+        let name = format!("topology/{name}.{suffix}");
+        container.attach(&name, "application/octet-stream", Cow::Owned(bytes))
+    };
+    for (list, suffix) in lists {
+        attach(&format!("{suffix}.u32"), list.iter().flat_map(|number| number.to_le_bytes()).collect())?;
+    }
+    attach("skin_weight.f64", skin.weights.iter().flat_map(|weight| weight.to_le_bytes()).collect())
 }
 
 fn cells_of(body: &BodyTopology) -> [(Cow<'_, [u32]>, &'static str); 4] {

@@ -77,10 +77,7 @@ impl Scene {
 
     /// Mesh files that the scene names, relative to its directory; of TetGen's pairs both.
     pub fn mesh_files(&self) -> Vec<PathBuf> {
-        let files = self.body.iter().filter_map(|body| match &body.mesh {
-            pliant_mesh::spec::MeshSpec::File(file) => Some(pliant_mesh::files(&file.path)),
-            _ => None,
-        });
+        let files = self.body.iter().filter_map(|body| body.mesh.file().map(pliant_mesh::files));
         files.flatten().collect()
     }
 

@@ -83,7 +83,9 @@ export class Inspector {
       velocity = this.#velocity(body, vertex);
     const rows = [
       ['body', body.name],
-      ['vertex', `${number} (${number - body.head.first_vertex} of the body)`],
+      number >= (body.head.first_of_skin ?? Infinity)
+        ? ['vertex', `${number - body.head.first_of_skin} of the skin`]
+        : ['vertex', `${number} (${number - body.head.first_vertex} of the body)`],
     ];
     if (element !== null) rows.push(['element', `${body.elements[element]} of the body`]);
     rows.push(['position', five(body.place(vertex, frame)) + ' m']);

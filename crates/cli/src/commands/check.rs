@@ -1,7 +1,7 @@
 //! `pliant check`: the assembled problem in numbers, without running it.
 
 use pliant::energy::nbody::ForceError;
-use pliant_mesh::{BlockCount, Cleaned, Contents};
+use pliant_mesh::{BlockCount, Cleaned, Contents, SurfaceReport};
 use pliant_scene::assembly::{Assembly, BodyReport, Report, UnstableStep};
 use serde_json::json;
 
@@ -125,7 +125,8 @@ fn meshes(report: &Report, width: usize) -> String {
     }
     let mut out = "\nmeshes\n".to_owned();
     for body in with_cells {
-        let text = format!("`{}`: {}", body.name, contents(&body.contents));
+        let mut text = format!("`{}`: {}", body.name, contents(&body.contents));
+        text += &body.surface.as_ref().map_or(String::new(), |surface| format!("; {}", made_from(surface)));
         out += &crate::text::entry("-", &text, 2, 2, width);
     }
     out
@@ -168,6 +169,24 @@ fn contents(mesh: &Contents) -> String {
         parts.push(format!("numbers of vertices from {} on are not those of the file", count(first as u64)));
     }
     parts.join("; ")
+}
+
+/// The surface that a solid was made from, and how they differ.
+fn made_from(surface: &SurfaceReport) -> String {
+    let kind = if surface.fitted { "fitted to" } else { "whole cubes, not fitted, in" };
+    let percent = 100.0 * (surface.solid_volume / surface.volume - 1.0);
+    let dihedral = surface.dihedral.map_or(String::new(), |[least, most]| {
+        format!("; angles between faces {least:.1} to {most:.1} degrees")
+    });
+    format!(
+        "{kind} a closed surface of {} and {}, {} m^3, the solid {} m^3 ({percent:+.2}%), no farther than {} m \
+         from it{dihedral}",
+        counted(surface.triangles as u64, "triangle", "triangles"),
+        counted(surface.vertices as u64, "vertex", "vertices"),
+        number(surface.volume),
+        number(surface.solid_volume),
+        number(surface.distance),
+    )
 }
 
 /// `oriented 1,203 of 1,203 tetrahedra`, `dropped 3 triangles without an area`.

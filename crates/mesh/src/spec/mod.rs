@@ -10,10 +10,12 @@ use pliant::value::*;
 
 mod selection;
 mod shapes;
+mod surface;
 mod transform;
 
 pub use selection::*;
 pub use shapes::*;
+pub use surface::*;
 pub use transform::*;
 
 /// Bound of the schema on each entry of a list: above 0.
@@ -52,6 +54,8 @@ pub enum MeshSpec {
     /// A mesh file: Gmsh `.msh` (2.2 or 4.1), VTK `.vtk` and `.vtu`, Abaqus `.inp`, TetGen `.node` with
     /// `.ele`, Medit `.mesh`, `.ply`, `.stl`, Wavefront `.obj`.
     File(FileSpec),
+    /// A solid from the closed surface of a mesh file, filled with tetrahedra or hexahedra.
+    Surface(SurfaceSpec),
     /// Vertices and cells written in the scene.
     Inline(InlineSpec),
     /// A ball of tetrahedra.
@@ -269,6 +273,7 @@ impl MeshSpec {
             MeshSpec::Strand(_) => "strand",
             MeshSpec::Disk(_) => "disk",
             MeshSpec::File(_) => "file",
+            MeshSpec::Surface(_) => "surface",
             MeshSpec::Inline(_) => "inline",
             MeshSpec::Ball(_) => "ball",
             MeshSpec::Sphere(_) => "sphere",
@@ -282,7 +287,16 @@ impl MeshSpec {
         }
     }
 
-    /// Number of vertices; `None` for a file, for more than can be counted, and for shapes that cannot be.
+    /// The mesh file that it is made from.
+    pub fn file(&self) -> Option<&std::path::Path> {
+        match self {
+            MeshSpec::File(file) => Some(&file.path),
+            MeshSpec::Surface(surface) => Some(&surface.path),
+            _ => None,
+        }
+    }
+
+    /// Number of vertices; `None` for a file or a surface of one, for more than can be counted, and for shapes that cannot be.
     pub fn vertex_count(&self) -> Option<u64> {
         let nodes = |cells: &[usize]| {
             cells.iter().try_fold(1_u64, |product, &n| product.checked_mul((n as u64).checked_add(1)?))
@@ -293,7 +307,7 @@ impl MeshSpec {
             MeshSpec::Strand(strand) => nodes(&[strand.segments]),
             MeshSpec::Disk(disk) => Some(disk.count as u64),
             MeshSpec::Inline(inline) => Some(inline.points.len() as u64),
-            MeshSpec::File(_) => None,
+            MeshSpec::File(_) | MeshSpec::Surface(_) => None,
             MeshSpec::Ball(_) | MeshSpec::Sphere(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) => {
                 self.predicted(3)
             }

@@ -17,7 +17,7 @@ use crate::declaration::{FRAME_ID, typed};
 use crate::memory::RecordingBytes;
 use crate::protobuf::{MessageWriter, SCENE_UPDATE};
 use pliant::observer::{Frame, Quantities};
-use pliant::topology::{BodyTopology, Topology};
+use pliant::topology::{BodyTopology, Skin, Topology};
 
 const NUMBER: u16 = 2;
 
@@ -57,6 +57,8 @@ struct MeshBody {
     colour: [f64; 3],
     triangles: DrawnCells,
     lines: DrawnCells,
+    /// Drawn in place of the triangles.
+    skin: Option<Skin>,
 }
 
 /// Cells over the vertices that they use, numbered from 0.
@@ -76,7 +78,9 @@ impl MeshChannel {
         let drawn = topology.bodies.iter().filter(|body| !body.surface.is_empty() || !body.edges.is_empty());
         let bodies: Vec<MeshBody> =
             drawn.zip(BODY_COLOURS.iter().cycle()).map(|(body, c)| MeshBody::new(body, c)).collect();
-        let count = |body: &MeshBody| body.triangles.vertices.len() + body.lines.vertices.len();
+        let of_skin = |body: &MeshBody| body.skin.as_ref().map_or(0, Skin::vertex_count);
+        let count =
+            |body: &MeshBody| body.triangles.vertices.len() + body.lines.vertices.len() + of_skin(body);
         let vertex_count = bodies.iter().map(count).sum::<usize>() as u128;
         MeshChannel { bodies, vertex_count, next_slot: 0 }
     }
@@ -110,7 +114,12 @@ impl ChannelEncoder for MeshChannel {
             held: 4 * (cells.vertices.len() + cells.indices.len()),
             message: POINT_BYTES * cells.vertices.len() + 4 * cells.indices.len(),
         };
-        cells.map(bytes).sum()
+        let of_skin = |skin: &Skin| RecordingBytes {
+            held: skin.bytes(),
+            message: POINT_BYTES * skin.vertex_count() + 12 * skin.triangles.len(),
+        };
+        let skins = self.bodies.iter().flat_map(|body| &body.skin).map(of_skin);
+        cells.map(bytes).chain(skins).sum()
     }
 
     fn encode(&mut self, frame: &Frame<'_>, log_time: u64, buffer: &mut Vec<u8>) {
@@ -126,8 +135,9 @@ impl MeshBody {
         MeshBody {
             name: body.name.clone(),
             colour: *colour,
-            triangles: DrawnCells::new(body.surface.as_flattened()),
+            triangles: DrawnCells::new(if body.skin.is_some() { &[] } else { body.surface.as_flattened() }),
             lines: DrawnCells::new(body.edges.as_flattened()),
+            skin: body.skin.clone(),
         }
     }
 
@@ -140,6 +150,9 @@ impl MeshBody {
         }
         if !self.triangles.indices.is_empty() {
             entity.message(12, |triangles| self.encode_triangles(frame, triangles));
+        }
+        if let Some(skin) = &self.skin {
+            entity.message(12, |triangles| self.encode_skin(skin, frame, triangles));
         }
     }
 
@@ -157,8 +170,26 @@ impl MeshBody {
         triangles.message(3, |colour| self.encode_colour(colour)).fixed32_list(5, &self.triangles.indices);
     }
 
+    /// The same of the skin, at the places where its elements are.
+    fn encode_skin(&self, skin: &Skin, frame: &Frame<'_>, triangles: &mut MessageWriter<'_>) {
+        triangles.message(1, identity);
+        for vertex in 0..skin.vertex_count() {
+            let x: [f64; 3] = skin.interpolated(vertex, frame.x);
+            triangles.message(2, |point| encode_point(point, &x));
+        }
+        triangles.message(3, |colour| self.encode_colour(colour));
+        triangles.fixed32_list(5, skin.triangles.as_flattened());
+    }
+
     fn encode_colour(&self, colour: &mut MessageWriter<'_>) {
         colour.doubles(1, &self.colour).double(4, 1.0);
+    }
+}
+
+/// Writes the coordinates of a `foxglove.Point3`.
+fn encode_point(point: &mut MessageWriter<'_>, x: &[f64]) {
+    for (axis, x) in (1..).zip(x) {
+        point.double(axis, f64::from(*x as f32));
     }
 }
 
@@ -183,11 +214,7 @@ impl DrawnCells {
         let dimension = frame.dimension;
         for &vertex in &self.vertices {
             let x = &frame.x[vertex as usize * dimension..][..dimension];
-            message.message(field, |point| {
-                for (axis, x) in (1..).zip(x) {
-                    point.double(axis, f64::from(*x as f32));
-                }
-            });
+            message.message(field, |point| encode_point(point, x));
         }
     }
 }

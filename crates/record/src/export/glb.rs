@@ -77,7 +77,7 @@ impl Shown {
         } else if body.surface.is_empty() {
             (body.lines().as_flattened().to_vec(), LINES)
         } else {
-            (body.surface.as_flattened().to_vec(), TRIANGLES)
+            (body.drawn().as_flattened().to_vec(), TRIANGLES)
         };
         let mut vertices = cells.clone();
         vertices.sort_unstable();

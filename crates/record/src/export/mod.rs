@@ -68,7 +68,7 @@ pub enum ExportError {
 struct ExportFrame {
     /// Simulated time [s].
     time: f64,
-    /// Positions, flat `(vertex_count, 3)` [m].
+    /// Positions, flat `(vertex_count, 3)` [m], and after them those of skins.
     x: Vec<f64>,
     /// Velocities, flat `(vertex_count, 3)` [m/s].
     v: Vec<f64>,
@@ -137,7 +137,7 @@ impl Export {
 
     fn frame(&mut self, frame: usize) -> Result<ExportFrame, RecordError> {
         let dimension = self.trajectory.dimension();
-        let x = in_space(&self.trajectory.positions(frame)?, dimension);
+        let x = self.bodies.with_skins(in_space(&self.trajectory.positions(frame)?, dimension));
         let v = in_space(&self.trajectory.velocities(frame)?, dimension);
         // A frame that can be read has a time.
         let time = self.trajectory.times().get(frame).copied().unwrap_or(0.0);

@@ -11,7 +11,7 @@ fn shown(body: &RecordedBody) -> Vec<u32> {
         return body.vertices.clone().collect();
     }
     let mut vertices: Vec<u32> =
-        body.surface.as_flattened().iter().chain(body.lines().as_flattened()).copied().collect();
+        body.drawn().as_flattened().iter().chain(body.lines().as_flattened()).copied().collect();
     vertices.sort_unstable();
     vertices.dedup();
     vertices
@@ -29,7 +29,7 @@ pub(super) fn write(bodies: &RecordedBodies, frame: &ExportFrame, out: &mut dyn 
             writeln!(out, "v {:?} {:?} {:?}", x[0], x[1], x[2])?;
         }
         let number = |vertex: &u32| first + vertices.binary_search(vertex).unwrap_or_else(|at| at);
-        for cell in &body.surface {
+        for cell in &body.drawn() {
             writeln!(out, "f {} {} {}", number(&cell[0]), number(&cell[1]), number(&cell[2]))?;
         }
         for line in body.lines() {

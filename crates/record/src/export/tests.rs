@@ -239,3 +239,49 @@ gravity = [0.0, -9.8, 1.0]
         assert_eq!(surface.boundary_edges().len(), if dimension == 2 { 10 } else { 0 });
     }
 }
+
+/// Surfaces of other programs are the skin, solids the elements; the recorded skin is what was attached.
+#[test]
+fn skins_are_exported_as_surfaces() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n\
+        f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+    std::fs::write(folder.path().join("cube.obj"), text).unwrap();
+    let scene = format!(
+        "dimension = 3
+        time = {{ integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }}
+        world = {{ gravity = [0.0, 0.0, -10.0] }}
+        [[body]]
+        name = 'dust'
+        mesh = {{ inline = {{ points = [[0.0, -3.0, 0.0], [1.0, -3.0, 0.0]] }} }}
+        mass = {{ total = 1.0 }}
+        [[body]]
+        name = 'cube'
+        mesh = {{ surface = {{ path = '{}', cells = 2 }} }}
+        elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}
+        mass = {{ density = 1000.0 }}",
+        folder.path().join("cube.obj").display()
+    );
+    let file = folder.path().join("run.mcap");
+    recorded(&scene, &file);
+    let mut export = Export::open(&file).unwrap();
+    for (name, count, z) in [("a.obj", 10, Some(-0.05)), ("a.vtu", 0, None)] {
+        let path = folder.path().join(name);
+        written(&mut export, 10, &path);
+        let mesh = read(&path, 3, MidNodes::Refuse);
+        match z {
+            Some(z) => {
+                let lines = std::fs::read_to_string(&path).unwrap();
+                assert_eq!(lines.lines().filter(|line| line.starts_with("v ")).count(), count);
+                assert_eq!(lines.lines().filter(|line| line.starts_with("f ")).count(), 12);
+                let last = lines.lines().filter(|line| line.starts_with("v ")).nth(2).unwrap();
+                let height: f64 = last.split(' ').next_back().unwrap().parse().unwrap();
+                assert!((height - z).abs() < 1e-12, "{last}");
+            }
+            None => {
+                let mesh = mesh.unwrap();
+                assert!(!mesh.tetrahedra.is_empty() && mesh.vertex_count() == export.bodies.vertex_count);
+            }
+        }
+    }
+}

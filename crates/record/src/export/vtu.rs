@@ -120,7 +120,7 @@ pub(super) fn write(
     writeln!(out, "{:?}\n</DataArray>\n</FieldData>", frame.time)?;
     writeln!(out, "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">", bodies.vertex_count, grid.cells)?;
     writeln!(out, "<Points>")?;
-    array(out, ("Float64", "Points", 3), &bytes(frame.x.iter().copied()))?;
+    array(out, ("Float64", "Points", 3), &bytes(frame.x[..3 * bodies.vertex_count].iter().copied()))?;
     writeln!(out, "</Points>\n<Cells>")?;
     array(out, ("Int64", "connectivity", 1), &grid.connectivity)?;
     array(out, ("Int64", "offsets", 1), &grid.offsets)?;

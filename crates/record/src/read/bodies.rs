@@ -3,6 +3,7 @@
 use super::{FileInfo, Trajectory};
 use crate::RecordError;
 use pliant::element::{CELL_KINDS, CellBlock};
+use pliant::topology::Skin;
 
 /// All bodies.
 #[derive(Clone, Debug)]
@@ -32,8 +33,31 @@ pub struct RecordedBody {
     pub quadratic_tetrahedra: Vec<[u32; 10]>,
     /// Cells that are no simplices.
     pub blocks: Vec<CellBlock>,
-    /// Triangles to draw.
+    /// Boundary of the cells.
     pub surface: Vec<[u32; 3]>,
+    /// Surface that is drawn in its place.
+    pub skin: Option<RecordedSkin>,
+}
+
+/// A skin, and the number of its first vertex among those of the recording, after which those of skins count.
+#[derive(Clone, Debug)]
+pub struct RecordedSkin {
+    /// The skin.
+    pub skin: Skin,
+    /// Number of its first vertex.
+    pub first_vertex: u32,
+}
+
+impl RecordedSkin {
+    /// Its triangles, numbered as in the recording.
+    pub fn triangles(&self) -> Vec<[u32; 3]> {
+        self.skin.triangles.iter().map(|triangle| triangle.map(|v| self.first_vertex + v)).collect()
+    }
+
+    /// Its vertices.
+    pub fn vertices(&self) -> std::ops::Range<u32> {
+        self.first_vertex..self.first_vertex + self.skin.vertex_count() as u32
+    }
 }
 
 impl RecordedBody {
@@ -41,6 +65,11 @@ impl RecordedBody {
     /// diagonals.
     pub fn lines(&self) -> &[[u32; 2]] {
         if self.has_cells() { &[] } else { &self.edges }
+    }
+
+    /// Triangles to draw: those of its skin, otherwise of its surface.
+    pub fn drawn(&self) -> Vec<[u32; 3]> {
+        self.skin.as_ref().map_or_else(|| self.surface.clone(), RecordedSkin::triangles)
     }
 
     /// True if it has neither cells nor springs.
@@ -63,6 +92,7 @@ impl RecordedBodies {
     pub fn read(trajectory: &mut Trajectory, info: &FileInfo) -> Result<RecordedBodies, RecordError> {
         let vertex_count = trajectory.vertex_count();
         let mut bodies = Vec::new();
+        let mut next = vertex_count;
         for summary in &info.bodies {
             let name = summary.name.clone();
             let last = summary.first_vertex.checked_add(summary.vertices);
@@ -80,6 +110,11 @@ impl RecordedBodies {
             // It is not written twice where it is all triangles.
             let surface = if surface.is_empty() { triangles.clone() } else { surface };
             let vertices = summary.first_vertex..last;
+            let skin = cells.skin()?.map(|skin| RecordedSkin { skin, first_vertex: next as u32 });
+            next += skin.as_ref().map_or(0, |skin| skin.skin.vertex_count());
+            if u32::try_from(next).is_err() {
+                return Err(unexpected(info, "skins have more vertices than can be numbered"));
+            }
             bodies.push(RecordedBody {
                 name,
                 vertices,
@@ -90,9 +125,21 @@ impl RecordedBodies {
                 quadratic_tetrahedra,
                 blocks,
                 surface,
+                skin,
             });
         }
         Ok(RecordedBodies { bodies, vertex_count })
+    }
+
+    /// A quantity of all vertices, flat `(vertex_count, 3)`, and after it that of the vertices of skins.
+    pub fn with_skins(&self, mut values: Vec<f64>) -> Vec<f64> {
+        for recorded in self.bodies.iter().filter_map(|body| body.skin.as_ref()) {
+            for vertex in 0..recorded.skin.vertex_count() {
+                let value: [f64; 3] = recorded.skin.interpolated(vertex, &values);
+                values.extend(value);
+            }
+        }
+        values
     }
 }
 
@@ -120,6 +167,35 @@ impl BodyCells<'_> {
         Ok(blocks)
     }
 
+    /// The surface that rides along; `None` if the recording has none.
+    fn skin(&mut self) -> Result<Option<Skin>, RecordError> {
+        let (elements, nodes) = (self.words("skin_element")?, self.flat("skin_node", 1)?);
+        let triangles = self.words("skin")?.as_chunks::<3>().0.to_vec();
+        let name = format!("topology/{}.skin_weight.f64", self.name);
+        let Some(bytes) = self.trajectory.attachment(&name)? else { return Ok(None) };
+        let weights: Vec<f64> =
+            bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        // Vertices are those that triangles name, and each has as many nodes.
+        let vertices = triangles.as_flattened().iter().max().map_or(0, |largest| *largest as usize + 1);
+        let width = nodes.len().checked_div(vertices).unwrap_or(0);
+        let fits = nodes.len() == width * vertices && weights.len() == nodes.len();
+        if !fits || width == 0 || elements.len() != triangles.len() {
+            return Err(unexpected(self.info, "the skin of a body is cut off"));
+        }
+        Ok(Some(Skin { triangles, elements, width, nodes, weights }))
+    }
+
+    /// The numbers of an attachment of a body.
+    fn words(&mut self, kind: &str) -> Result<Vec<u32>, RecordError> {
+        let attachment = self.trajectory.attachment(&format!("topology/{}.{kind}.u32", self.name))?;
+        let bytes = attachment.unwrap_or_default();
+        let (words, rest) = bytes.as_chunks::<4>();
+        if !rest.is_empty() {
+            return Err(unexpected(self.info, "the cells of a body are cut off"));
+        }
+        Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
+    }
+
     /// The cells of one kind of simplices; none if the recording has no such attachment.
     fn of<const N: usize>(&mut self, kind: &str) -> Result<Vec<[u32; N]>, RecordError> {
         Ok(self.flat(kind, N)?.as_chunks::<N>().0.to_vec())
@@ -127,11 +203,8 @@ impl BodyCells<'_> {
 
     /// The vertices of the cells of a kind, `nodes` each.
     fn flat(&mut self, kind: &str, nodes: usize) -> Result<Vec<u32>, RecordError> {
-        let attachment = self.trajectory.attachment(&format!("topology/{}.{kind}.u32", self.name))?;
-        let Some(bytes) = attachment else { return Ok(Vec::new()) };
-        let (words, rest) = bytes.as_chunks::<4>();
-        let indices: Vec<u32> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
-        if !rest.is_empty() || !indices.len().is_multiple_of(nodes) {
+        let indices = self.words(kind)?;
+        if !indices.len().is_multiple_of(nodes) {
             return Err(unexpected(self.info, "the cells of a body are cut off"));
         }
         if indices.iter().any(|&vertex| vertex as usize >= self.vertex_count) {

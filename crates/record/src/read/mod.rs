@@ -10,7 +10,7 @@ mod summary;
 mod trajectory;
 mod walk;
 
-pub use bodies::{RecordedBodies, RecordedBody};
+pub use bodies::{RecordedBodies, RecordedBody, RecordedSkin};
 pub use info::{AttachmentSummary, FileInfo, FileState, TopicSummary, info};
 pub use rescue::{Recovered, discard, recover};
 pub use trajectory::{Column, ElementRows, Trajectory, in_space};

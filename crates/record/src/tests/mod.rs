@@ -36,6 +36,7 @@ fn topology(vertex_count: u32) -> Topology {
         triangle_middles: Vec::new(),
         tetrahedron_middles: Vec::new(),
         surface: Vec::new(),
+        skin: None,
     };
     let solid = BodyTopology {
         tetrahedra: vec![[0, 1, 2, 3]],

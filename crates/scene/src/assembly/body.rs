@@ -10,7 +10,8 @@ use crate::{Body, KeyPath, ObstacleShape, OneOrMany, Problem};
 use pliant::element::{CellBlock, CellVisitor, Isoparametric};
 use pliant::numbering::{Numbering, is_local};
 use pliant::system::System;
-use pliant::topology::{BodyKind, BodyTopology};
+use pliant::topology::{BodyKind, BodyTopology, Skin};
+use pliant_mesh::spec::MeshSpec;
 use pliant_mesh::{Mesh, build_body};
 
 /// Contribution of a body to a simulation.
@@ -19,6 +20,8 @@ pub(super) struct BodyAssembly {
     /// Its first vertex in the simulation.
     pub(super) first_vertex: u32,
     pub(super) mesh: Mesh,
+    /// True if the surface that the mesh was made from rides along.
+    has_skin: bool,
     /// True if its cells are finite elements.
     pub(super) elastic: bool,
     /// Factor of the energy density of every element; empty where the scene names none.
@@ -116,6 +119,7 @@ impl BodyAssembly {
             name,
             first_vertex,
             mesh,
+            has_skin: matches!(&spec.mesh, MeshSpec::Surface(surface) if surface.skin),
             elastic: spec.elastic.is_some(),
             factors,
             is_obstacle: spec.obstacle.is_some(),
@@ -228,7 +232,14 @@ impl BodyAssembly {
                 .collect(),
             blocks: self.blocks(),
             surface: self.mesh.drawn_triangles().iter().map(|t| globalised(t, self.first_vertex)).collect(),
+            skin: self.skin(),
         }
+    }
+
+    /// The surface that it was made from, by vertices of the simulation; `None` where it does not ride along.
+    fn skin(&self) -> Option<Skin> {
+        let skin = self.mesh.skin.clone().filter(|_| self.has_skin)?;
+        Some(Skin { nodes: skin.nodes.iter().map(|node| self.first_vertex + node).collect(), ..skin })
     }
 
     /// Number of its finite elements.
@@ -291,7 +302,7 @@ fn no_elements(mesh: &Mesh, path: KeyPath) -> Problem {
     Problem::semantic(path, message)
         .with_help("for a sheet of finite elements add `membrane = { thickness = \"1 mm\" }` to the body")
         .with_help(format!("or, for a plane scene, `dimension = 2`{plane}"))
-        .with_help("or fill the surface with tetrahedra (fTetWild, TetGen, Gmsh)")
+        .with_help("or, if it is closed, fill it: `mesh = { surface = { path = .., cells = 24 } }`")
 }
 
 fn globalised<const N: usize, const M: usize>(cell: &[u32; M], first: u32) -> [u32; N] {

@@ -3,7 +3,6 @@
 use super::body::BodyAssembly;
 use crate::{Body, MassSpec, Scene};
 use pliant::material::Lame;
-use pliant_mesh::spec::MeshSpec;
 
 /// Below this density no solid is [kg/m^3]: the lightest foams are above 0.15. Steel is 7.85e-9 t/mm^3 and
 /// 7.85e-3 g/mm^3.
@@ -65,7 +64,7 @@ fn soft(spec: &Body, body: &BodyAssembly) -> Option<String> {
 fn large(spec: &Body, body: &BodyAssembly) -> Option<String> {
     let (lower, upper) = body.mesh.bounding_box();
     let size = lower.iter().zip(&upper).map(|(a, b)| b - a).fold(0.0, f64::max);
-    if !matches!(spec.mesh, MeshSpec::File(_)) || size < LARGE || size.is_nan() {
+    if spec.mesh.file().is_none() || size < LARGE || size.is_nan() {
         return None;
     }
     Some(format!(

@@ -19,7 +19,7 @@ use pliant::material::{
     AboutPreset, DispersedFibres, EnergyExpression, MaterialSpec, Parameters, Plane, Preset,
 };
 use pliant::simulation::Simulation;
-use pliant_mesh::{Contents, Quality};
+use pliant_mesh::{Contents, Quality, SurfaceReport};
 
 /// The assembled problem in numbers.
 #[derive(Clone, Debug, Serialize)]
@@ -97,6 +97,9 @@ pub struct BodyReport {
     pub quality: Quality,
     /// Cells of each kind, unconnected pieces, results of cleaning.
     pub contents: Contents,
+    /// Surface that it was made from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceReport>,
 }
 
 impl Report {
@@ -175,6 +178,7 @@ impl BodyReport {
             mass: body.mass.iter().sum(),
             quality: mesh.quality(),
             contents: mesh.contents(),
+            surface: mesh.surface_report(),
         }
     }
 }

@@ -142,7 +142,9 @@ impl MeshCapabilities {
         let (elements, edges, edge_count) = match mesh {
             MeshSpec::Grid(_) | MeshSpec::File(_) => (true, true, None),
             MeshSpec::Sphere(_) => (false, true, None),
-            MeshSpec::Ball(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) => (true, true, None),
+            MeshSpec::Ball(_) | MeshSpec::Cylinder(_) | MeshSpec::Tube(_) | MeshSpec::Surface(_) => {
+                (true, true, None)
+            }
             MeshSpec::Annulus(_)
             | MeshSpec::CooksMembrane(_)
             | MeshSpec::TaperedBeam(_)

@@ -5,7 +5,7 @@ use super::shapes;
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{ClothSpec, DiskSpec, FileSpec, GridSpec, InlineSpec, MeshSpec, StrandSpec};
-use pliant_mesh::spec::WholeCell;
+use pliant_mesh::spec::{SurfaceSpec, WholeCell};
 
 /// Vertex indices are 32 bits wide.
 const MOST_VERTICES: u64 = u32::MAX as u64;
@@ -19,10 +19,11 @@ pub(super) fn mesh(check: &mut Checker, path: &KeyPath, mesh: &MeshSpec) {
         MeshSpec::Disk(spec) => disk(check, &path, spec),
         MeshSpec::Inline(spec) => inline(check, &path, spec),
         MeshSpec::File(spec) => file(check, &path, spec),
+        MeshSpec::Surface(spec) => surface(check, &path, spec),
         shape => shapes::shape(check, &path, shape),
     }
     // Shapes of which the counts cannot be told have been reported.
-    let counted = !matches!(mesh, MeshSpec::File(_)) && shapes::is_countable(mesh);
+    let counted = mesh.file().is_none() && shapes::is_countable(mesh);
     if counted && mesh.vertex_count().is_none_or(|count| count > MOST_VERTICES) {
         let message = format!("this {} has more than {MOST_VERTICES} vertices", mesh.name());
         check.report(Problem::semantic(path, message).at_key());
@@ -35,6 +36,39 @@ fn file(check: &mut Checker, path: &KeyPath, file: &FileSpec) {
         check.report(problem.with_help("name a mesh file, relative to the scene"));
     }
     if let Some(merge) = file.merge {
+        check.number(&path.key("merge"), merge, "m");
+    }
+}
+
+fn surface(check: &mut Checker, path: &KeyPath, surface: &SurfaceSpec) {
+    if check.dimension == Some(2) {
+        let message = "a surface encloses a solid in 3D, and `dimension` is 2";
+        check.report(Problem::semantic(path.clone(), message).at_key());
+        return;
+    }
+    if surface.path.as_os_str().is_empty() {
+        let problem = Problem::semantic(path.key("path"), "`path` is empty");
+        check.report(
+            problem.with_help("name a file with a closed surface of triangles, relative to the scene"),
+        );
+    }
+    match (surface.cells, surface.spacing) {
+        (Some(cells), None) => {
+            check.count(&path.key("cells"), cells);
+        }
+        (None, Some(spacing)) => {
+            check.number(&path.key("spacing"), spacing, "m");
+        }
+        (given, _) => {
+            let how = if given.is_some() { "both are given" } else { "neither is given" };
+            let message = format!("a surface takes exactly one of `cells` and `spacing` [m], {how}");
+            let problem = Problem::semantic(path.clone(), message).at_key();
+            check.report(problem.with_help(
+                "`cells` counts those along the longest side of the surface; `spacing` is the edge of one",
+            ));
+        }
+    }
+    if let Some(merge) = surface.merge {
         check.number(&path.key("merge"), merge, "m");
     }
 }

@@ -66,7 +66,7 @@ pub struct Scalars {
 pub enum BodyScalars {
     /// The body has no such numbers.
     None,
-    /// One for each of its vertices.
+    /// One for each of its vertices, then of its skin.
     Vertices(Vec<f64>),
     /// One for each of its elements.
     Elements(Vec<f64>),
@@ -143,14 +143,15 @@ impl Drawing {
 
     fn body_numbers(&self) -> Vec<BodyScalars> {
         let of = |(number, body): (usize, &super::DrawnBody)| {
-            BodyScalars::Vertices(vec![number as f64; body.vertex_count()])
+            BodyScalars::Vertices(vec![number as f64; body.vertex_count() + body.skin.len()])
         };
         self.bodies.iter().enumerate().map(of).collect()
     }
 
     fn of_vertices(&self, values: &[f64]) -> Vec<BodyScalars> {
-        let range = |body: &super::DrawnBody| body.vertices.start as usize..body.vertices.end as usize;
-        self.bodies.iter().map(|body| BodyScalars::Vertices(values[range(body)].to_vec())).collect()
+        let of = |range: &std::ops::Range<u32>| &values[range.start as usize..range.end as usize];
+        let of_body = |body: &super::DrawnBody| [of(&body.vertices), of(&body.skin)].concat();
+        self.bodies.iter().map(|body| BodyScalars::Vertices(of_body(body))).collect()
     }
 
     /// `None` if a body has another number of rows than of elements.

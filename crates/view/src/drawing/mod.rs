@@ -53,11 +53,19 @@ pub struct Drawing {
     trajectory: Trajectory,
     title: String,
     topics: Vec<String>,
+    recorded: RecordedBodies,
     bodies: Vec<DrawnBody>,
     masses: Option<Vec<f64>>,
-    /// Rest positions, flat `(vertex_count, 3)` [m].
+    /// Rest positions, flat `(vertex_count, 3)` [m], and after them those of skins.
     rest: Option<Vec<f64>>,
     surroundings: Surroundings,
+}
+
+/// Whether bodies are drawn by the surfaces that ride along.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Skins {
+    Drawn,
+    LeftOut,
 }
 
 /// One frame, in three dimensions.
@@ -65,9 +73,9 @@ pub struct Drawing {
 pub struct DrawnFrame {
     /// Simulated time [s].
     pub time: f64,
-    /// Positions, flat `(vertex_count, 3)` [m]; in 2D `z = 0`.
+    /// Positions, flat `(vertex_count, 3)` [m]; in 2D `z = 0`. After them those of the vertices of skins.
     pub x: Vec<f64>,
-    /// Velocities, flat `(vertex_count, 3)` [m/s]; in 2D `z = 0`.
+    /// Velocities, flat `(vertex_count, 3)` [m/s], in the same order.
     pub v: Vec<f64>,
 }
 
@@ -89,6 +97,18 @@ impl Drawing {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_in(path: &Path, directory: &Path) -> Result<Drawing, DrawError> {
+        Drawing::with(path, directory, Skins::Drawn)
+    }
+
+    /// The same without skins: bodies are drawn by their own boundary.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn without_skins(path: &Path, directory: &Path) -> Result<Drawing, DrawError> {
+        Drawing::with(path, directory, Skins::LeftOut)
+    }
+
+    fn with(path: &Path, directory: &Path, skins: Skins) -> Result<Drawing, DrawError> {
         let mut trajectory = Trajectory::open(path)?;
         let info = info(path)?;
         let topics: Vec<String> = info.topics.iter().map(|topic| topic.topic.clone()).collect();
@@ -99,19 +119,23 @@ impl Drawing {
         if trajectory.times().is_empty() {
             return Err(DrawError::NoFrames { path: path.to_owned() });
         }
-        let recorded = RecordedBodies::read(&mut trajectory, &info)?;
+        let mut recorded = RecordedBodies::read(&mut trajectory, &info)?;
+        if skins == Skins::LeftOut {
+            recorded.bodies.iter_mut().for_each(|body| body.skin = None);
+        }
         let bodies = recorded.bodies.iter().map(|body| DrawnBody::new(body, trajectory.dimension()));
         let mut bodies: Vec<DrawnBody> = bodies.collect();
         let masses = trajectory.masses()?;
         let dimension = trajectory.dimension();
-        let rest = trajectory.rest_positions()?.map(|rest| in_space(&rest, dimension));
+        let rest = trajectory.rest_positions()?.map(|rest| recorded.with_skins(in_space(&rest, dimension)));
         let surroundings = Surroundings::read(&mut trajectory, directory, &topics)?;
         // The vertex that a half-space is known by is no particle.
         let is_plane = |body: &DrawnBody| surroundings.walls.iter().any(|wall| wall.name == body.name);
         bodies.iter_mut().filter(|body| is_plane(body)).for_each(|body| body.points.clear());
         let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let title = info.title.filter(|title| !title.is_empty()).unwrap_or_else(stem);
-        Ok(Drawing { path: path.to_owned(), trajectory, title, topics, bodies, masses, rest, surroundings })
+        let path = path.to_owned();
+        Ok(Drawing { path, trajectory, title, topics, recorded, bodies, masses, rest, surroundings })
     }
 
     /// The file.
@@ -149,7 +173,8 @@ impl Drawing {
         self.masses.as_deref()
     }
 
-    /// Rest positions, flat `(vertex_count, 3)` [m]; `None` if they were not recorded.
+    /// Rest positions, flat `(vertex_count, 3)` [m], and after them those of skins; `None` if they were not
+    /// recorded.
     pub fn rest(&self) -> Option<&[f64]> {
         self.rest.as_deref()
     }
@@ -167,6 +192,15 @@ impl Drawing {
     /// Loads of the attached scene.
     pub fn loads(&self) -> &[DrawnLoad] {
         &self.surroundings.loads
+    }
+
+    /// Vertices that pins hold and loads act on, ascending.
+    pub fn marked(&self) -> Vec<u32> {
+        let loaded = self.loads().iter().flat_map(|load| load.on.iter().flatten());
+        let mut marked: Vec<u32> = self.pins().iter().chain(loaded).copied().collect();
+        marked.sort_unstable();
+        marked.dedup();
+        marked
     }
 
     /// Gravity of the attached scene at a time [s], [m/s^2]; zero without one.
@@ -193,8 +227,8 @@ impl Drawing {
     /// [`RecordError::NoFrame`], [`RecordError::Read`], [`RecordError::Damaged`].
     pub fn frame(&mut self, frame: usize) -> Result<DrawnFrame, DrawError> {
         let dimension = self.dimension();
-        let x = in_space(&self.trajectory.positions(frame)?, dimension);
-        let v = in_space(&self.trajectory.velocities(frame)?, dimension);
+        let x = self.recorded.with_skins(in_space(&self.trajectory.positions(frame)?, dimension));
+        let v = self.recorded.with_skins(in_space(&self.trajectory.velocities(frame)?, dimension));
         // A frame that can be read has a time.
         let time = self.times().get(frame).copied().unwrap_or(0.0);
         Ok(DrawnFrame { time, x, v })

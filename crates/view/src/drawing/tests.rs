@@ -158,3 +158,55 @@ fn loads_act_where_the_scene_says_and_change_with_time() {
     assert!(force.depends_on_place());
     assert_eq!(drawing.gravity(0.01), [0.0, -9.8, 0.0]);
 }
+
+/// A cube of half a metre as OBJ, in two pieces of the text of a scene that makes it solid and lets it fall.
+const CUBE: &str = "v 0 0 0\nv 0.5 0 0\nv 0 0.5 0\nv 0.5 0.5 0\nv 0 0 0.5\nv 0.5 0 0.5\nv 0 0.5 0.5\nv 0.5 0.5 0.5\n\
+    f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+
+/// A skin is drawn where its elements are, in the colours of its vertices and elements; without it the
+/// boundary is.
+#[test]
+fn skins_are_drawn_in_place_of_the_boundary() {
+    let folder = tempfile::tempdir().unwrap();
+    let (surface, file) = (folder.path().join("cube.obj"), folder.path().join("run.mcap"));
+    std::fs::write(&surface, CUBE).unwrap();
+    let scene = |keys: &str| {
+        format!(
+            "dimension = 3
+            time = {{ integrator = 'velocity-verlet', step = 1e-3, duration = 0.02 }}
+            world = {{ gravity = [0.0, 0.0, -10.0] }}
+            output = {{ rate = 100.0, channels = ['state', 'mesh', 'jacobian'] }}
+            [[body]]
+            name = 'cube'
+            mesh = {{ surface = {{ path = '{}', cells = 3 {keys} }} }}
+            elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}
+            mass = {{ density = 1000.0 }}",
+            surface.display()
+        )
+    };
+    recorded(&scene(""), &file);
+    let mut drawing = Drawing::open(&file).unwrap();
+    let body = drawing.bodies()[0].clone();
+    let count = drawing.vertex_count();
+    assert_eq!((body.triangles.len(), body.skin.clone()), (12, count as u32..count as u32 + 8));
+    let frame = drawing.frame(2).unwrap();
+    assert_eq!((frame.x.len(), frame.v.len()), (3 * (count + 8), 3 * (count + 8)));
+    // In free fall: z = -g t^2 / 2.
+    let last = &frame.x[3 * (count + 7)..];
+    assert!((0..2).all(|c| (last[c] - 0.5).abs() < 1e-12) && (last[2] - 0.498).abs() < 1e-12, "{last:?}");
+    let speed = drawing.scalars(&Colouring::Speed, 2).unwrap();
+    let values = speed.bodies[0].values();
+    assert_eq!(values.len(), count + 8);
+    assert!((values[body.place(count as u32 + 7)] - 0.2).abs() < 1e-12);
+    let elements = body.elements.unwrap();
+    let measure = drawing.colourings().into_iter().find(|c| c.to_string() == "jacobian").unwrap();
+    let of_elements = drawing.scalars(&measure, 2).unwrap();
+    let largest = *elements.iter().max().unwrap() as usize;
+    assert!(elements.len() == 12 && largest < of_elements.bodies[0].values().len());
+    let bare = Drawing::without_skins(&file, folder.path()).unwrap();
+    assert!(bare.bodies()[0].triangles.len() > 12 && bare.bodies()[0].skin.is_empty());
+    recorded(&scene(", skin = false"), &file);
+    let mut left_out = Drawing::open(&file).unwrap();
+    assert_eq!(left_out.bodies()[0].triangles, bare.bodies()[0].triangles);
+    assert_eq!(left_out.frame(2).unwrap().x.len(), 3 * count);
+}

@@ -33,7 +33,8 @@ pub(super) fn pack(
     frames: &[usize],
     colourings: &[Colouring],
 ) -> Result<Packed, DrawError> {
-    let shown: Vec<ShownBody> = drawing.bodies().iter().map(ShownBody::new).collect();
+    let marked = drawing.marked();
+    let shown: Vec<ShownBody> = drawing.bodies().iter().map(|body| ShownBody::new(body, &marked)).collect();
     let mut blocks = Vec::new();
     let motions = motions(drawing, &shown, frames, &mut blocks)?;
     let bodies: Vec<Value> =
@@ -192,6 +193,7 @@ fn body(
         "name": drawn.name,
         "colour": colour::of_body(number),
         "first_vertex": drawn.vertices.start,
+        "first_of_skin": if drawn.skin.is_empty() { None } else { Some(drawn.skin.start) },
         "vertex_count": shown.vertices.len(),
         "element_count": drawn.element_count(),
         "particles": shown.is_particles,
@@ -256,10 +258,10 @@ fn seen(
 ) -> Result<SeenScalars, DrawError> {
     let scalars = drawing.scalars(colouring, frame)?;
     let of = |(b, scalars): (usize, BodyScalars)| {
-        let first = drawing.bodies()[b].vertices.start;
+        let body = &drawing.bodies()[b];
         match scalars {
             BodyScalars::Vertices(values) => {
-                let value = |vertex: &u32| values[(vertex - first) as usize];
+                let value = |vertex: &u32| values[body.place(*vertex)];
                 Some(("vertices", shown[b].vertices.iter().map(value).collect()))
             }
             BodyScalars::Elements(values) if !shown[b].elements.is_empty() => {

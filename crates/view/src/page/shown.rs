@@ -16,10 +16,12 @@ pub(super) struct ShownBody {
 }
 
 impl ShownBody {
-    pub(super) fn new(body: &DrawnBody) -> ShownBody {
+    /// Of the boundary beneath a skin, those vertices are shown that are `marked`, ascending.
+    pub(super) fn new(body: &DrawnBody, marked: &[u32]) -> ShownBody {
         let corners = body.triangles.as_flattened();
         let ends = body.lines.as_flattened();
-        let vertices = distinct(corners.iter().chain(ends).chain(&body.points));
+        let beneath = body.beneath.iter().filter(|vertex| marked.binary_search(vertex).is_ok());
+        let vertices = distinct(corners.iter().chain(ends).chain(&body.points).chain(beneath));
         let of_triangles = body.elements.as_deref().unwrap_or_default();
         let elements = distinct(of_triangles.iter());
         ShownBody {

@@ -81,7 +81,7 @@ impl Cast {
         };
         let of_vertex = |vertex: u32| match scalars {
             None => own,
-            Some(BodyScalars::Vertices(values)) => of_number(values, (vertex - body.vertices.start) as usize),
+            Some(BodyScalars::Vertices(values)) => of_number(values, body.place(vertex)),
             // Numbers of elements have no place on lines and points.
             Some(BodyScalars::Elements(_) | BodyScalars::None) => colour::NOT_FINITE,
         };

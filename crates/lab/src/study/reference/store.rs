@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::super::plan::TimeGrid;
 use super::Reference;
 use pliant_files::fnv::fnv1a;
-use pliant_scene::{Body, MeshSpec, Scene, Time};
+use pliant_scene::{Body, Scene, Time};
 
 /// Tells problems apart: what moves and for how long, not how it is computed or what is written.
 pub fn key(scene: &Scene, grid: &TimeGrid) -> String {
@@ -30,7 +30,7 @@ fn problem(scene: &Scene, grid: &TimeGrid) -> String {
         ..scene.clone()
     };
     // The directory is no part of the text, but says which files are meant, if there are any.
-    let reads = |body: &Body| matches!(body.mesh, MeshSpec::File(_));
+    let reads = |body: &Body| body.mesh.file().is_some();
     let directory = plain.body.iter().any(reads).then_some(&plain.directory);
     let TimeGrid { duration, times } = grid;
     let scene = plain.to_toml().unwrap_or_default();

@@ -1,0 +1,192 @@
+//! Surfaces that cannot be made solid.
+
+/// Why a surface cannot be made a solid. Triangles and vertices count from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// A mesh without a surface.
+    #[error(
+        "the file has no triangles but {count} {found}: a solid is made from a closed surface of triangles, or \
+         from a solid mesh, whose boundary is one"
+    )]
+    NoTriangles {
+        /// `edges` or `points`.
+        found: &'static str,
+        /// How many.
+        count: usize,
+    },
+    /// Edges with a triangle on one side only.
+    #[error(
+        "the surface is open: {count} of its edges have one triangle, the first from vertex {} to {} of triangle \
+         {triangle}, at {}; close its holes (in Blender: fill holes), or join vertices at the same place by \
+         `merge` beside `path`", edge[0], edge[1], at(place)
+    )]
+    Open {
+        /// The triangle.
+        triangle: usize,
+        /// The edge, as the triangle runs through it.
+        edge: [u32; 2],
+        /// Its middle [m].
+        place: [f64; 3],
+        /// Number of such edges.
+        count: usize,
+    },
+    /// Two triangles with opposite sides up.
+    #[error(
+        "triangle {triangle} and its neighbour at the edge from vertex {} to {}, at {}, have opposite sides up: \
+         every triangle must be counter-clockwise seen from outside; `orient = true` beside `path` turns those \
+         that are not", edge[0], edge[1], at(place)
+    )]
+    OppositeSides {
+        /// The first of them.
+        triangle: usize,
+        /// Their edge.
+        edge: [u32; 2],
+        /// Its middle [m].
+        place: [f64; 3],
+    },
+    /// An edge of more than two triangles that do not pair up.
+    #[error(
+        "{count} triangles meet at the edge from vertex {} to {} of triangle {triangle}, at {}, and not as many run \
+         through it one way as the other: inside and outside mean nothing there; remove what does not \
+         belong to the surface", edge[0], edge[1], at(place)
+    )]
+    OddEdge {
+        /// The first of them.
+        triangle: usize,
+        /// Their edge.
+        edge: [u32; 2],
+        /// Its middle [m].
+        place: [f64; 3],
+        /// How many there are.
+        count: usize,
+    },
+    /// A surface that encloses a negative volume.
+    #[error(
+        "the surface is inside out: its volume is {volume:e} m^3, and its triangles must be counter-clockwise seen \
+         from outside; `orient = true` beside `path` turns them"
+    )]
+    InsideOut {
+        /// Signed volume [m^3].
+        volume: f64,
+    },
+    /// Two triangles that go through each other.
+    #[error(
+        "triangles {} and {} of the surface cross each other, at {}{}; where parts overlap on purpose, \
+         `union = true` beside `path` takes for inside what any of them encloses", triangles[0], triangles[1],
+        at(place), more(*count)
+    )]
+    Crossing {
+        /// The triangles.
+        triangles: [usize; 2],
+        /// Middle of the first [m].
+        place: [f64; 3],
+        /// Number of crossing pairs.
+        count: usize,
+    },
+    /// A place around which the surface winds another number of times than once.
+    #[error(
+        "the surface winds {winding} times around {}: it must go around the inside once; parts that overlap \
+         take `union = true` beside `path`, and the surface of a cavity must be clockwise seen from the \
+         cavity's outside",
+        at(place)
+    )]
+    Winding {
+        /// How often.
+        winding: i16,
+        /// Where [m].
+        place: [f64; 3],
+    },
+    /// A part that is thinner than the cells.
+    #[error(
+        "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing:.3e} m leave \
+         {}; {}", at(place), away(*distance), finer(*thickness, *cells)
+    )]
+    Thin {
+        /// The triangle.
+        triangle: usize,
+        /// Its middle [m].
+        place: [f64; 3],
+        /// Distance from there to the solid [m]; infinite where there is none.
+        distance: f64,
+        /// Edge length of a cell [m].
+        spacing: f64,
+        /// Thickness there [m].
+        thickness: Option<f64>,
+        /// Number of cells that would do.
+        cells: usize,
+    },
+    /// A solid in another number of pieces than the surface.
+    #[error(
+        "with cells of {spacing:.3e} m the solid is in {found} pieces, held together by no face, where the surface \
+         encloses {expected}: it is thinner than the cells near {}, or parts are nearer to each other than \
+         these; try `cells = {cells}`",
+        at(place)
+    )]
+    Pieces {
+        /// Pieces that the surface encloses.
+        expected: usize,
+        /// Pieces of the solid.
+        found: usize,
+        /// Middle of the smallest of them [m].
+        place: [f64; 3],
+        /// Edge length of a cell [m].
+        spacing: f64,
+        /// Number of cells that may do.
+        cells: usize,
+    },
+    /// Neither or both of the keys for the size of cells.
+    #[error(
+        "a surface takes exactly one of `cells` and `spacing`; {} given",
+        if *both { "both are" } else { "none is" }
+    )]
+    CellsOrSpacing {
+        /// Both were given; otherwise none.
+        both: bool,
+    },
+    /// Cells larger than what they should fill.
+    #[error("`spacing` is {spacing:e} m, and the longest side of the surface {side:e} m; give a smaller one")]
+    LargeSpacing {
+        /// Edge length of a cell [m].
+        spacing: f64,
+        /// Longest side of the box [m].
+        side: f64,
+    },
+}
+
+impl SurfaceError {
+    /// The triangle that it is about.
+    pub(crate) fn triangle(&self) -> Option<usize> {
+        match self {
+            SurfaceError::Open { triangle, .. }
+            | SurfaceError::OppositeSides { triangle, .. }
+            | SurfaceError::OddEdge { triangle, .. }
+            | SurfaceError::Thin { triangle, .. } => Some(*triangle),
+            SurfaceError::Crossing { triangles, .. } => Some(triangles[0]),
+            _ => None,
+        }
+    }
+}
+
+/// `(0.1, -2, 3.5) m`, in four digits.
+fn at(place: &[f64; 3]) -> String {
+    let [x, y, z] = place.map(|x| format!("{x:.3e}").parse::<f64>().unwrap_or(x));
+    format!("({x}, {y}, {z}) m")
+}
+
+fn more(count: usize) -> String {
+    if count > 1 { format!(", and {} more pairs do", count - 1) } else { String::new() }
+}
+
+fn away(distance: f64) -> String {
+    if distance.is_finite() {
+        format!("the solid {distance:.3e} m away from it")
+    } else {
+        "no solid".to_owned()
+    }
+}
+
+fn finer(thickness: Option<f64>, cells: usize) -> String {
+    let thick = thickness.map_or(String::new(), |thickness| format!("it is {thickness:.3e} m thick there, "));
+    format!("{thick}`cells = {cells}` or more would do")
+}
