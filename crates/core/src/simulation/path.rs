@@ -7,15 +7,15 @@
 //! |dx| = l        |u|^2 = (1/n) sum_i |u_i|^2 over the n vertices that are free
 //! ```
 //!
-//! (Riks 1979; the cylindrical constraint of Crisfield 1981, *A fast incremental/iterative solution procedure
-//! that handles snap-through*, Computers & Structures 13, 55). With one factorisation of the exact tangent `K`
-//! two systems are solved in every iteration, `K d_g = -g` and `K d_q = q`, `q = -dg/dlambda` the rate of the
-//! load. The increment of `lambda` is that root of the quadratic `|dx + d_g + dlambda d_q| = l` that turns
-//! `dx` less. The first direction of a step is that of the last one, which leads through turning points too
-//! (Feng, Peric, Owen 1996).
+//! (Riks 1979; the cylindrical constraint of Crisfield 1981, *A fast incremental/iterative solution
+//! procedure that handles snap-through*, Computers & Structures 13, 55). With one factorisation of the exact
+//! tangent `K` two systems are solved in every iteration, `K d_g = -g` and `K d_q = q`, `q = -dg/dlambda` the
+//! rate of the load. The increment of `lambda` is that root of the quadratic `|dx + d_g + dlambda d_q| = l`
+//! that turns `dx` less. The first direction of a step is that of the last one, which leads through turning
+//! points too (Feng, Peric, Owen 1996).
 //!
-//! Radii follow the iterations (Ramm 1981): `l_(n+1) = l_n sqrt(desired / taken)`; a step that is not solved is
-//! taken back and tried with a quarter of its radius.
+//! Radii follow the iterations (Ramm 1981): `l_(n+1) = l_n sqrt(desired / taken)`; a step that is not solved
+//! is taken back and tried with a quarter of its radius.
 
 mod constraint;
 mod follower;
@@ -74,8 +74,8 @@ pub struct PathState {
 }
 
 impl Simulation {
-    /// Follows the path of equilibria by arc length from now on: steps go along it, loads and prescribed motion
-    /// are those of the load factor, which begins at 0, in place of the time, and time counts the steps.
+    /// Follows the path of equilibria by arc length from now on: steps go along it, loads and prescribed
+    /// motion are those of the load factor, which begins at 0, in place of the time, and time counts the steps.
     ///
     /// # Panics
     /// If the scheme is not [static](crate::integrator::Method::is_static).
