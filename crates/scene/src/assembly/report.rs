@@ -115,6 +115,8 @@ impl Report {
         let plan = scene.plan();
         let (h, control) = (simulation.step_size(), simulation.step_control().copied());
         let (uses, left_out) = uses(scene, bodies, attachments, simulation);
+        let of_bodies: Vec<BodyReport> = bodies.iter().map(BodyReport::new).collect();
+        let of_surfaces = super::surfaces::warnings(&of_bodies);
         Report {
             title: scene.title.clone(),
             dimension: d,
@@ -122,7 +124,7 @@ impl Report {
             free_coordinates: free,
             mass: system.mass().iter().sum(),
             size: extent(simulation.state().x(), d),
-            bodies: bodies.iter().map(BodyReport::new).collect(),
+            bodies: of_bodies,
             bytes,
             integrator: simulation.method().documentation.name,
             step: h,
@@ -138,6 +140,7 @@ impl Report {
             uses,
             left_out,
             warnings: [
+                of_surfaces,
                 super::warnings::warnings(scene, simulation, bodies),
                 super::locking::warnings(scene, bodies),
                 super::millimetres::warnings(scene, bodies),
