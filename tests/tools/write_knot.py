@@ -1,4 +1,4 @@
-"""Writes scenes/meshes/knot.obj: the closed surface of a tube along a trefoil knot, 0.36 m across.
+"""Writes scenes/meshes/knot.obj: the closed surface of a tube along a trefoil knot, 0.33 m across.
 
     python tests/tools/write_knot.py > scenes/meshes/knot.obj
 """
@@ -6,7 +6,7 @@
 from math import cos, hypot, pi, sin
 
 ALONG, AROUND = 96, 14
-SCALE, RADIUS = 0.05, 0.6
+SCALE, RADIUS = 0.05, 0.45
 
 
 def centre(t):

@@ -12,8 +12,8 @@ impl Mesh {
     }
 }
 
-/// The skin of tetrahedra that now have nodes in the middle of their edges: `w (2 w - 1)` at corners, `4 w_a w_b`
-/// between.
+/// The skin of tetrahedra that now have nodes in the middle of their edges: `w (2 w - 1)` at corners, `4
+/// w_a w_b` between.
 pub(super) fn promote(mesh: &mut Mesh) {
     let Some(skin) = mesh.skin.take() else { return };
     let middles = mesh.middles();

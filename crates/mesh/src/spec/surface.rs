@@ -9,11 +9,12 @@ use super::FileSpec;
 use pliant::value::*;
 
 /// A solid from the closed surface of a file: its inside is filled with tetrahedra whose corners lie on the
-/// surface, all dihedral angles between 10.7 and 164.8 degrees, or with whole cubes. Exactly one of `cells` and
-/// `spacing`. Groups: `surface`, and those of triangles in the file.
+/// surface, all dihedral angles between 10.7 and 164.8 degrees, or with whole cubes. Exactly one of `cells`
+/// and `spacing`. Groups: `surface`, and those of triangles in the file.
 ///
-/// The surface must be closed, counter-clockwise seen from outside, and cross itself nowhere; those of cavities
-/// are clockwise. Of a file with solid cells it is their boundary. It is cleaned by the same keys as `file`.
+/// The surface must be closed, counter-clockwise seen from outside, and cross itself nowhere; those of
+/// cavities are clockwise. Of a file with solid cells it is their boundary. It is cleaned by the same keys
+/// as `file`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceSpec {
@@ -27,8 +28,8 @@ pub struct SurfaceSpec {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "As::<Option<Length>>")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub spacing: Option<f64>,
-    /// Elements; `tetrahedron` without it. Hexahedra are whole cubes whose middle is inside: their boundary is
-    /// stairs, and their volume is not that of the surface.
+    /// Elements; `tetrahedron` without it. Hexahedra are whole cubes whose middle is inside: their boundary
+    /// is stairs, and their volume is not that of the surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<SolidElement>,
     /// False if the surface of the file does not ride along: recordings then hold, and pictures show, the

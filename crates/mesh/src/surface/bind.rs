@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::closed::ClosedSurface;
 use super::exact::squared_distance;
-use super::tree::{self, Bounds, BoxTree};
+use super::tree::{self, BoxCorners, BoxTree};
 use crate::Mesh;
 use crate::geometry::{cross, dot, subtract};
 use pliant::topology::Skin;
@@ -18,7 +18,7 @@ pub(super) struct ElementFinder<'a> {
 impl<'a> ElementFinder<'a> {
     /// Of tetrahedra, or of hexahedra that are boxes along the axes.
     pub(super) fn new(mesh: &'a Mesh) -> ElementFinder<'a> {
-        let boxes: Vec<Bounds> = match mesh.block() {
+        let boxes: Vec<BoxCorners> = match mesh.block() {
             Some(block) => {
                 block.of::<8>().iter().map(|cell| tree::around(mesh.nodes::<3, 8>(cell))).collect()
             }

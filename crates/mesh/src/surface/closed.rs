@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::error::SurfaceError;
 use super::exact::{Corners, meeting, pierces, squared_distance};
 use super::inside::{GridAxes, windings};
-use super::tree::{self, Bounds, BoxTree};
+use super::tree::{self, BoxCorners, BoxTree};
 use crate::facets::for_each_equal;
 use crate::geometry::{cross, dot, subtract};
 use crate::{Mesh, MeshError};
@@ -46,7 +46,7 @@ impl ClosedSurface {
         let triangles: Vec<[u32; 3]> = cells.iter().map(|cell| cell.map(number)).collect();
         let points: Vec<[f64; 3]> = used.iter().map(|v| mesh.nodes::<3, 1>(&[*v])[0]).collect();
         check_edges(&triangles, &points)?;
-        let boxes: Vec<Bounds> =
+        let boxes: Vec<BoxCorners> =
             triangles.iter().map(|t| tree::around(t.map(|v| points[v as usize]))).collect();
         let surface = ClosedSurface { points, triangles, groups, tree: BoxTree::new(&boxes) };
         let volume = surface.volume();
@@ -68,7 +68,7 @@ impl ClosedSurface {
     }
 
     /// Lower and upper corner of its box [m].
-    pub(super) fn bounds(&self) -> Bounds {
+    pub(super) fn bounds(&self) -> BoxCorners {
         tree::around(self.points.iter().copied())
     }
 

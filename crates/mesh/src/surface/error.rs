@@ -6,8 +6,8 @@
 pub enum SurfaceError {
     /// A mesh without a surface.
     #[error(
-        "the file has no triangles but {count} {found}: a solid is made from a closed surface of triangles, or \
-         from a solid mesh, whose boundary is one"
+        "the file has no triangles but {count} {found}: a solid is made from a closed surface of \
+         triangles, or from a solid mesh, whose boundary is one"
     )]
     NoTriangles {
         /// `edges` or `points`.
@@ -17,9 +17,9 @@ pub enum SurfaceError {
     },
     /// Edges with a triangle on one side only.
     #[error(
-        "the surface is open: {count} of its edges have one triangle, the first from vertex {} to {} of triangle \
-         {triangle}, at {}; close its holes (in Blender: fill holes), or join vertices at the same place by \
-         `merge` beside `path`", edge[0], edge[1], at(place)
+        "the surface is open: {count} of its edges have one triangle, the first from vertex {} to {} of \
+         triangle {triangle}, at {}; close its holes (in Blender: fill holes), or join vertices at the \
+         same place by `merge` beside `path`", edge[0], edge[1], at(place)
     )]
     Open {
         /// The triangle.
@@ -33,9 +33,9 @@ pub enum SurfaceError {
     },
     /// Two triangles with opposite sides up.
     #[error(
-        "triangle {triangle} and its neighbour at the edge from vertex {} to {}, at {}, have opposite sides up: \
-         every triangle must be counter-clockwise seen from outside; `orient = true` beside `path` turns those \
-         that are not", edge[0], edge[1], at(place)
+        "triangle {triangle} and its neighbour at the edge from vertex {} to {}, at {}, have opposite \
+         sides up: every triangle must be counter-clockwise seen from outside; `orient = true` beside \
+         `path` turns those that are not", edge[0], edge[1], at(place)
     )]
     OppositeSides {
         /// The first of them.
@@ -47,9 +47,9 @@ pub enum SurfaceError {
     },
     /// An edge of more than two triangles that do not pair up.
     #[error(
-        "{count} triangles meet at the edge from vertex {} to {} of triangle {triangle}, at {}, and not as many run \
-         through it one way as the other: inside and outside mean nothing there; remove what does not \
-         belong to the surface", edge[0], edge[1], at(place)
+        "{count} triangles meet at the edge from vertex {} to {} of triangle {triangle}, at {}, and not as \
+         many run through it one way as the other: inside and outside mean nothing there; remove what does \
+         not belong to the surface", edge[0], edge[1], at(place)
     )]
     OddEdge {
         /// The first of them.
@@ -63,8 +63,8 @@ pub enum SurfaceError {
     },
     /// A surface that encloses a negative volume.
     #[error(
-        "the surface is inside out: its volume is {volume:e} m^3, and its triangles must be counter-clockwise seen \
-         from outside; `orient = true` beside `path` turns them"
+        "the surface is inside out: its volume is {volume:e} m^3, and its triangles must be \
+         counter-clockwise seen from outside; `orient = true` beside `path` turns them"
     )]
     InsideOut {
         /// Signed volume [m^3].
@@ -99,8 +99,8 @@ pub enum SurfaceError {
     },
     /// A part that is thinner than the cells.
     #[error(
-        "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing:.3e} m leave \
-         {}; {}", at(place), away(*distance), finer(*thickness, *cells)
+        "the surface is thinner than the cells where triangle {triangle} is, at {}: cells of {spacing:.3e} \
+         m leave {}; {}", at(place), away(*distance), finer(*thickness, *cells)
     )]
     Thin {
         /// The triangle.
@@ -118,9 +118,9 @@ pub enum SurfaceError {
     },
     /// A solid in another number of pieces than the surface.
     #[error(
-        "with cells of {spacing:.3e} m the solid is in {found} pieces, held together by no face, where the surface \
-         encloses {expected}: it is thinner than the cells near {}, or parts are nearer to each other than \
-         these; try `cells = {cells}`",
+        "with cells of {spacing:.3e} m the solid is in {found} pieces, held together by no face, where the \
+         surface encloses {expected}: it is thinner than the cells near {}, or parts are nearer to each \
+         other than these; try `cells = {cells}`",
         at(place)
     )]
     Pieces {

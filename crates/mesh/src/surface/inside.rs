@@ -5,13 +5,13 @@ use super::exact::{Corners, side, turn};
 /// Coordinates of a grid of points along each axis, ascending [m].
 pub(super) type GridAxes = [Vec<f64>; 3];
 
-/// How often the surface winds around each point `(x_i, y_j, z_k)` of a grid, at `(j nz + k) nx + i`: 1 inside,
-/// 0 outside of a surface that is counter-clockwise seen from outside.
+/// How often the surface winds around each point `(x_i, y_j, z_k)` of a grid, at `(j nz + k) nx + i`: 1
+/// inside, 0 outside of a surface that is counter-clockwise seen from outside.
 ///
-/// The sum over what a line along x meets beyond the point, with the sign of the normal. Signs are exact, and
-/// a point on the surface is taken for one that is moved along x by less than any number, and along y and z by
-/// less than that: then lines meet no edge and no corner, and neighbours are of two minds only where the
-/// surface is between them.
+/// The sum over what a line along x meets beyond the point, with the sign of the normal. Signs are exact,
+/// and a point on the surface is taken for one that is moved along x by less than any number, and along y
+/// and z by less than that: then lines meet no edge and no corner, and neighbours are of two minds only
+/// where the surface is between them.
 pub(super) fn windings(triangles: impl Iterator<Item = Corners>, axes: &GridAxes) -> Vec<i16> {
     let [nx, ny, nz] = [0, 1, 2].map(|axis| axes[axis].len());
     let mut windings = vec![0i16; nx * ny * nz];

@@ -1,7 +1,7 @@
 //! The body-centred cubic lattice over the box of a surface, and the cubes between its corners.
 
 use super::inside::GridAxes;
-use super::tree::Bounds;
+use super::tree::BoxCorners;
 
 /// Cubes beside the box on each side.
 const MARGIN: usize = 1;
@@ -18,14 +18,14 @@ pub(super) struct CubicLattice {
 
 impl CubicLattice {
     /// Number of cubes along each axis that a box takes, the margin included.
-    pub(super) fn cubes_of(bounds: &Bounds, spacing: f64) -> [usize; 3] {
+    pub(super) fn cubes_of(bounds: &BoxCorners, spacing: f64) -> [usize; 3] {
         // A side of a whole number of cubes, up to rounding, has that many.
         let cubes = |c: usize| ((bounds[1][c] - bounds[0][c]) / spacing - 1e-9).ceil().max(1.0);
         [0, 1, 2].map(|c| (cubes(c) as usize).saturating_add(2 * MARGIN))
     }
 
     /// The lattice about the middle of a box.
-    pub(super) fn new(bounds: &Bounds, spacing: f64) -> CubicLattice {
+    pub(super) fn new(bounds: &BoxCorners, spacing: f64) -> CubicLattice {
         let cubes = CubicLattice::cubes_of(bounds, spacing);
         let axis = |c: usize, shift: f64| -> Vec<f64> {
             let middle = 0.5 * (bounds[0][c] + bounds[1][c]);

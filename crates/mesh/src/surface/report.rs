@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::exact::squared_distance;
-use super::tree::{self, Bounds, BoxTree};
+use super::tree::{self, BoxCorners, BoxTree};
 use crate::Mesh;
 use crate::geometry::{cross, dot, subtract};
 
@@ -35,7 +35,7 @@ impl Mesh {
         let points = self.skin_points();
         let boundary: Vec<[[f64; 3]; 3]> =
             self.surface_triangles().iter().map(|triangle| self.nodes::<3, 3>(triangle)).collect();
-        let boxes: Vec<Bounds> = boundary.iter().map(|corners| tree::around(*corners)).collect();
+        let boxes: Vec<BoxCorners> = boundary.iter().map(|corners| tree::around(*corners)).collect();
         let tree = BoxTree::new(&boxes);
         let from_boundary = |point: &[f64; 3]| {
             let found = tree.nearest(point, |i| squared_distance(&boundary[i as usize], point));

@@ -1,9 +1,10 @@
 //! Isosurface stuffing: tetrahedra between a closed surface, their corners on it.
 //!
-//! F. Labelle and J. R. Shewchuk, Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles, ACM
-//! Transactions on Graphics 26 (3), 2007. Edges of a body-centred cubic lattice are cut where the surface
-//! crosses them; a lattice point that a cut is near to moves there; what is left of each tetrahedron is one of
-//! a few stencils. All dihedral angles are between 10.78 and 164.74 degrees, whatever the surface.
+//! F. Labelle and J. R. Shewchuk, Isosurface Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles,
+//! ACM Transactions on Graphics 26 (3), 2007. Edges of a body-centred cubic lattice are cut where the
+//! surface crosses them; a lattice point that a cut is near to moves there; what is left of each
+//! tetrahedron is one of a few stencils. All dihedral angles are between 10.78 and 164.74 degrees, whatever
+//! the surface.
 
 use std::collections::HashMap;
 
@@ -18,9 +19,9 @@ use crate::geometry::{cross, dot, subtract};
 const LONG: f64 = 0.24999;
 const SHORT: f64 = 0.41189;
 
-/// Place of a lattice point relative to the surface.
+/// Side of the surface on which a point of the lattice is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
+enum LatticeSide {
     Inside,
     On,
     Outside,
@@ -37,7 +38,7 @@ struct Cut {
 }
 
 /// A corner of a tetrahedron: a lattice point, or a cut by its number after all of these.
-type Corner = u32;
+type StencilCorner = u32;
 
 /// Tetrahedra, their corners from 0, and the places of these [m].
 pub(super) struct Stuffing {
@@ -48,8 +49,8 @@ pub(super) struct Stuffing {
 /// Fills a surface; `inside` says which points of the lattice are.
 pub(super) fn stuff(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[bool]) -> Stuffing {
     let cuts = cuts(surface, lattice, inside);
-    let place = |is_inside: &bool| if *is_inside { Place::Inside } else { Place::Outside };
-    let mut stencils = Stencils {
+    let place = |is_inside: &bool| if *is_inside { LatticeSide::Inside } else { LatticeSide::Outside };
+    let mut stencils = StuffedCells {
         lattice,
         places: inside.iter().map(place).collect(),
         moved: HashMap::new(),
@@ -81,17 +82,17 @@ fn cuts(surface: &ClosedSurface, lattice: &CubicLattice, inside: &[bool]) -> Vec
 }
 
 /// Tetrahedra made so far.
-struct Stencils<'a> {
+struct StuffedCells<'a> {
     lattice: &'a CubicLattice,
-    places: Vec<Place>,
+    places: Vec<LatticeSide>,
     /// Lattice points that are elsewhere, and the cuts where they are.
     moved: HashMap<u32, u32>,
     of_edge: HashMap<[u32; 2], u32>,
     cuts: &'a [Cut],
-    cells: Vec<[Corner; 4]>,
+    cells: Vec<[StencilCorner; 4]>,
 }
 
-impl Stencils<'_> {
+impl StuffedCells<'_> {
     /// Moves each point that a cut is too near to there, to the nearest of several.
     fn warp(&mut self) {
         let mut nearest: HashMap<u32, (f64, u32)> = HashMap::new();
@@ -105,7 +106,7 @@ impl Stencils<'_> {
             }
         }
         for (point, (_, cut)) in nearest {
-            self.places[point as usize] = Place::On;
+            self.places[point as usize] = LatticeSide::On;
             self.moved.insert(point, cut);
         }
     }
@@ -113,10 +114,10 @@ impl Stencils<'_> {
     /// What is inside of a tetrahedron of the lattice.
     fn add(&mut self, cell: [u32; 4]) {
         let places = &self.places;
-        let of = |place: Place| -> Vec<u32> {
+        let of = |place: LatticeSide| -> Vec<u32> {
             cell.into_iter().filter(|point| places[*point as usize] == place).collect()
         };
-        let (inner, outer) = (of(Place::Inside), of(Place::Outside));
+        let (inner, outer) = (of(LatticeSide::Inside), of(LatticeSide::Outside));
         match (&inner[..], &outer[..]) {
             ([], _) => {}
             (_, []) => self.push(cell),
@@ -144,7 +145,7 @@ impl Stencils<'_> {
                 let upper = [b, self.cut(b, first), self.cut(b, second)];
                 let (to_first, from_second) = (self.from_first(a, b, first), !self.from_first(a, b, second));
                 // Between the cuts the shorter diagonal, where both leave a wedge of tetrahedra.
-                let length = |x: Corner, y: Corner| {
+                let length = |x: StencilCorner, y: StencilCorner| {
                     let offset = subtract(self.place(x), self.place(y));
                     dot(offset, offset)
                 };
@@ -159,9 +160,9 @@ impl Stencils<'_> {
         }
     }
 
-    /// Diagonal of what is inside of the triangle `a`, `b`, `outer`: true if it runs from `a` to the cut on the
-    /// other side, false if from `b`. The same for both tetrahedra that the triangle is a side of: to the cut
-    /// on the long edge; between two short ones from the point with even indices.
+    /// Diagonal of what is inside of the triangle `a`, `b`, `outer`: true if it runs from `a` to the cut on
+    /// the other side, false if from `b`. The same for both tetrahedra that the triangle is a side of: to
+    /// the cut on the long edge; between two short ones from the point with even indices.
     fn from_first(&self, a: u32, b: u32, outer: u32) -> bool {
         let is_long = |point: u32| {
             self.of_edge.get(&[point, outer]).is_some_and(|cut| self.cuts[*cut as usize].is_long)
@@ -173,13 +174,13 @@ impl Stencils<'_> {
         }
     }
 
-    fn cut(&self, inner: u32, outer: u32) -> Corner {
+    fn cut(&self, inner: u32, outer: u32) -> StencilCorner {
         self.places.len() as u32 + self.of_edge[&[inner, outer]]
     }
 
     /// Three tetrahedra between two triangles. `diagonals` of the quadrilaterals over the sides 01, 12, 20 of
     /// the lower one: true where they run from its first corner up.
-    fn push_wedge(&mut self, lower: [Corner; 3], upper: [Corner; 3], diagonals: [bool; 3]) {
+    fn push_wedge(&mut self, lower: [StencilCorner; 3], upper: [StencilCorner; 3], diagonals: [bool; 3]) {
         // Diagonals run upwards from both sides of one corner.
         let Some(i) = (0..3).find(|&i| diagonals[i] && !diagonals[(i + 2) % 3]) else { return };
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -189,7 +190,7 @@ impl Stencils<'_> {
         self.push([lower[i], lower[from], upper[to], upper[beside]]);
     }
 
-    fn place(&self, corner: Corner) -> [f64; 3] {
+    fn place(&self, corner: StencilCorner) -> [f64; 3] {
         match (corner as usize).checked_sub(self.places.len()) {
             Some(cut) => self.cuts[cut].place,
             None => match self.moved.get(&corner) {
@@ -200,7 +201,7 @@ impl Stencils<'_> {
     }
 
     /// Adds a tetrahedron, right-handed.
-    fn push(&mut self, mut cell: [Corner; 4]) {
+    fn push(&mut self, mut cell: [StencilCorner; 4]) {
         let [a, b, c, d] = cell.map(|corner| self.place(corner));
         let [ab, ac, ad] = [b, c, d].map(|x| subtract(x, a));
         if dot(ab, cross(ac, ad)) < 0.0 {
@@ -211,15 +212,15 @@ impl Stencils<'_> {
 
     /// The tetrahedra with corners numbered from 0, from cube to cube.
     fn numbered(self) -> Stuffing {
-        let cube = |corner: Corner| match (corner as usize).checked_sub(self.places.len()) {
+        let cube = |corner: StencilCorner| match (corner as usize).checked_sub(self.places.len()) {
             Some(cut) => self.lattice.cube_of(self.cuts[cut].ends[0]),
             None => self.lattice.cube_of(corner),
         };
-        let mut used: Vec<(usize, Corner)> =
+        let mut used: Vec<(usize, StencilCorner)> =
             self.cells.as_flattened().iter().map(|corner| (cube(*corner), *corner)).collect();
         used.par_sort_unstable();
         used.dedup();
-        let number: HashMap<Corner, u32> =
+        let number: HashMap<StencilCorner, u32> =
             used.iter().zip(0..).map(|((_, corner), i)| (*corner, i)).collect();
         let points = used.iter().map(|(_, corner)| self.place(*corner)).collect();
         let tetrahedra = self.cells.iter().map(|cell| cell.map(|corner| number[&corner])).collect();

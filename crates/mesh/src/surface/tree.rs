@@ -6,7 +6,7 @@ use std::ops::Range;
 const LEAF: usize = 4;
 
 /// Lower and upper corner [m].
-pub(super) type Bounds = [[f64; 3]; 2];
+pub(super) type BoxCorners = [[f64; 3]; 2];
 
 /// Boxes of items, halved at the median of their middles along the longest side.
 pub(super) struct BoxTree {
@@ -16,14 +16,14 @@ pub(super) struct BoxTree {
 
 /// A box with the items in it. Children of an inner node stand at `first` and `first + 1`.
 struct TreeNode {
-    bounds: Bounds,
+    bounds: BoxCorners,
     first: u32,
     /// Number of items of a leaf; 0 in inner nodes.
     count: u32,
 }
 
 /// The box that holds these.
-pub(super) fn around(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
+pub(super) fn around(points: impl IntoIterator<Item = [f64; 3]>) -> BoxCorners {
     let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for point in points {
         for c in 0..3 {
@@ -35,20 +35,20 @@ pub(super) fn around(points: impl IntoIterator<Item = [f64; 3]>) -> Bounds {
 }
 
 /// Squared distance of a point from a box [m^2]; 0 inside.
-pub(super) fn squared_distance(point: &[f64; 3], bounds: &Bounds) -> f64 {
+pub(super) fn squared_distance(point: &[f64; 3], bounds: &BoxCorners) -> f64 {
     (0..3).fold(0.0, |sum, c| {
         let outside = (bounds[0][c] - point[c]).max(point[c] - bounds[1][c]).max(0.0);
         sum + outside * outside
     })
 }
 
-fn overlap(a: &Bounds, b: &Bounds) -> bool {
+fn overlap(a: &BoxCorners, b: &BoxCorners) -> bool {
     (0..3).all(|c| a[0][c] <= b[1][c] && b[0][c] <= a[1][c])
 }
 
 impl BoxTree {
     /// The tree of items with these boxes.
-    pub(super) fn new(boxes: &[Bounds]) -> BoxTree {
+    pub(super) fn new(boxes: &[BoxCorners]) -> BoxTree {
         let mut tree = BoxTree { nodes: vec![], items: (0..boxes.len() as u32).collect() };
         tree.nodes.push(TreeNode { bounds: around([]), first: 0, count: 0 });
         let mut open = vec![(0, 0..boxes.len())];
@@ -63,7 +63,7 @@ impl BoxTree {
         &mut self,
         node: usize,
         range: Range<usize>,
-        boxes: &[Bounds],
+        boxes: &[BoxCorners],
     ) -> Option<[(usize, Range<usize>); 2]> {
         let items = &mut self.items[range.clone()];
         let bounds = around(items.iter().flat_map(|i| boxes[*i as usize]));
@@ -84,12 +84,12 @@ impl BoxTree {
     }
 
     /// The box of all.
-    pub(super) fn bounds(&self) -> Bounds {
+    pub(super) fn bounds(&self) -> BoxCorners {
         self.nodes[0].bounds
     }
 
     /// Calls `visit` with every item whose box may overlap this one.
-    pub(super) fn overlapping(&self, bounds: &Bounds, mut visit: impl FnMut(u32)) {
+    pub(super) fn overlapping(&self, bounds: &BoxCorners, mut visit: impl FnMut(u32)) {
         let mut open = vec![0];
         while let Some(node) = open.pop() {
             let TreeNode { bounds: own, first, count } = &self.nodes[node];
@@ -150,7 +150,7 @@ mod tests {
     fn answers_are_those_of_looking_at_every_item() {
         for count in [1, 4, 5, 300] {
             let items = points(count);
-            let boxes: Vec<Bounds> = items.iter().map(|x| [*x, x.map(|c| c + 0.01)]).collect();
+            let boxes: Vec<BoxCorners> = items.iter().map(|x| [*x, x.map(|c| c + 0.01)]).collect();
             let tree = BoxTree::new(&boxes);
             for point in points(50) {
                 let distance = |i: u32| squared_distance(&point, &boxes[i as usize]);

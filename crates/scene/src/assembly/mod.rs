@@ -22,6 +22,7 @@ mod places;
 mod probes;
 mod report;
 mod step_control;
+mod surfaces;
 mod terms;
 mod warnings;
 

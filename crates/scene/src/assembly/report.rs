@@ -118,6 +118,8 @@ impl Report {
         let plan = scene.plan();
         let (h, control) = (simulation.step_size(), simulation.step_control().copied());
         let (uses, left_out) = uses(scene, bodies, attachments, simulation);
+        let of_bodies: Vec<BodyReport> = bodies.iter().map(BodyReport::new).collect();
+        let of_surfaces = super::surfaces::warnings(&of_bodies);
         Report {
             title: scene.title.clone(),
             dimension: d,
@@ -125,7 +127,7 @@ impl Report {
             free_coordinates: free,
             mass: system.mass().iter().sum(),
             size: extent(simulation.state().x(), d),
-            bodies: bodies.iter().map(BodyReport::new).collect(),
+            bodies: of_bodies,
             bytes,
             integrator: simulation.method().documentation.name,
             step: h,
@@ -142,6 +144,7 @@ impl Report {
             uses,
             left_out,
             warnings: [
+                of_surfaces,
                 super::warnings::warnings(scene, simulation, bodies),
                 super::locking::warnings(scene, bodies),
                 super::millimetres::warnings(scene, bodies),

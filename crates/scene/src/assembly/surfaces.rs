@@ -1,0 +1,25 @@
+//! Warnings about solids that differ from the surfaces that they were made from.
+
+use super::report::BodyReport;
+
+/// Distance of the skin from the solid, in edges of cells, from which on it is told.
+const FAR: f64 = 0.5;
+
+/// One for each body whose skin lies far from its fitted solid.
+pub(super) fn warnings(bodies: &[BodyReport]) -> Vec<String> {
+    bodies.iter().filter_map(warning).collect()
+}
+
+fn warning(body: &BodyReport) -> Option<String> {
+    let surface = body.surface.as_ref().filter(|surface| surface.fitted)?;
+    // A cube of the lattice is filled by twelve tetrahedra.
+    let cell = (12.0 * surface.solid_volume / body.contents.tetrahedra as f64).cbrt();
+    let cells = surface.distance / cell;
+    (cells > FAR).then(|| {
+        format!(
+            "the surface of `{}` lies up to {:.3e} m from its solid, {cells:.2} of a cell: sharp edges are \
+             cut off, or gaps narrower than cells are filled, and what they part is grown together; give more `cells`",
+            body.name, surface.distance
+        )
+    })
+}
