@@ -6,7 +6,7 @@ use super::spectrum::{Derivatives, Spectrum};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure, KeyRange};
+use crate::value::{As, KeyRange, Pressure};
 
 /// Range of Poisson's ratio where the model knows no Poisson effect.
 const NO_POISSON: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 0.0)]);

@@ -8,7 +8,7 @@ use super::spectrum::out_of_plane;
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
-use crate::value::{Angle, As, Pressure, KeyRange};
+use crate::value::{Angle, As, KeyRange, Pressure};
 
 /// Range of the dispersion: parallel fibres to all directions alike.
 const DISPERSION: KeyRange = KeyRange::of(&[("minimum", 0.0), ("maximum", 1.0 / 3.0)]);

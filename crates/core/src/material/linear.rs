@@ -8,7 +8,7 @@ use super::{
 };
 use crate::algebra::Mat;
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure, KeyRange};
+use crate::value::{As, KeyRange, Pressure};
 
 /// Small-strain linear elasticity.
 ///

@@ -9,7 +9,7 @@ use super::spectrum::{InvariantDerivatives, Spectrum, out_of_plane};
 use super::{Domain, Lame, Material, MaterialDescription, Model, ParameterError, Parameters};
 use crate::algebra::{Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Compressibility, Pressure, KeyRange};
+use crate::value::{As, Compressibility, KeyRange, Pressure};
 
 /// Mooney-Rivlin elasticity of compressible rubber: both invariants of the change of shape.
 ///

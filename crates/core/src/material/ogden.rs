@@ -6,7 +6,7 @@ use super::parameters::{check_poisson, check_positive};
 use super::{Domain, Lame, MaterialDescription, Model, ParameterError, Parameters, Stretches};
 use crate::algebra::{IsotropicFunction, Mat, Vect};
 use crate::scalar::Scalar;
-use crate::value::{As, Pressure, KeyRange};
+use crate::value::{As, KeyRange, Pressure};
 
 /// Ogden's elasticity of rubber, with any number of terms.
 ///
