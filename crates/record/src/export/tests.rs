@@ -252,10 +252,6 @@ fn skins_are_exported_as_surfaces() {
         time = {{ integrator = 'velocity-verlet', step = 1e-3, duration = 0.1 }}
         world = {{ gravity = [0.0, 0.0, -10.0] }}
         [[body]]
-        name = 'dust'
-        mesh = {{ inline = {{ points = [[0.0, -3.0, 0.0], [1.0, -3.0, 0.0]] }} }}
-        mass = {{ total = 1.0 }}
-        [[body]]
         name = 'cube'
         mesh = {{ surface = {{ path = '{}', cells = 2 }} }}
         elastic = {{ neo-hookean = {{ young = 1e4, poisson = 0.3 }} }}
@@ -265,7 +261,7 @@ fn skins_are_exported_as_surfaces() {
     let file = folder.path().join("run.mcap");
     recorded(&scene, &file);
     let mut export = Export::open(&file).unwrap();
-    for (name, count, z) in [("a.obj", 10, Some(-0.05)), ("a.vtu", 0, None)] {
+    for (name, count, z) in [("a.obj", 8, Some(-0.05)), ("a.vtu", 0, None)] {
         let path = folder.path().join(name);
         written(&mut export, 10, &path);
         let mesh = read(&path, 3, MidNodes::Refuse);
@@ -274,7 +270,7 @@ fn skins_are_exported_as_surfaces() {
                 let lines = std::fs::read_to_string(&path).unwrap();
                 assert_eq!(lines.lines().filter(|line| line.starts_with("v ")).count(), count);
                 assert_eq!(lines.lines().filter(|line| line.starts_with("f ")).count(), 12);
-                let last = lines.lines().filter(|line| line.starts_with("v ")).nth(2).unwrap();
+                let last = lines.lines().find(|line| line.starts_with("v ")).unwrap();
                 let height: f64 = last.split(' ').next_back().unwrap().parse().unwrap();
                 assert!((height - z).abs() < 1e-12, "{last}");
             }

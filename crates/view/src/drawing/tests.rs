@@ -205,6 +205,7 @@ fn skins_are_drawn_in_place_of_the_boundary() {
     assert!(elements.len() == 12 && largest < of_elements.bodies[0].values().len());
     let bare = Drawing::without_skins(&file, folder.path()).unwrap();
     assert!(bare.bodies()[0].triangles.len() > 12 && bare.bodies()[0].skin.is_empty());
+    let file = folder.path().join("bare.mcap");
     recorded(&scene(", skin = false"), &file);
     let mut left_out = Drawing::open(&file).unwrap();
     assert_eq!(left_out.bodies()[0].triangles, bare.bodies()[0].triangles);
