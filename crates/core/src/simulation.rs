@@ -18,7 +18,7 @@ pub use crate::deadline::Stopped;
 pub use change::AdoptError;
 pub use checkpoint::Checkpoint;
 pub use drives::MoveError;
-pub use error::{Retried, StepError};
+pub use error::{Retried, StepError, UnsolvedStatics};
 pub use grab::{GrabError, Grip};
 pub use material::MaterialError;
 pub use matrices::{MatrixError, SparseMatrix};
@@ -319,8 +319,7 @@ impl Simulation {
         StepFault { fault, vertex: vertex.map(original), solve }
     }
 
-    fn not_finite(&self, fault: StepFault, retried: Option<Retried>) -> StepError {
-        let retried = retried.map(Box::new);
+    fn not_finite(&self, fault: StepFault, retried: Option<Box<Retried>>) -> StepError {
         let StepFault { fault, vertex, solve } = self.located(fault);
         // Where there is no finite force to begin with, the solver is not to blame.
         if let Some(solve) = solve.filter(|solve| solve.verdict != SolveFailure::Infeasible) {
@@ -330,12 +329,13 @@ impl Simulation {
                 verdict: solve.verdict,
                 iterations: solve.iterations,
                 correction: solve.correction,
-                left: solve.left,
                 fault,
                 step_size: self.step_size,
                 retried,
-                is_static: self.method.is_static(),
-                load_factor: self.load_factor(),
+                statics: self
+                    .method
+                    .is_static()
+                    .then(|| Box::new(UnsolvedStatics { left: solve.left, load_factor: self.load_factor() })),
             };
         }
         StepError::NotFinite {

@@ -14,7 +14,7 @@ impl Expression {
     /// The range is looked at in 1024 parts: two changes within one of these may be missed. Of a formula of
     /// the place, which changes elsewhere at other times, there are none.
     pub fn branch_times(&self, from: f64, to: f64) -> Vec<f64> {
-        if self.depends_on_place() || !(from < to) {
+        if self.depends_on_place() || from.is_nan() || to.is_nan() || from >= to {
             return vec![];
         }
         let time =

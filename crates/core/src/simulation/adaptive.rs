@@ -140,8 +140,6 @@ impl Simulation {
         smallest: f64,
         (step_size, judgement, fault): (f64, Option<Judgement>, Option<StepFault>),
     ) -> StepError {
-        let none = StepFault { fault: None, vertex: None, solve: None };
-        let StepFault { fault, vertex, solve } = self.located(fault.unwrap_or(none));
         StepError::StepTooSmall {
             step: self.state.step + 1,
             time: self.state.time,
@@ -151,10 +149,7 @@ impl Simulation {
                 Some(Judgement::Error(error)) => Some(error),
                 _ => None,
             },
-            fault,
-            vertex,
-            verdict: solve.map(|solve| solve.verdict),
-            left: solve.and_then(|solve| solve.left),
+            cause: fault.map(|fault| Box::new(self.located(fault))),
             is_static: self.method.is_static(),
         }
     }

@@ -1,7 +1,7 @@
 //! Why a step could not be taken.
 
 use crate::energy::Fault;
-use crate::solver::{ForceLeft, SolveFailure};
+use crate::solver::{ForceLeft, SolveError, SolveFailure, StepFault};
 
 /// A step could not be taken; the state is still the last good one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -33,7 +33,9 @@ pub enum StepError {
     /// The equations of an implicit step were not solved.
     #[error(
         "step {step} ({}) was not solved{}: {verdict}; {iterations} iterations, last correction {correction:.3e} m{}{}; {}",
-        moment(*.time, *.load_factor), nor_in_parts(.retried.as_deref()), left_over(.left), place(.fault), remedy(*.verdict, *.is_static, *.load_factor, *.step_size, .retried.as_deref())
+        moment(*.time, .statics.as_deref()), nor_in_parts(.retried.as_deref()),
+        left_over(.statics.as_ref().and_then(|statics| statics.left)), place(.fault),
+        remedy(*.verdict, .statics.as_deref(), *.step_size, .retried.as_deref())
     )]
     Unsolved {
         /// The step that was tried, from 1.
@@ -46,24 +48,20 @@ pub enum StepError {
         iterations: u32,
         /// Largest component of the last correction [m].
         correction: f64,
-        /// The largest force that was left, in statics.
-        left: Option<ForceLeft>,
         /// The cause, as far as a term knows it.
         fault: Option<Fault>,
         /// The step size that was tried [s].
         step_size: f64,
         /// The smallest part of the step that failed too, where parts were tried; verdict and cause are of that.
         retried: Option<Box<Retried>>,
-        /// True if an equilibrium was looked for.
-        is_static: bool,
-        /// The load factor at its beginning, where a path of equilibria is followed.
-        load_factor: Option<f64>,
+        /// More, where an equilibrium was looked for.
+        statics: Option<Box<UnsolvedStatics>>,
     },
     /// No step that is large enough to be taken has an error that is allowed.
     #[error(
         "{what} {step} (t = {time:.6} s) cannot be taken: one of {step_size:.3e} s is still too large{}, and the smallest allowed is \
          {smallest:.3e} s{}{}{}",
-        still(*.error), why(.fault, .vertex, *.verdict), left_over(.left), beyond_limit(*.is_static),
+        still(*.error), why(.cause.as_deref()), left_over(.cause.as_ref().and_then(|cause| cause.solve?.left)), beyond_limit(*.is_static),
         what = if *.is_static { "increment" } else { "step" }
     )]
     StepTooSmall {
@@ -77,14 +75,8 @@ pub enum StepError {
         smallest: f64,
         /// The error of that last step, 1 being allowed; `None` where the step could not be taken at all.
         error: Option<f64>,
-        /// The cause, as far as a term knows it, where it could not be taken.
-        fault: Option<Fault>,
-        /// First vertex whose position or velocity is not finite.
-        vertex: Option<usize>,
-        /// How the solver ended, where that is the reason.
-        verdict: Option<SolveFailure>,
-        /// The largest force that was left, in statics.
-        left: Option<ForceLeft>,
+        /// The cause, where it could not be taken.
+        cause: Option<Box<StepFault>>,
         /// True if an equilibrium was looked for.
         is_static: bool,
     },
@@ -109,6 +101,15 @@ pub enum StepError {
     },
 }
 
+/// Statics that was not solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnsolvedStatics {
+    /// The largest force that was left.
+    pub left: Option<ForceLeft>,
+    /// The load factor at the beginning of the step, where a path of equilibria is followed.
+    pub load_factor: Option<f64>,
+}
+
 /// The smallest part of a step that was tried, and failed as all larger ones did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Retried {
@@ -130,7 +131,8 @@ fn nor_in_parts(retried: Option<&Retried>) -> String {
 }
 
 /// The moment of a step: its time, or where it is on a path of equilibria.
-fn moment(time: f64, load_factor: Option<f64>) -> String {
+fn moment(time: f64, statics: Option<&UnsolvedStatics>) -> String {
+    let load_factor = statics.and_then(|statics| statics.load_factor);
     load_factor.map_or_else(|| format!("t = {time:.6} s"), |factor| format!("load factor {factor:.6}"))
 }
 
@@ -151,12 +153,11 @@ fn parts(is_implicit: bool, retried: Option<&Retried>) -> &'static str {
 /// Advice where a step is not solved.
 fn remedy(
     verdict: SolveFailure,
-    is_static: bool,
-    load_factor: Option<f64>,
+    statics: Option<&UnsolvedStatics>,
     step_size: f64,
     retried: Option<&Retried>,
 ) -> String {
-    if load_factor.is_some() {
+    if statics.is_some_and(|statics| statics.load_factor.is_some()) {
         return match verdict {
             SolveFailure::Unloaded => "multiply the load or the prescribed motion that is to grow by `t`, which is the load \
                                        factor: `force = [\"0\", \"-10*t\"]`"
@@ -169,7 +170,7 @@ fn remedy(
                 .into(),
         };
     }
-    if is_static && verdict == SolveFailure::Indefinite {
+    if statics.is_some() && verdict == SolveFailure::Indefinite {
         return "statics has no inertia: hold every body by pins or attachments, or look what gives way there".into();
     }
     let half = 0.5 * smallest(step_size, retried);
@@ -182,11 +183,10 @@ fn remedy(
 }
 
 /// The largest force that a solve of statics has left.
-fn left_over(left: &Option<ForceLeft>) -> String {
-    let said = |ForceLeft { force, vertex }: &ForceLeft| {
-        format!(", the largest force left {force:.3e} N at vertex {vertex}")
-    };
-    left.as_ref().map_or(String::new(), said)
+fn left_over(left: Option<ForceLeft>) -> String {
+    let said =
+        |ForceLeft { force, vertex }| format!(", the largest force left {force:.3e} N at vertex {vertex}");
+    left.map_or(String::new(), said)
 }
 
 /// Advice where increments of statics come to an end.
@@ -203,11 +203,15 @@ fn still(error: Option<f64>) -> String {
     error.map_or(String::new(), |error| format!(", its error {error:.2e} times what is allowed"))
 }
 
-fn why(fault: &Option<Fault>, vertex: &Option<usize>, verdict: Option<SolveFailure>) -> String {
-    match (verdict, fault, vertex) {
-        (Some(verdict), ..) => format!("; it was not solved: {verdict}{}", place(fault)),
-        (None, None, None) => "; allow larger errors by `tolerance`, or see what jumps there".into(),
-        _ => format!("; {}", cause(fault, vertex)),
+fn why(failure: Option<&StepFault>) -> String {
+    match failure {
+        None | Some(StepFault { fault: None, vertex: None, solve: None }) => {
+            "; allow larger errors by `tolerance`, or see what jumps there".into()
+        }
+        Some(StepFault { solve: Some(SolveError { verdict, .. }), fault, .. }) => {
+            format!("; it was not solved: {verdict}{}", place(fault))
+        }
+        Some(StepFault { fault, vertex, .. }) => format!("; {}", cause(fault, vertex)),
     }
 }
 

@@ -34,7 +34,11 @@ impl Simulation {
     /// parts. Schemes that remember earlier steps treat parts as any step of another size.
     ///
     /// The fault is that of the smallest part; the state is then what it was before the step.
-    pub(super) fn step_in_parts(&mut self, h: f64, end: f64) -> Result<(), (StepFault, Option<Retried>)> {
+    pub(super) fn step_in_parts(
+        &mut self,
+        h: f64,
+        end: f64,
+    ) -> Result<(), (StepFault, Option<Box<Retried>>)> {
         let fault = match self.single_step(h, end) {
             Ok(()) => return Ok(()),
             Err(fault) => fault,
@@ -74,7 +78,7 @@ impl Simulation {
                     self.state.time = start;
                     self.integrator.recall(&memory, &self.system, &self.state);
                     self.set_ledger(ledger);
-                    return Err((fault, Some(retried)));
+                    return Err((fault, Some(Box::new(retried))));
                 }
             }
         }

@@ -130,20 +130,21 @@ impl StuffedCells<'_> {
                 let Some(on) = cell.into_iter().find(|point| ![a, b, out].contains(point)) else { return };
                 let (cut_a, cut_b) = (self.cut(a, out), self.cut(b, out));
                 let (from, to, other, beside) =
-                    if self.from_first(a, b, out) { (a, cut_b, b, cut_a) } else { (b, cut_a, a, cut_b) };
+                    if self.goes_from_first(a, b, out) { (a, cut_b, b, cut_a) } else { (b, cut_a, a, cut_b) };
                 self.push([on, from, to, other]);
                 self.push([on, from, to, beside]);
             }
             (&[a, b, c], &[out]) => {
                 let upper = [a, b, c].map(|point| self.cut(point, out));
-                let from_lower = |i: usize, j: usize| self.from_first(inner[i], inner[j], out);
+                let from_lower = |i: usize, j: usize| self.goes_from_first(inner[i], inner[j], out);
                 let diagonals = [from_lower(0, 1), from_lower(1, 2), from_lower(2, 0)];
                 self.push_wedge([a, b, c], upper, diagonals);
             }
             (&[a, b], &[first, second]) => {
                 let lower = [a, self.cut(a, first), self.cut(a, second)];
                 let upper = [b, self.cut(b, first), self.cut(b, second)];
-                let (to_first, from_second) = (self.from_first(a, b, first), !self.from_first(a, b, second));
+                let (to_first, from_second) =
+                    (self.goes_from_first(a, b, first), !self.goes_from_first(a, b, second));
                 // Between the cuts the shorter diagonal, where both leave a wedge of tetrahedra.
                 let length = |x: StencilCorner, y: StencilCorner| {
                     let offset = subtract(self.place(x), self.place(y));
@@ -163,7 +164,7 @@ impl StuffedCells<'_> {
     /// Diagonal of what is inside of the triangle `a`, `b`, `outer`: true if it runs from `a` to the cut on
     /// the other side, false if from `b`. The same for both tetrahedra that the triangle is a side of: to
     /// the cut on the long edge; between two short ones from the point with even indices.
-    fn from_first(&self, a: u32, b: u32, outer: u32) -> bool {
+    fn goes_from_first(&self, a: u32, b: u32, outer: u32) -> bool {
         let is_long = |point: u32| {
             self.of_edge.get(&[point, outer]).is_some_and(|cut| self.cuts[*cut as usize].is_long)
         };

@@ -21,8 +21,11 @@ pub struct StepFailure {
 impl StepFailure {
     pub(super) fn new(error: &StepError) -> StepFailure {
         let (time, fault, vertex) = match error {
-            StepError::NotFinite { time, fault, vertex, .. }
-            | StepError::StepTooSmall { time, fault, vertex, .. } => (*time, fault.as_ref(), *vertex),
+            StepError::NotFinite { time, fault, vertex, .. } => (*time, fault.as_ref(), *vertex),
+            StepError::StepTooSmall { time, cause, .. } => {
+                let cause = cause.as_deref();
+                (*time, cause.and_then(|cause| cause.fault.as_ref()), cause.and_then(|cause| cause.vertex))
+            }
             StepError::Unsolved { time, fault, .. } => (*time, fault.as_ref(), None),
             StepError::Unstable { time, .. } => (*time, None, None),
         };

@@ -100,7 +100,7 @@ impl PathFollower {
         };
         let by_load = solutions.by_load;
         let reach = norm(system, &by_load);
-        if !(reach > 0.0) {
+        if reach.is_nan() || reach <= 0.0 {
             return Err(failure(system, start, SolveFailure::Unloaded, 0, 0.0));
         }
         if self.state.first_radius == 0.0 {
