@@ -39,21 +39,17 @@ pub(crate) fn scene(py: Python<'_>, error: &Error) -> PyErr {
 
 /// `StepError(message, step, time, element, J, body, vertex, step_size, stable_step)`.
 pub(crate) fn step(error: &Step) -> PyErr {
-    let (step, time, step_size, fault, vertex, stable) = match error {
-        Step::NotFinite { step, time, fault, vertex, step_size, stable_step, .. } => {
-            (*step, *time, *step_size, fault.as_ref(), *vertex, *stable_step)
+    let (step, time, step_size, stable) = match error {
+        Step::NotFinite { step, time, step_size, stable_step, .. }
+        | Step::Unstable { step, time, step_size, stable_step, .. } => {
+            (*step, *time, *step_size, *stable_step)
         }
-        Step::Unsolved { step, time, fault, step_size, .. } => {
-            (*step, *time, *step_size, fault.as_ref(), None, None)
-        }
-        Step::StepTooSmall { step, time, fault, vertex, step_size, .. } => {
-            (*step, *time, *step_size, fault.as_ref(), *vertex, None)
-        }
-        Step::Unstable { step, time, step_size, stable_step, .. } => {
-            (*step, *time, *step_size, None, None, *stable_step)
+        Step::Unsolved { step, time, step_size, .. } | Step::StepTooSmall { step, time, step_size, .. } => {
+            (*step, *time, *step_size, None)
         }
     };
-    let (element, j, body) = match fault {
+    let vertex = error.vertex();
+    let (element, j, body) = match error.fault() {
         Some(Fault::Element { body, element, j }) => (Some(*element), Some(*j), Some(body.clone())),
         Some(Fault::Spring { body, spring, .. }) => (Some(*spring), None, Some(body.clone())),
         Some(Fault::Stencil { body, index, .. }) => (Some(*index), None, Some(body.clone())),

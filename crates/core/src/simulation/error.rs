@@ -101,6 +101,26 @@ pub enum StepError {
     },
 }
 
+impl StepError {
+    /// The cause, as far as a term knows it.
+    pub fn fault(&self) -> Option<&Fault> {
+        match self {
+            StepError::NotFinite { fault, .. } | StepError::Unsolved { fault, .. } => fault.as_ref(),
+            StepError::StepTooSmall { cause, .. } => cause.as_ref()?.fault.as_ref(),
+            StepError::Unstable { .. } => None,
+        }
+    }
+
+    /// First vertex whose position or velocity is not finite.
+    pub fn vertex(&self) -> Option<usize> {
+        match self {
+            StepError::NotFinite { vertex, .. } => *vertex,
+            StepError::StepTooSmall { cause, .. } => cause.as_ref()?.vertex,
+            StepError::Unsolved { .. } | StepError::Unstable { .. } => None,
+        }
+    }
+}
+
 /// Statics that was not solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnsolvedStatics {

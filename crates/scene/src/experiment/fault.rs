@@ -20,17 +20,14 @@ pub struct StepFailure {
 
 impl StepFailure {
     pub(super) fn new(error: &StepError) -> StepFailure {
-        let (time, fault, vertex) = match error {
-            StepError::NotFinite { time, fault, vertex, .. } => (*time, fault.as_ref(), *vertex),
-            StepError::StepTooSmall { time, cause, .. } => {
-                let cause = cause.as_deref();
-                (*time, cause.and_then(|cause| cause.fault.as_ref()), cause.and_then(|cause| cause.vertex))
-            }
-            StepError::Unsolved { time, fault, .. } => (*time, fault.as_ref(), None),
-            StepError::Unstable { time, .. } => (*time, None, None),
-        };
-        let failure = StepFailure { message: error.to_string(), time, element: None, vertex, body: None };
-        failure.at(fault)
+        let (StepError::NotFinite { time, .. }
+        | StepError::StepTooSmall { time, .. }
+        | StepError::Unsolved { time, .. }
+        | StepError::Unstable { time, .. }) = error;
+        let vertex = error.vertex();
+        let failure =
+            StepFailure { message: error.to_string(), time: *time, element: None, vertex, body: None };
+        failure.at(error.fault())
     }
 
     fn at(self, fault: Option<&Fault>) -> StepFailure {

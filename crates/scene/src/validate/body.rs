@@ -318,6 +318,38 @@ fn something_to_fill(check: &mut Checker, path: KeyPath, body: &Body, has: MeshC
     }
 }
 
+/// `elastic_factor` of `body`; how many there are, the assembly knows.
+fn elastic_factor(check: &mut Checker, path: &KeyPath, factor: &OneOrMany, body: &Body) {
+    check.one_or_many(path, factor, "", None);
+    let stiff = body.damping.as_ref().is_some_and(|damping| damping.stiffness_proportional.is_some());
+    let refused = [
+        (
+            body.elastic.is_none(),
+            "is one of finite elements, and this body has no `elastic`",
+            "add `elastic`",
+        ),
+        (
+            body.membrane.is_some(),
+            "is for solids, and this body is a `membrane`",
+            "make a body of each stiffness",
+        ),
+        (
+            body.nodal_integration.is_some(),
+            "is for elements that have a stress of their own, and with `nodal_integration` vertices have it",
+            "remove `nodal_integration`, or use `order = 2`",
+        ),
+        (
+            stiff,
+            "does not reach `stiffness_proportional` damping, which has one stiffness for the body",
+            "use `strain_rate` damping, whose viscosities do not depend on the stiffness",
+        ),
+    ];
+    for (_, message, help) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
+        let problem = Problem::semantic(path.clone(), format!("`elastic_factor` {message}")).at_key();
+        check.report(problem.with_help(help));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -351,37 +383,5 @@ mod tests {
         assert_eq!(messages(&cloth, 3, true, true), filled("cloth"));
         assert!(messages(&cloth, 2, true, false).is_empty());
         assert_eq!(MeshCapabilities::of(&cloth, Some(3)).edge_count, Some(2 * 4 + 3 * 3 + 2 * 6));
-    }
-}
-
-/// `elastic_factor` of `body`; how many there are, the assembly knows.
-fn elastic_factor(check: &mut Checker, path: &KeyPath, factor: &OneOrMany, body: &Body) {
-    check.one_or_many(path, factor, "", None);
-    let stiff = body.damping.as_ref().is_some_and(|damping| damping.stiffness_proportional.is_some());
-    let refused = [
-        (
-            body.elastic.is_none(),
-            "is one of finite elements, and this body has no `elastic`",
-            "add `elastic`",
-        ),
-        (
-            body.membrane.is_some(),
-            "is for solids, and this body is a `membrane`",
-            "make a body of each stiffness",
-        ),
-        (
-            body.nodal_integration.is_some(),
-            "is for elements that have a stress of their own, and with `nodal_integration` vertices have it",
-            "remove `nodal_integration`, or use `order = 2`",
-        ),
-        (
-            stiff,
-            "does not reach `stiffness_proportional` damping, which has one stiffness for the body",
-            "use `strain_rate` damping, whose viscosities do not depend on the stiffness",
-        ),
-    ];
-    for (_, message, help) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
-        let problem = Problem::semantic(path.clone(), format!("`elastic_factor` {message}")).at_key();
-        check.report(problem.with_help(help));
     }
 }
