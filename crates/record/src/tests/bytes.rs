@@ -88,6 +88,7 @@ fn record_moment(recorder: &mut McapRecorder, index: u32) {
         index: index.into(),
         step: 10 * u64::from(index),
         time: f64::from(index) / 64.0,
+        load_factor: None,
         dimension: 3,
         x: &x,
         v: &v,
