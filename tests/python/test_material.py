@@ -112,7 +112,7 @@ def test_an_element_that_is_at_fault_is_named() -> None:
         return p
 
     simulation = pliant.Simulation(scene("velocity-verlet"), materials={"beam": pliant.Material(density, barrier)})
-    x = simulation.positions
+    x = simulation.positions.copy()
     x[9] = [0.2, 0.05]
     simulation.positions = x
     with pytest.raises(pliant.StepError) as caught:

@@ -53,6 +53,12 @@ fn tuple(shape: &[usize]) -> String {
     format!("({}{})", sizes.join(", "), if shape.len() == 1 { "," } else { "" })
 }
 
+/// The same array, whose entries cannot be assigned: what is written into a copy would be lost in silence.
+pub(crate) fn read_only(array: Doubles<'_>) -> PyResult<Doubles<'_>> {
+    array.try_readwrite()?.make_nonwriteable();
+    Ok(array)
+}
+
 /// A list of numbers as a new array of this shape.
 pub(crate) fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Doubles<'py>> {
     values.into_pyarray(py).reshape(shape.to_vec())

@@ -54,12 +54,13 @@ impl PySimulation {
         self.vertices
     }
 
-    /// ndarray of float64, shape (n, dim): Positions [m]: a copy. What is assigned must have this shape; prescribed motion keeps its own, and
-    /// what is pinned is held where it is put.
+    /// ndarray of float64, shape (n, dim): Positions [m]: a copy, read only. What is assigned must have this
+    /// shape; prescribed motion keeps its own, and what is pinned is held where it is put. To change some, change
+    /// a copy and assign it: ``x = simulation.positions.copy()``.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let positions = self.lock()?.simulation.positions().into_owned();
-        arrays::array(py, positions, &self.shape())
+        arrays::read_only(arrays::array(py, positions, &self.shape())?)
     }
 
     #[setter]
@@ -70,12 +71,12 @@ impl PySimulation {
         inner.publish(py)
     }
 
-    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy. What is assigned must have this shape; velocities of pinned coordinates
-    /// stay what they are.
+    /// ndarray of float64, shape (n, dim): Velocities [m/s]: a copy, read only. What is assigned must have this
+    /// shape; velocities of pinned coordinates stay what they are.
     #[getter]
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Doubles<'py>> {
         let velocities = self.lock()?.simulation.velocities().into_owned();
-        arrays::array(py, velocities, &self.shape())
+        arrays::read_only(arrays::array(py, velocities, &self.shape())?)
     }
 
     #[setter]
