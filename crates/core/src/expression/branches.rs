@@ -48,7 +48,10 @@ impl Expression {
             |function, arguments| {
                 if let Some(branch) = function.branch(arguments) {
                     // A hash of Knuth's: different sequences hardly ever meet.
-                    taken = taken.wrapping_add(branch as u64 + 1).wrapping_mul(6_364_136_223_846_793_005);
+                    taken = taken
+                        .wrapping_add(branch as u64)
+                        .wrapping_add(1)
+                        .wrapping_mul(6_364_136_223_846_793_005);
                 }
             },
         );
