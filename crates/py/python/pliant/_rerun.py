@@ -46,8 +46,7 @@ def to_rerun(trajectory: Trajectory, recording: _rerun.RecordingStream | None = 
     Examples
     --------
     >>> import rerun as rr
-    >>> rr.init("pliant")
-    >>> to_rerun(trajectory)
+    >>> to_rerun(trajectory, rr.RecordingStream("pliant"))
     """
     import rerun as rr
 
