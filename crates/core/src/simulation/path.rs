@@ -48,7 +48,7 @@ pub struct LimitPoint {
     pub is_maximum: bool,
 }
 
-/// What is known of a path so far.
+/// Path of equilibria so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PathState {
     /// The load factor now.

@@ -111,7 +111,7 @@ impl StuffedCells<'_> {
         }
     }
 
-    /// What is inside of a tetrahedron of the lattice.
+    /// Part of a tetrahedron of the lattice that is inside.
     fn add(&mut self, cell: [u32; 4]) {
         let places = &self.places;
         let of = |place: LatticeSide| -> Vec<u32> {

@@ -97,7 +97,7 @@ fn text((points, triangles): &Shape) -> String {
     points.chain(faces).collect()
 }
 
-/// What is made of this text, with the given keys.
+/// Mesh made of this text, with the given keys.
 fn made(text: &str, spec: &SurfaceSpec) -> Result<Mesh, MeshError> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.obj"), text).unwrap();

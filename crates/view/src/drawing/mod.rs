@@ -61,7 +61,7 @@ pub struct Drawing {
     surroundings: Surroundings,
 }
 
-/// Whether bodies are drawn by the surfaces that ride along.
+/// Drawing of the surfaces that ride along with bodies.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Skins {
     Drawn,
