@@ -306,3 +306,58 @@ fn runs_that_nobody_watches_keep_the_balance() {
     let summary = run_watched(&mut simulation, 0.4, 10.0);
     assert!(drift(&summary) < 1e-4, "{}", drift(&summary));
 }
+
+/// Two masses on a spring fall into a corner of two oblique walls and bounce there: what the walls give in all steps,
+/// forces and moments times the step, is the change of momentum less the impulse of gravity.
+#[test]
+fn walls_give_what_momentum_lacks_by_every_scheme() {
+    for method in methods_with_walls() {
+        let (name, h, steps) = (method.documentation.name, 1e-3, 1000);
+        let mut simulation = assembled(&format!(
+            "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
+             world = {{ gravity = [2, -{G:?}], walls = [{{ normal = [0.1, 1], offset = -0.3 }}, \
+             {{ normal = [-1, 0], offset = -1.1 }}] }}\n[[body]]\n\
+             mesh = {{ strand = {{ segments = 3, start = [0.2, 0.3], end = [1.0, 0.6] }} }}\n\
+             springs = {{ stiffness = 400.0 }}\nmass = {{ per_vertex = 0.5 }}\n"
+        ));
+        let mut given = [0.0; 2];
+        for _ in 0..steps {
+            advance(&mut simulation, 1);
+            for wall in simulation.reactions() {
+                (0..2).for_each(|c| given[c] += h * wall.force[c]);
+            }
+        }
+        let mut momentum = [0.0; 2];
+        for v in simulation.velocities().chunks(2) {
+            (0..2).for_each(|c| momentum[c] += 0.5 * v[c]);
+        }
+        let gravity = [2.0 * 2.0, -2.0 * G];
+        assert!(given[0] < -1.0 && given[1] > 5.0, "{name}: {given:?}");
+        for c in 0..2 {
+            let off = given[c] + gravity[c] - momentum[c];
+            assert!(off.abs() < 1e-11, "{name}: {given:?} N s, {momentum:?}, off by {off:e}");
+        }
+    }
+}
+
+/// A blow is in the step in which it falls, at its place; before any step, what presses is told.
+#[test]
+fn a_blow_is_in_its_step_and_has_a_moment() {
+    for method in methods_with_walls() {
+        let name = method.documentation.name;
+        let mut simulation = mass(method, 0.01, [[3.0, 0.0], [0.0, -4.0]], FLOOR, "");
+        let before = &simulation.reactions()[0];
+        assert_relative(before.force[1], 2.0 * G, 1e-12, name);
+        advance(&mut simulation, 1);
+        let blow = &simulation.reactions()[0];
+        // It had 8 N s, and got 0.2 from gravity.
+        assert_relative(blow.force[1], (8.0 + 0.2) / 0.01, 1e-11, name);
+        assert_relative(blow.moment[2], 3.0 * (8.0 + 0.2) / 0.01, 1e-11, name);
+        let checkpoint = simulation.checkpoint();
+        let kept = simulation.reactions();
+        advance(&mut simulation, 1);
+        assert_relative(simulation.reactions()[0].force[1], 2.0 * G, 1e-11, name);
+        simulation.resume(&checkpoint).unwrap();
+        assert_eq!(simulation.reactions(), kept, "{name}");
+    }
+}

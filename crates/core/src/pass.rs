@@ -1,4 +1,4 @@
-//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows
+//! One pass over all vertices: the force is added up, and drag, kick and drift follow while the rows
 //! are in the cache.
 //!
 //! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a gradient on the stack,
@@ -7,7 +7,6 @@
 
 use rayon::prelude::*;
 
-use crate::constraint::Wall;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{EnergyTerm, ForceLayout};
 use crate::lanes::{Kernel, Lanes, Numbers, WIDTH, dispatch};
@@ -70,7 +69,7 @@ impl InverseMass {
 struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 
 /// Work of a pass on each row, in this order:
-/// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`, walls.
+/// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KickDrift {
     /// Factor of the velocities before the kick.
@@ -79,13 +78,11 @@ pub(crate) struct KickDrift {
     pub(crate) kick: f64,
     /// Time [s] for which the velocity acts.
     pub(crate) drift: f64,
-    /// True if walls put vertices back.
-    pub(crate) walls: bool,
 }
 
 impl KickDrift {
     /// A pass that leaves everything as it is.
-    pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
+    pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0 };
 }
 
 /// Result of a pass.
@@ -93,15 +90,13 @@ impl KickDrift {
 pub(crate) struct PassResult {
     /// True if all positions and velocities are finite.
     pub(crate) finite: bool,
-    /// True if a wall moved a vertex.
-    pub(crate) put_back: bool,
 }
 
 impl PassResult {
-    const NOTHING: PassResult = PassResult { finite: true, put_back: false };
+    const NOTHING: PassResult = PassResult { finite: true };
 
     fn and(self, other: Self) -> Self {
-        PassResult { finite: self.finite & other.finite, put_back: self.put_back | other.put_back }
+        PassResult { finite: self.finite & other.finite }
     }
 }
 
@@ -112,7 +107,6 @@ pub(crate) struct StepInputs<'a> {
     pub(crate) terms: &'a [Box<dyn EnergyTerm>],
     pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
     pub(crate) inverse_mass: &'a InverseMass,
-    pub(crate) walls: &'a [Wall],
 }
 
 impl StepInputs<'_> {
@@ -174,13 +168,7 @@ impl StepInputs<'_> {
         };
         let uniform = self.in_packs(&forces.uniform);
         let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, same, from, x, v });
-        let mut put_back = false;
-        if pass.walls {
-            for wall in self.walls {
-                put_back |= wall.apply(inverse_mass, x, v);
-            }
-        }
-        PassResult { finite, put_back }
+        PassResult { finite }
     }
 
     /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.

@@ -46,7 +46,7 @@ use crate::integrator::{Integrator, Method, Scheme};
 use crate::numbering::Numbering;
 use crate::solver::{ForceLeft, SolveError, SolveFailure, SolverOptions, SolverWork, StepFault, scene_size};
 use crate::state::State;
-use crate::system::{System, TermId};
+use crate::system::{System, TermId, WallImpulses};
 
 /// Prescribed motion that jumps: no body moves so.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -88,6 +88,8 @@ pub struct Simulation {
     /// Jumps of prescribed motion, and the time that the last step that was looked at for them led to [s].
     motion_jumps: Option<MotionJumps>,
     contact_extremes: ContactExtremes,
+    /// Impulses of walls in the last step that led to the present state.
+    wall_impulses: Option<WallImpulses>,
     jumps_seen_until: f64,
     /// Points of elements whose state is asked for.
     points: Vec<(usize, Barycentric)>,
@@ -140,6 +142,7 @@ impl Simulation {
             counts_losses: true,
             motion_jumps: None,
             contact_extremes: ContactExtremes::default(),
+            wall_impulses: None,
             jumps_seen_until: 0.0,
             points: vec![],
             stability: None,
@@ -212,6 +215,10 @@ impl Simulation {
     /// [s] that has led here.
     fn note_in_ledger(&mut self, from: f64, h: f64) {
         self.note_contacts();
+        if !self.system.walls().is_empty() && !self.method.is_static() {
+            let last = self.system.books_mut().wall_impulses();
+            self.wall_impulses.get_or_insert_default().clone_from(last);
+        }
         if let Some(ledger) = &mut self.ledger {
             let State { time, .. } = self.state;
             let (system, x, v) = (&mut self.system, self.state.x(), self.state.v());
@@ -389,6 +396,7 @@ impl Simulation {
     /// and begins anew with the next step.
     pub fn state_mut(&mut self) -> &mut State {
         self.close_ledger();
+        self.wall_impulses = None;
         &mut self.state
     }
 
@@ -476,7 +484,7 @@ impl Simulation {
         self.system.books_mut().set_to_be_measured(to_be_measured);
     }
 
-    /// The forces with which pins hold their vertices and walls push, now, each in the order of the scene;
+    /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step, each in the order of the scene;
     /// empty where the force is not finite.
     pub fn reactions(&mut self) -> Vec<Reaction> {
         let time = self.state.time;
@@ -484,7 +492,8 @@ impl Simulation {
         if none || self.ensure_force(time).is_err() {
             return vec![];
         }
-        reactions(&mut self.system, time, self.step_size, self.state.x(), self.state.v())
+        let at = (self.state.x(), self.state.v());
+        reactions(&mut self.system, time, self.step_size, at, self.wall_impulses.as_ref())
     }
 
     /// Surfaces that touch, now, in a fixed order; empty without contact.

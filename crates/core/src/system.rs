@@ -6,6 +6,7 @@ mod flows;
 mod load_factor;
 mod pins;
 mod terms;
+mod wall_impulse;
 mod wall_loss;
 
 use std::sync::Arc;
@@ -22,6 +23,7 @@ use books::Books;
 pub(crate) use flows::{PowerSelection, Powers, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use pins::{PinState, Pins};
 pub use terms::TermId;
+pub(crate) use wall_impulse::WallImpulses;
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -171,16 +173,15 @@ impl System {
         self.pins.prescribe(self.load_factor.unwrap_or(time), x, v)
     }
 
-    /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and
-    /// nothing is counted.
-    pub(crate) fn walls_in_passes(&self) -> bool {
-        !(self.books.wall_losses.is_some() || self.pins.move_any())
-    }
-
     /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`; whether any position
     /// changed.
     pub(crate) fn apply_walls(&mut self, from: &State, h: f64, x: &mut [f64], v: &mut [f64]) -> bool {
+        if self.walls.is_empty() {
+            return false;
+        }
         let mut losses = self.books.wall_losses.take();
+        let mut impulses = std::mem::take(&mut self.books.wall_impulses);
+        impulses.begin(self.walls.len(), h);
         if let Some(losses) = &mut losses {
             losses.forget();
         }
@@ -189,12 +190,19 @@ impl System {
             self.set_time(from.time + h);
             losses.before(self, x, v);
         }
-        let walls = self.walls.iter().filter(|_| crossed);
-        let moved = walls.fold(false, |moved, wall| moved | wall.apply(self.inverse_mass.numbers(), x, v));
+        let mut moved = false;
+        for (i, wall) in self.walls.iter().enumerate().filter(|_| crossed) {
+            let weights = self.inverse_mass.numbers();
+            moved |= wall.apply(weights, x, v, |vertex, x, size| {
+                let held = &weights[vertex * self.dimension..][..self.dimension];
+                impulses.add(i, wall, vertex, x, held, self.mass[vertex] * size);
+            });
+        }
         if let (true, Some(losses)) = (crossed, &mut losses) {
             losses.after(self, from, h, x, v);
         }
         self.books.wall_losses = losses;
+        self.books.wall_impulses = impulses;
         self.put_back = moved;
         moved
     }
@@ -442,7 +450,6 @@ impl System {
             terms: &self.terms,
             dissipation: &self.dissipation,
             inverse_mass: &self.inverse_mass,
-            walls: &self.walls,
         }
     }
 

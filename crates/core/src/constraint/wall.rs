@@ -63,22 +63,35 @@ impl Wall {
         }
     }
 
-    /// Puts vertices back, and returns whether any position changed. Held coordinates (zero inverse mass; one number per
+    /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that moved into the
+    /// wall: its number, its place on the plane, and the size `s` of the change `s n` of its velocity along the unit normal
+    /// `n`, of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one number per
     /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
-    pub fn apply(&self, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
+    pub fn apply(
+        &self,
+        inverse_mass: &[f64],
+        x: &mut [f64],
+        v: &mut [f64],
+        mut stopped: impl FnMut(usize, &[f64], f64),
+    ) -> bool {
         if !self.is_reached(x) {
             return false;
         }
         let d = self.normal.len();
         let mut moved = false;
         let rows = x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d));
-        for ((x, v), w) in rows.zip(inverse_mass.chunks_exact(d)) {
+        for (vertex, ((x, v), w)) in rows.zip(inverse_mass.chunks_exact(d)).enumerate() {
             let depth = self.depth(x);
             if depth <= 0.0 {
                 continue;
             }
             if w.contains(&0.0) {
-                moved |= self.slide(depth, w, x, v);
+                if let Some(size) = self.slide(depth, w, x, v) {
+                    moved = true;
+                    if size > 0.0 {
+                        stopped(vertex, x, size);
+                    }
+                }
                 continue;
             }
             moved = true;
@@ -87,23 +100,27 @@ impl Wall {
                 *x += depth * n;
                 *v -= into * n;
             }
+            if into < 0.0 {
+                stopped(vertex, x, -into);
+            }
         }
         moved
     }
 
-    /// Puts a vertex back that is `depth` [m] behind the plane, along its free coordinates alone; whether it moved.
-    fn slide(&self, depth: f64, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> bool {
+    /// Puts a vertex back that is `depth` [m] behind the plane, along its free coordinates alone; the size of the
+    /// change of its velocity along the normal [m/s], `None` where it cannot move.
+    fn slide(&self, depth: f64, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> Option<f64> {
         let free = |c: usize| if inverse_mass[c] == 0.0 { 0.0 } else { self.normal[c] };
         let length2 = (0..x.len()).map(|c| free(c) * free(c)).sum::<f64>();
         if length2 == 0.0 {
-            return false;
+            return None;
         }
         let into = dot(&self.normal, v).min(0.0);
         for c in 0..x.len() {
             x[c] += depth * free(c) / length2;
             v[c] -= into * free(c) / length2;
         }
-        true
+        Some(-into / length2)
     }
 }
 
@@ -151,26 +168,26 @@ mod tests {
         let wall = Wall::new(&[2.0, 0.0], 0.1);
         let (mut x, mut v) = (vec![0.05, 0.7, 0.2, 0.7, 0.0, 0.0], vec![-3.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
         let free = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
-        assert!(wall.is_crossed(&free, &x) && wall.apply(&free, &mut x, &mut v));
+        assert!(wall.is_crossed(&free, &x) && wall.apply(&free, &mut x, &mut v, |_, _, _| {}));
         assert!(!wall.is_crossed(&free, &x));
         assert_eq!(x, [0.1, 0.7, 0.2, 0.7, 0.0, 0.0]);
         assert_eq!(v, [0.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
         let mut leaving = vec![3.0, 0.0];
-        assert!(wall.apply(&[1.0, 1.0], &mut [0.0, 0.0], &mut leaving));
+        assert!(wall.apply(&[1.0, 1.0], &mut [0.0, 0.0], &mut leaving, |_, _, _| {}));
         assert_eq!(leaving, [3.0, 0.0]);
-        assert!(!wall.apply(&[1.0, 1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0]));
+        assert!(!wall.apply(&[1.0, 1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0], |_, _, _| {}));
     }
 
     #[test]
     fn a_vertex_with_a_held_coordinate_goes_back_along_the_others() {
         let wall = Wall::new(&[3.0, 4.0], 0.0);
         let (mut x, mut v) = (vec![-1.0, 0.5], vec![-2.0, 1.0]);
-        assert!(wall.apply(&[1.0, 0.0], &mut x, &mut v));
+        assert!(wall.apply(&[1.0, 0.0], &mut x, &mut v, |_, _, _| {}));
         // On the plane 0.6 x + 0.8 y = 0, and along it where y moves at 1.
         assert!((x[0] + 0.5 * 0.8 / 0.6).abs() < 1e-15 && x[1] == 0.5, "{x:?}");
         assert!((v[0] + 0.8 / 0.6).abs() < 1e-15 && v[1] == 1.0, "{v:?}");
         let (mut x, mut v) = (vec![-1.0, -1.0], vec![-2.0, 0.0]);
-        assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v));
+        assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v, |_, _, _| {}));
         assert_eq!((x, v), (vec![-1.0, -1.0], vec![-2.0, 0.0]));
     }
 
@@ -188,11 +205,11 @@ mod tests {
                     }
                     let (mut v, w) = (vec![-1.0; n * d], vec![1.0; n * d]);
                     assert!(
-                        wall.is_crossed(&w, &x) && wall.apply(&w, &mut x, &mut v),
+                        wall.is_crossed(&w, &x) && wall.apply(&w, &mut x, &mut v, |_, _, _| {}),
                         "{crossed} of {n} in {d}D"
                     );
                     assert_eq!((x[crossed * d + 1], v[crossed * d + 1]), (-0.5, 0.0));
-                    assert!(!wall.apply(&w, &mut x, &mut v), "none is left behind it");
+                    assert!(!wall.apply(&w, &mut x, &mut v, |_, _, _| {}), "none is left behind it");
                 }
             }
         }

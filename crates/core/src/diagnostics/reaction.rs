@@ -2,15 +2,18 @@
 
 use super::wall_reaction::WallForces;
 use crate::constraint::Hold;
-use crate::system::System;
+use crate::system::{System, WallImpulses};
 
 /// The force with which a pin holds its vertices or a wall pushes, now.
 ///
 /// Of a pin it is `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is left for it to
-/// carry of the equations of motion (`c` the ether drag), less what walls push at them. A wall carries `n .
-/// (dE/dx + dR/dv + c m v)` of each vertex that touches it and is pressed against it, along its normal `n`
-/// alone: walls have no friction. The blow of an impact, which has no duration, is not among the forces;
-/// what follows it is.
+/// carry of the equations of motion (`c` the ether drag), less what walls push at them.
+///
+/// Of a wall it is the mean over the last step, `sum m (v' - v*) / h`: its impulse on the vertices that it has
+/// stopped, along its normal alone, over the size of the step. Times `h`, summed over all steps, it is the change of
+/// momentum less the impulse of all other forces; a blow is in the step in which it falls. A step that was taken in
+/// parts has that of the last part. Before any step, after the state was changed by hand, and in statics, a wall carries
+/// `n . (dE/dx + dR/dv + c m v)` of each vertex that touches it and is pressed against it now.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Reaction {
     /// `body/pin`, or `wall0`, `wall1`, ... in the order of the scene.
@@ -29,14 +32,23 @@ pub struct Reaction {
 const SPAN: f64 = 1e-3;
 
 /// The reactions of the pins and then of the walls of `system`, which holds the force at `x`, at `time` [s],
-/// after a step of `h` [s]; accelerations of prescribed motion are central differences of its exact
+/// after a step of `h` [s] in which walls gave the impulses `last_step`, where they are known; accelerations of prescribed motion are central differences of its exact
 /// velocities. A coordinate in several pins counts for the first.
-pub(crate) fn reactions(system: &mut System, time: f64, h: f64, x: &[f64], v: &[f64]) -> Vec<Reaction> {
+pub(crate) fn reactions(
+    system: &mut System,
+    time: f64,
+    h: f64,
+    (x, v): (&[f64], &[f64]),
+    last_step: Option<&WallImpulses>,
+) -> Vec<Reaction> {
     if system.is_damped() {
         system.evaluate_dissipation(x, v);
     }
     let span = SPAN * h;
-    let walls = (!system.walls().is_empty()).then(|| WallForces::new(system, h, x, v));
+    let walls = (!system.walls().is_empty()).then(|| match last_step {
+        Some(impulses) => WallForces::of_last_step(system, impulses, x.len()),
+        None => WallForces::new(system, h, x, v),
+    });
     let acceleration = accelerations(system, time, span, x, v);
     let mut counted = vec![false; x.len()];
     let pushed = walls.as_ref().map(|walls| &walls.at_vertices[..]);

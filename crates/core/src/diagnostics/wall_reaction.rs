@@ -3,15 +3,14 @@
 use super::Reaction;
 use crate::constraint::Wall;
 use crate::element::cross;
-use crate::system::System;
+use crate::system::{System, WallImpulses};
 
 /// Sweeps over the walls that a vertex touches; one is enough unless it touches several.
 const SWEEPS: usize = 1000;
 /// Rounding of the distance from a wall, in units in the last place of the position.
 const ULPS: f64 = 16.0;
 
-/// The forces of walls, now: a vertex that touches a wall, and that all other forces press against it, is
-/// held there.
+/// The forces of walls.
 pub(super) struct WallForces {
     /// Of each wall.
     pub(super) reactions: Vec<Reaction>,
@@ -20,7 +19,20 @@ pub(super) struct WallForces {
 }
 
 impl WallForces {
-    /// The forces in the state `x`, `v`, with steps of `h` [s]; `system` holds the force and the dissipation
+    /// The mean forces over the last step, whose impulses these are.
+    pub(super) fn of_last_step(system: &System, impulses: &WallImpulses, coordinates: usize) -> Self {
+        let mut at_vertices = vec![0.0; coordinates];
+        impulses.held.iter().for_each(|(i, impulse)| at_vertices[*i] += impulse / impulses.h);
+        let walls = system.walls().iter().zip(&impulses.walls).enumerate();
+        let reactions = walls.map(|(i, (wall, parts))| {
+            let [force, moment] = parts.map(|part| part.map(|p| p / impulses.h));
+            Reaction { name: format!("wall{i}"), force, moment, about: wall.foot() }
+        });
+        WallForces { reactions: reactions.collect(), at_vertices }
+    }
+
+    /// What presses now: a vertex that touches a wall, and that all other forces press against it, is held
+    /// there. The forces in the state `x`, `v`, with steps of `h` [s]; `system` holds the force and the dissipation
     /// there.
     ///
     /// A vertex touches a wall where it is no farther away, and leaves it no faster, than it could have come

@@ -111,7 +111,6 @@ impl Integrator for Splitting {
                 next += 1;
             }
             let last = next == stages.len();
-            pass.walls = last && system.walls_in_passes();
             let passed = if damped && pass.kick != 0.0 {
                 if first {
                     self.x.copy_from_slice(state.x());
@@ -126,10 +125,7 @@ impl Integrator for Splitting {
             if !(passed.finite && prescribed) {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
-            let mut put_back = passed.put_back;
-            if last && !pass.walls {
-                put_back = system.apply_walls(state, h, &mut self.x, &mut self.v);
-            }
+            let put_back = last && system.apply_walls(state, h, &mut self.x, &mut self.v);
             if pass.drift != 0.0 || put_back {
                 force = ForceId::NONE;
             }

@@ -7,7 +7,7 @@
 
 use super::{ContactExtremes, MotionJumps, RetriedSteps, Simulation, Snapshot, SnapshotError};
 use crate::solver::SolverWork;
-use crate::system::PinState;
+use crate::system::{PinState, WallImpulses};
 
 /// Everything that the steps after a moment depend on, beside the scene and what was added to it: materials,
 /// forces and pins.
@@ -28,6 +28,9 @@ pub struct Checkpoint {
     /// The worst contacts so far.
     #[serde(default)]
     contact_extremes: ContactExtremes,
+    /// Impulses of walls in the last step.
+    #[serde(default)]
+    wall_impulses: Option<WallImpulses>,
     /// Time up to which jumps have been looked for [s].
     jumps_seen_until: f64,
 }
@@ -53,6 +56,7 @@ impl Simulation {
             retried: self.retried,
             motion_jumps: self.motion_jumps.clone(),
             contact_extremes: self.contact_extremes.clone(),
+            wall_impulses: self.wall_impulses.clone(),
             jumps_seen_until: self.jumps_seen_until,
         };
         let resumed = self.go_on_from(&checkpoint);
@@ -88,6 +92,7 @@ impl Simulation {
         self.retried = checkpoint.retried;
         self.motion_jumps = checkpoint.motion_jumps.clone();
         self.contact_extremes = checkpoint.contact_extremes.clone();
+        self.wall_impulses.clone_from(&checkpoint.wall_impulses);
         self.jumps_seen_until = checkpoint.jumps_seen_until;
         true
     }

@@ -124,6 +124,7 @@ impl Simulation {
         self.state.x_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.x, d));
         self.state.v_mut().copy_from_slice(&self.numbering.to_internal(&snapshot.v, d));
         self.state.force = ForceId::NONE;
+        self.wall_impulses = None;
     }
 
     /// Begins the scheme anew from the state of `snapshot`, with its memory, balance of energy and size of
@@ -151,6 +152,7 @@ impl Simulation {
         let memory = self.integrator.memory(&self.system, &self.state);
         let (state, ledger, pace) = (self.state.clone(), self.ledger.clone(), self.pace());
         let path = self.path().cloned();
+        let wall_impulses = self.wall_impulses.clone();
         self.set_positions(x);
         self.set_velocities(v);
         // Its balance is not read.
@@ -161,6 +163,7 @@ impl Simulation {
             v.copy_from_slice(&self.velocities());
         }
         self.state = state;
+        self.wall_impulses = wall_impulses;
         self.hold_as_after(self.state.step, self.state.time);
         self.integrator.recall(&memory, &self.system, &self.state);
         self.set_ledger(ledger);

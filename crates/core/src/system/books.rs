@@ -1,6 +1,6 @@
 //! Books of a system: counts and energies that come with its forces and walls. The equations do not read them.
 
-use super::{ForceId, System, WallLoss, WallLosses};
+use super::{ForceId, System, WallImpulses, WallLoss, WallLosses};
 use crate::energy::EnergyKind;
 
 /// Counts and energies beside the equations.
@@ -8,6 +8,8 @@ use crate::energy::EnergyKind;
 pub(crate) struct Books {
     /// Reckons what walls take, where that is counted.
     pub(super) wall_losses: Option<Box<WallLosses>>,
+    /// Impulses of walls at the end of the step last tried.
+    pub(super) wall_impulses: WallImpulses,
     /// Evaluations of the total force so far.
     pub(super) force_evaluations: u64,
     /// True if the next force is that of a state to be measured.
@@ -25,6 +27,11 @@ impl Books {
     /// Energy that walls took in the last step, once; `None` if they did not act.
     pub(crate) fn take_wall_loss(&mut self) -> Option<WallLoss> {
         self.wall_losses.as_mut()?.take()
+    }
+
+    /// Impulses of walls at the end of the step last tried.
+    pub(crate) fn wall_impulses(&self) -> &WallImpulses {
+        &self.wall_impulses
     }
 
     /// Says whether the states that come next will be measured.

@@ -1,0 +1,55 @@
+//! Impulses that walls give at the end of a step.
+//!
+//! A wall changes velocities at once, and the momentum of a step by nothing else: `m (v' - v*)` is its impulse, whatever the
+//! scheme. Positions that it puts back have no momentum.
+
+use crate::constraint::Wall;
+use crate::element::cross;
+
+/// Impulses of all walls in one step, in their order.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct WallImpulses {
+    /// Size of the step [s].
+    pub(crate) h: f64,
+    /// Impulse [N s], and its moment about the [foot](Wall::foot) [N m s].
+    pub(crate) walls: Vec<[[f64; 3]; 2]>,
+    /// Parts that pins carry: coordinates and impulses [N s].
+    pub(crate) held: Vec<(usize, f64)>,
+}
+
+impl WallImpulses {
+    /// Begins with a step of `h` [s] of so many walls.
+    pub(super) fn begin(&mut self, walls: usize, h: f64) {
+        self.h = h;
+        self.walls.clear();
+        self.walls.resize(walls, [[0.0; 3]; 2]);
+        self.held.clear();
+    }
+
+    /// Adds an impulse of this size [N s] along the normal of `wall`, number `index`, at the place `x` of a
+    /// vertex, of which coordinates without inverse mass are held.
+    pub(super) fn add(
+        &mut self,
+        index: usize,
+        wall: &Wall,
+        vertex: usize,
+        x: &[f64],
+        inverse_mass: &[f64],
+        size: f64,
+    ) {
+        let (mut arm, mut impulse) = (wall.foot().map(|foot| -foot), [0.0; 3]);
+        for (c, n) in wall.normal().iter().enumerate() {
+            arm[c] += x[c];
+            impulse[c] = size * n;
+            if inverse_mass[c] == 0.0 {
+                self.held.push((vertex * x.len() + c, impulse[c]));
+            }
+        }
+        let moment = cross(arm, impulse);
+        let [force_sum, moment_sum] = &mut self.walls[index];
+        for c in 0..3 {
+            force_sum[c] += impulse[c];
+            moment_sum[c] += moment[c];
+        }
+    }
+}
