@@ -86,9 +86,9 @@ impl InstructionSet {
 
 /// The level that [`dispatch`] uses.
 ///
-/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `neon`, `avx2` or
-/// `avx512` when this is first called. A name that is unknown, or a level that the processor lacks, is ignored:
-/// results do not depend on the level, and what was chosen can be read here.
+/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `neon`,
+/// `avx2` or `avx512` when this is first called. A name that is unknown, or a level that the processor lacks,
+/// is ignored: results do not depend on the level, and what was chosen can be read here.
 pub fn level() -> InstructionSet {
     static LEVEL: OnceLock<InstructionSet> = OnceLock::new();
     *LEVEL.get_or_init(|| choose(std::env::var("PLIANT_SIMD").ok().as_deref()))
@@ -139,20 +139,14 @@ pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
 }
 
 /// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
-#[cfg(target_arch = "aarch64")]
+#[cfg(not(target_arch = "x86_64"))]
 #[inline]
 pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
     match level {
+        #[cfg(target_arch = "aarch64")]
         InstructionSet::Neon => run_neon(kernel),
         _ => kernel.run::<Portable>(),
     }
-}
-
-/// Runs a kernel in plain code, the only level of this processor.
-#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-#[inline]
-pub fn dispatch_at<K: Kernel>(_level: InstructionSet, kernel: K) -> K::Output {
-    kernel.run::<Portable>()
 }
 
 /// # Safety

@@ -1,13 +1,13 @@
 //! The pack as four NEON registers of two numbers.
 //!
-//! Every AArch64 processor that runs programs of `std` has the instructions, and the compiler assumes them: they
-//! need no test at run time.
+//! Every AArch64 processor that runs programs of `std` has the instructions, and the compiler assumes them:
+//! they need no test at run time.
 #![allow(unsafe_code)]
 
-use std::arch::aarch64::{self, float64x2_t, uint64x2_t};
+use std::arch::aarch64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-use super::operators::assigning_operators;
+use super::operators::{assigning_operators, binary_operator, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
@@ -17,77 +17,16 @@ use crate::scalar::{
 /// Registers in a pack.
 const REGISTERS: usize = WIDTH / 2;
 
-/// Safe names of instructions that take and give registers alone.
-macro_rules! instructions {
-    ($($name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {
-        $(
-            #[inline(always)]
-            fn $name($($argument: $type),*) -> $result {
-                // SAFETY: NEON is among the features of every AArch64 target of `std`, and nothing else is asked.
-                unsafe { aarch64::$name($($argument),*) }
-            }
-        )*
+/// The same intrinsic on all registers.
+macro_rules! each {
+    ($pack:ident, $intrinsic:ident $(::<$shift:literal>)?, $first:expr $(, $other:expr)*) => {
+        register!($pack([
+            $intrinsic$(::<$shift>)?($first.0[0] $(, $other.0[0])*),
+            $intrinsic$(::<$shift>)?($first.0[1] $(, $other.0[1])*),
+            $intrinsic$(::<$shift>)?($first.0[2] $(, $other.0[2])*),
+            $intrinsic$(::<$shift>)?($first.0[3] $(, $other.0[3])*),
+        ]))
     };
-}
-instructions! {
-    vaddq_f64(a: float64x2_t, b: float64x2_t) -> float64x2_t;
-    vsubq_f64(a: float64x2_t, b: float64x2_t) -> float64x2_t;
-    vmulq_f64(a: float64x2_t, b: float64x2_t) -> float64x2_t;
-    vdivq_f64(a: float64x2_t, b: float64x2_t) -> float64x2_t;
-    vfmaq_f64(a: float64x2_t, b: float64x2_t, c: float64x2_t) -> float64x2_t;
-    vnegq_f64(a: float64x2_t) -> float64x2_t;
-    vabsq_f64(a: float64x2_t) -> float64x2_t;
-    vsqrtq_f64(a: float64x2_t) -> float64x2_t;
-    vdupq_n_f64(a: f64) -> float64x2_t;
-    vdupq_n_u64(a: u64) -> uint64x2_t;
-    vcgtq_f64(a: float64x2_t, b: float64x2_t) -> uint64x2_t;
-    vcltq_f64(a: float64x2_t, b: float64x2_t) -> uint64x2_t;
-    vbslq_f64(mask: uint64x2_t, a: float64x2_t, b: float64x2_t) -> float64x2_t;
-    vandq_u64(a: uint64x2_t, b: uint64x2_t) -> uint64x2_t;
-    vorrq_u64(a: uint64x2_t, b: uint64x2_t) -> uint64x2_t;
-    vaddq_u64(a: uint64x2_t, b: uint64x2_t) -> uint64x2_t;
-    vsubq_u64(a: uint64x2_t, b: uint64x2_t) -> uint64x2_t;
-    vtstq_u64(a: uint64x2_t, b: uint64x2_t) -> uint64x2_t;
-    vaddvq_u64(a: uint64x2_t) -> u64;
-    vreinterpretq_u64_f64(a: float64x2_t) -> uint64x2_t;
-    vreinterpretq_f64_u64(a: uint64x2_t) -> float64x2_t;
-    vzip1q_f64(a: float64x2_t, b: float64x2_t) -> float64x2_t;
-    vzip2q_f64(a: float64x2_t, b: float64x2_t) -> float64x2_t;
-}
-
-/// Words shifted to the right by `N` bits.
-#[inline(always)]
-fn vshrq_n_u64<const N: i32>(a: uint64x2_t) -> uint64x2_t {
-    // SAFETY: as above; that `N` is in range is checked when this is compiled.
-    unsafe { aarch64::vshrq_n_u64::<N>(a) }
-}
-
-/// Words shifted to the left by `N` bits.
-#[inline(always)]
-fn vshlq_n_u64<const N: i32>(a: uint64x2_t) -> uint64x2_t {
-    // SAFETY: as above; that `N` is in range is checked when this is compiled.
-    unsafe { aarch64::vshlq_n_u64::<N>(a) }
-}
-
-/// The number in lane `N`.
-#[inline(always)]
-fn vgetq_lane_f64<const N: i32>(a: float64x2_t) -> f64 {
-    // SAFETY: as above; that `N` is in range is checked when this is compiled.
-    unsafe { aarch64::vgetq_lane_f64::<N>(a) }
-}
-
-/// The word in lane `N`.
-#[inline(always)]
-fn vgetq_lane_u64<const N: i32>(a: uint64x2_t) -> u64 {
-    // SAFETY: as above; that `N` is in range is checked when this is compiled.
-    unsafe { aarch64::vgetq_lane_u64::<N>(a) }
-}
-
-/// Two words.
-#[inline(always)]
-fn words(low: u64, high: u64) -> uint64x2_t {
-    // SAFETY: as above.
-    unsafe { aarch64::vcombine_u64(aarch64::vcreate_u64(low), aarch64::vcreate_u64(high)) }
 }
 
 /// Lanes 0 and 1, 2 and 3, 4 and 5, 6 and 7.
@@ -95,39 +34,50 @@ fn words(low: u64, high: u64) -> uint64x2_t {
 #[repr(C)]
 pub(super) struct Neon([float64x2_t; REGISTERS]);
 
-/// All bits of a lane set, or none.
+/// All bits of a lane set, or none; in between, the bits of numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NeonMask([uint64x2_t; REGISTERS]);
 
-/// The same function on all registers.
-macro_rules! each {
-    ($pack:ident, $function:ident, $first:expr $(, $other:expr)*) => {
-        $pack([
-            $function($first.0[0] $(, $other.0[0])*),
-            $function($first.0[1] $(, $other.0[1])*),
-            $function($first.0[2] $(, $other.0[2])*),
-            $function($first.0[3] $(, $other.0[3])*),
-        ])
-    };
+impl NeonMask {
+    /// One word in all lanes.
+    #[inline(always)]
+    fn words(word: u64) -> Self {
+        NeonMask([register!(vdupq_n_u64(word)); REGISTERS])
+    }
+
+    /// Bits of the numbers.
+    #[inline(always)]
+    fn of(x: Neon) -> Self {
+        each!(NeonMask, vreinterpretq_u64_f64, x)
+    }
+
+    /// Numbers of these bits.
+    #[inline(always)]
+    fn numbers(self) -> Neon {
+        each!(Neon, vreinterpretq_f64_u64, self)
+    }
+
+    /// Bit `l` in lane `l`.
+    #[inline(always)]
+    fn lane_bits() -> Self {
+        let pair = |low: u64| register!(vcombine_u64(vcreate_u64(low), vcreate_u64(low << 1)));
+        NeonMask([pair(1), pair(4), pair(16), pair(64)])
+    }
+
+    /// All bits that are set in any lane, in both lanes of one register.
+    #[inline(always)]
+    fn union(self) -> uint64x2_t {
+        let [a, b, c, d] = self.0;
+        register!(vorrq_u64(vorrq_u64(a, b), vorrq_u64(c, d)))
+    }
 }
 
-macro_rules! binary {
-    ($pack:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for $pack {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, o: Self) -> Self {
-                each!($pack, $intrinsic, self, o)
-            }
-        }
-    };
-}
-binary!(Neon, Add, add, vaddq_f64);
-binary!(Neon, Sub, sub, vsubq_f64);
-binary!(Neon, Mul, mul, vmulq_f64);
-binary!(Neon, Div, div, vdivq_f64);
-binary!(NeonMask, BitAnd, bitand, vandq_u64);
-binary!(NeonMask, BitOr, bitor, vorrq_u64);
+binary_operator!(each, Neon, Add, add, vaddq_f64);
+binary_operator!(each, Neon, Sub, sub, vsubq_f64);
+binary_operator!(each, Neon, Mul, mul, vmulq_f64);
+binary_operator!(each, Neon, Div, div, vdivq_f64);
+binary_operator!(each, NeonMask, BitAnd, bitand, vandq_u64);
+binary_operator!(each, NeonMask, BitOr, bitor, vorrq_u64);
 assigning_operators!(Neon);
 
 impl Neg for Neon {
@@ -141,23 +91,9 @@ impl Neg for Neon {
 impl Mask for NeonMask {
     #[inline(always)]
     fn any(self) -> bool {
-        let [a, b, c, d] = self.0;
-        let any = vorrq_u64(vorrq_u64(a, b), vorrq_u64(c, d));
-        vgetq_lane_u64::<0>(any) | vgetq_lane_u64::<1>(any) != 0
+        let union = self.union();
+        register!(vgetq_lane_u64::<0>(union) | vgetq_lane_u64::<1>(union)) != 0
     }
-}
-
-/// The larger of the two; `b` where either is NaN and where both are zero.
-///
-/// The processor's own maximum returns NaN if either is, which is not what [`Scalar::max`] asks.
-#[inline(always)]
-fn larger(a: float64x2_t, b: float64x2_t) -> float64x2_t {
-    vbslq_f64(vcgtq_f64(a, b), a, b)
-}
-
-#[inline(always)]
-fn with_sign(a: float64x2_t, sign: float64x2_t) -> float64x2_t {
-    vbslq_f64(vdupq_n_u64(1 << 63), sign, a)
 }
 
 impl Scalar for Neon {
@@ -175,7 +111,7 @@ impl Scalar for Neon {
 
     #[inline(always)]
     fn splat(x: f64) -> Self {
-        Neon([vdupq_n_f64(x); REGISTERS])
+        Neon([register!(vdupq_n_f64(x)); REGISTERS])
     }
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
@@ -200,11 +136,12 @@ impl Scalar for Neon {
     }
     #[inline(always)]
     fn max(self, o: Self) -> Self {
-        each!(Neon, larger, self, o)
+        // The processor's own maximum is NaN where either is, which is not what `Scalar` asks.
+        Self::select(o.lt(self), self, o)
     }
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
-        each!(Neon, with_sign, self, sign)
+        Self::select(NeonMask::words(1 << 63), sign, self)
     }
     #[inline(always)]
     fn lt(self, o: Self) -> NeonMask {
@@ -216,44 +153,25 @@ impl Scalar for Neon {
     }
 }
 
-#[inline(always)]
-fn split_exponent(x: float64x2_t) -> float64x2_t {
-    let shifted = vaddq_u64(vreinterpretq_u64_f64(x), vdupq_n_u64(SPLIT_OFFSET));
-    let biased = vorrq_u64(vshrq_n_u64::<52>(shifted), vdupq_n_u64(TWO_52.to_bits()));
-    vsubq_f64(vreinterpretq_f64_u64(biased), vdupq_n_f64(TWO_52 + EXPONENT_BIAS))
-}
-
-#[inline(always)]
-fn split_mantissa(x: float64x2_t) -> float64x2_t {
-    let shifted = vaddq_u64(vreinterpretq_u64_f64(x), vdupq_n_u64(SPLIT_OFFSET));
-    let mantissa = vandq_u64(shifted, vdupq_n_u64(MANTISSA_BITS));
-    vreinterpretq_f64_u64(vaddq_u64(mantissa, vdupq_n_u64(SQRT_HALF_BITS)))
-}
-
-#[inline(always)]
-fn two_to_the(k: float64x2_t) -> float64x2_t {
-    let biased = vaddq_f64(k, vdupq_n_f64(TWO_52 + EXPONENT_BIAS));
-    vreinterpretq_f64_u64(vshlq_n_u64::<52>(vreinterpretq_u64_f64(biased)))
-}
-
-#[inline(always)]
-fn inverse_sqrt_seed_of(x: float64x2_t) -> float64x2_t {
-    let half = vshrq_n_u64::<1>(vreinterpretq_u64_f64(x));
-    vreinterpretq_f64_u64(vsubq_u64(vdupq_n_u64(INVERSE_SQRT_BITS), half))
-}
-
 impl Real for Neon {
     #[inline(always)]
     fn split(self) -> (Self, Self) {
-        (each!(Neon, split_exponent, self), each!(Neon, split_mantissa, self))
+        let shifted = each!(NeonMask, vaddq_u64, NeonMask::of(self), NeonMask::words(SPLIT_OFFSET));
+        let exponent = each!(NeonMask, vshrq_n_u64::<52>, shifted);
+        let biased = (exponent | NeonMask::words(TWO_52.to_bits())).numbers();
+        let mantissa = shifted & NeonMask::words(MANTISSA_BITS);
+        let mantissa = each!(NeonMask, vaddq_u64, mantissa, NeonMask::words(SQRT_HALF_BITS));
+        (biased - Self::splat(TWO_52 + EXPONENT_BIAS), mantissa.numbers())
     }
     #[inline(always)]
     fn power_of_two(self) -> Self {
-        each!(Neon, two_to_the, self)
+        let biased = NeonMask::of(self + Self::splat(TWO_52 + EXPONENT_BIAS));
+        each!(NeonMask, vshlq_n_u64::<52>, biased).numbers()
     }
     #[inline(always)]
     fn inverse_sqrt_seed(self) -> Self {
-        each!(Neon, inverse_sqrt_seed_of, self)
+        let half = each!(NeonMask, vshrq_n_u64::<1>, NeonMask::of(self));
+        each!(NeonMask, vsubq_u64, NeonMask::words(INVERSE_SQRT_BITS), half).numbers()
     }
 }
 
@@ -261,20 +179,27 @@ impl Real for Neon {
 #[inline(always)]
 fn load2(a: &[f64; 2]) -> float64x2_t {
     // SAFETY: the reference is to two numbers, and the load needs no alignment beyond theirs.
-    unsafe { aarch64::vld1q_f64(a.as_ptr()) }
+    unsafe { vld1q_f64(a.as_ptr()) }
 }
 
 /// Overwrites two numbers.
 #[inline(always)]
 fn store2(a: &mut [f64; 2], v: float64x2_t) {
     // SAFETY: the reference is to two numbers, and the store needs no alignment beyond theirs.
-    unsafe { aarch64::vst1q_f64(a.as_mut_ptr(), v) }
+    unsafe { vst1q_f64(a.as_mut_ptr(), v) }
 }
 
-/// The bits of a mask that stand for the lanes of each register.
+/// Adds to two numbers.
 #[inline(always)]
-fn lane_bits() -> [uint64x2_t; REGISTERS] {
-    [words(1, 2), words(4, 8), words(16, 32), words(64, 128)]
+fn add2(a: &mut [f64; 2], v: float64x2_t) {
+    let sum = register!(vaddq_f64(load2(a), v));
+    store2(a, sum);
+}
+
+/// First numbers of both, second numbers of both.
+#[inline(always)]
+fn zip2(a: float64x2_t, b: float64x2_t) -> [float64x2_t; 2] {
+    register!([vzip1q_f64(a, b), vzip2q_f64(a, b)])
 }
 
 /// Adds `x, y` and, in rows of four, `z, 0` to row `index`.
@@ -282,14 +207,10 @@ fn lane_bits() -> [uint64x2_t; REGISTERS] {
 fn add_row<const D: usize>(rows: &mut RowSlice<D>, index: u16, xy: float64x2_t, z: float64x2_t) {
     if D == 3 {
         let row = rows.row_mut::<4>(index).as_chunks_mut::<2>().0;
-        let sum = vaddq_f64(load2(&row[0]), xy);
-        store2(&mut row[0], sum);
-        let sum = vaddq_f64(load2(&row[1]), z);
-        store2(&mut row[1], sum);
+        add2(&mut row[0], xy);
+        add2(&mut row[1], z);
     } else {
-        let row = rows.row_mut::<2>(index);
-        let sum = vaddq_f64(load2(row), xy);
-        store2(row, sum);
+        add2(rows.row_mut::<2>(index), xy);
     }
 }
 
@@ -314,28 +235,25 @@ impl Lanes for Neon {
         let mut packs = [Self::zero(); D];
         for r in 0..REGISTERS {
             let (i, j) = (index[2 * r], index[2 * r + 1]);
-            if D == 3 {
+            let (a, b) = if D == 3 {
                 let [[a, za], [b, zb]] = [rows.halves(i), rows.halves(j)];
-                let (a, b) = (load2(a), load2(b));
-                packs[0].0[r] = vzip1q_f64(a, b);
-                packs[1].0[r] = vzip2q_f64(a, b);
-                packs[2].0[r] = vzip1q_f64(load2(za), load2(zb));
+                [packs[2].0[r], _] = zip2(load2(za), load2(zb));
+                (a, b)
             } else {
-                let (a, b) = (load2(rows.row(i)), load2(rows.row(j)));
-                packs[0].0[r] = vzip1q_f64(a, b);
-                packs[1].0[r] = vzip2q_f64(a, b);
-            }
+                (rows.row(i), rows.row(j))
+            };
+            [packs[0].0[r], packs[1].0[r]] = zip2(load2(a), load2(b));
         }
         packs
     }
     #[inline(always)]
     fn scatter_add<const D: usize>(rows: &mut RowSlice<D>, index: &[u16; WIDTH], v: [Self; D]) {
-        let none = vdupq_n_f64(0.0);
+        let none = Self::zero();
+        let z = if D == 3 { v[2] } else { none };
         for r in 0..REGISTERS {
-            let (x, y) = (v[0].0[r], v[1].0[r]);
-            let z = if D == 3 { v[2].0[r] } else { none };
-            add_row(rows, index[2 * r], vzip1q_f64(x, y), vzip1q_f64(z, none));
-            add_row(rows, index[2 * r + 1], vzip2q_f64(x, y), vzip2q_f64(z, none));
+            let (xy, z) = (zip2(v[0].0[r], v[1].0[r]), zip2(z.0[r], none.0[r]));
+            add_row(rows, index[2 * r], xy[0], z[0]);
+            add_row(rows, index[2 * r + 1], xy[1], z[1]);
         }
     }
     #[inline(always)]
@@ -343,28 +261,27 @@ impl Lanes for Neon {
         let mut t = v;
         for r in 0..REGISTERS {
             for s in 0..REGISTERS {
-                let (a, b) = (v[2 * s].0[r], v[2 * s + 1].0[r]);
-                t[2 * r].0[s] = vzip1q_f64(a, b);
-                t[2 * r + 1].0[s] = vzip2q_f64(a, b);
+                [t[2 * r].0[s], t[2 * r + 1].0[s]] = zip2(v[2 * s].0[r], v[2 * s + 1].0[r]);
             }
         }
         t
     }
     #[inline(always)]
     fn mask_to_bits(mask: NeonMask) -> u8 {
-        let [a, b, c, d] = each!(NeonMask, vandq_u64, mask, NeonMask(lane_bits())).0;
+        let union = (mask & NeonMask::lane_bits()).union();
         // One bit a lane: the sum is below 256.
-        vaddvq_u64(vorrq_u64(vorrq_u64(a, b), vorrq_u64(c, d))) as u8
+        register!(vaddvq_u64(union)) as u8
     }
     #[inline(always)]
     fn mask_from_bits(bits: u8) -> NeonMask {
-        let bits = NeonMask([vdupq_n_u64(u64::from(bits)); REGISTERS]);
-        each!(NeonMask, vtstq_u64, bits, NeonMask(lane_bits()))
+        each!(NeonMask, vtstq_u64, NeonMask::words(u64::from(bits)), NeonMask::lane_bits())
     }
     #[inline(always)]
     fn horizontal_sum(self) -> f64 {
         let [a, b, c, d] = self.0;
-        let columns = vaddq_f64(vaddq_f64(a, c), vaddq_f64(b, d));
-        vgetq_lane_f64::<0>(columns) + vgetq_lane_f64::<1>(columns)
+        register!({
+            let columns = vaddq_f64(vaddq_f64(a, c), vaddq_f64(b, d));
+            vgetq_lane_f64::<0>(columns) + vgetq_lane_f64::<1>(columns)
+        })
     }
 }

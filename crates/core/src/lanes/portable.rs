@@ -3,9 +3,10 @@
 //! Without a fused multiply-add in hardware `mul_add` calls the C library, which rounds correctly and is slow: the
 //! bits are the same everywhere, the speed is not.
 //!
-//! On x86-64 this path serves processors older than AVX2 and the tests, on AArch64 the tests alone. Its operations
-//! are calls there, not inlined: eight scalar instructions for each would make every kernel huge, and compiling them
-//! slow, for hardly any machine. Elsewhere it is the main path, and is inlined and vectorised.
+//! On x86-64 this path serves processors older than AVX2 and the tests, on AArch64 the tests alone. Its
+//! operations are calls there, not inlined: eight scalar instructions for each would make every kernel huge,
+//! and compiling them slow, for hardly any machine. Elsewhere it is the main path, and is inlined and
+//! vectorised.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
