@@ -3,10 +3,11 @@
 //! The tree is implicit: node `i` of a level holds the boxes of nodes `8 i .. 8 i + 8` of the level below, at
 //! the bottom of as many primitives. It depends on positions alone, never on threads.
 
+use pliant::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use rayon::prelude::*;
 
-/// Children of a node.
-const WIDE: usize = 8;
+/// Children of a node: one pack.
+const WIDE: usize = WIDTH;
 
 /// Levels of a tree of `u32::MAX` primitives.
 const MAX_LEVELS: usize = 11;
@@ -93,16 +94,14 @@ impl<const D: usize> BoundsNode<D> {
     }
 
     /// Bit `child` is set where its box meets another.
-    #[inline]
-    fn meets(&self, other: &Bounds<D>) -> u32 {
-        let mut apart = [0u64; WIDE];
+    #[inline(always)]
+    fn meets<L: Lanes>(&self, other: &Bounds<D>) -> u8 {
+        let mut apart = 0;
         for k in 0..D {
-            for child in 0..WIDE {
-                let above = u64::from(self.low[k][child] > other.high[k]);
-                apart[child] |= above | u64::from(self.high[k][child] < other.low[k]);
-            }
+            apart |= L::mask_to_bits(L::splat(other.high[k]).lt(L::load(&self.low[k])));
+            apart |= L::mask_to_bits(L::load(&self.high[k]).lt(L::splat(other.low[k])));
         }
-        (0..WIDE).fold(0, |bits, child| bits | u32::from(apart[child] == 0) << child)
+        !apart
     }
 }
 
@@ -148,7 +147,18 @@ impl<const D: usize> BoundsTree<D> {
 
     /// Appends the primitives whose boxes meet `query` to `found`, ascending.
     pub fn find(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
-        let first = found.len();
+        self.find_each([*query], |_, primitives| found.extend_from_slice(primitives));
+    }
+
+    /// Shows the primitives whose boxes meet a query, ascending, for one query after another: `visit(i, primitives)`
+    /// for the query number `i`.
+    pub fn find_each(&self, queries: impl IntoIterator<Item = Bounds<D>>, visit: impl FnMut(usize, &[u32])) {
+        dispatch(FindEach { tree: self, queries, visit });
+    }
+
+    #[inline(always)]
+    fn find_one<L: Lanes>(&self, query: &Bounds<D>, found: &mut Vec<u32>) {
+        found.clear();
         let mut stack = [(0usize, 0usize); MAX_LEVELS * WIDE];
         let mut depth = 1;
         stack[0] = (self.levels.len() - 1, 0);
@@ -156,7 +166,7 @@ impl<const D: usize> BoundsTree<D> {
             depth -= 1;
             let (level, i) = stack[depth];
             let Some(node) = self.levels[level].get(i) else { continue };
-            let mut bits = node.meets(query);
+            let mut bits = node.meets::<L>(query);
             while bits != 0 {
                 let child = WIDE * i + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
@@ -168,7 +178,29 @@ impl<const D: usize> BoundsTree<D> {
                 }
             }
         }
-        found[first..].sort_unstable();
+        found.sort_unstable();
+    }
+}
+
+/// Queries of a tree.
+struct FindEach<'a, Q, V, const D: usize> {
+    tree: &'a BoundsTree<D>,
+    queries: Q,
+    visit: V,
+}
+
+impl<Q: IntoIterator<Item = Bounds<D>>, V: FnMut(usize, &[u32]), const D: usize> Kernel
+    for FindEach<'_, Q, V, D>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(mut self) {
+        let mut found = vec![];
+        for (i, query) in self.queries.into_iter().enumerate() {
+            self.tree.find_one::<L>(&query, &mut found);
+            (self.visit)(i, &found);
+        }
     }
 }
 

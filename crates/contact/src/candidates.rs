@@ -162,14 +162,14 @@ impl Search<'_> {
         once: bool,
     ) -> Vec<[u32; 2]> {
         let block = |(b, queries): (usize, &[[u32; N]])| {
-            let (mut pairs, mut found) = (vec![], vec![]);
-            for (i, query) in (b * QUERIES..).zip(queries) {
-                found.clear();
-                tree.find(&bounds[i].grown(self.reach), &mut found);
+            let (first, mut pairs) = (b * QUERIES, vec![]);
+            let grown = bounds[first..][..queries.len()].iter().map(|bounds| bounds.grown(self.reach));
+            tree.find_each(grown, |query, found| {
+                let i = first + query;
                 let after = found.iter().filter(|&&j| !once || j as usize > i);
-                let allowed = after.filter(|&&j| self.allows(query, &others[j as usize]));
+                let allowed = after.filter(|&&j| self.allows(&queries[query], &others[j as usize]));
                 pairs.extend(allowed.map(|&j| [i as u32, j]));
-            }
+            });
             pairs
         };
         let blocks: Vec<Vec<[u32; 2]>> = queries.par_chunks(QUERIES).enumerate().map(block).collect();

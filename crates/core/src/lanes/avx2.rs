@@ -4,7 +4,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
-use super::operators::{assigning_operators, register};
+use super::operators::{assigning_operators, binary_operator, register};
 use super::{Lanes, RowSlice, RowSource, WIDTH};
 use crate::algebra::{self, Mat};
 use crate::scalar::{
@@ -30,23 +30,12 @@ macro_rules! both {
     };
 }
 
-macro_rules! binary {
-    ($pack:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
-        impl $trait for $pack {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, o: Self) -> Self {
-                both!($pack, $intrinsic, self, o)
-            }
-        }
-    };
-}
-binary!(Avx2, Add, add, _mm256_add_pd);
-binary!(Avx2, Sub, sub, _mm256_sub_pd);
-binary!(Avx2, Mul, mul, _mm256_mul_pd);
-binary!(Avx2, Div, div, _mm256_div_pd);
-binary!(Avx2Mask, BitAnd, bitand, _mm256_and_pd);
-binary!(Avx2Mask, BitOr, bitor, _mm256_or_pd);
+binary_operator!(both, Avx2, Add, add, _mm256_add_pd);
+binary_operator!(both, Avx2, Sub, sub, _mm256_sub_pd);
+binary_operator!(both, Avx2, Mul, mul, _mm256_mul_pd);
+binary_operator!(both, Avx2, Div, div, _mm256_div_pd);
+binary_operator!(both, Avx2Mask, BitAnd, bitand, _mm256_and_pd);
+binary_operator!(both, Avx2Mask, BitOr, bitor, _mm256_or_pd);
 assigning_operators!(Avx2);
 
 impl Neg for Avx2 {

@@ -4,6 +4,8 @@
 
 use std::sync::OnceLock;
 
+#[cfg(target_arch = "aarch64")]
+use super::neon::Neon;
 use super::{Lanes, Portable};
 #[cfg(target_arch = "x86_64")]
 use super::{avx2::Avx2, avx512::Avx512};
@@ -21,6 +23,8 @@ pub trait Kernel {
 pub enum InstructionSet {
     /// Plain code.
     Portable,
+    /// NEON, of AArch64: four registers of two numbers.
+    Neon,
     /// AVX2 and FMA: two registers of four numbers.
     Avx2,
     /// AVX-512 F, DQ and VL: one register of eight numbers.
@@ -29,13 +33,14 @@ pub enum InstructionSet {
 
 impl InstructionSet {
     /// All levels, from the slowest to the fastest.
-    pub const ALL: [InstructionSet; 3] =
-        [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
+    pub const ALL: [InstructionSet; 4] =
+        [InstructionSet::Portable, InstructionSet::Neon, InstructionSet::Avx2, InstructionSet::Avx512];
 
     /// The name that `PLIANT_SIMD` accepts.
     pub fn name(self) -> &'static str {
         match self {
             InstructionSet::Portable => "portable",
+            InstructionSet::Neon => "neon",
             InstructionSet::Avx2 => "avx2",
             InstructionSet::Avx512 => "avx512",
         }
@@ -47,6 +52,7 @@ impl InstructionSet {
         let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
         match self {
             InstructionSet::Portable => true,
+            InstructionSet::Neon => false,
             InstructionSet::Avx2 => avx2,
             InstructionSet::Avx512 => {
                 avx2 && is_x86_feature_detected!("avx512f")
@@ -59,7 +65,11 @@ impl InstructionSet {
     /// True if this processor has the instructions.
     #[cfg(not(target_arch = "x86_64"))]
     pub fn is_available(self) -> bool {
-        self == InstructionSet::Portable
+        match self {
+            InstructionSet::Portable => true,
+            InstructionSet::Neon => cfg!(target_arch = "aarch64"),
+            InstructionSet::Avx2 | InstructionSet::Avx512 => false,
+        }
     }
 
     /// The best available level.
@@ -76,9 +86,9 @@ impl InstructionSet {
 
 /// The level that [`dispatch`] uses.
 ///
-/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `avx2` or `avx512`
-/// when this is first called. A name that is unknown, or a level that the processor lacks, is ignored: results do not
-/// depend on the level, and what was chosen can be read here.
+/// The best that the processor has, unless the environment variable `PLIANT_SIMD` is `portable`, `neon`,
+/// `avx2` or `avx512` when this is first called. A name that is unknown, or a level that the processor lacks,
+/// is ignored: results do not depend on the level, and what was chosen can be read here.
 pub fn level() -> InstructionSet {
     static LEVEL: OnceLock<InstructionSet> = OnceLock::new();
     *LEVEL.get_or_init(|| choose(std::env::var("PLIANT_SIMD").ok().as_deref()))
@@ -108,6 +118,10 @@ pub fn dispatch_compact<K: Kernel>(kernel: K) -> K::Output {
         // SAFETY: the processor has the features that the wrapper enables.
         return unsafe { run_avx2(kernel) };
     }
+    #[cfg(target_arch = "aarch64")]
+    if level() == InstructionSet::Neon {
+        return run_neon(kernel);
+    }
     kernel.run::<Portable>()
 }
 
@@ -124,11 +138,15 @@ pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
     }
 }
 
-/// Runs a kernel in plain code, the only level of this processor.
+/// Runs a kernel on this instruction set, or in plain code where the processor lacks it.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline]
-pub fn dispatch_at<K: Kernel>(_level: InstructionSet, kernel: K) -> K::Output {
-    kernel.run::<Portable>()
+pub fn dispatch_at<K: Kernel>(level: InstructionSet, kernel: K) -> K::Output {
+    match level {
+        #[cfg(target_arch = "aarch64")]
+        InstructionSet::Neon => run_neon(kernel),
+        _ => kernel.run::<Portable>(),
+    }
 }
 
 /// # Safety
@@ -145,6 +163,13 @@ unsafe fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
 #[target_feature(enable = "avx2,fma")]
 unsafe fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Avx2>()
+}
+
+/// Not inlined, as those of other processors cannot be: one copy of a kernel, however many its callers.
+#[cfg(target_arch = "aarch64")]
+#[inline(never)]
+fn run_neon<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Neon>()
 }
 
 #[cfg(test)]

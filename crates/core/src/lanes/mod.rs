@@ -1,9 +1,9 @@
 //! Packs of eight numbers in vector registers, and the choice of the instruction set at run time.
 //!
-//! A kernel is written once, over [`Lanes`], and handed to [`dispatch`], which runs it on the best instruction set
-//! that the processor has: AVX-512, AVX2 with FMA, or plain code. The pack is eight wide on every path, every
-//! operation rounds as IEEE 754 says, and sums have a written order, so all three give the same bits and data laid
-//! out for one suits the others.
+//! A kernel is written once, over [`Lanes`], and handed to [`dispatch`], which runs it on the best
+//! instruction set that the processor has: AVX-512, AVX2 with FMA, NEON, or plain code. The pack is eight wide
+//! on every path, every operation rounds as IEEE 754 says, and sums have a written order, so all give the same
+//! bits and data laid out for one suits the others.
 //!
 //! # Rules for kernels
 //! - Everything between [`Kernel::run`] and the operations of [`Lanes`] is `#[inline(always)]`: only code that is
@@ -26,6 +26,8 @@ mod avx2;
 mod avx512;
 mod dispatch;
 mod elementary;
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod operators;
 mod pages;
 mod pair;

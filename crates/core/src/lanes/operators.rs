@@ -24,13 +24,27 @@ macro_rules! assigning_operators {
     };
 }
 
+/// An operator of packs of several registers: `$each` applies an intrinsic to all of them.
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+macro_rules! binary_operator {
+    ($each:ident, $pack:ident, $trait:ident, $method:ident, $intrinsic:ident) => {
+        impl $trait for $pack {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, o: Self) -> Self {
+                $each!($pack, $intrinsic, self, o)
+            }
+        }
+    };
+}
+
 /// Evaluates intrinsics that neither read nor write memory.
-#[cfg(target_arch = "x86_64")]
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 macro_rules! register {
     ($e:expr) => {
         // SAFETY: intrinsics on registers need nothing but the instructions. The register types are private to
         // `lanes`, and their methods are reached only through the wrappers of `dispatch`, which are entered only
-        // after the processor was found to have the instructions.
+        // after the processor was found to have the instructions; NEON every AArch64 target of `std` has.
         unsafe {
             $e
         }
@@ -38,5 +52,5 @@ macro_rules! register {
 }
 
 pub(super) use assigning_operators;
-#[cfg(target_arch = "x86_64")]
-pub(super) use register;
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+pub(super) use {binary_operator, register};

@@ -9,6 +9,7 @@
 use std::mem::MaybeUninit;
 
 /// Bytes of a huge page, and their alignment.
+#[cfg(target_os = "linux")]
 const HUGE: usize = 2 << 20;
 
 /// An empty vector with room for `capacity` items, in huge pages where it is that large and the system has any.

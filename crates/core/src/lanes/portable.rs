@@ -3,9 +3,10 @@
 //! Without a fused multiply-add in hardware `mul_add` calls the C library, which rounds correctly and is slow: the
 //! bits are the same everywhere, the speed is not.
 //!
-//! On x86-64 this path serves processors older than AVX2 and the tests. Its operations are calls there, not inlined: eight
-//! scalar instructions for each would make every kernel huge, and compiling them slow, for hardly any machine. Elsewhere (NEON)
-//! it is the main path, and is inlined and vectorised.
+//! On x86-64 this path serves processors older than AVX2 and the tests, on AArch64 the tests alone. Its
+//! operations are calls there, not inlined: eight scalar instructions for each would make every kernel huge,
+//! and compiling them slow, for hardly any machine. Elsewhere it is the main path, and is inlined and
+//! vectorised.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
 
@@ -26,8 +27,8 @@ macro_rules! binary {
     ($pack:ident, $zero:expr, $trait:ident, $method:ident) => {
         impl $trait for $pack {
             type Output = Self;
-            #[cfg_attr(target_arch = "x86_64", inline(never))]
-            #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+            #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+            #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
             fn $method(self, o: Self) -> Self {
                 let mut r = [$zero; WIDTH];
                 for l in 0..WIDTH {
@@ -59,8 +60,8 @@ macro_rules! lanewise {
 
 impl Neg for Portable {
     type Output = Self;
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn neg(self) -> Self {
         lanewise!(Neg::neg, self)
     }
@@ -84,13 +85,13 @@ impl Scalar for Portable {
     fn splat(x: f64) -> Self {
         Portable([x; WIDTH])
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn mul_add(self, b: Self, c: Self) -> Self {
         lanewise!(f64::mul_add, self, b, c)
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn sqrt(self) -> Self {
         lanewise!(f64::sqrt, self)
     }
@@ -102,23 +103,23 @@ impl Scalar for Portable {
     fn exp(self) -> Self {
         super::exp(self)
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn abs(self) -> Self {
         lanewise!(f64::abs, self)
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn max(self, o: Self) -> Self {
         lanewise!(Scalar::max, self, o)
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn copysign(self, sign: Self) -> Self {
         lanewise!(f64::copysign, self, sign)
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn lt(self, o: Self) -> PortableMask {
         let mut r = [false; WIDTH];
         for l in 0..WIDTH {
@@ -126,8 +127,8 @@ impl Scalar for Portable {
         }
         PortableMask(r)
     }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+    #[cfg_attr(any(target_arch = "x86_64", target_arch = "aarch64"), inline(never))]
+    #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), inline(always))]
     fn select(mask: PortableMask, a: Self, b: Self) -> Self {
         let mut r = b.0;
         for l in 0..WIDTH {
@@ -160,7 +161,7 @@ impl Real for Portable {
 
 impl Lanes for Portable {
     const PAIRS_PAY: bool = false;
-    const BY_LANE: bool = cfg!(target_arch = "x86_64");
+    const BY_LANE: bool = cfg!(any(target_arch = "x86_64", target_arch = "aarch64"));
 
     #[inline(always)]
     fn load(a: &[f64; WIDTH]) -> Self {

@@ -2,6 +2,7 @@
 #![allow(unsafe_code)]
 
 /// Bytes that come at once.
+#[cfg(target_arch = "x86_64")]
 const LINE: usize = 64;
 
 /// Asks for item `index`, if there is one, so that it is in the cache some hundred nanoseconds later. Processors see for

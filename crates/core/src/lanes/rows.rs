@@ -128,7 +128,7 @@ impl<const D: usize> RowSlice<D> {
     };
 
     /// The `STRIDE` numbers of row `index`.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
     #[inline(always)]
     pub(super) fn row_mut<const STRIDE: usize>(&mut self, index: u16) -> &mut [f64; STRIDE] {
         debug_assert!(STRIDE == Self::STRIDE);

@@ -83,6 +83,26 @@ fn diagonal_inverse<const D: usize>(a: &Block<D>) -> Block<D> {
     r
 }
 
+/// Where conjugate gradients end: one of the two is enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CgTolerance {
+    /// Largest `|b - A x| / |b|`.
+    pub residual: f64,
+    /// Largest `sqrt(r^T P r)` as a part of its first value; 0 where it is not looked at.
+    ///
+    /// With `P` near `A^-1` this is the error in the energy norm, `|x - A^-1 b|_A / |A^-1 b|_A`: its square is the part
+    /// of the decrease of `x^T A x / 2 - b^T x` that is left. A residual says little of that where some rows of `A`
+    /// are far stiffer than the rest.
+    pub energy: f64,
+}
+
+impl From<f64> for CgTolerance {
+    /// By the residual alone.
+    fn from(residual: f64) -> Self {
+        CgTolerance { residual, energy: 0.0 }
+    }
+}
+
 /// How a run of conjugate gradients ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CgEnd {
@@ -123,7 +143,7 @@ impl ConjugateGradients {
         self.stop = stop;
     }
 
-    /// Solves `A x = b` from `x = 0` until `|b - A x| <= tolerance |b|`; Shewchuk 1994, *An introduction to the conjugate
+    /// Solves `A x = b` from `x = 0` to a `tolerance`, as a number that of the residual; Shewchuk 1994, *An introduction to the conjugate
     /// gradient method without the agonizing pain*, B3. `product(p, q)` writes `A p` to `q`.
     ///
     /// Where `A` is indefinite, `x` is the iterate before the direction in which that showed, or in the first iteration a part of that
@@ -134,7 +154,7 @@ impl ConjugateGradients {
         preconditioner: &mut dyn Preconditioner<D>,
         b: &[f64],
         x: &mut [f64],
-        tolerance: f64,
+        tolerance: impl Into<CgTolerance>,
         max_iterations: u64,
     ) -> CgReport {
         let ConjugateGradients { r, z, p, q, stop } = self;
@@ -144,6 +164,7 @@ impl ConjugateGradients {
         x.fill(0.0);
         r.copy_from_slice(b);
         let length = dot(b, b).sqrt();
+        let tolerance = tolerance.into();
         let report = |end, iterations, residual: f64| CgReport {
             end,
             iterations,
@@ -155,6 +176,7 @@ impl ConjugateGradients {
         preconditioner.apply(r, z);
         p.copy_from_slice(z);
         let mut rz = dot(r, z);
+        let least = tolerance.energy * tolerance.energy * rz;
         for iteration in 1..=max_iterations {
             if stop.is_set() {
                 return report(CgEnd::Stopped, iteration - 1, dot(r, r).sqrt());
@@ -175,7 +197,7 @@ impl ConjugateGradients {
                 r[i] -= alpha * q[i];
             }
             let residual = dot(r, r).sqrt();
-            if residual <= tolerance * length {
+            if residual <= tolerance.residual * length {
                 return report(CgEnd::Converged, iteration, residual);
             }
             preconditioner.apply(r, z);
@@ -183,6 +205,9 @@ impl ConjugateGradients {
             if next.is_nan() || next <= 0.0 {
                 let end = if next.is_nan() { CgEnd::Stalled } else { CgEnd::Indefinite };
                 return report(end, iteration, residual);
+            }
+            if next <= least {
+                return report(CgEnd::Converged, iteration, residual);
             }
             let beta = next / rz;
             rz = next;
@@ -216,4 +241,95 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
         }
     }
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Number of unknowns, and how much stiffer the last of them are.
+    const UNKNOWNS: usize = 60;
+    const STIFFER: f64 = 1e8;
+
+    /// Stiffness of the link before unknown `i` of a chain on a ground of stiffness 1/2.
+    fn link(i: usize) -> f64 {
+        if i < UNKNOWNS - 10 { 1.0 } else { STIFFER }
+    }
+
+    fn product(p: &[f64], q: &mut [f64]) {
+        q.iter_mut().zip(p).for_each(|(q, p)| *q = 0.5 * p);
+        for i in 1..UNKNOWNS {
+            let pull = link(i) * (p[i] - p[i - 1]);
+            q[i] += pull;
+            q[i - 1] -= pull;
+        }
+    }
+
+    /// Solution for a chain whose links are up to 1.5 times stiffer or softer: within that factor of the inverse.
+    struct OtherChain;
+
+    impl Preconditioner<1> for OtherChain {
+        fn update(&mut self, _: &BlockMatrix<1>) -> Result<(), NotPositiveDefinite> {
+            Ok(())
+        }
+
+        fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+            let link = |i: usize| link(i) * 1.5_f64.powf((7.0 * i as f64).sin());
+            let mut diagonal = [0.5; UNKNOWNS];
+            for i in 1..UNKNOWNS {
+                diagonal[i - 1] += link(i);
+                diagonal[i] += link(i);
+            }
+            z.copy_from_slice(r);
+            for i in 1..UNKNOWNS {
+                let factor = link(i) / diagonal[i - 1];
+                diagonal[i] -= factor * link(i);
+                z[i] += factor * z[i - 1];
+            }
+            z[UNKNOWNS - 1] /= diagonal[UNKNOWNS - 1];
+            for i in (1..UNKNOWNS).rev() {
+                z[i - 1] = (z[i - 1] + link(i) * z[i]) / diagonal[i - 1];
+            }
+        }
+
+        fn bytes(&self) -> usize {
+            0
+        }
+    }
+
+    fn solved(tolerance: impl Into<CgTolerance>, b: &[f64]) -> (Vec<f64>, CgReport) {
+        let mut x = vec![0.0; UNKNOWNS];
+        let report =
+            ConjugateGradients::default().solve(product, &mut OtherChain, b, &mut x, tolerance, 10_000);
+        assert_eq!(report.end, CgEnd::Converged);
+        (x, report)
+    }
+
+    fn energy_norm(x: &[f64]) -> f64 {
+        let mut product_of_x = vec![0.0; UNKNOWNS];
+        product(x, &mut product_of_x);
+        dot(x, &product_of_x).sqrt()
+    }
+
+    /// Solves end with no more error in the energy norm than is asked, and without a norm by the residual alone.
+    #[test]
+    fn solves_end_by_the_energy_norm() {
+        let mut b: Vec<f64> = (0..UNKNOWNS).map(|i| 1.0 + (i as f64).sin()).collect();
+        (b[UNKNOWNS - 1], b[UNKNOWNS - 10]) = (1e4, -1e4);
+        let (exact, by_residual) = solved(1e-14, &b);
+        let mut before = 0;
+        for energy in [1e-1, 1e-2, 1e-4, 1e-6] {
+            let (x, report) = solved(CgTolerance { residual: 1e-14, energy }, &b);
+            let left: Vec<f64> = x.iter().zip(&exact).map(|(x, exact)| x - exact).collect();
+            let error = energy_norm(&left) / energy_norm(&exact);
+            // The preconditioner is the inverse to a factor of 1.5, the norm to its root, twice.
+            assert!(error < 1.5 * energy, "{error:e} for {energy:e}");
+            assert!(
+                (before + 1..by_residual.iterations).contains(&report.iterations),
+                "{energy:e}: {report:?}"
+            );
+            before = report.iterations;
+        }
+        assert_eq!(solved(CgTolerance { residual: 1e-14, energy: 0.0 }, &b).1, by_residual);
+    }
 }

@@ -1,7 +1,9 @@
 //! Preconditioned conjugate gradients for the matrices of Newton's method, and when their preconditioner is computed anew.
 
 use super::block_matrix::BlockMatrix;
-use super::conjugate_gradients::{self, BlockJacobi, CgEnd, CgReport, ConjugateGradients, Preconditioner};
+use super::conjugate_gradients::{
+    self, BlockJacobi, CgEnd, CgReport, CgTolerance, ConjugateGradients, Preconditioner,
+};
 use super::hessian::{Assembler, Weights};
 use super::multigrid::Multigrid;
 use super::subspace::{Corrected, Subspace};
@@ -72,7 +74,7 @@ impl<const D: usize> Iterative<D> {
         self.cg.set_stop(stop);
     }
 
-    /// Solves `whole solution = right` to a relative residual of `tolerance`; the matrix was made with these
+    /// Solves `whole solution = right` to a `tolerance`; the matrix was made with these
     /// weights and this treatment of elements, for vertices at `x`, flat [m].
     pub(super) fn solve(
         &mut self,
@@ -80,7 +82,7 @@ impl<const D: usize> Iterative<D> {
         (weights, psd, x): (Weights, Psd, &[f64]),
         right: &[f64],
         solution: &mut [f64],
-        tolerance: f64,
+        tolerance: CgTolerance,
     ) -> CgReport {
         let indefinite = CgReport { end: CgEnd::Indefinite, iterations: 0, relative_residual: 1.0 };
         let mut corrected;

@@ -1,6 +1,7 @@
 //! Hyperelastic elements: the energy `sum_e sum_q w_q Psi(F_q)` over the quadrature points of each, one for linear ones.
 
 mod block;
+mod collapse;
 mod factors;
 mod hessian;
 mod kernels;
@@ -395,7 +396,7 @@ impl<const D: usize, const N: usize> ForceLayout for Elastic<D, N> {
 
 impl<const D: usize, const N: usize> StepLimit for Elastic<D, N> {
     fn max_step(&self, x: &[f64], dx: &[f64]) -> f64 {
-        hessian::step_to_collapse(self, x, dx)
+        collapse::step_to_collapse(self, x, dx)
     }
 }
 

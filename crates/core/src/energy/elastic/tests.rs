@@ -185,3 +185,48 @@ fn rows_as_they_lie_are_the_sums_of_their_block() {
     assert!(term.evaluate(&deformed::<3>(&rest)));
     assert!(term.rows(0, rest.len() / 3).is_none(), "in space rows have four numbers");
 }
+
+/// The least `det(dx/dxi)` of linear elements.
+fn least_volume<const D: usize, const N: usize>(elements: &[[u32; N]], x: &[f64]) -> f64 {
+    let volume = |element: &[u32; N]| edge_matrix(&points_of::<D, N>(x, element)).determinant();
+    elements.iter().map(volume).fold(f64::INFINITY, f64::min)
+}
+
+/// A step that is cut ends at nine tenths of the way to the first element without volume, one that is not
+/// passes none; motions of a hundredth of a cell to several, of all vertices and of one.
+fn collapse<const D: usize, const N: usize>(cells: [usize; D]) {
+    let grid =
+        pliant_mesh::spec::GridSpec { cells: cells.to_vec(), spacing: Some(0.1), ..Default::default() };
+    let spec = pliant_mesh::spec::MeshSpec::Grid(grid);
+    let mesh = pliant_mesh::build(&spec, D, ".".as_ref()).unwrap();
+    let (elements, rest) = (mesh.elements::<N>(), &mesh.points);
+    let term = Elastic::<D, N>::linear("block", material(), Stress::Analytic, &elements, rest);
+    let (mut random, mut cut) = (Random(8), 0);
+    for round in 0..60 {
+        let size = 0.1 * 0.01 * 1.12_f64.powi(round);
+        let mut dx: Vec<f64> = rest.iter().map(|_| size * random.uniform(-1.0, 1.0)).collect();
+        if round % 3 == 0 {
+            let only = round as usize * 7 % (rest.len() / D);
+            (0..dx.len()).filter(|i| i / D != only).for_each(|i| dx[i] = 0.0);
+        }
+        let at = |part: f64| rest.iter().zip(&dx).map(|(x, dx)| x + part * dx).collect::<Vec<_>>();
+        let step = StepLimit::max_step(&term, rest, &dx);
+        let end = if step < 1.0 { step / collapse::MARGIN * (1.0 - 1e-9) } else { 1.0 };
+        for sample in 0..=200 {
+            let part = end * f64::from(sample) / 200.0;
+            assert!(least_volume::<D, N>(&elements, &at(part)) > 0.0, "{round}: {part} of {step}");
+        }
+        if step < 1.0 {
+            cut += 1;
+            let beyond = least_volume::<D, N>(&elements, &at(step / collapse::MARGIN * (1.0 + 1e-6)));
+            assert!(beyond <= 0.0, "{round}: {step} left {beyond:e}");
+        }
+    }
+    assert!((15..45).contains(&cut), "{cut} of 60 were cut");
+}
+
+#[test]
+fn steps_end_before_the_first_element_without_volume() {
+    collapse::<2, 3>([5, 3]);
+    collapse::<3, 4>([3, 2, 2]);
+}

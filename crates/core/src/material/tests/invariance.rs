@@ -2,10 +2,10 @@
 
 use proptest::prelude::*;
 
-use super::{LAMBDA, MU, gap, models, named, stress_scale};
+use super::{LAMBDA, MU, Probe, flat, gap, models, named, stress_scale};
 use crate::algebra::tests::sample::{Random, largest};
 use crate::algebra::{Mat, rotation};
-use crate::material::Domain;
+use crate::material::{Domain, Psd};
 
 /// A deformation up to large strains, and a rotation.
 fn state<const D: usize>() -> impl Strategy<Value = (Mat<f64, D>, Mat<f64, D>)> {
@@ -23,24 +23,35 @@ fn state<const D: usize>() -> impl Strategy<Value = (Mat<f64, D>, Mat<f64, D>)> 
     })
 }
 
+/// Bound of an error in `P(QF)` [Pa]: 1e-13 of `stress_scale`, or one rounding of the argument, `eps |F|`, carried
+/// into the stress by the stiffness at `F`, where that is larger.
+///
+/// The stiffness at rest in `stress_scale` does not know the second part. Holzapfel, Gasser and Ogden's `exp(k2 E^2)`
+/// needs it: at J = 0.026, with `P` in 50 digits, rounding the entries of `QF` alone moves the stress by 1.3e-13 of
+/// `|P|` in the median over rotations.
+fn bound<const D: usize>(model: &dyn Probe<D>, f: &Mat<f64, D>) -> f64 {
+    let stiffness = flat(&model.hessian(f, Psd::Exact)).norm();
+    (f64::EPSILON * stiffness * f.norm_squared().sqrt()).max(1e-13 * stress_scale(model, f))
+}
+
 fn frame_indifferent<const D: usize>(f: &Mat<f64, D>, q: &Mat<f64, D>) {
     for (spec, model) in models::<D>().into_iter().filter(|(spec, _)| spec.about().frame_indifferent) {
         if model.domain() == Domain::PositiveJ && f.determinant() < 0.02 {
             continue;
         }
-        let scale = stress_scale(&*model, f);
+        let bound = bound(&*model, f);
         let name = spec.name();
         let (psi, p) = (model.psi(f), model.pk1(f));
         let qf = q.mul(f);
-        assert!((model.psi(&qf) - psi).abs() < 1e-13 * (psi.abs() + scale), "{name}");
-        let error = largest(&(model.pk1(&qf) - q.mul(&p))) / scale;
-        assert!(error < 1e-13, "{name}: P(QF) = Q P(F), {error:e} {f:?}");
+        assert!((model.psi(&qf) - psi).abs() < 1e-13 * psi.abs() + bound, "{name}");
+        let error = largest(&(model.pk1(&qf) - q.mul(&p)));
+        assert!(error < bound, "{name}: P(QF) = Q P(F), {error:e}, bound {bound:e} {f:?}");
         if !spec.is_isotropic() {
             continue;
         }
         // Isotropic too: turning the material before deforming it changes nothing.
-        let error = largest(&(model.pk1(&f.mul(q)) - p.mul(q))) / scale;
-        assert!(error < 1e-13, "{name}: P(FQ) = P(F) Q, {error:e} {f:?}");
+        let error = largest(&(model.pk1(&f.mul(q)) - p.mul(q)));
+        assert!(error < bound, "{name}: P(FQ) = P(F) Q, {error:e}, bound {bound:e} {f:?}");
     }
 }
 

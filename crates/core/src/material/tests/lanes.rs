@@ -119,8 +119,10 @@ fn packs_and_pairs_are_computed_where_terms_compute_them() {
     let pack = [Mat::<f64, 3>::identity(); WIDTH];
     for level in InstructionSet::ALL.into_iter().filter(|level| level.is_available()) {
         let ways = match level {
-            InstructionSet::Portable => usize::from(cfg!(not(target_arch = "x86_64"))),
-            InstructionSet::Avx2 => 1,
+            InstructionSet::Portable => {
+                usize::from(cfg!(not(any(target_arch = "x86_64", target_arch = "aarch64"))))
+            }
+            InstructionSet::Neon | InstructionSet::Avx2 => 1,
             InstructionSet::Avx512 => 3,
         };
         assert_eq!(stresses(level, &material, &pack).len(), ways, "{level:?}");

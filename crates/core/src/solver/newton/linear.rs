@@ -5,7 +5,7 @@ use super::{Newton, STATIC_SHIFT};
 use crate::material::Psd;
 use crate::solver::block_matrix::BlockMatrix;
 use crate::solver::cholesky::{Cholesky, NotPositiveDefinite};
-use crate::solver::conjugate_gradients::{CgEnd, Preconditioner};
+use crate::solver::conjugate_gradients::{CgEnd, CgTolerance, Preconditioner};
 use crate::solver::hessian::{At, Weights};
 use crate::solver::iterative::{AssembledMatrix, CG_TOLERANCE, Iterative};
 use crate::solver::options::LinearSolver;
@@ -25,14 +25,14 @@ pub(super) enum Direction {
 }
 
 impl<const D: usize> Newton<D> {
-    /// Solves `A d = -residual` for the direction; by conjugate gradients to a relative residual of `forcing`.
+    /// Solves `A d = -residual` for the direction; by conjugate gradients to the tolerance `forcing`.
     pub(super) fn solve_linear(
         &mut self,
         system: &mut System,
         objective: &Objective<'_>,
         at: &Iterate,
         psd: Psd,
-        (old_matrix, forcing): (bool, f64),
+        (old_matrix, forcing): (bool, CgTolerance),
     ) -> Direction {
         let weights = weights(objective);
         let x = &at.x;

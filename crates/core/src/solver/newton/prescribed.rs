@@ -64,7 +64,7 @@ impl<const D: usize> Newton<D> {
             self.residual[i] += objective.stiffness * follows[i];
         }
         for psd in [Psd::Exact, Psd::Projected] {
-            let found = self.solve_linear(system, objective, solve.at, psd, (false, CG_TOLERANCE));
+            let found = self.solve_linear(system, objective, solve.at, psd, (false, CG_TOLERANCE.into()));
             match found {
                 Direction::Descent | Direction::Truncated => {
                     for i in (0..way.len()).filter(|i| held[*i]) {

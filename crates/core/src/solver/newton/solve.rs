@@ -4,10 +4,12 @@ use super::evaluation::weights;
 use super::linear::Direction;
 use super::prescribed::rest_of_way;
 use super::search::{Accepted, Slope};
-use super::{CONTRACTION, FORCING, FORCING_PART, GUARDED_FORCING, NEAR, Newton, RUNAWAY, ULPS};
+use super::{
+    CONTRACTION, FORCING, FORCING_PART, GUARDED_ENERGY, GUARDED_FORCING, NEAR, Newton, RUNAWAY, ULPS,
+};
 use crate::energy::Fault;
 use crate::material::Psd;
-use crate::solver::conjugate_gradients::dot;
+use crate::solver::conjugate_gradients::{CgTolerance, dot};
 use crate::solver::iterative::CG_TOLERANCE;
 use crate::solver::options::LinearSolver;
 use crate::solver::{ForceLeft, Iterate, Objective, SolveError, SolveFailure, StepFault};
@@ -152,6 +154,13 @@ impl<'a> NewtonSolve<'a> {
         };
     }
 
+    /// Tolerance of the next linear solve. A solve that is repeated because its direction led nowhere goes by the
+    /// residual alone.
+    fn linear_tolerance(&self) -> CgTolerance {
+        let last = self.system.has_guards() && self.forcing == GUARDED_FORCING;
+        CgTolerance { residual: self.forcing, energy: if last { GUARDED_ENERGY } else { 0.0 } }
+    }
+
     /// The smallest relative residual that is asked of conjugate gradients.
     fn least_forcing(&self) -> f64 {
         if self.system.has_guards() { GUARDED_FORCING } else { CG_TOLERANCE }
@@ -268,8 +277,9 @@ impl<const D: usize> Newton<D> {
         solve: &mut NewtonSolve<'_>,
         old_matrix: bool,
     ) -> Result<(f64, bool), SolveFailure> {
-        let NewtonSolve { system, objective, at, psd, forcing, .. } = solve;
-        let found = self.solve_linear(system, objective, at, *psd, (old_matrix, *forcing));
+        let tolerance = solve.linear_tolerance();
+        let NewtonSolve { system, objective, at, psd, .. } = solve;
+        let found = self.solve_linear(system, objective, at, *psd, (old_matrix, tolerance));
         let truncated = matches!(found, Direction::Truncated);
         match found {
             Direction::Truncated if objective.single_iteration => Ok((f64::NAN, truncated)),

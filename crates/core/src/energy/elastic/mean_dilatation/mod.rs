@@ -31,7 +31,7 @@ pub(super) mod tests;
 use std::ops::Range;
 
 use super::block::BlockMaterial;
-use super::hessian::{MARGIN, first_root};
+use super::collapse::{MARGIN, first_root};
 use super::solid::{SolidElements, extremes};
 use super::{centroids, points_of};
 use crate::algebra::Mat;

@@ -25,7 +25,7 @@ use rayon::prelude::*;
 
 use super::Elastic;
 use super::block::{Block, BlockMaterial};
-use super::hessian::{MARGIN, first_root};
+use super::collapse::{MARGIN, first_root};
 use super::kernels::BLOCKS;
 use crate::algebra::Mat;
 use crate::element::ElementState;

@@ -1,0 +1,160 @@
+//! How far elements may go until the first of them collapses.
+
+use super::{Elastic, points_of};
+use crate::algebra::Mat;
+use crate::element::{edge_matrix, order};
+use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
+use crate::scalar::Scalar;
+
+/// Part of the way to a collapse that a step takes.
+pub(super) const MARGIN: f64 = 0.9;
+
+/// Parts of a step up to which roots are looked for: steps go up to 1, and a margin is taken off.
+const FAR: f64 = 2.0;
+
+/// Part of `det F` that the other terms of the polynomial may reach; the rest is more than their rounding.
+const DOMINANT: f64 = 1.0 - 1e-12;
+
+/// Packs that one call of a kernel looks at.
+const BATCH: usize = 4;
+
+/// Positions of the vertices of a pack, and their motion.
+#[repr(align(64))]
+struct PackWay<const D: usize, const N: usize> {
+    from: [[[f64; WIDTH]; D]; N],
+    motion: [[[f64; WIDTH]; D]; N],
+    /// Bit `l` is set where lane `l` may collapse.
+    suspects: u8,
+}
+
+impl<const D: usize, const N: usize> PackWay<D, N> {
+    const EMPTY: Self = PackWay { from: [[[0.0; WIDTH]; D]; N], motion: [[[0.0; WIDTH]; D]; N], suspects: 0 };
+
+    fn edges_of_lane(points: &[[[f64; WIDTH]; D]; N], lane: usize) -> Mat<f64, D> {
+        edge_matrix(&points.map(|point| point.map(|component| component[lane])))
+    }
+}
+
+/// How far elements may go towards `x + dx`: most of the way to the first `det F = 0`, in (0, 1].
+pub(super) fn step_to_collapse<const D: usize, const N: usize>(
+    elements: &Elastic<D, N>,
+    x: &[f64],
+    dx: &[f64],
+) -> f64 {
+    if order::<D, N>() > 1 {
+        return step_of_points(elements, x, dx);
+    }
+    let packs = elements.patches.index.len();
+    let mut lanes = elements.patches.lanes_in(0..packs * WIDTH);
+    let mut ways = [const { PackWay::<D, N>::EMPTY }; BATCH];
+    let mut step: f64 = 1.0;
+    for first in (0..packs).step_by(BATCH) {
+        let ways = &mut ways[..BATCH.min(packs - first)];
+        for way in &mut *ways {
+            for (lane, (vertices, ..)) in lanes.by_ref().take(WIDTH).enumerate() {
+                let (from, motion) = (points_of::<D, N>(x, &vertices), points_of::<D, N>(dx, &vertices));
+                for node in 0..N {
+                    for c in 0..D {
+                        way.from[node][c][lane] = from[node][c];
+                        way.motion[node][c][lane] = motion[node][c];
+                    }
+                }
+            }
+        }
+        dispatch(FindSuspects { ways });
+        for way in ways.iter().filter(|way| way.suspects != 0) {
+            for lane in (0..WIDTH).filter(|lane| way.suspects >> lane & 1 == 1) {
+                let [now, change] =
+                    [&way.from, &way.motion].map(|points| PackWay::edges_of_lane(points, lane));
+                step = step.min(MARGIN * first_root(&now, &change));
+            }
+        }
+    }
+    step
+}
+
+/// The same by the quadrature points of each element.
+fn step_of_points<const D: usize, const N: usize>(elements: &Elastic<D, N>, x: &[f64], dx: &[f64]) -> f64 {
+    let mut step: f64 = 1.0;
+    for (_, vertices, pack, lane) in elements.elements() {
+        let now = elements.points(x, &vertices, pack, lane);
+        let change = elements.points(dx, &vertices, pack, lane);
+        for ([now, _], [change, _]) in now.iter().zip(&change) {
+            step = step.min(MARGIN * first_root(now, change));
+        }
+    }
+    step
+}
+
+/// Marks the elements that may collapse on their way.
+struct FindSuspects<'a, const D: usize, const N: usize> {
+    ways: &'a mut [PackWay<D, N>],
+}
+
+impl<const D: usize, const N: usize> Kernel for FindSuspects<'_, D, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        for way in self.ways {
+            let [mut from, mut motion] = [[[L::zero(); D]; N]; 2];
+            for node in 0..N {
+                for c in 0..D {
+                    from[node][c] = L::load(&way.from[node][c]);
+                    motion[node][c] = L::load(&way.motion[node][c]);
+                }
+            }
+            let [d0, others @ ..] = volume_polynomial(&edge_matrix(&from), &edge_matrix(&motion));
+            let largest = largest_terms(others);
+            way.suspects = !L::mask_to_bits(largest.lt(L::splat(DOMINANT) * d0));
+        }
+    }
+}
+
+/// Coefficients of `det(A + t B) = d0 + d1 t + d2 t^2 + d3 t^3`: `det A`, `cof A : B`, `cof B : A` and `det B`
+/// in space; the last is the quadratic one in the plane.
+#[inline(always)]
+fn volume_polynomial<S: Scalar, const D: usize>(a: &Mat<S, D>, b: &Mat<S, D>) -> [S; 4] {
+    let (of_a, of_b) = (a.cofactor(), b.cofactor());
+    let (d0, d1, last) = (a.determinant(), of_a.dot(b), b.determinant());
+    if D == 2 { [d0, d1, last, S::zero()] } else { [d0, d1, of_b.dot(a), last] }
+}
+
+/// Bound of the terms beyond the first over `0 < t <= FAR`.
+#[inline(always)]
+fn largest_terms<S: Scalar>([d1, d2, d3]: [S; 3]) -> S {
+    let far = S::splat(FAR);
+    far * (d1.abs() + far * (d2.abs() + far * d3.abs()))
+}
+
+/// The smallest `t > 0` with `det(A + t B) = 0`, where `det A > 0`; infinite without one up to a little above 1.
+///
+/// The polynomial in `t` is monotonic between its stationary points: the first of these intervals at whose end it is not positive
+/// has the root, which bisection finds.
+pub(super) fn first_root<const D: usize>(a: &Mat<f64, D>, b: &Mat<f64, D>) -> f64 {
+    let [d0, d1, d2, d3] = volume_polynomial(a, b);
+    if largest_terms([d1, d2, d3]) < DOMINANT * d0 {
+        return f64::INFINITY;
+    }
+    let at = |t: f64| d0 + t * (d1 + t * (d2 + t * d3));
+    // d1 + 2 d2 t + 3 d3 t^2 = 0
+    let (qa, qb, qc) = (3.0 * d3, 2.0 * d2, d1);
+    let discriminant = qb * qb - 4.0 * qa * qc;
+    let q = -0.5 * (qb + discriminant.max(0.0).sqrt().copysign(qb));
+    let stationary = if discriminant >= 0.0 { [q / qa, qc / q] } else { [FAR; 2] };
+    let inside = |t: f64| if t > 0.0 && t < FAR { t } else { FAR };
+    let stationary = stationary.map(inside);
+    let mut low = 0.0;
+    for stop in [stationary[0].min(stationary[1]), stationary[0].max(stationary[1]), FAR] {
+        if at(stop) <= 0.0 {
+            let mut high = stop;
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if at(middle) > 0.0 { low = middle } else { high = middle }
+            }
+            return low;
+        }
+        low = stop;
+    }
+    f64::INFINITY
+}
