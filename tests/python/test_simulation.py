@@ -330,6 +330,7 @@ def test_measurements_agree_with_one_another(simulation: pliant.Simulation) -> N
 
 # lecture 2: M u'' + K u = 0.
 def test_matrices_are_those_of_the_linearised_motion(simulation: pliant.Simulation) -> None:
+    pytest.importorskip("scipy")
     stiffness, mass = simulation.stiffness(), simulation.mass()
     assert stiffness.shape == mass.shape == (20, 20) and stiffness.has_sorted_indices
     k, m = stiffness.toarray(), mass.toarray()
