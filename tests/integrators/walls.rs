@@ -316,35 +316,42 @@ fn runs_that_nobody_watches_keep_the_balance() {
     assert!(drift(&summary) < 1e-4, "{}", drift(&summary));
 }
 
-/// Two masses on a spring fall into a corner of two oblique walls and bounce there: what the walls give in all steps,
-/// forces and moments times the step, is the change of momentum less the impulse of gravity.
+/// Masses on springs fall into a corner of two oblique walls and bounce there: what the walls give in all steps
+/// is the change of momentum less the impulses of gravity and drag.
 #[test]
 fn walls_give_what_momentum_lacks_by_every_scheme() {
-    for method in methods_with_walls() {
+    for (method, drag) in methods_with_walls().flat_map(|m| [(m, 0.0), (m, 3.0)]) {
         let (name, h, steps) = (method.documentation.name, 1e-3, 1000);
         let mut simulation = assembled(&format!(
             "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
-             world = {{ gravity = [2, -{G:?}], walls = [{{ normal = [0.1, 1], offset = -0.3 }}, \
-             {{ normal = [-1, 0], offset = -1.1 }}] }}\n[[body]]\n\
+             world = {{ ether_drag = {drag:?}, gravity = [2, -{G:?}], \
+             walls = [{{ normal = [0.1, 1], offset = -0.3 }}, {{ normal = [-1, 0], offset = -1.1 }}] }}\n[[body]]\n\
              mesh = {{ strand = {{ segments = 3, start = [0.2, 0.3], end = [1.0, 0.6] }} }}\n\
              springs = {{ stiffness = 400.0 }}\nmass = {{ per_vertex = 0.5 }}\n"
         ));
-        let mut given = [0.0; 2];
+        let (mut given, before) = ([0.0; 2], simulation.positions().into_owned());
         for _ in 0..steps {
             advance(&mut simulation, 1);
             for wall in simulation.reactions() {
                 (0..2).for_each(|c| given[c] += h * wall.force[c]);
             }
         }
+        // What drag takes goes by the way: `c m (x - x_0)`.
         let mut momentum = [0.0; 2];
-        for v in simulation.velocities().chunks(2) {
-            (0..2).for_each(|c| momentum[c] += 0.5 * v[c]);
+        for (i, v) in simulation.velocities().iter().enumerate() {
+            momentum[i % 2] += 0.5 * (v + drag * (simulation.positions()[i] - before[i]));
         }
         let gravity = [2.0 * 2.0, -2.0 * G];
         assert!(given[0] < -1.0 && given[1] > 5.0, "{name}: {given:?}");
+        // Velocities of symplectic Euler are half a step ahead of positions.
+        let bound = match (drag, name) {
+            (0.0, _) => 1e-11,
+            (_, "symplectic-euler") => 10.0 * h,
+            _ => 20.0 * h * h,
+        };
         for c in 0..2 {
             let off = given[c] + gravity[c] - momentum[c];
-            assert!(off.abs() < 1e-11, "{name}: {given:?} N s, {momentum:?}, off by {off:e}");
+            assert!(off.abs() < bound, "{name}, drag {drag}: {given:?} N s, {momentum:?}, off by {off:e}");
         }
     }
 }
@@ -368,5 +375,29 @@ fn a_blow_is_in_its_step_and_has_a_moment() {
         assert_relative(simulation.reactions()[0].force[1], 2.0 * G, 1e-11, name);
         simulation.resume(&checkpoint).unwrap();
         assert_eq!(simulation.reactions(), kept, "{name}");
+    }
+}
+
+/// A mass at rest is carried whatever slows what moves, by every scheme; two oblique walls carry it together.
+#[test]
+fn what_lies_still_is_carried_under_any_drag() {
+    let valley = "walls = [{ normal = [1, 2], offset = 0 }, { normal = [-2, 1], offset = 0 }]";
+    for method in methods_with_walls() {
+        for (drag, damping) in [
+            (20.0, ""),
+            (0.0, "damping = { mass_proportional = 30.0 }"),
+            (5.0, "damping = { mass_proportional = 9.0 }"),
+        ] {
+            for walls in [FLOOR, valley] {
+                let name = method.documentation.name;
+                let world = format!("ether_drag = {drag:?}, {walls}");
+                let mut simulation = mass(method, 0.02, [[0.0, 0.0], [0.0, 0.0]], &world, damping);
+                for _ in 0..3 {
+                    advance(&mut simulation, 1);
+                    let sum = simulation.reactions().iter().map(|r| r.force[1]).sum::<f64>();
+                    assert_relative(sum, 2.0 * G, 1e-12, &format!("{name}, {drag} and {damping} on {walls}"));
+                }
+            }
+        }
     }
 }

@@ -484,8 +484,8 @@ impl Simulation {
         self.system.books_mut().set_to_be_measured(to_be_measured);
     }
 
-    /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step, each in the order of the scene;
-    /// empty where the force is not finite.
+    /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step, each in
+    /// the order of the scene; empty where the force is not finite.
     pub fn reactions(&mut self) -> Vec<Reaction> {
         let time = self.state.time;
         let none = self.system.constraints().is_empty() && self.system.walls().is_empty();

@@ -6,8 +6,10 @@ mod flows;
 mod load_factor;
 mod pins;
 mod terms;
+mod wall_drag;
 mod wall_impulse;
 mod wall_loss;
+mod walls;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -17,7 +19,6 @@ use crate::deadline::Stop;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{DeformationExtremes, EnergyKind, EnergyTerm, Fault, Stencils};
 use crate::pass::{InverseMass, KickDrift, PassResult, StepInputs};
-use crate::state::State;
 
 use books::Books;
 pub(crate) use flows::{PowerSelection, Powers, feeds, is_changing_gravity, power_of_motion};
@@ -171,46 +172,6 @@ impl System {
     /// where one of them is not finite. Does nothing where nothing moves.
     pub fn prescribe(&self, time: f64, x: &mut [f64], v: &mut [f64]) -> bool {
         self.pins.prescribe(self.load_factor.unwrap_or(time), x, v)
-    }
-
-    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`; whether any position
-    /// changed.
-    pub(crate) fn apply_walls(&mut self, from: &State, h: f64, x: &mut [f64], v: &mut [f64]) -> bool {
-        if self.walls.is_empty() {
-            return false;
-        }
-        let mut losses = self.books.wall_losses.take();
-        let mut impulses = std::mem::take(&mut self.books.wall_impulses);
-        impulses.begin(self.walls.len(), h);
-        if let Some(losses) = &mut losses {
-            losses.forget();
-        }
-        let crossed = self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x));
-        if let (true, Some(losses)) = (crossed, &mut losses) {
-            self.set_time(from.time + h);
-            losses.before(self, x, v);
-        }
-        let mut moved = false;
-        for (i, wall) in self.walls.iter().enumerate().filter(|_| crossed) {
-            let weights = self.inverse_mass.numbers();
-            moved |= wall.apply(weights, x, v, |vertex, x, size| {
-                let held = &weights[vertex * self.dimension..][..self.dimension];
-                impulses.add(i, wall, vertex, x, held, self.mass[vertex] * size);
-            });
-        }
-        if let (true, Some(losses)) = (crossed, &mut losses) {
-            losses.after(self, from, h, x, v);
-        }
-        self.books.wall_losses = losses;
-        self.books.wall_impulses = impulses;
-        self.put_back = moved;
-        moved
-    }
-
-    /// True if the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and
-    /// no polynomial goes through states before and after.
-    pub(crate) fn walls_have_acted(&self) -> bool {
-        self.put_back
     }
 
     /// Sets the ether drag [1/s]: velocities decay as `exp(-ether_drag t)`.

@@ -1,4 +1,5 @@
 //! A rigid half-space.
+use super::motion::cross;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::{Mask, Scalar};
 
@@ -38,6 +39,14 @@ impl Wall {
         foot
     }
 
+    /// Moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x` [m]; in 2D only the third
+    /// component.
+    pub fn moment(&self, x: &[f64], force: [f64; 3]) -> [f64; 3] {
+        let mut arm = self.foot().map(|foot| -foot);
+        arm.iter_mut().zip(x).for_each(|(arm, x)| *arm += x);
+        cross(arm, force)
+    }
+
     /// How far behind the plane the point `x` is [m].
     pub fn depth(&self, x: &[f64]) -> f64 {
         self.offset - dot(&self.normal, x)
@@ -63,16 +72,16 @@ impl Wall {
         }
     }
 
-    /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that moved into the
-    /// wall: its number, its place on the plane, and the size `s` of the change `s n` of its velocity along the unit normal
-    /// `n`, of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one number per
+    /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that moved
+    /// into the wall: its number, and the size `s` of the change `s n` of its velocity along the unit normal `n`,
+    /// of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one number per
     /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
     pub fn apply(
         &self,
         inverse_mass: &[f64],
         x: &mut [f64],
         v: &mut [f64],
-        mut stopped: impl FnMut(usize, &[f64], f64),
+        mut stopped: impl FnMut(usize, f64),
     ) -> bool {
         if !self.is_reached(x) {
             return false;
@@ -89,7 +98,7 @@ impl Wall {
                 if let Some(size) = self.slide(depth, w, x, v) {
                     moved = true;
                     if size > 0.0 {
-                        stopped(vertex, x, size);
+                        stopped(vertex, size);
                     }
                 }
                 continue;
@@ -101,14 +110,14 @@ impl Wall {
                 *v -= into * n;
             }
             if into < 0.0 {
-                stopped(vertex, x, -into);
+                stopped(vertex, -into);
             }
         }
         moved
     }
 
-    /// Puts a vertex back that is `depth` [m] behind the plane, along its free coordinates alone; the size of the
-    /// change of its velocity along the normal [m/s], `None` where it cannot move.
+    /// Puts a vertex back that is `depth` [m] behind the plane, along its free coordinates alone; the size of
+    /// the change of its velocity along the normal [m/s], `None` where it cannot move.
     fn slide(&self, depth: f64, inverse_mass: &[f64], x: &mut [f64], v: &mut [f64]) -> Option<f64> {
         let free = |c: usize| if inverse_mass[c] == 0.0 { 0.0 } else { self.normal[c] };
         let length2 = (0..x.len()).map(|c| free(c) * free(c)).sum::<f64>();
@@ -168,26 +177,26 @@ mod tests {
         let wall = Wall::new(&[2.0, 0.0], 0.1);
         let (mut x, mut v) = (vec![0.05, 0.7, 0.2, 0.7, 0.0, 0.0], vec![-3.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
         let free = [1.0, 1.0, 1.0, 1.0, 0.0, 0.0];
-        assert!(wall.is_crossed(&free, &x) && wall.apply(&free, &mut x, &mut v, |_, _, _| {}));
+        assert!(wall.is_crossed(&free, &x) && wall.apply(&free, &mut x, &mut v, |_, _| {}));
         assert!(!wall.is_crossed(&free, &x));
         assert_eq!(x, [0.1, 0.7, 0.2, 0.7, 0.0, 0.0]);
         assert_eq!(v, [0.0, 1.0, -3.0, 1.0, -1.0, 0.0]);
         let mut leaving = vec![3.0, 0.0];
-        assert!(wall.apply(&[1.0, 1.0], &mut [0.0, 0.0], &mut leaving, |_, _, _| {}));
+        assert!(wall.apply(&[1.0, 1.0], &mut [0.0, 0.0], &mut leaving, |_, _| {}));
         assert_eq!(leaving, [3.0, 0.0]);
-        assert!(!wall.apply(&[1.0, 1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0], |_, _, _| {}));
+        assert!(!wall.apply(&[1.0, 1.0], &mut [0.1, 0.0], &mut [-1.0, 0.0], |_, _| {}));
     }
 
     #[test]
     fn a_vertex_with_a_held_coordinate_goes_back_along_the_others() {
         let wall = Wall::new(&[3.0, 4.0], 0.0);
         let (mut x, mut v) = (vec![-1.0, 0.5], vec![-2.0, 1.0]);
-        assert!(wall.apply(&[1.0, 0.0], &mut x, &mut v, |_, _, _| {}));
+        assert!(wall.apply(&[1.0, 0.0], &mut x, &mut v, |_, _| {}));
         // On the plane 0.6 x + 0.8 y = 0, and along it where y moves at 1.
         assert!((x[0] + 0.5 * 0.8 / 0.6).abs() < 1e-15 && x[1] == 0.5, "{x:?}");
         assert!((v[0] + 0.8 / 0.6).abs() < 1e-15 && v[1] == 1.0, "{v:?}");
         let (mut x, mut v) = (vec![-1.0, -1.0], vec![-2.0, 0.0]);
-        assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v, |_, _, _| {}));
+        assert!(!Wall::new(&[1.0, 0.0], 0.0).apply(&[0.0, 1.0], &mut x, &mut v, |_, _| {}));
         assert_eq!((x, v), (vec![-1.0, -1.0], vec![-2.0, 0.0]));
     }
 
@@ -205,11 +214,11 @@ mod tests {
                     }
                     let (mut v, w) = (vec![-1.0; n * d], vec![1.0; n * d]);
                     assert!(
-                        wall.is_crossed(&w, &x) && wall.apply(&w, &mut x, &mut v, |_, _, _| {}),
+                        wall.is_crossed(&w, &x) && wall.apply(&w, &mut x, &mut v, |_, _| {}),
                         "{crossed} of {n} in {d}D"
                     );
                     assert_eq!((x[crossed * d + 1], v[crossed * d + 1]), (-0.5, 0.0));
-                    assert!(!wall.apply(&w, &mut x, &mut v, |_, _, _| {}), "none is left behind it");
+                    assert!(!wall.apply(&w, &mut x, &mut v, |_, _| {}), "none is left behind it");
                 }
             }
         }

@@ -43,8 +43,16 @@ pub(super) fn acceleration(system: &mut System, x: &[f64], v: &[f64], a: &mut [f
     }
 }
 
+/// `(1 - exp(-z))/z`: the share that drag at the rate `z` per step leaves of the velocity that a constant force
+/// makes in one.
+pub(super) fn exact_response(z: f64) -> f64 {
+    -(-z).exp_m1() / z
+}
+
 /// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`: moves what is
-/// prescribed to its place, lets walls act, and makes them the state, whose old rows they become.
+/// prescribed to its place, lets walls act, and makes them the state, whose old rows they become. A force that acts
+/// throughout the step under drag at the rate `c` has made `response(c h)` of the velocity that it makes without
+/// drag.
 ///
 /// # Errors
 /// A position or velocity is not finite; the state is what it was.
@@ -54,12 +62,13 @@ pub(super) fn end_step(
     h: f64,
     (x, v): (&mut Numbers, &mut Numbers),
     force: ForceId,
+    response: &dyn Fn(f64) -> f64,
 ) -> Result<(), StepFault> {
     system.prescribe(state.time + h, x, v);
     if !(all_finite(x) && all_finite(v)) {
         return Err(StepFault::at(system, x, v));
     }
-    let put_back = system.apply_walls(state, h, x, v);
+    let put_back = system.apply_walls(state, h, (x, v), response);
     state.swap(x, v, if put_back { ForceId::NONE } else { force });
     Ok(())
 }

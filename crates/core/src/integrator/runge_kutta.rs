@@ -14,6 +14,8 @@ use crate::system::{ForceId, System};
 
 /// Numbers in a block.
 const BLOCK: usize = 4096;
+/// Stages of the longest method.
+const MOST_STAGES: usize = 16;
 /// Below so many numbers a hand-over to other threads costs more than it saves.
 const PARALLEL_FROM: usize = 8 * BLOCK;
 
@@ -59,6 +61,16 @@ impl RungeKutta {
     }
 }
 
+/// `(1 - R)/z` of the stability function `R` at `-z`: under drag, the share of the velocity that a force makes
+/// without it.
+fn response(tableau: &Tableau, z: f64) -> f64 {
+    let mut stages = [0.0; MOST_STAGES];
+    for (i, row) in tableau.a.iter().enumerate() {
+        stages[i] = 1.0 - z * row.iter().zip(&stages).map(|(a, stage)| a * stage).sum::<f64>();
+    }
+    tableau.b.iter().zip(&stages).map(|(b, stage)| b * stage).sum()
+}
+
 /// `y += c x`.
 fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
@@ -84,7 +96,8 @@ impl Integrator for RungeKutta {
         } else {
             self.combine(state, h, b);
         }
-        end_step(system, state, h, (&mut self.x, &mut self.v), force)
+        let response = |z| response(&self.tableau, z);
+        end_step(system, state, h, (&mut self.x, &mut self.v), force, &response)
     }
 
     fn judge(

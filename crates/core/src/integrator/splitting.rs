@@ -11,6 +11,7 @@
 //! elsewhere the stages have it.
 
 use super::Integrator;
+use super::equations::exact_response;
 use crate::lanes::Numbers;
 use crate::pass::{KickDrift, PassResult};
 use crate::solver::StepFault;
@@ -72,6 +73,19 @@ fn slowed(before: &[f64], decay: f64, v: &mut [f64]) {
     v.iter_mut().zip(before).for_each(|(v, before)| *v = before - decay * *v);
 }
 
+/// Share that drag leaves of the velocity that a constant force makes in a step, `(1 - R)/z` of the factor `R`
+/// that it leaves of a velocity, `z` its rate times the step size; kicks have `order` stages, or are exact.
+fn response(stages: &[Stage], order: Option<u32>, z: f64) -> f64 {
+    let Some(order) = order else { return exact_response(z) };
+    stages.iter().fold(0.0, |sum, stage| match stage {
+        Stage::Kick(c) => {
+            let last = (1..order).fold(1.0, |v, stage| 1.0 - c * z / f64::from(order + 1 - stage) * v);
+            sum + (1.0 - z * sum) * c * last
+        }
+        Stage::Drift(_) => sum,
+    })
+}
+
 /// The kick of `time` [s] under ether drag `drag` [1/s]: the exact flow of `v' = a - drag v` at fixed `a`.
 fn kick_under_drag(drag: f64, time: f64) -> KickDrift {
     if drag == 0.0 {
@@ -125,7 +139,9 @@ impl Integrator for Splitting {
             if !(passed.finite && prescribed) {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
-            let put_back = last && system.apply_walls(state, h, &mut self.x, &mut self.v);
+            let response = |z| response(self.stages, damped.then_some(self.order), z);
+            let ends = (&mut self.x[..], &mut self.v[..]);
+            let put_back = last && system.apply_walls(state, h, ends, &response);
             if pass.drift != 0.0 || put_back {
                 force = ForceId::NONE;
             }

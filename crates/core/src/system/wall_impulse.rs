@@ -1,10 +1,19 @@
 //! Impulses that walls give at the end of a step.
 //!
-//! A wall changes velocities at once, and the momentum of a step by nothing else: `m (v' - v*)` is its impulse, whatever the
-//! scheme. Positions that it puts back have no momentum.
+//! A wall changes velocities at once, and the momentum of a step by nothing else: `m (v' - v*)` is its impulse,
+//! whatever the scheme. Positions that it puts back have no momentum.
 
 use crate::constraint::Wall;
-use crate::element::cross;
+
+/// A vertex that a wall has stopped.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WallStop {
+    pub(super) vertex: usize,
+    /// Number of the wall.
+    pub(super) wall: usize,
+    /// Change of the velocity along the normal [m/s].
+    pub(super) speed: f64,
+}
 
 /// Impulses of all walls in one step, in their order.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -26,27 +35,18 @@ impl WallImpulses {
         self.held.clear();
     }
 
-    /// Adds an impulse of this size [N s] along the normal of `wall`, number `index`, at the place `x` of a
-    /// vertex, of which coordinates without inverse mass are held.
-    pub(super) fn add(
-        &mut self,
-        index: usize,
-        wall: &Wall,
-        vertex: usize,
-        x: &[f64],
-        inverse_mass: &[f64],
-        size: f64,
-    ) {
-        let (mut arm, mut impulse) = (wall.foot().map(|foot| -foot), [0.0; 3]);
+    /// Adds an impulse of this size [N s] along the normal of `wall` at the place `x` of the vertex that it
+    /// has stopped, of which coordinates without inverse mass are held.
+    pub(super) fn add(&mut self, stop: &WallStop, wall: &Wall, x: &[f64], inverse_mass: &[f64], size: f64) {
+        let mut impulse = [0.0; 3];
         for (c, n) in wall.normal().iter().enumerate() {
-            arm[c] += x[c];
             impulse[c] = size * n;
             if inverse_mass[c] == 0.0 {
-                self.held.push((vertex * x.len() + c, impulse[c]));
+                self.held.push((stop.vertex * x.len() + c, impulse[c]));
             }
         }
-        let moment = cross(arm, impulse);
-        let [force_sum, moment_sum] = &mut self.walls[index];
+        let moment = wall.moment(x, impulse);
+        let [force_sum, moment_sum] = &mut self.walls[stop.wall];
         for c in 0..3 {
             force_sum[c] += impulse[c];
             moment_sum[c] += moment[c];
