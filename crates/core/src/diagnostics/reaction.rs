@@ -9,12 +9,12 @@ use crate::system::{System, WallImpulses};
 /// Of a pin it is `sum m a + dE/dx + dR/dv + c m v` over its coordinates, which is what is left for it to
 /// carry of the equations of motion (`c` the ether drag), less what walls push at them.
 ///
-/// Of a wall it is the mean over the last step, `sum m (v' - v*) / h` and what drag has taken from the velocities
-/// that it takes back: its impulse on the vertices that it has stopped, along its normal alone, over the size of
-/// the step. Times `h`, summed over all steps, it is the change of momentum less the impulse of all other forces;
-/// a blow is in the step in which it falls. A step that was taken in parts has that of the last part. Before any
-/// step, after the state was changed by hand, and in statics, a wall carries `n . (dE/dx + dR/dv + c m v)` of each
-/// vertex that touches it and is pressed against it now.
+/// Of a wall it is the mean over the last step, `sum m (v' - v*) / h` and what drag has taken from the
+/// velocities that it takes back: its impulse on the vertices that it has stopped, along its normal alone,
+/// over the size of the step. Times `h`, summed over all steps, it is the change of momentum less the
+/// impulse of all other forces; a blow is in the step in which it falls. A step that was taken in parts has
+/// that of the last part. Before any step, after the state was changed by hand, and in statics, a wall
+/// carries `n . (dE/dx + dR/dv + c m v)` of each vertex that touches it and is pressed against it now.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Reaction {
     /// `body/pin`, or `wall0`, `wall1`, ... in the order of the scene.
@@ -32,9 +32,10 @@ pub struct Reaction {
 /// velocities.
 const SPAN: f64 = 1e-3;
 
-/// The reactions of the pins and then of the walls of `system`, which holds the force at `x`, at `time` [s],
-/// after a step of `h` [s] in which walls gave the impulses `last_step`, where they are known; accelerations of
-/// prescribed motion are central differences of its exact velocities. A coordinate in several pins counts for the first.
+/// The reactions of the pins and then of the walls of `system`, which holds the force at `x`, at `time`
+/// [s], after a step of `h` [s] in which walls gave the impulses `last_step`, where they are known;
+/// accelerations of prescribed motion are central differences of its exact velocities. A coordinate in
+/// several pins counts for the first.
 pub(crate) fn reactions(
     system: &mut System,
     time: f64,

@@ -50,9 +50,9 @@ pub(super) fn exact_response(z: f64) -> f64 {
 }
 
 /// Ends a step of `h` [s] at positions `x` and velocities `v`, where the force is `force`: moves what is
-/// prescribed to its place, lets walls act, and makes them the state, whose old rows they become. A force that acts
-/// throughout the step under drag at the rate `c` has made `response(c h)` of the velocity that it makes without
-/// drag.
+/// prescribed to its place, lets walls act, and makes them the state, whose old rows they become. A force
+/// that acts throughout the step under drag at the rate `c` has made `response(c h)` of the velocity that
+/// it makes without drag.
 ///
 /// # Errors
 /// A position or velocity is not finite; the state is what it was.

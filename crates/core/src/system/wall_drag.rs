@@ -2,8 +2,8 @@
 //!
 //! A scheme takes its step as if there were no wall, from `(x, v)` to `(x*, v*)`, and the wall then puts
 //! vertices back, at `(x', v')`. Drag at the rate `c` against what does not move (ether drag, damping in
-//! proportion to the mass) takes momentum on that way, and part of it from velocities that the wall takes back:
-//! of a mass at rest on a floor about `c h/2` of its load. That part the wall carries.
+//! proportion to the mass) takes momentum on that way, and part of it from velocities that the wall takes
+//! back: of a mass at rest on a floor about `c h/2` of its load. That part the wall carries.
 //!
 //! With `R` the factor that drag alone leaves of a velocity in one step of the scheme, a constant load `f`
 //! makes
@@ -19,8 +19,8 @@
 //! K = m [ v* - v - (v* - R v)/M + c (x' - x) ]      M = (1 - R)/(c h)
 //! ```
 //!
-//! `K` is exact for a vertex at rest, `x' = x` and `v' = v = 0`, by every scheme: the wall carries `f`. Otherwise
-//! it is of the order at which walls act.
+//! `K` is exact for a vertex at rest, `x' = x` and `v' = v = 0`, by every scheme: the wall carries `f`.
+//! Otherwise it is of the order at which walls act.
 
 use super::wall_impulse::{WallImpulses, WallStop};
 use crate::constraint::Wall;
@@ -56,8 +56,8 @@ pub(super) struct WallDrag {
 }
 
 impl WallDrag {
-    /// Begins with a step that leads to `(x, v)` before walls act, of vertices of these masses under ether drag
-    /// and what of `dissipation` acts in proportion to the mass; what that last evaluated is lost.
+    /// Begins with a step that leads to `(x, v)` before walls act, of vertices of these masses under ether
+    /// drag and what of `dissipation` acts in proportion to the mass; what that last evaluated is lost.
     pub(super) fn begin(
         &mut self,
         (x, v): (&[f64], &[f64]),

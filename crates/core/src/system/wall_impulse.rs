@@ -1,7 +1,7 @@
 //! Impulses that walls give at the end of a step.
 //!
-//! A wall changes velocities at once, and the momentum of a step by nothing else: `m (v' - v*)` is its impulse,
-//! whatever the scheme. Positions that it puts back have no momentum.
+//! A wall changes velocities at once, and the momentum of a step by nothing else: `m (v' - v*)` is its
+//! impulse, whatever the scheme. Positions that it puts back have no momentum.
 
 use crate::constraint::Wall;
 
