@@ -21,6 +21,7 @@ mod counters;
 mod damping;
 mod determinism;
 mod engine;
+mod examples;
 mod integrators;
 mod measuring;
 mod membranes;

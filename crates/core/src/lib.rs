@@ -38,6 +38,9 @@
 //! [`run::run`] drives a whole run and shows frames to [`observer::Observer`]s. [`scalar`], [`lanes`] and
 //! [`algebra`] are what kernels are written in.
 //!
+//! The folder `examples` has a system from arrays, a term of one's own and an observer, each to run by
+//! `cargo run --release --example NAME`.
+//!
 //! Scenes as text, meshes, recordings and studies are crates above this one: `pliant-scene`, `pliant-mesh`,
 //! `pliant-record`, `pliant-lab`.
 

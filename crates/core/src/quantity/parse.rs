@@ -32,6 +32,13 @@ pub fn is_quantity(text: &str) -> bool {
     number > 0 && next.is_none_or(|c| is_symbol(c) || c.is_ascii_digit())
 }
 
+impl From<f64> for Quantity {
+    /// A plain number, in SI units.
+    fn from(value: f64) -> Self {
+        Quantity { value, dimension: None }
+    }
+}
+
 impl FromStr for Quantity {
     type Err = QuantityError;
 

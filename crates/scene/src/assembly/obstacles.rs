@@ -47,25 +47,9 @@ fn body(scene: &Scene, obstacle: &ObstacleSpec, index: usize) -> Body {
     };
     Body {
         name: Some(obstacle.name_or_default(index)),
-        mesh: mesh(scene.dimension, &obstacle.shape),
-        transform: None,
-        repeat: None,
-        elastic: None,
-        membrane: None,
-        order: None,
-        elastic_factor: None,
-        nodal_integration: None,
-        stress: None,
-        springs: None,
-        bending: None,
-        damping: None,
-        mass: MassSpec::PerVertex(OneOrMany::One(0.0)),
         pin: vec![pin],
-        contact: None,
-        load: vec![],
-        position: None,
-        velocity: None,
         obstacle: Some(obstacle.shape.clone()),
+        ..Body::new(mesh(scene.dimension, &obstacle.shape), MassSpec::PerVertex(OneOrMany::One(0.0)))
     }
 }
 

@@ -235,6 +235,32 @@ pub struct TangentialVelocity {
 }
 
 impl Body {
+    /// A body of this shape and mass and nothing else; further fields by `..Body::new(mesh, mass)`.
+    pub fn new(mesh: MeshSpec, mass: MassSpec) -> Self {
+        Body {
+            name: None,
+            mesh,
+            transform: None,
+            repeat: None,
+            elastic: None,
+            elastic_factor: None,
+            membrane: None,
+            order: None,
+            nodal_integration: None,
+            stress: None,
+            springs: None,
+            bending: None,
+            damping: None,
+            mass,
+            pin: vec![],
+            contact: None,
+            load: vec![],
+            position: None,
+            velocity: None,
+            obstacle: None,
+        }
+    }
+
     /// The name, or `body0`, `body1`, ... by the index in the scene.
     pub fn name_or_default(&self, index: usize) -> String {
         self.name.clone().unwrap_or_else(|| format!("body{index}"))

@@ -120,6 +120,42 @@ pub struct Time {
     pub allow_unstable: bool,
 }
 
+impl Scene {
+    /// A scene of these bodies in `dimension` dimensions, with nothing that acts on them and the default
+    /// output.
+    pub fn new(dimension: usize, time: Time, body: Vec<Body>) -> Self {
+        Scene {
+            title: None,
+            dimension,
+            time,
+            world: World::default(),
+            body,
+            attachment: vec![],
+            contact: None,
+            obstacle: vec![],
+            probe: vec![],
+            output: Output::default(),
+            study: None,
+            directory: PathBuf::new(),
+        }
+    }
+}
+
+impl Time {
+    /// Steps of `step` [s] for `duration` [s].
+    pub fn fixed(integrator: IntegratorSpec, step: f64, duration: f64) -> Self {
+        Time {
+            integrator,
+            solver: None,
+            step: Some(step),
+            adaptive: None,
+            arc_length: None,
+            duration,
+            allow_unstable: false,
+        }
+    }
+}
+
 /// What acts on every body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
