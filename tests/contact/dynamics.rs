@@ -232,3 +232,41 @@ fn bits_and_contacts_do_not_depend_on_instructions() {
         assert_eq!(of(wanted), portable, "{}", wanted.name());
     }
 }
+
+/// Total force of a frictionless floor on a cube above it [N]: meshes of one size whose vertices do not match,
+/// half of `dhat` apart, `dhat` a tenth of an edge.
+fn floor_on_cube([x, y]: [f64; 2]) -> [f64; 3] {
+    let text = format!(
+        "dimension = 3\ntime = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0 }}\n\
+         contact = {{ distance = 5e-3, stiffness = 1e5 }}\n\
+         [[body]]\nname = 'floor'\nmesh = {{ grid = {{ cells = [8, 8, 1], size = [0.4, 0.4, 0.05], origin = [0, 0, -0.05] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n\
+         [[body]]\nname = 'cube'\nmesh = {{ grid = {{ cells = [4, 4, 1], size = [0.2, 0.2, 0.05], origin = [{x:?}, {y:?}, 0.0025] }} }}\n\
+         elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.3 }} }}\nmass = {{ density = 1000 }}\n"
+    );
+    let mut simulation = super::assembled(&text).simulation;
+    let mut sum = [0.0; 3];
+    for contact in simulation.contacts() {
+        (0..3).for_each(|k| sum[k] += contact.force * contact.normal[k]);
+    }
+    sum
+}
+
+/// A floor of triangles is as smooth as a plane in space too: what it pushes sideways is below a hundredth
+/// of what it carries.
+#[test]
+fn a_floor_of_triangles_pushes_nothing_sideways() {
+    let mut squares = 0.0;
+    // Places that are no fractions of an edge of each other.
+    for k in 0..12 {
+        let part = |factor: f64| (f64::from(k + 1) * factor).fract() * 0.05;
+        let [x, y, z] = floor_on_cube([0.08 + part(0.618_034), 0.08 + part(0.754_878)]);
+        let (lateral, normal) = (x.hypot(y), z.abs());
+        // Half of `dhat` apart, on the area of the cube: `kappa pi(1/2) A`.
+        let pressure = 1e5 * 4.329_441_541_679_836;
+        assert!((normal / (pressure * 0.04) - 1.0).abs() < 0.05, "{normal} N at {k}");
+        squares += (lateral / normal).powi(2) / 12.0;
+        assert!(lateral < 0.01 * normal, "{lateral} N of {normal} N at {k}");
+    }
+    assert!(squares.sqrt() < 0.007, "{}", squares.sqrt());
+}
