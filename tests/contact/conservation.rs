@@ -39,7 +39,9 @@ fn friction_changes_angular_momentum_by_its_couple_at_most() {
     assert!(drift < 47e-12, "{drift:e} of 47 kg m/s");
     // There is a couple, and it is bounded.
     assert!(turned < most && turned > 1e-6, "{turned:e} kg m^2/s, at most {most:e}");
-    assert!(end.conserved() < first.conserved() * (1.0 + 1e-3), "{end:?}");
+    // Friction goes by what was, so that the books close by the first power of the step.
+    let off = (end.conserved() / first.conserved() - 1.0).abs();
+    assert!(off < 2e-3, "energy is off by {off:e}");
 }
 
 /// A sheet with the section of a hairpin, whose legs fly at each other: they meet, and momenta stay those
@@ -74,14 +76,12 @@ fn a_sheet_that_closes_on_itself_keeps_its_momenta() {
     );
     let mut assembly = super::assembled(&text);
     let first = assembly.simulation.diagnostics();
-    let mut touched = 0;
     for _ in 0..30 {
         super::advance(&mut assembly.simulation, 100);
-        touched += assembly.simulation.contacts().len();
         let found = crossings(&assembly);
         assert!(found.is_empty(), "{found:?} at {} s", assembly.simulation.state().time);
     }
-    assert!(touched > 10, "{touched} pairs: the legs meet");
+    assert!(assembly.simulation.contact_extremes().hardest.is_some(), "the legs meet");
     let end = assembly.simulation.diagnostics();
     let mass: f64 = assembly.simulation.system().mass().iter().sum();
     let drift = change(end.linear_momentum, first.linear_momentum);
