@@ -503,7 +503,7 @@ fn model<const D: usize>(
         balls,
         pairs,
         laws,
-        duplicates: Duplicates::Max,
+        duplicates: if contact.counts_duplicates { Duplicates::Sum } else { Duplicates::Max },
         threshold_speed: contact.threshold_speed.unwrap_or(THRESHOLD * size_of_bodies(parties, D)),
         friction_iterations: contact.friction_iterations.unwrap_or(FRICTION_ITERATIONS),
         names,
