@@ -254,13 +254,12 @@ fn blocks_whose_duplicates_count_are_those_of_an_independent_program() {
     }
 }
 
-/// And columns: vertices over vertices, whose distance counts twice.
+/// And columns: vertices over vertices, whose distance counts twice. Five blocks are left out: they slip by a
+/// millimetre off the vertices below, to an equilibrium 18 um from that of the independent program.
 #[test]
 fn columns_whose_duplicates_count_are_those_of_an_independent_program() {
-    for (count, expected) in [(3, 0.611683749079)] {
-        let mut simulation = with_duplicates(&column(count));
-        super::advance(&mut simulation, 1);
-        let top = simulation.positions().chunks(2).map(|x| x[1]).fold(f64::MIN, f64::max);
-        assert!((top - expected).abs() < 1e-8, "{count} blocks: {top:.12}, not {expected}");
-    }
+    let mut simulation = with_duplicates(&column(3));
+    super::advance(&mut simulation, 1);
+    let top = simulation.positions().chunks(2).map(|x| x[1]).fold(f64::MIN, f64::max);
+    assert!((top - 0.611683749079).abs() < 1e-8, "{top:.12} m");
 }
