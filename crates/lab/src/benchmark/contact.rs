@@ -195,7 +195,7 @@ fn inline_mesh() -> String {
     format!("inline = {{ points = [{}], tetrahedra = {tetrahedra:?} }}", points.join(", "))
 }
 
-/// 5 cm above a floor; after a second it has settled to a mean height of 0.07 m.
+/// 5 cm above a floor; after a second its vertices are 0.1079 m above it on average, by volume 0.1009 m.
 fn bunny() -> String {
     format!(
         "dimension = 3
