@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::{Bench, SPRING};
 
-const ROWS: [&str; 20] = [
+const ROWS: [&str; 22] = [
     "tet-stable-neo-hookean",
     "tet-corotated",
     "tri-corotated",
@@ -22,6 +22,8 @@ const ROWS: [&str; 20] = [
     "contact-cloth",
     "contact-bars",
     "contact-stack",
+    "contact-bunny",
+    "contact-apart",
     "gradient-explicit",
     "gradient-implicit",
     "recording",

@@ -456,6 +456,31 @@ fn what_steps_do_not_stop_and_do_not_bear_is_said_before_a_run() {
     assert!(told.contains("9.700e-4 m/s") && told.contains("needs 9.810e-4 m/s"), "{told}");
 }
 
+/// A grain at rest, and what comes at it by its own motion: as fast as its motion says at the start.
+#[test]
+fn what_moving_obstacles_and_pins_come_with_is_said_before_a_run() {
+    let warnings = |shape: &str, speed: f64| {
+        let text = format!(
+            "dimension = 2\ntime = {{ integrator = 'velocity-verlet', step = 1e-4, duration = 0.1 }}\n\
+             contact = {{ distance = 1e-3 }}\n\
+             [[body]]\nname = 'grain'\nmesh = {{ inline = {{ points = [[0, 0.05]] }} }}\nmass = {{ per_vertex = 0.1 }}\n\
+             contact = {{ radius = 0.01 }}\n\
+             [[obstacle]]\nname = 'comes'\nshape = {{ {shape} }}\nmotion = {{ velocity = [0, {speed}] }}\n"
+        );
+        super::assembled(&text).report.warnings.join("\n")
+    };
+    for shape in [
+        "half_space = { normal = [0, 1], offset = 0 }",
+        "ball = { centre = [0, 0], radius = 0.01 }",
+        "capsule = { axis = [[-0.1, 0], [0.1, 0]], radius = 0.01 }",
+        "box = { min = [-0.1, -0.1], max = [0.1, 0.01] }",
+    ] {
+        assert_eq!(warnings(shape, 1.5), "", "{shape}");
+        let told = warnings(shape, 20.0);
+        assert!(told.contains("`grain` and `comes`") && told.contains("2.000e1 m/s"), "{shape}: {told}");
+    }
+}
+
 /// A step that follows the error says nothing of how stiff contact of masses without a modulus is.
 #[test]
 fn contact_of_masses_in_adaptive_steps_needs_a_stiffness() {

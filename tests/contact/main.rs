@@ -5,6 +5,7 @@
 #![allow(clippy::excessive_precision, reason = "references keep the digits they were computed to")]
 
 mod collision;
+mod conservation;
 mod dynamics;
 mod explicit;
 mod friction;

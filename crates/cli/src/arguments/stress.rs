@@ -15,7 +15,7 @@ pub(crate) struct StressArguments {
     /// Change a value of the scene, for example time.step=1e-3; repeatable
     #[arg(long, value_name = "PATH=VALUE", requires = "scene")]
     pub(crate) set: Vec<String>,
-    /// Only these rows: torture, D1 to D13
+    /// Only these rows: torture, D1 to D13, K18
     #[arg(long, value_name = "ROW", value_delimiter = ',', conflicts_with = "scene")]
     pub(crate) only: Vec<String>,
     /// Only these materials; those without numbers of an independent program run if they are named

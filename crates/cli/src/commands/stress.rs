@@ -40,7 +40,7 @@ pub(crate) fn execute(arguments: &StressArguments, terminal: Terminal) -> Result
     };
     if cases.is_empty() {
         return Err(Failure::usage(
-            "no case is of these rows, materials, integrators and solvers; rows are torture and D1 to D13, `pliant list` has materials and integrators",
+            "no case is of these rows, materials, integrators and solvers; rows are torture, D1 to D13 and K18, `pliant list` has materials and integrators",
         ));
     }
     if let Some(folder) = &arguments.output {

@@ -1,4 +1,5 @@
-//! Whole runs of bodies that touch: a cloth on a ball, two bars that collide, a stack of cubes.
+//! Whole runs of bodies that touch: a cloth on a ball, two bars that collide, a stack of cubes, a bunny on a
+//! floor; and of bodies that could, but do not.
 
 use std::time::{Duration, Instant};
 
@@ -23,6 +24,31 @@ pub(super) const STACK: BenchmarkRow = BenchmarkRow {
     name: "contact-stack",
     summary: "the first 60 steps of 0.01 s of five cubes of 3,072 tetrahedra that settle on each other, with friction",
     cases: |threads| cases(threads, 15_360, "tets", 60, 47.0, stack),
+};
+
+pub(super) const BUNNY: BenchmarkRow = BenchmarkRow {
+    name: "contact-bunny",
+    summary: "the first 100 steps of 0.01 s of a bunny of 8,061 tetrahedra that falls on a floor, with friction",
+    cases: |threads| cases(threads, 8_061, "tets", 100, 40.0, bunny),
+};
+
+/// What contact costs a scene in which nothing touches: a ratio, on any machine at most 1.05.
+pub(super) const APART: BenchmarkRow = BenchmarkRow {
+    name: "contact-apart",
+    summary: "20 steps of 2 ms of two bars of 1,536 tetrahedra each that bend far apart, over the same without contact",
+    cases: |threads| {
+        let part = |name: &'static str, contact: &'static str| {
+            BenchmarkPart::new(name, threads.unwrap_or(1), move || FirstSteps::new(&apart(contact), 20))
+        };
+        vec![BenchmarkCase {
+            size: 3_072,
+            items: "tets",
+            case: "20 steps".into(),
+            figure: Metric::Slowdown,
+            parts: vec![part("with contact", "contact = { distance = 2e-4 }"), part("without", "")],
+            reference: goal(1.05),
+        }]
+    },
 };
 
 /// One case: milliseconds for `steps` steps, each to take `reach` milliseconds, where that is known.
@@ -145,13 +171,97 @@ fn stack() -> String {
     )
 }
 
+/// The mesh of `scenes/bunny_drop.toml`, in the format of Gmsh 2.2: a link to it within the crate.
+const MESH: &str = include_str!("../../scenes/bunny.msh");
+
+/// Lines of a section of [`MESH`], behind the line that counts them.
+fn section(name: &str) -> impl Iterator<Item = &'static str> {
+    let lines = MESH.lines().skip_while(move |line| *line != name).skip(2);
+    lines.take_while(|line| !line.starts_with('$'))
+}
+
+/// Points and tetrahedra of [`MESH`], as a scene writes them: a row needs no files beside the program.
+fn inline_mesh() -> String {
+    let points: Vec<String> = section("$Nodes")
+        .map(|line| format!("[{}]", line.split(' ').skip(1).collect::<Vec<_>>().join(", ")))
+        .collect();
+    // Number, kind, tags and their count; the last four are the corners, from 1.
+    let tetrahedra: Vec<Vec<u32>> = section("$Elements")
+        .map(|line| {
+            let numbers: Vec<u32> = line.split(' ').filter_map(|word| word.parse().ok()).collect();
+            numbers[numbers.len() - 4..].iter().map(|vertex| vertex - 1).collect()
+        })
+        .collect();
+    format!("inline = {{ points = [{}], tetrahedra = {tetrahedra:?} }}", points.join(", "))
+}
+
+/// 5 cm above a floor; after a second its vertices are 0.1079 m above it on average, by volume 0.1009 m.
+fn bunny() -> String {
+    format!(
+        "dimension = 3
+        time = {{ integrator = 'implicit-euler', step = 0.01, duration = 1.0, {SOLVER} }}
+        world = {{ gravity = [0, 0, -9.81] }}
+        contact = {{ friction = 0.5 }}
+        [[body]]
+        mesh = {{ {} }}
+        elastic = {{ neo-hookean = {{ young = 1e5, poisson = 0.4 }} }}
+        mass = {{ density = 1000 }}
+        [[obstacle]]
+        shape = {{ half_space = {{ normal = [0, 0, 1], offset = -0.05 }} }}",
+        inline_mesh()
+    )
+}
+
+/// Two bars a tenth of a metre apart, each held at one end, that bend under their weight.
+fn apart(contact: &str) -> String {
+    let bar = |z: f64| {
+        format!(
+            "[[body]]
+            mesh = {{ grid = {{ cells = [16, 4, 4], size = [0.4, 0.1, 0.1], origin = [0, 0, {z}] }} }}
+            elastic = {{ neo-hookean = {{ young = 5e5, poisson = 0.4 }} }}
+            mass = {{ density = 1000 }}
+            pin = [{{ half_space = {{ normal = [1, 0, 0], offset = 0 }} }}]
+            "
+        )
+    };
+    format!(
+        "dimension = 3
+        time = {{ integrator = 'implicit-euler', step = 2e-3, duration = 1.0, {SOLVER} }}
+        world = {{ gravity = [0, 0, -9.81] }}
+        {contact}
+        {}{}",
+        bar(0.0),
+        bar(0.2)
+    )
+}
+
 #[cfg(test)]
 mod tests {
     /// Scenes are read and bodies start apart.
     #[test]
     fn bodies_of_contact_start_apart() {
-        for text in [super::cloth(), super::bars(), super::stack()] {
+        for text in
+            [super::cloth(), super::bars(), super::stack(), super::bunny(), super::apart("contact = {}")]
+        {
             super::FirstSteps::new(&text, 1).unwrap();
+        }
+    }
+
+    #[test]
+    fn the_bunny_has_its_vertices_and_its_volume() {
+        let mesh = super::FirstSteps::new(&super::bunny(), 1).unwrap().simulation;
+        assert_eq!(mesh.system().mass().len(), 2_353);
+        let volume = mesh.system().mass().iter().sum::<f64>() / 1000.0;
+        assert!((volume - 5.818e-3).abs() < 1e-6, "{volume} m^3");
+    }
+
+    /// Bars that bend far apart never touch, or the ratio would say nothing.
+    #[test]
+    fn bars_far_apart_never_touch() {
+        let mut run = super::FirstSteps::new(&super::apart("contact = {}"), 20).unwrap();
+        for _ in 0..20 {
+            run.simulation.step().unwrap();
+            assert!(run.simulation.contacts().is_empty());
         }
     }
 }

@@ -61,6 +61,8 @@ pub fn rows() -> Vec<BenchmarkRow> {
         contact::CLOTH,
         contact::BARS,
         contact::STACK,
+        contact::BUNNY,
+        contact::APART,
         gradient::EXPLICIT,
         gradient::IMPLICIT,
         recording::ROW,

@@ -133,8 +133,14 @@ impl ExplicitDesign {
     ) -> ExplicitContactSummary {
         let count = model.names.len() as u32;
         let row = |v: u32| &velocity[v as usize * D..][..D];
-        let vertices =
-            |body: u32| model.surface.vertices.iter().copied().filter(move |v| model.body(*v) == body);
+        // Balls and half-spaces are no surfaces: the one vertex that carries each moves as all of it.
+        let vertices = |body: u32| {
+            let exact = model.balls.iter().map(|ball| (ball.body, ball.vertex));
+            let exact = exact.chain(model.half_spaces.iter().map(|plane| (plane.body, plane.vertex)));
+            let exact = exact.filter(move |(of, _)| *of == body).map(|(_, vertex)| vertex);
+            let of_body = move |v: &u32| model.body(*v) == body;
+            model.surface.vertices.iter().copied().filter(of_body).chain(exact)
+        };
         let mean = |body: u32| {
             let mut sum = [0.0; D];
             vertices(body).for_each(|v| (0..D).for_each(|k| sum[k] += row(v)[k]));
@@ -205,7 +211,12 @@ pub(super) fn add<const D: usize>(
         borne: step.map(|step| (step, system.mass())),
     };
     let ContactTerms { energy, friction } = terms::contact_terms(D, model.clone(), options);
-    report.explicit = design.map(|design| design.summary::<D>(scene, contact, &model, velocity));
+    report.explicit = design.map(|design| {
+        // What is moved starts as its motion says, obstacles among it.
+        let (mut x, mut v) = (position.to_vec(), velocity.to_vec());
+        system.prescribe(0.0, &mut x, &mut v);
+        design.summary::<D>(scene, contact, &model, &v)
+    });
     if let Some(friction) = friction {
         system.add_dissipation(friction);
     }
@@ -492,7 +503,7 @@ fn model<const D: usize>(
         balls,
         pairs,
         laws,
-        duplicates: Duplicates::Max,
+        duplicates: if contact.counts_duplicates { Duplicates::Sum } else { Duplicates::Max },
         threshold_speed: contact.threshold_speed.unwrap_or(THRESHOLD * size_of_bodies(parties, D)),
         friction_iterations: contact.friction_iterations.unwrap_or(FRICTION_ITERATIONS),
         names,

@@ -53,6 +53,10 @@ pub struct ContactSpec {
     #[serde(skip)]
     #[schemars(skip)]
     pub explicit_law: Option<bool>,
+    /// True: a place that several pairs share counts once for each, as in references that do so; false: once.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub counts_duplicates: bool,
     /// Pairs of bodies or obstacles with other rules.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pairs: Vec<ContactPairSpec>,
