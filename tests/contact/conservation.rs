@@ -1,5 +1,5 @@
-//! What contact may not change: momenta to rounding, and angular momentum with friction by no more than the
-//! couple of forces that act a gap apart.
+//! Quantities that contact may not change: momenta to rounding, and angular momentum with friction by no
+//! more than the couple of forces that act a gap apart.
 
 use pliant::simulation::Simulation;
 

@@ -336,7 +336,7 @@ fn walls_give_what_momentum_lacks_by_every_scheme() {
                 (0..2).for_each(|c| given[c] += h * wall.force[c]);
             }
         }
-        // What drag takes goes by the way: `c m (x - x_0)`.
+        // Impulse of drag goes by the way: `c m (x - x_0)`.
         let mut momentum = [0.0; 2];
         for (i, v) in simulation.velocities().iter().enumerate() {
             momentum[i % 2] += 0.5 * (v + drag * (simulation.positions()[i] - before[i]));

@@ -18,7 +18,7 @@ const YOUNG: f64 = 1e6;
 const DENSITY: f64 = 1000.0;
 const G: f64 = 9.81;
 
-pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Vertices row by row from the bottom, two triangles in each cell, a quarter of its mass at each corner.
     let [columns, rows] = CELLS.map(|cells| cells + 1);
     let cell = [SIZE[0] / f64::from(CELLS[0]), SIZE[1] / f64::from(CELLS[1])];

@@ -37,7 +37,7 @@ impl Observer for Apex {
     }
 }
 
-pub fn main() {
+pub(crate) fn main() {
     let (mass, g, speed, drag) = (0.5, 9.81, 20.0_f64, 0.3);
     let mut system = System::new(3, vec![mass]);
     system.add_term(Box::new(UniformGravity::new(&[0.0, 0.0, -g], &[mass])));

@@ -70,7 +70,7 @@ impl EnergyTerm for Bed {
 
 impl TermViews for Bed {}
 
-pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mass, stiffness, g, h) = (2.0_f64, 50.0_f64, 9.81, 1e-3);
     for integrator in [IntegratorSpec::VelocityVerlet, IntegratorSpec::ImplicitMidpoint] {
         let mut system = System::new(2, vec![mass; 3]);

@@ -11,7 +11,7 @@ use pliant::run::run;
 use pliant_scene::assembly::UnstableStep;
 use pliant_scene::{Body, GridSpec, HalfSpace, MassSpec, MeshSpec, OverTime, Pin, Scene, Time};
 
-pub fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn main() -> Result<(), Box<dyn std::error::Error>> {
     let grid = GridSpec { cells: vec![16, 4], size: Some(vec![0.4, 0.1]), ..GridSpec::default() };
     let rubber = Isotropic { young: 1e6, poisson: 0.3, preset: None };
     let clamp = HalfSpace { normal: vec![1.0, 0.0], offset: 0.0 };

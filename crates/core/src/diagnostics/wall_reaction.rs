@@ -31,9 +31,9 @@ impl WallForces {
         WallForces { reactions: reactions.collect(), at_vertices }
     }
 
-    /// What presses now: a vertex that touches a wall, and that all other forces press against it, is held
-    /// there. The forces in the state `x`, `v`, with steps of `h` [s]; `system` holds the force and the dissipation
-    /// there.
+    /// Forces that press now: a vertex that touches a wall, and that all other forces press against it, is
+    /// held there. The forces in the state `x`, `v`, with steps of `h` [s]; `system` holds the force and the
+    /// dissipation there.
     ///
     /// A vertex touches a wall where it is no farther away, and leaves it no faster, than it could have come
     /// from rest on it in one step: where several walls meet, the last that acts moves what rests there off

@@ -32,7 +32,7 @@ pub(super) const BUNNY: BenchmarkRow = BenchmarkRow {
     cases: |threads| cases(threads, 8_061, "tets", 100, 40.0, bunny),
 };
 
-/// What contact costs a scene in which nothing touches: a ratio, on any machine at most 1.05.
+/// Cost of contact in a scene where nothing touches: a ratio, on any machine at most 1.05.
 pub(super) const APART: BenchmarkRow = BenchmarkRow {
     name: "contact-apart",
     summary: "20 steps of 2 ms of two bars of 1,536 tetrahedra each that bend far apart, over the same without contact",

@@ -212,7 +212,7 @@ pub(super) fn add<const D: usize>(
     };
     let ContactTerms { energy, friction } = terms::contact_terms(D, model.clone(), options);
     report.explicit = design.map(|design| {
-        // What is moved starts as its motion says, obstacles among it.
+        // Moved vertices start as their motion says, those of obstacles among them.
         let (mut x, mut v) = (position.to_vec(), velocity.to_vec());
         system.prescribe(0.0, &mut x, &mut v);
         design.summary::<D>(scene, contact, &model, &v)
