@@ -16,7 +16,7 @@ pub(super) struct WallStop {
 }
 
 /// Impulses of all walls in one step, in their order.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct WallImpulses {
     /// Size of the step [s].
     pub(crate) h: f64,
@@ -24,6 +24,19 @@ pub(crate) struct WallImpulses {
     pub(crate) walls: Vec<[[f64; 3]; 2]>,
     /// Parts that pins carry: coordinates and impulses [N s].
     pub(crate) held: Vec<(usize, f64)>,
+}
+
+impl Clone for WallImpulses {
+    fn clone(&self) -> Self {
+        WallImpulses { h: self.h, walls: self.walls.clone(), held: self.held.clone() }
+    }
+
+    /// Into memory that is there: a step allocates nothing.
+    fn clone_from(&mut self, source: &Self) {
+        self.h = source.h;
+        self.walls.clone_from(&source.walls);
+        self.held.clone_from(&source.held);
+    }
 }
 
 impl WallImpulses {
