@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release -p pliant --example arrays`
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use pliant::energy::elastic::Elastic;
 use pliant::energy::gravity::UniformGravity;
 use pliant::integrator::IntegratorSpec;

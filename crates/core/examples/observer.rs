@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p pliant --example observer`
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use std::sync::atomic::AtomicBool;
 
 use pliant::energy::gravity::UniformGravity;

@@ -4,6 +4,8 @@
 //!
 //! `cargo run --release -p pliant --example own_term`
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use std::ops::Range;
 
 use pliant::energy::gravity::UniformGravity;

@@ -3,6 +3,8 @@
 //!
 //! `cargo run --release -p pliant-scene --example structs`
 
+#![allow(clippy::print_stdout, reason = "an example says what it found")]
+
 use std::sync::atomic::AtomicBool;
 
 use pliant::integrator::IntegratorSpec;
