@@ -316,19 +316,24 @@ fn runs_that_nobody_watches_keep_the_balance() {
     assert!(drift(&summary) < 1e-4, "{}", drift(&summary));
 }
 
+/// Masses on springs that fall into a corner of two oblique walls.
+fn in_a_corner(name: &str, h: f64, drag: f64) -> Simulation {
+    assembled(&format!(
+        "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
+         world = {{ ether_drag = {drag:?}, gravity = [2, -{G:?}], \
+         walls = [{{ normal = [0.1, 1], offset = -0.3 }}, {{ normal = [-1, 0], offset = -1.1 }}] }}\n[[body]]\n\
+         mesh = {{ strand = {{ segments = 3, start = [0.2, 0.3], end = [1.0, 0.6] }} }}\n\
+         springs = {{ stiffness = 400.0 }}\nmass = {{ per_vertex = 0.5 }}\n"
+    ))
+}
+
 /// Masses on springs fall into a corner of two oblique walls and bounce there: what the walls give in all steps
 /// is the change of momentum less the impulses of gravity and drag.
 #[test]
 fn walls_give_what_momentum_lacks_by_every_scheme() {
     for (method, drag) in methods_with_walls().flat_map(|m| [(m, 0.0), (m, 3.0)]) {
         let (name, h, steps) = (method.documentation.name, 1e-3, 1000);
-        let mut simulation = assembled(&format!(
-            "dimension = 2\ntime = {{ integrator = '{name}', step = {h:?}, duration = 1.0 }}\n\
-             world = {{ ether_drag = {drag:?}, gravity = [2, -{G:?}], \
-             walls = [{{ normal = [0.1, 1], offset = -0.3 }}, {{ normal = [-1, 0], offset = -1.1 }}] }}\n[[body]]\n\
-             mesh = {{ strand = {{ segments = 3, start = [0.2, 0.3], end = [1.0, 0.6] }} }}\n\
-             springs = {{ stiffness = 400.0 }}\nmass = {{ per_vertex = 0.5 }}\n"
-        ));
+        let mut simulation = in_a_corner(name, h, drag);
         let (mut given, before) = ([0.0; 2], simulation.positions().into_owned());
         for _ in 0..steps {
             advance(&mut simulation, 1);
@@ -399,5 +404,30 @@ fn what_lies_still_is_carried_under_any_drag() {
                 }
             }
         }
+    }
+}
+
+/// Where no losses are counted walls act block by block: the same motion and the same reactions, to the last
+/// bit.
+#[test]
+fn reactions_do_not_depend_on_whether_losses_are_counted() {
+    for (method, drag) in methods_with_walls().flat_map(|m| [(m, 0.0), (m, 3.0)]) {
+        let name = method.documentation.name;
+        let mut simulations = [true, false].map(|counts| {
+            let mut simulation = in_a_corner(name, 1e-3, drag);
+            simulation.count_losses(counts);
+            simulation
+        });
+        let mut pushed = [0; 2];
+        for _ in 0..1000 {
+            simulations.iter_mut().for_each(|simulation| advance(simulation, 1));
+            let [counted, uncounted] = &mut simulations;
+            assert_eq!(counted.reactions(), uncounted.reactions(), "{name}, drag {drag}");
+            assert_eq!(counted.positions(), uncounted.positions(), "{name}, drag {drag}");
+            for (pushed, wall) in pushed.iter_mut().zip(counted.reactions()) {
+                *pushed += u32::from(wall.force != [0.0; 3]);
+            }
+        }
+        assert!(pushed.iter().all(|pushed| *pushed > 10), "{name}: steps in which walls push: {pushed:?}");
     }
 }

@@ -1,16 +1,20 @@
-//! One pass over all vertices: the force is added up, and drag, kick and drift follow while the rows
+//! One pass over all vertices: the force is added up, and drag, kick, drift and walls follow while the rows
 //! are in the cache.
 //!
 //! Vertices come in blocks of fixed size. For each block the terms of the energy add their rows to a gradient on the stack,
 //! so that no array of forces is written or read, and the old state is read and the new one written once. A block does not
 //! depend on any other: the bits are the same on any number of threads.
 
+use std::sync::{Mutex, PoisonError};
+
 use rayon::prelude::*;
 
+use crate::constraint::Wall;
 use crate::dissipation::DissipativeTerm;
 use crate::energy::{EnergyTerm, ForceLayout};
 use crate::lanes::{Kernel, Lanes, Numbers, WIDTH, dispatch};
 use crate::scalar::Scalar;
+use crate::system::WallStop;
 
 /// Vertices in a block: its rows of position, velocity, gradient and inverse mass together fit the first cache.
 const BLOCK: usize = 128;
@@ -69,7 +73,7 @@ impl InverseMass {
 struct Gradient<const NUMBERS: usize>([f64; NUMBERS]);
 
 /// Work of a pass on each row, in this order:
-/// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`.
+/// `v <- drag v`, `v <- v + kick a`, `x <- x + drift v`, walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KickDrift {
     /// Factor of the velocities before the kick.
@@ -78,11 +82,13 @@ pub(crate) struct KickDrift {
     pub(crate) kick: f64,
     /// Time [s] for which the velocity acts.
     pub(crate) drift: f64,
+    /// True if walls put vertices back.
+    pub(crate) walls: bool,
 }
 
 impl KickDrift {
     /// A pass that leaves everything as it is.
-    pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0 };
+    pub(crate) const NOTHING: KickDrift = KickDrift { drag: 1.0, kick: 0.0, drift: 0.0, walls: false };
 }
 
 /// Result of a pass.
@@ -90,13 +96,15 @@ impl KickDrift {
 pub(crate) struct PassResult {
     /// True if all positions and velocities are finite.
     pub(crate) finite: bool,
+    /// True if a wall moved a vertex.
+    pub(crate) put_back: bool,
 }
 
 impl PassResult {
-    const NOTHING: PassResult = PassResult { finite: true };
+    const NOTHING: PassResult = PassResult { finite: true, put_back: false };
 
     fn and(self, other: Self) -> Self {
-        PassResult { finite: self.finite & other.finite }
+        PassResult { finite: self.finite & other.finite, put_back: self.put_back | other.put_back }
     }
 }
 
@@ -107,6 +115,9 @@ pub(crate) struct StepInputs<'a> {
     pub(crate) terms: &'a [Box<dyn EnergyTerm>],
     pub(crate) dissipation: &'a [Box<dyn DissipativeTerm>],
     pub(crate) inverse_mass: &'a InverseMass,
+    pub(crate) walls: &'a [Wall],
+    /// Vertices that walls stop are added here, in any order.
+    pub(crate) stops: &'a Mutex<Vec<WallStop>>,
 }
 
 impl StepInputs<'_> {
@@ -168,7 +179,19 @@ impl StepInputs<'_> {
         };
         let uniform = self.in_packs(&forces.uniform);
         let finite = dispatch(Update { pass, uniform, gradient, inverse_mass, same, from, x, v });
-        PassResult { finite }
+        let mut put_back = false;
+        if pass.walls {
+            // Once a block, and only where a vertex is stopped.
+            let mut stops = None;
+            for (number, wall) in self.walls.iter().enumerate() {
+                put_back |= wall.apply(inverse_mass, x, v, |vertex, speed| {
+                    let lock = || self.stops.lock().unwrap_or_else(PoisonError::into_inner);
+                    let stops = stops.get_or_insert_with(lock);
+                    stops.push(WallStop { vertex: first + vertex, wall: number, speed });
+                });
+            }
+        }
+        PassResult { finite, put_back }
     }
 
     /// Writes the acceleration `-M^-1 (dE/dx + dR/dv)` [m/s^2] that belongs to the forces the terms hold over `a`.

@@ -24,7 +24,7 @@ use books::Books;
 pub(crate) use flows::{PowerSelection, Powers, feeds, is_changing_gravity, power_of_motion};
 pub(crate) use pins::{PinState, Pins};
 pub use terms::TermId;
-pub(crate) use wall_impulse::WallImpulses;
+pub(crate) use wall_impulse::{WallImpulses, WallStop};
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
@@ -411,6 +411,8 @@ impl System {
             terms: &self.terms,
             dissipation: &self.dissipation,
             inverse_mass: &self.inverse_mass,
+            walls: &self.walls,
+            stops: &self.books.wall_stops,
         }
     }
 

@@ -3,8 +3,8 @@ use super::motion::cross;
 use crate::lanes::{Kernel, Lanes, WIDTH, dispatch};
 use crate::scalar::{Mask, Scalar};
 
-/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that has crossed is
-/// put back on the plane and its velocity into the wall is zeroed. Inelastic, without friction.
+/// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that has
+/// crossed is put back on the plane and its velocity into the wall is zeroed. Inelastic, without friction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
     normal: Vec<f64>,
@@ -12,11 +12,13 @@ pub struct Wall {
 }
 
 impl Wall {
-    /// The half-space `normal . x >= offset`; `normal` is scaled to unit length, `offset` [m] is along that unit normal.
+    /// The half-space `normal . x >= offset`; `normal` is scaled to unit length, `offset` [m] is along that unit
+    /// normal.
     ///
     /// # Panics
-    /// If the normal is zero; scenes are checked before.
+    /// If the normal is zero or has not two or three components; scenes are checked before.
     pub fn new(normal: &[f64], offset: f64) -> Self {
+        assert!(matches!(normal.len(), 2 | 3), "a wall is in two or three dimensions");
         let length = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
         assert!(length > 0.0, "a wall has a direction");
         Wall { normal: normal.iter().map(|c| c / length).collect(), offset }
@@ -39,8 +41,9 @@ impl Wall {
         foot
     }
 
-    /// Moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x` [m]; in 2D only the third
-    /// component.
+    /// Moment [N m] about the [foot](Self::foot) of the force `force` [N] at the point `x` [m]; in 2D only the
+    /// third component.
+    #[inline]
     pub fn moment(&self, x: &[f64], force: [f64; 3]) -> [f64; 3] {
         let mut arm = self.foot().map(|foot| -foot);
         arm.iter_mut().zip(x).for_each(|(arm, x)| *arm += x);
@@ -64,33 +67,50 @@ impl Wall {
 
     /// True if any vertex is behind the plane. In most steps none is: this is what those cost.
     fn is_reached(&self, x: &[f64]) -> bool {
+        let offset = self.offset;
         match self.normal[..] {
-            [n0, n1] => dispatch(BehindWallKernel { normal: &[n0, n1], offset: self.offset, x }),
-            [n0, n1, n2] => dispatch(BehindWallKernel { normal: &[n0, n1, n2], offset: self.offset, x }),
-            // Then each is looked at.
-            _ => true,
+            [n0, n1] => dispatch(BehindWallKernel { normal: &[n0, n1], offset, x }),
+            _ => {
+                let normal = &[self.normal[0], self.normal[1], self.normal[2]];
+                dispatch(BehindWallKernel { normal, offset, x })
+            }
         }
     }
 
     /// Puts vertices back, and returns whether any position changed. `stopped` is told of each vertex that moved
-    /// into the wall: its number, and the size `s` of the change `s n` of its velocity along the unit normal `n`,
-    /// of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one number per
+    /// into the wall: its number, and the size `s` of the change `s n` of its velocity along the unit normal
+    /// `n`, of which held coordinates feel nothing [m/s]. Held coordinates (zero inverse mass; one number per
     /// coordinate) stay as they are: such a vertex goes back to the plane along the others, if that is possible.
     pub fn apply(
         &self,
         inverse_mass: &[f64],
         x: &mut [f64],
         v: &mut [f64],
-        mut stopped: impl FnMut(usize, f64),
+        stopped: impl FnMut(usize, f64),
     ) -> bool {
         if !self.is_reached(x) {
             return false;
         }
-        let d = self.normal.len();
+        match self.normal[..] {
+            [n0, n1] => self.put_back([n0, n1], inverse_mass, x, v, stopped),
+            _ => self.put_back([self.normal[0], self.normal[1], self.normal[2]], inverse_mass, x, v, stopped),
+        }
+    }
+
+    /// The same where some vertex is behind the plane of this normal.
+    #[inline(always)]
+    fn put_back<const D: usize>(
+        &self,
+        normal: [f64; D],
+        inverse_mass: &[f64],
+        x: &mut [f64],
+        v: &mut [f64],
+        mut stopped: impl FnMut(usize, f64),
+    ) -> bool {
         let mut moved = false;
-        let rows = x.chunks_exact_mut(d).zip(v.chunks_exact_mut(d));
-        for (vertex, ((x, v), w)) in rows.zip(inverse_mass.chunks_exact(d)).enumerate() {
-            let depth = self.depth(x);
+        let rows = x.as_chunks_mut::<D>().0.iter_mut().zip(v.as_chunks_mut::<D>().0);
+        for (vertex, ((x, v), w)) in rows.zip(inverse_mass.as_chunks::<D>().0).enumerate() {
+            let depth = self.offset - dot(&normal, x);
             if depth <= 0.0 {
                 continue;
             }
@@ -104,10 +124,10 @@ impl Wall {
                 continue;
             }
             moved = true;
-            let into = dot(&self.normal, v).min(0.0);
-            for ((x, v), n) in x.iter_mut().zip(v).zip(&self.normal) {
-                *x += depth * n;
-                *v -= into * n;
+            let into = dot(&normal, v).min(0.0);
+            for c in 0..D {
+                x[c] += depth * normal[c];
+                v[c] -= into * normal[c];
             }
             if into < 0.0 {
                 stopped(vertex, -into);

@@ -2,7 +2,6 @@
 
 use super::Reaction;
 use crate::constraint::Wall;
-use crate::element::cross;
 use crate::system::{System, WallImpulses};
 
 /// Sweeps over the walls that a vertex touches; one is enough unless it touches several.
@@ -59,7 +58,7 @@ impl WallForces {
                 .collect();
             for (contact, size) in touched.iter().zip(pressed(&touched, force)) {
                 let push = contact.normal.map(|n| size * n);
-                reactions[contact.wall].add(x, push);
+                reactions[contact.wall].add(push, walls[contact.wall].moment(x, push));
                 at_vertices[rows.clone()].iter_mut().zip(push).for_each(|(sum, f)| *sum += f);
             }
         });
@@ -128,11 +127,8 @@ impl Reaction {
         Reaction { name, force: [0.0; 3], moment: [0.0; 3], about }
     }
 
-    /// Adds a force at a place.
-    fn add(&mut self, x: &[f64], force: [f64; 3]) {
-        let mut arm = self.about.map(|about| -about);
-        arm.iter_mut().zip(x).for_each(|(arm, x)| *arm += x);
-        let moment = cross(arm, force);
+    /// Adds a force and its moment.
+    fn add(&mut self, force: [f64; 3], moment: [f64; 3]) {
         for c in 0..3 {
             self.force[c] += force[c];
             self.moment[c] += moment[c];

@@ -87,6 +87,10 @@ impl DissipativeTerm for MassProportional {
         true
     }
 
+    fn drag(&self, vertex: usize) -> f64 {
+        if self.vertices.contains(&vertex) { self.coefficients[vertex - self.vertices.start] } else { 0.0 }
+    }
+
     fn scales_with_mass(&self) -> bool {
         true
     }

@@ -49,6 +49,13 @@ pub trait DissipativeTerm: Send + Sync {
         false
     }
 
+    /// Coefficient of drag against what does not move on a vertex [N s/m]: its force there is minus that times the
+    /// velocity. Zero of forces between vertices.
+    fn drag(&self, vertex: usize) -> f64 {
+        let _ = vertex;
+        0.0
+    }
+
     /// True if its force on a vertex is in proportion to the mass there.
     fn scales_with_mass(&self) -> bool {
         false

@@ -125,6 +125,7 @@ impl Integrator for Splitting {
                 next += 1;
             }
             let last = next == stages.len();
+            pass.walls = last && system.begin_walls_in_pass();
             let passed = if damped && pass.kick != 0.0 {
                 if first {
                     self.x.copy_from_slice(state.x());
@@ -139,9 +140,16 @@ impl Integrator for Splitting {
             if !(passed.finite && prescribed) {
                 return Err(StepFault::at(system, &self.x, &self.v));
             }
-            let response = |z| response(self.stages, damped.then_some(self.order), z);
-            let ends = (&mut self.x[..], &mut self.v[..]);
-            let put_back = last && system.apply_walls(state, h, ends, &response);
+            let mut put_back = passed.put_back;
+            if last {
+                let response = |z| response(stages, damped.then_some(self.order), z);
+                let (x, v) = (&mut self.x[..], &mut self.v[..]);
+                if pass.walls {
+                    system.book_walls(state, h, (x, v), &response);
+                } else {
+                    put_back = system.apply_walls(state, h, (x, v), &response);
+                }
+            }
             if pass.drift != 0.0 || put_back {
                 force = ForceId::NONE;
             }

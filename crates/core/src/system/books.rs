@@ -1,8 +1,8 @@
 //! Books of a system: counts and energies that come with its forces and walls. The equations do not read them.
 
-use super::wall_drag::WallDrag;
-use super::wall_impulse::WallStop;
-use super::{ForceId, System, WallImpulses, WallLoss, WallLosses};
+use std::sync::Mutex;
+
+use super::{ForceId, System, WallImpulses, WallLoss, WallLosses, WallStop};
 use crate::energy::EnergyKind;
 
 /// Counts and energies beside the equations.
@@ -12,10 +12,8 @@ pub(crate) struct Books {
     pub(super) wall_losses: Option<Box<WallLosses>>,
     /// Impulses of walls at the end of the step last tried.
     pub(super) wall_impulses: WallImpulses,
-    /// Vertices that they have stopped there, by vertex.
-    pub(super) wall_stops: Vec<WallStop>,
-    /// Reckons what drag adds to them, once it has.
-    pub(super) wall_drag: Option<Box<WallDrag>>,
+    /// Vertices that they stop there, added by passes in any order.
+    pub(super) wall_stops: Mutex<Vec<WallStop>>,
     /// Evaluations of the total force so far.
     pub(super) force_evaluations: u64,
     /// True if the next force is that of a state to be measured.

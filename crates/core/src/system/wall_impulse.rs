@@ -5,14 +5,14 @@
 
 use crate::constraint::Wall;
 
-/// A vertex that a wall has stopped.
+/// A vertex that a wall stops.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct WallStop {
-    pub(super) vertex: usize,
+pub(crate) struct WallStop {
+    pub(crate) vertex: usize,
     /// Number of the wall.
-    pub(super) wall: usize,
+    pub(crate) wall: usize,
     /// Change of the velocity along the normal [m/s].
-    pub(super) speed: f64,
+    pub(crate) speed: f64,
 }
 
 /// Impulses of all walls in one step, in their order.
@@ -48,12 +48,13 @@ impl WallImpulses {
         self.held.clear();
     }
 
-    /// Adds an impulse of this size [N s] along the normal of `wall` at the place `x` of the vertex that it
-    /// has stopped, of which coordinates without inverse mass are held.
-    pub(super) fn add(&mut self, stop: &WallStop, wall: &Wall, x: &[f64], inverse_mass: &[f64], size: f64) {
+    /// Adds the impulse that `wall` gives a vertex of this mass [kg] at the place `x`, of which coordinates
+    /// without inverse mass are held.
+    #[inline]
+    pub(super) fn add(&mut self, stop: &WallStop, wall: &Wall, x: &[f64], inverse_mass: &[f64], mass: f64) {
         let mut impulse = [0.0; 3];
         for (c, n) in wall.normal().iter().enumerate() {
-            impulse[c] = size * n;
+            impulse[c] = mass * stop.speed * n;
             if inverse_mass[c] == 0.0 {
                 self.held.push((stop.vertex * x.len() + c, impulse[c]));
             }

@@ -1,14 +1,21 @@
 //! Walls at the end of a step.
 
-use super::System;
+use std::sync::{Mutex, PoisonError};
+
 use super::wall_drag::WalledStep;
-use super::wall_impulse::WallStop;
+use super::{System, WallStop};
 use crate::state::State;
 
 impl System {
-    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`; whether any position
-    /// changed. A force that acts throughout the step under drag at the rate `c` has made `response(c h)` of
-    /// the velocity that it makes without drag.
+    /// True if a [pass](Self::pass) can let walls act: vertices have come to their places in it, and no losses
+    /// are counted. Stops of a step that failed are forgotten; [`book_walls`](Self::book_walls) follows the pass.
+    pub(crate) fn begin_walls_in_pass(&mut self) -> bool {
+        exclusive(&mut self.books.wall_stops).clear();
+        !(self.walls.is_empty() || self.books.wall_losses.is_some() || self.pins.move_any())
+    }
+
+    /// Lets walls act on the end `x`, `v` of a step of `h` [s] from the state `from`, and books it; whether any
+    /// position changed. `response` is that of [`book_walls`](Self::book_walls).
     pub(crate) fn apply_walls(
         &mut self,
         from: &State,
@@ -17,55 +24,64 @@ impl System {
         response: &dyn Fn(f64) -> f64,
     ) -> bool {
         self.put_back = false;
-        self.books.wall_impulses.begin(self.walls.len(), h);
-        if let Some(losses) = &mut self.books.wall_losses {
-            losses.forget();
-        }
-        if !self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x)) {
+        if self.walls.is_empty() {
             return false;
         }
         let mut losses = self.books.wall_losses.take();
-        let mut impulses = std::mem::take(&mut self.books.wall_impulses);
-        let mut drag = self.is_dragged().then(|| self.books.wall_drag.take().unwrap_or_default());
         if let Some(losses) = &mut losses {
+            losses.forget();
+        }
+        let crossed = self.walls.iter().any(|wall| wall.is_crossed(self.inverse_mass.numbers(), x));
+        if let (true, Some(losses)) = (crossed, &mut losses) {
             self.set_time(from.time + h);
             losses.before(self, x, v);
         }
-        if let Some(drag) = &mut drag {
-            drag.begin((x, v), &self.mass, self.ether_drag, &mut self.dissipation);
-        }
-        let weights = self.inverse_mass.numbers();
-        let mut stops = std::mem::take(&mut self.books.wall_stops);
+        let stops = exclusive(&mut self.books.wall_stops);
         stops.clear();
-        for (wall, plane) in self.walls.iter().enumerate() {
-            let mut note = |vertex, speed| stops.push(WallStop { vertex, wall, speed });
-            self.put_back |= plane.apply(weights, x, v, &mut note);
+        for (wall, plane) in self.walls.iter().enumerate().filter(|_| crossed) {
+            let note = |vertex, speed| stops.push(WallStop { vertex, wall, speed });
+            self.put_back |= plane.apply(self.inverse_mass.numbers(), x, v, note);
         }
-        // At the places to which all of them together have put a vertex.
-        stops.sort_unstable_by_key(|stop| (stop.vertex, stop.wall));
-        for stop in &stops {
-            let rows = stop.vertex * self.dimension..(stop.vertex + 1) * self.dimension;
-            let size = self.mass[stop.vertex] * stop.speed;
-            impulses.add(stop, &self.walls[stop.wall], &x[rows.clone()], &weights[rows], size);
-        }
-        if let Some(drag) = &drag {
-            let (walls, mass, from) = (&self.walls[..], &self.mass[..], (from.x(), from.v()));
-            let step = WalledStep { walls, mass, inverse_mass: weights, h, from, x, response };
-            drag.add_to(&stops, &step, &mut impulses);
-        }
-        self.books.wall_stops = stops;
-        if let Some(losses) = &mut losses {
+        if let (true, Some(losses)) = (crossed, &mut losses) {
             losses.after(self, from, h, x, v);
         }
         self.books.wall_losses = losses;
-        self.books.wall_impulses = impulses;
-        self.books.wall_drag = drag;
+        self.book_walls(from, h, (x, v), response);
         self.put_back
     }
 
-    /// True if drag slows velocities against what does not move.
-    fn is_dragged(&self) -> bool {
-        self.ether_drag != 0.0 || self.dissipation.iter().any(|term| term.scales_with_mass())
+    /// Books the impulses of walls that have acted on the end `x`, `v` of a step of `h` [s] from the state
+    /// `from`. A force that acts throughout the step under drag at the rate `c` has made `response(c h)` of the
+    /// velocity that it makes without drag.
+    pub(crate) fn book_walls(
+        &mut self,
+        from: &State,
+        h: f64,
+        (x, v): (&[f64], &[f64]),
+        response: &dyn Fn(f64) -> f64,
+    ) {
+        let (d, inverse_mass) = (self.dimension, self.inverse_mass.numbers());
+        let (before, after) = ((from.x(), from.v()), (x, v));
+        let step = WalledStep { walls: &self.walls, inverse_mass, h, before, after, response };
+        let impulses = &mut self.books.wall_impulses;
+        impulses.begin(self.walls.len(), h);
+        let stops = exclusive(&mut self.books.wall_stops);
+        // The same order of sums on any number of threads.
+        stops.sort_unstable_by_key(|stop| (stop.vertex, stop.wall));
+        for stops in stops.chunk_by_mut(|a, b| a.vertex == b.vertex) {
+            let vertex = stops[0].vertex;
+            let (mass, rows) = (self.mass[vertex], vertex * d..(vertex + 1) * d);
+            let drag: f64 = self.dissipation.iter().map(|term| term.drag(vertex)).sum();
+            let rate = self.ether_drag + drag / mass;
+            if rate != 0.0 {
+                step.add_drag(stops, d, rate);
+            }
+            // At the place to which all of them together have put the vertex.
+            for stop in stops {
+                let (wall, x) = (&self.walls[stop.wall], &x[rows.clone()]);
+                impulses.add(stop, wall, x, &inverse_mass[rows.clone()], mass);
+            }
+        }
     }
 
     /// True if the last [`apply_walls`](Self::apply_walls) put any vertex back: velocities then jumped, and
@@ -73,4 +89,9 @@ impl System {
     pub(crate) fn walls_have_acted(&self) -> bool {
         self.put_back
     }
+}
+
+/// The stops, where no pass runs.
+fn exclusive(stops: &mut Mutex<Vec<WallStop>>) -> &mut Vec<WallStop> {
+    stops.get_mut().unwrap_or_else(PoisonError::into_inner)
 }
