@@ -28,13 +28,15 @@ class Case:
     """A program at one setting.
 
     ``prepare`` makes everything up to the first step and returns two functions: what is timed, and what gives
-    the answer afterwards, as an array. A case that is ``aside`` is not in the table of what is soonest.
+    the answer afterwards, as an array. A case that is ``aside`` is not in the table of what is soonest;
+    ``work`` says what it took beside time.
     """
 
     program: str
     settings: str
     prepare: Callable[[], tuple[Callable[[], object], Callable[[], np.ndarray]]]
     aside: bool = False
+    work: str = ""
     error: float = np.nan
     answer: np.ndarray | None = None
     failed: str = ""
@@ -84,16 +86,18 @@ def digits(value: float) -> str:
 def table(title: str, cases: Sequence[Case]) -> None:
     """Print all cases: error, median and spread of the times."""
     print(f"\n### {title}: every setting\n")
-    print("| program | settings | error | median [ms] | least to most [ms] |")
-    print("|---|---|--:|--:|--:|")
+    counted = any(case.work for case in cases)
+    print("| program | settings | error | median [ms] | least to most [ms] |" + " work |" * counted)
+    print("|---|---|--:|--:|--:|" + "---|" * counted)
     for case in cases:
         if case.failed:
-            print(f"| {case.program} | {case.settings} | {case.failed} | - | - |")
+            print(f"| {case.program} | {case.settings} | {case.failed} | - | - |" + " |" * counted)
             continue
         times = [1e3 * value for value in case.seconds]
         spread = f"{digits(min(times))} to {digits(max(times))}"
         median = digits(1e3 * case.median)
-        print(f"| {case.program} | {case.settings} | {case.error:.1e} | {median} | {spread} |")
+        row = f"| {case.program} | {case.settings} | {case.error:.1e} | {median} | {spread} |"
+        print(row + f" {case.work} |" * counted)
 
 
 def fastest(title: str, cases: Sequence[Case], targets: Sequence[float]) -> None:

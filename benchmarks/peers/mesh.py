@@ -31,6 +31,9 @@ def bar(cells: tuple[int, int, int], size: tuple[float, float, float], kind: str
 def write(mesh: meshio.Mesh, path: Path) -> Path:
     """As a file: .vtu, or for .msh Gmsh's version 2.2."""
     if path.suffix == ".msh":
+        # Tags, which nobody reads here: without them it warns.
+        tags = [np.ones(len(block), dtype=int) for block in mesh.cells]
+        mesh.cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
         meshio.write(path, mesh, file_format="gmsh22", binary=False)
     else:
         mesh.write(path)
