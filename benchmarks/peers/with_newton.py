@@ -11,19 +11,19 @@ from common import Case, measure, report  # isort: skip
 from collections.abc import Callable
 
 import beam
-import newton
 import numpy as np
 import warp as wp
 
+# Before the import that starts it.
 wp.config.quiet = True
-wp.init()
+import newton  # noqa: E402
 
 
 def with_newton(solver: str, steps: int, iterations: int = 0) -> Case:
     """A case of Newton: SolverSemiImplicit, or SolverVBD with so many iterations a step."""
 
     def prepare() -> tuple[Callable[[], object], Callable[[], np.ndarray]]:
-        builder = newton.ModelBuilder(gravity=-beam.GRAVITY)
+        builder = newton.ModelBuilder(gravity=(0.0, 0.0, -beam.GRAVITY))
         explicit = solver == "SemiImplicit"
         builder.add_soft_mesh(
             pos=wp.vec3(0.0, 0.0, 0.0),
@@ -89,7 +89,7 @@ def implicit() -> None:
     beam.describe(exact, material, False)
     cases = []
     for steps in (20, 40, 100, 200):
-        for iterations in (5, 20, 80):
+        for iterations in (5, 20):
             cases.append(with_newton("VBD", steps, iterations))
         cases += [
             beam.with_pliant(material, False, "implicit-euler", steps),
