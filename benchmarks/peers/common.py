@@ -41,22 +41,29 @@ class Case:
     answer: np.ndarray | None = None
     failed: str = ""
     seconds: list[float] = field(default_factory=list)
+    wall: list[float] = field(default_factory=list)
 
     def run(self) -> None:
-        """Once, timed; a case that failed is not run again."""
+        """Once, timed; a case that failed is not run again.
+
+        The time is that of the processor, over all threads of this process: other programs that run beside, as
+        on a shared machine, add nothing to it. With one thread and the machine idle it is the wall time.
+        """
         if self.failed:
             return
         try:
             work, answer = self.prepare()
-            start = time.perf_counter()
+            start, used = time.perf_counter(), time.process_time()
             work()
-            self.seconds.append(time.perf_counter() - start)
+            self.seconds.append(time.process_time() - used)
+            self.wall.append(time.perf_counter() - start)
             self.answer = answer()
         except Exception as error:  # noqa: BLE001
             self.failed = (str(error).strip().splitlines() or [type(error).__name__])[0]
 
     @property
     def median(self) -> float:
+        """Of the processor times."""
         return statistics.median(self.seconds)
 
 
@@ -73,6 +80,7 @@ def measure(cases: Sequence[Case], error: Callable[[Case], float], largest: floa
             if not case.error <= largest:
                 case.failed = f"wrong by {case.error:.1g}"
         case.seconds.clear()
+        case.wall.clear()
     for _ in range(int(os.environ.get("PEERS_ROUNDS", ROUNDS))):
         for case in cases:
             case.run()
@@ -84,19 +92,20 @@ def digits(value: float) -> str:
 
 
 def table(title: str, cases: Sequence[Case]) -> None:
-    """Print all cases: error, median and spread of the times."""
+    """Print all cases: error, median and spread of the processor times, median of the wall times."""
     print(f"\n### {title}: every setting\n")
     counted = any(case.work for case in cases)
-    print("| program | settings | error | median [ms] | least to most [ms] |" + " work |" * counted)
-    print("|---|---|--:|--:|--:|" + "---|" * counted)
+    print("| program | settings | error | median [ms] | least to most [ms] | wall [ms] |" + " work |" * counted)
+    print("|---|---|--:|--:|--:|--:|" + "---|" * counted)
     for case in cases:
         if case.failed:
-            print(f"| {case.program} | {case.settings} | {case.failed} | - | - |" + " |" * counted)
+            print(f"| {case.program} | {case.settings} | {case.failed} | - | - | - |" + " |" * counted)
             continue
         times = [1e3 * value for value in case.seconds]
         spread = f"{digits(min(times))} to {digits(max(times))}"
         median = digits(1e3 * case.median)
-        row = f"| {case.program} | {case.settings} | {case.error:.1e} | {median} | {spread} |"
+        wall = digits(1e3 * statistics.median(case.wall))
+        row = f"| {case.program} | {case.settings} | {case.error:.1e} | {median} | {spread} | {wall} |"
         print(row + f" {case.work} |" * counted)
 
 
