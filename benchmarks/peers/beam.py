@@ -1,7 +1,8 @@
 """The beam that falls: one body, mesh and answer for the programs that move in time.
 
-A cantilever of tetrahedra at rest, clamped at x = 0, undamped, is let go under its weight. Its converged answer is
-that of SciPy's DOP853 with the forces written below in NumPy: it owes nothing to any program that is compared.
+A cantilever of tetrahedra at rest, clamped at x = 0, undamped, is let go under its weight. Its converged
+answer is that of SciPy's DOP853 with the forces written below in NumPy: it owes nothing to any program that
+is compared.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ LOG_MU, LOG_LAMBDA = 4 * MU / 3, LAMBDA + 5 * MU / 6
 
 
 def stable_neo_hookean_log(f: np.ndarray) -> np.ndarray:
-    """That of Smith, de Goes, Kim 2018 with the logarithm, as pliant and Newton's SolverSemiImplicit have it."""
+    """That of Smith, de Goes, Kim 2018 with the logarithm, as pliant and SolverSemiImplicit have it."""
     c = cofactor(f)
     j = (f[:, :, 0] * c[:, :, 0]).sum(axis=1)[:, None, None]
     squares = (f * f).sum(axis=(1, 2))[:, None, None]
@@ -101,7 +102,9 @@ def error_of(exact: np.ndarray) -> Callable[[Case], float]:
     return lambda case: float(np.abs(case.answer - exact).max() / size)
 
 
-def simulation(material: str, equal: bool, time: dict[str, object], mesh: Path | None = None) -> pliant.Simulation:
+def simulation(
+    material: str, equal: bool, time: dict[str, object], mesh: Path | None = None
+) -> pliant.Simulation:
     """The beam in pliant, from a file or from arrays."""
     inline = {"inline": {"points": POINTS, "tetrahedra": TETRAHEDRA}}
     return pliant.Simulation(
@@ -137,10 +140,14 @@ def with_pliant(
 
 
 def describe(exact: np.ndarray, material: str, equal: bool) -> None:
-    """Print how far it falls, and how far SciPy's answer is from that of pliant in small steps."""
+    """Print how far it falls, and how far apart SciPy and pliant in small steps are."""
     check = with_pliant(material, equal, "yoshida4", 8000)
     check.run()
     apart = error_of(exact)(check) if not check.failed else check.failed
     sinks = (POINTS - exact)[np.isclose(POINTS[:, 0], SIZE[0]), 2].mean()
-    print(f"\n{material}: {len(TETRAHEDRA)} tetrahedra, {len(POINTS)} vertices; the end sinks by {sinks:.6f} m")
-    print(f"in {DURATION:g} s. pliant's yoshida4 in 8000 steps is {apart:.1e} from the converged answer of SciPy.")
+    print(
+        f"\n{material}: {len(TETRAHEDRA)} tetrahedra, {len(POINTS)} vertices; the end sinks by {sinks:.6f} m"
+    )
+    print(
+        f"in {DURATION:g} s. pliant's yoshida4 in 8000 steps is {apart:.1e} from the converged answer of SciPy."
+    )

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 ROUNDS = 5
-"""How often each case is run and timed, after one run that is not: ``PEERS_ROUNDS`` in the environment."""
+"""How often each case is timed, after one run that is not: ``PEERS_ROUNDS`` in the environment."""
 
 
 @dataclass
@@ -46,8 +46,8 @@ class Case:
     def run(self) -> None:
         """Once, timed; a case that failed is not run again.
 
-        The time is that of the processor, over all threads of this process: other programs that run beside, as
-        on a shared machine, add nothing to it. With one thread and the machine idle it is the wall time.
+        The time is that of the processor, over all threads of this process: other programs that run beside,
+        as on a shared machine, add nothing to it. With one thread and an idle machine it is the wall time.
         """
         if self.failed:
             return
@@ -88,14 +88,18 @@ def measure(cases: Sequence[Case], error: Callable[[Case], float], largest: floa
 
 def digits(value: float) -> str:
     """Three digits, without an exponent where that is short."""
-    return f"{value:.3g}" if 0.01 <= value < 1000 else f"{value:.0f}" if 1000 <= value < 1e6 else f"{value:.2e}"
+    return (
+        f"{value:.3g}" if 0.01 <= value < 1000 else f"{value:.0f}" if 1000 <= value < 1e6 else f"{value:.2e}"
+    )
 
 
 def table(title: str, cases: Sequence[Case]) -> None:
     """Print all cases: error, median and spread of the processor times, median of the wall times."""
     print(f"\n### {title}: every setting\n")
     counted = any(case.work for case in cases)
-    print("| program | settings | error | median [ms] | least to most [ms] | wall [ms] |" + " work |" * counted)
+    print(
+        "| program | settings | error | median [ms] | least to most [ms] | wall [ms] |" + " work |" * counted
+    )
     print("|---|---|--:|--:|--:|--:|" + "---|" * counted)
     for case in cases:
         if case.failed:

@@ -1,4 +1,4 @@
-"""Run all comparisons whose programs are installed: ``run.py [NAME...]``, for example ``run.py rebound felupe``.
+"""Run all comparisons whose programs are installed: ``run.py [NAME...]``, as ``run.py rebound felupe``.
 
 Each runs in a process of its own, one after the other. Prints Markdown.
 """

@@ -1,7 +1,7 @@
 """Equilibria, beside felupe: a cantilever of tetrahedra, and a nearly incompressible one of hexahedra.
 
-Both read the same mesh file and are loaded by the same forces on the vertices of the end. Each program is measured
-against the other's answer at a tight tolerance.
+Both read the same mesh file and are loaded by the same forces on the vertices of the end. Each program is
+measured against the other's answer at a tight tolerance.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ LENGTH = 1.0
 def ordered(matrix: object, right: np.ndarray) -> np.ndarray:
     """SuperLU with an ordering for symmetric patterns, which fills in less than the default."""
     options = {"SymmetricMode": True}
-    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve(right)
+    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve(
+        right
+    )
 
 
 SOLVERS = {"SuperLU": spsolve, "SuperLU, MMD": ordered, **({"PARDISO": pardiso} if pardiso else {})}
@@ -51,7 +53,9 @@ def with_felupe(
             solid = felupe.SolidBody(felupe.NeoHookeCompressible(mu=mu, lmbda=lam), field)
         else:
             field = felupe.FieldContainer([felupe.Field(felupe.RegionHexahedron(mesh), dim=3)])
-            solid = felupe.SolidBodyNearlyIncompressible(felupe.NeoHooke(mu=mu), field, bulk=lam + 2 * mu / 3)
+            solid = felupe.SolidBodyNearlyIncompressible(
+                felupe.NeoHooke(mu=mu), field, bulk=lam + 2 * mu / 3
+            )
         # Points of files are compared with a tolerance.
         clamped = {"left": felupe.Boundary(field[0], fx=lambda x: np.isclose(x, 0.0))}
         dof0, dof1 = felupe.dof.partition(field, clamped)
@@ -127,7 +131,9 @@ def with_pliant(
     return case
 
 
-def compare(title: str, path: Path, moduli: tuple[float, float], force: float, tight: float, solvers: list[str]) -> None:
+def compare(
+    title: str, path: Path, moduli: tuple[float, float], force: float, tight: float, solvers: list[str]
+) -> None:
     """Both programs at several increments, linear solvers and tolerances.
 
     ``tight`` is felupe's tolerance for the answer, ``solvers`` those of pliant.
@@ -150,7 +156,9 @@ def compare(title: str, path: Path, moduli: tuple[float, float], force: float, t
     end = np.isclose(mesh.points[:, 0], LENGTH)
     sinks = -exact["felupe"][end, 2].mean()
     apart = distance(exact["felupe"], exact["pliant"])
-    print(f"\n{title}: {mesh.ncells} cells, {mesh.npoints} points; the end sinks by {sinks:.6f} m of {LENGTH} m;")
+    print(
+        f"\n{title}: {mesh.ncells} cells, {mesh.npoints} points; the end sinks by {sinks:.6f} m of {LENGTH} m;"
+    )
     print(f"the two converged answers differ by {apart:.1e} of the largest displacement.")
 
     def error(case: Case) -> float:

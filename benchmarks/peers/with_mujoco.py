@@ -1,7 +1,7 @@
 """The falling beam of St. Venant-Kirchhoff, beside the flex of MuJoCo.
 
-Both read the same Gmsh file. A flex with ``dof="full"`` has linear tetrahedra of this material, a mass that all vertices
-share equally, and no damping unless asked for; contact and constraints are off.
+Both read the same Gmsh file. A flex with ``dof="full"`` has linear tetrahedra of this material, a mass that
+all vertices share equally, and no damping unless asked for; contact and constraints are off.
 """
 
 from __future__ import annotations
@@ -78,7 +78,10 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         mesh = write(beam.MESH, Path(folder) / "beam.msh")
 
-        one, other = with_mujoco(mesh, "Euler", 1680), beam.with_pliant("stvk", True, "symplectic-euler", 1680, mesh)
+        one, other = (
+            with_mujoco(mesh, "Euler", 1680),
+            beam.with_pliant("stvk", True, "symplectic-euler", 1680, mesh),
+        )
         one.run()
         other.run()
         if one.failed or other.failed:

@@ -84,7 +84,10 @@ def with_pliant(system: System, duration: float, name: str, steps: int = 0, **op
 
 
 def label(name: str, steps: int, options: dict[str, object]) -> str:
-    more = [f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}" for key, value in options.items()]
+    more = [
+        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in options.items()
+    ]
     return ", ".join([name, *more, *([f"{steps} steps"] if steps else [])])
 
 
@@ -120,8 +123,14 @@ def kepler() -> None:
         with_rebound(system, duration, "whfast", 1_000),
         *(with_rebound(system, duration, "ias15", epsilon=value) for value in (1e-3, 1e-5, 1e-7, 1e-9)),
         *(with_pliant(system, duration, "ias15", epsilon=value) for value in (1e-1, 1e-3, 1e-5, 1e-9)),
-        *(with_rebound(system, duration, "bs", eps_rel=value, eps_abs=value) for value in (1e-6, 1e-9, 1e-12)),
-        *(with_pliant(system, duration, "dormand-prince5", tolerance=value) for value in (1e-6, 1e-9, 1e-12)),
+        *(
+            with_rebound(system, duration, "bs", eps_rel=value, eps_abs=value)
+            for value in (1e-6, 1e-9, 1e-12)
+        ),
+        *(
+            with_pliant(system, duration, "dormand-prince5", tolerance=value)
+            for value in (1e-6, 1e-9, 1e-12)
+        ),
     ]
     for case in cases:
         # Of two bodies it solves Kepler's equation itself.
@@ -178,8 +187,14 @@ def planets() -> None:
             with_pliant(system, duration, "yoshida4", steps),
         ]
     cases += [
-        *(with_rebound(system, duration, "whfast", n, safe_mode=0, corrector=17) for n in (2_000, 8_000, 32_000)),
-        *(with_rebound(system, duration, "saba", n, type="10_6_4", safe_mode=0) for n in (500, 1_000, 2_000, 4_000)),
+        *(
+            with_rebound(system, duration, "whfast", n, safe_mode=0, corrector=17)
+            for n in (2_000, 8_000, 32_000)
+        ),
+        *(
+            with_rebound(system, duration, "saba", n, type="10_6_4", safe_mode=0)
+            for n in (500, 1_000, 2_000, 4_000)
+        ),
         *(with_rebound(system, duration, "leapfrog", n, order=8) for n in (2_000, 4_000, 8_000, 16_000)),
         *(with_rebound(system, duration, "ias15", epsilon=value) for value in (1e-3, 1e-5, 1e-9)),
         *(with_pliant(system, duration, "ias15", epsilon=value) for value in (1e-1, 1e-3, 1e-5, 1e-9)),

@@ -1,7 +1,7 @@
 """The falling beam beside Taichi: explicit steps written by hand, in double precision.
 
-Taichi is a language, not a simulator: what is timed is the loop below, which is what one writes there first, symplectic
-Euler with forces that tetrahedra add to their vertices. It knows this one energy and scheme.
+Taichi is a language, not a simulator: what is timed is the loop below, symplectic Euler with forces that
+tetrahedra add to their vertices. It knows this one energy and scheme.
 """
 
 # No `from __future__ import annotations`: Taichi looks at the types of arguments.
@@ -16,7 +16,14 @@ import beam
 import numpy as np
 import taichi as ti
 
-ti.init(arch=ti.cpu, cpu_max_num_threads=1, default_fp=ti.f64, fast_math=True, log_level=ti.ERROR, offline_cache=False)
+ti.init(
+    arch=ti.cpu,
+    cpu_max_num_threads=1,
+    default_fp=ti.f64,
+    fast_math=True,
+    log_level=ti.ERROR,
+    offline_cache=False,
+)
 
 COUNT, CELLS = len(beam.POINTS), len(beam.TETRAHEDRA)
 x, v, f = (ti.Vector.field(3, ti.f64, COUNT) for _ in range(3))
