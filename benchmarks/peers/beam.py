@@ -149,5 +149,5 @@ def describe(exact: np.ndarray, material: str, equal: bool) -> None:
         f"\n{material}: {len(TETRAHEDRA)} tetrahedra, {len(POINTS)} vertices; the end sinks by {sinks:.6f} m"
     )
     print(
-        f"in {DURATION:g} s. pliant's yoshida4 in 8000 steps is {apart:.1e} from the converged answer of SciPy."
+        f"in {DURATION:g} s. pliant's yoshida4 in 8000 steps is {apart:.1e} from the converged answer, SciPy's."
     )
