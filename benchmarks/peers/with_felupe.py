@@ -156,9 +156,8 @@ def compare(
     end = np.isclose(mesh.points[:, 0], LENGTH)
     sinks = -exact["felupe"][end, 2].mean()
     apart = distance(exact["felupe"], exact["pliant"])
-    print(
-        f"\n{title}: {mesh.ncells} cells, {mesh.npoints} points; the end sinks by {sinks:.6f} m of {LENGTH} m;"
-    )
+    counts = f"{mesh.ncells} cells, {mesh.npoints} points"
+    print(f"\n{title}: {counts}; the end sinks by {sinks:.6f} m of {LENGTH} m;")
     print(f"the two converged answers differ by {apart:.1e} of the largest displacement.")
 
     def error(case: Case) -> float:

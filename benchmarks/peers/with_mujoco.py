@@ -24,8 +24,8 @@ def model(mesh: Path, integrator: str, step: float, tolerance: float) -> mujoco.
     total = float(beam.masses(True).sum())
     return mujoco.MjModel.from_xml_string(f"""
     <mujoco>
-      <option timestep="{step!r}" gravity="0 0 -{beam.GRAVITY}" integrator="{integrator}" tolerance="{tolerance}"
-        iterations="1000">
+      <option timestep="{step!r}" gravity="0 0 -{beam.GRAVITY}" integrator="{integrator}"
+        tolerance="{tolerance}" iterations="1000">
         <flag contact="disable" constraint="disable"/>
       </option>
       <worldbody>
