@@ -20,15 +20,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 ROUNDS = 5
-"""How often each case is timed, after one run that is not: ``PEERS_ROUNDS`` in the environment."""
+"""How often each case is timed, after one run that is not; ``PEERS_ROUNDS`` changes it."""
 
 
 @dataclass
 class Case:
     """A program at one setting.
 
-    ``prepare`` makes everything up to the first step and returns two functions: what is timed, and what gives
-    the answer afterwards, as an array. A case that is ``aside`` is not in the table of what is soonest;
+    ``prepare`` makes everything up to the first step and returns two functions: what is timed, and what
+    gives the answer afterwards, as an array. A case that is ``aside`` is not in the table of what is soonest;
     ``work`` says what it took beside time.
     """
 

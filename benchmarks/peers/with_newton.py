@@ -1,7 +1,7 @@
 """The falling beam beside Newton, whose kernels are Warp's: explicit steps, and block descent, on the CPU.
 
-SolverSemiImplicit has the stable neo-Hookean energy with the logarithm, SolverVBD the one without; pliant has
-both. Newton computes in single precision, pliant in double.
+SolverSemiImplicit has the stable neo-Hookean energy with the logarithm, SolverVBD the one without; pliant
+has both. Newton computes in single precision, pliant in double.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ import newton  # noqa: E402
 def with_newton(solver: str, steps: int, iterations: int = 0, shifted: bool = False) -> Case:
     """A case of Newton: SolverSemiImplicit, or SolverVBD with so many iterations a step.
 
-    ``shifted`` begins with velocities half a step earlier: the positions of SolverSemiImplicit are then those
-    of Verlet.
+    ``shifted`` begins with velocities half a step earlier: the positions of SolverSemiImplicit are then
+    those of Verlet.
     """
 
     def prepare() -> tuple[Callable[[], object], Callable[[], np.ndarray]]:

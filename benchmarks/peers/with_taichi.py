@@ -1,7 +1,7 @@
 """The falling beam beside Taichi: explicit steps written by hand, in double precision.
 
-Taichi is a language, not a simulator: what is timed is the loop below, symplectic Euler or Verlet with forces
-that tetrahedra add to their vertices. It knows this one energy and scheme.
+Taichi is a language, not a simulator: what is timed is the loop below, symplectic Euler or Verlet with
+forces that tetrahedra add to their vertices. It knows this one energy and scheme.
 """
 
 # No `from __future__ import annotations`: Taichi looks at the types of arguments.
