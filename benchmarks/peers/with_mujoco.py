@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from common import Case, measure, report  # isort: skip
 
+import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -86,6 +87,8 @@ if __name__ == "__main__":
     beam.describe(exact, "stvk", True)
     with tempfile.TemporaryDirectory() as folder:
         mesh = write(beam.MESH, Path(folder) / "beam.msh")
+        # MuJoCo keeps a log in the working directory.
+        os.chdir(folder)
 
         one, other = (
             with_mujoco(mesh, "Euler", 1680),
