@@ -8,10 +8,10 @@ use pliant::energy::muscle::{ActiveTension, TensionField, cell_fibres, simplex_f
 use crate::whole_cells;
 
 /// Solid elements with a direction each.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct FibreSet<'a> {
-    /// Name of the body, for messages.
-    pub body: &'a str,
+    /// Name of the muscle, for messages.
+    pub name: String,
     /// 2 or 3.
     pub dimension: usize,
     /// Kind of the cells; `None` for simplices.
@@ -39,7 +39,7 @@ impl FibreSet<'_> {
 ///
 /// # Panics
 /// If there are not as many directions as elements, or the cells are not whole ones.
-pub fn muscle(fibres: &FibreSet<'_>, tension: TensionField) -> Box<dyn EnergyTerm> {
+pub fn muscle(fibres: FibreSet<'_>, tension: TensionField) -> Box<dyn EnergyTerm> {
     assert_eq!(fibres.cells.len(), fibres.nodes * fibres.directions.len(), "a direction for each element");
     match (fibres.kind, fibres.dimension, fibres.nodes) {
         (Some(kind), ..) => kind.visit(CellMuscleMaker { fibres, tension }),
@@ -51,19 +51,19 @@ pub fn muscle(fibres: &FibreSet<'_>, tension: TensionField) -> Box<dyn EnergyTer
 }
 
 fn simplices<const D: usize, const N: usize>(
-    set: &FibreSet<'_>,
+    set: FibreSet<'_>,
     tension: TensionField,
 ) -> Box<dyn EnergyTerm> {
     let (cells, rest) = (whole_cells::<N>(set.cells), set.rest);
     let fibres = |element: usize| {
         simplex_fibres::<D, N>(&points_of(rest, &cells[element]), |_| set.along::<D>(element))
     };
-    Box::new(ActiveTension::<D, N>::new(set.body, cells, rest, fibres, tension))
+    Box::new(ActiveTension::<D, N>::new(set.name.clone(), cells, rest, fibres, tension))
 }
 
 /// Maker of muscles in cells of whatever kind is visited.
 struct CellMuscleMaker<'a> {
-    fibres: &'a FibreSet<'a>,
+    fibres: FibreSet<'a>,
     tension: TensionField,
 }
 
@@ -71,11 +71,11 @@ impl CellVisitor for CellMuscleMaker<'_> {
     type Output = Box<dyn EnergyTerm>;
 
     fn visit<const D: usize, const N: usize>(self, cell: &'static Isoparametric<D, N>) -> Self::Output {
-        let (set, rest) = (self.fibres, self.fibres.rest);
+        let (set, rest) = (&self.fibres, self.fibres.rest);
         let cells = whole_cells::<N>(set.cells);
         let fibres = |element: usize| {
             cell_fibres(cell, &points_of(rest, &cells[element]), |_| set.along::<D>(element))
         };
-        Box::new(ActiveTension::<D, N>::new(set.body, cells, rest, fibres, self.tension))
+        Box::new(ActiveTension::<D, N>::new(set.name.clone(), cells, rest, fibres, self.tension))
     }
 }

@@ -448,6 +448,53 @@ fn loads() {
     case("pressure = '2 * x'", "x", "body.0.load.0.pressure: `pressure`: unknown name `x`");
 }
 
+#[test]
+fn muscles() {
+    let case = |muscle: &str, underlined: &str, expected: &str| {
+        let text = changed(PIN, &format!("[]\nmuscle = [{{ {muscle} }}]"));
+        let error = error(&text);
+        let [problem] = error.problems() else { panic!("{muscle}: {error}") };
+        assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{muscle}");
+        assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{muscle}");
+    };
+    let along = "fibre = { direction = [1, 0] }";
+    case(
+        "fibre = { direction = [1, 0, 0] }, tension = 1",
+        "[1, 0, 0]",
+        "body.0.muscle.0.fibre.direction: `direction` has 3 numbers, but `dimension` is 2: 2 are needed",
+    );
+    case(
+        "fibre = { direction = [0, 0] }, tension = 1",
+        "[0, 0]",
+        "body.0.muscle.0.fibre.direction: `direction` is zero: it needs a direction",
+    );
+    case(
+        "fibre = { direction = ['X', 't'] }, tension = 1",
+        "'t'",
+        "body.0.muscle.0.fibre.direction.1: this changes with time, and the fibres are those of the body at rest",
+    );
+    case(
+        "fibre = { per_element = [[1, 0], [0, 0]] }, tension = 1",
+        "[0, 0]",
+        "body.0.muscle.0.fibre.per_element.1: `per_element` is zero: it needs a direction",
+    );
+    case(
+        &format!("{along}, tension = 0"),
+        "0",
+        "body.0.muscle.0.tension: `tension` is zero: this muscle does nothing",
+    );
+    case(
+        &format!("{along}, tension = '3 N'"),
+        "'3 N'",
+        "body.0.muscle.0.tension: `tension`: `3 N` is a force [N], not a pressure [Pa]",
+    );
+    case(
+        &format!("{along}, tension = '1/t'"),
+        "'1/t'",
+        "body.0.muscle.0.tension: `tension` is inf [Pa] at t = 0.0 s",
+    );
+}
+
 /// Mistakes that only show once the vertices are known.
 #[test]
 fn a_coordinate_that_moves_is_held_by_one_pin_only() {

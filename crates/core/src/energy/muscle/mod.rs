@@ -17,12 +17,10 @@ use crate::lanes::{WIDTH, dispatch_compact};
 use crate::material::Psd;
 use crate::numbering::along_curve;
 
-/// How often a tension that is the same everywhere is looked at over the run for its largest value.
-const SAMPLES: u32 = 1000;
-/// How often one that differs from place to place is.
-const SAMPLES_IN_TIME: u32 = 100;
-/// Places at which it is looked at then, at most.
-const SAMPLES_IN_SPACE: usize = 1000;
+/// Places at which a tension is looked at for its largest value, at most.
+const PLACES: usize = 1000;
+/// Times at which one that differs from place to place is looked at for that, at most.
+const TIMES: usize = 100;
 
 /// Tension over place and time.
 pub struct TensionField {
@@ -32,8 +30,8 @@ pub struct TensionField {
     pub changes: bool,
     /// True if it differs from place to place.
     pub varies: bool,
-    /// End of the run [s], up to which its largest value is looked for.
-    pub until: f64,
+    /// Times [s] at which its largest value is looked for.
+    pub times: Vec<f64>,
 }
 
 /// Active tension `T` [Pa] of muscles along unit directions `a` of the rest shape, which passive elements
@@ -53,7 +51,7 @@ pub struct TensionField {
 /// The energy is zero at rest, and changes with time by `dE/dt` at fixed positions, which is what the muscle
 /// brings in.
 pub struct ActiveTension<const D: usize, const N: usize> {
-    body: String,
+    name: String,
     patches: Patches<N>,
     /// Of every pack, one after the other those of its quadrature points.
     packs: Vec<FibrePack<N>>,
@@ -62,21 +60,21 @@ pub struct ActiveTension<const D: usize, const N: usize> {
     /// Place of each point of each lane, where the tension varies.
     places: Vec<[f64; 3]>,
     tension: TensionField,
-    /// Largest tension to be expected [Pa].
-    largest: f64,
+    /// Largest tension to be expected, not below zero, and largest size of it [Pa].
+    largest: (f64, f64),
     time: f64,
     workspace: Workspace<D>,
 }
 
 impl<const D: usize, const N: usize> ActiveTension<D, N> {
-    /// Muscles in the elements `elements` (vertices of the system) of `body`, at rest at `rest` (flat, all
+    /// Muscles of this name in the elements `elements` (vertices of the system), at rest at `rest` (flat, all
     /// vertices of the system) [m]. `fibres` gives the points of each element, as [`simplex_fibres`] and
     /// [`cell_fibres`] do, as many of each.
     ///
     /// # Panics
     /// If elements have different numbers of points.
     pub fn new(
-        body: &str,
+        name: String,
         elements: &[[u32; N]],
         rest: &[f64],
         fibres: impl Fn(usize) -> Vec<FibrePoint<N>>,
@@ -84,12 +82,14 @@ impl<const D: usize, const N: usize> ActiveTension<D, N> {
     ) -> Self {
         let order = along_curve::<D>(&centroids(elements, rest));
         let patches = Patches::new::<D>(elements, &order, rest.len() / D);
-        let points = if elements.is_empty() { 1 } else { fibres(0).len() };
+        let first = if elements.is_empty() { vec![] } else { fibres(0) };
+        // Lanes without an element have a place where the tension is known all the same.
+        let (points, place) = (first.len(), first.first().map_or([0.0; 3], |point| point.place));
         let mut packs = vec![FibrePack::EMPTY; patches.index.len() * points];
-        let mut places = vec![[0.0; 3]; if tension.varies { packs.len() * WIDTH } else { 0 }];
+        let mut places = vec![place; if tension.varies { packs.len() * WIDTH } else { 0 }];
         for (element, _, pack, lane) in patches.stencils() {
             let found = fibres(element);
-            assert_eq!(found.len(), points, "points of element {element} of {body}");
+            assert_eq!(found.len(), points, "points of element {element} of {name}");
             for (q, point) in found.iter().enumerate() {
                 packs[pack * points + q].set(lane, point);
                 if let Some(place) = places.get_mut((pack * points + q) * WIDTH + lane) {
@@ -99,9 +99,8 @@ impl<const D: usize, const N: usize> ActiveTension<D, N> {
         }
         let largest = largest(&tension, &places);
         let workspace = Workspace::new(&patches);
-        let body = body.to_owned();
         let mut muscle =
-            ActiveTension { body, patches, packs, points, places, tension, largest, time: 0.0, workspace };
+            ActiveTension { name, patches, packs, points, places, tension, largest, time: 0.0, workspace };
         muscle.sample(0.0);
         muscle
     }
@@ -119,21 +118,20 @@ impl<const D: usize, const N: usize> ActiveTension<D, N> {
     }
 }
 
-/// The largest tension [Pa], as far as samples of it say, not below zero.
-fn largest(tension: &TensionField, places: &[[f64; 3]]) -> f64 {
-    let every = places.len().div_ceil(SAMPLES_IN_SPACE).max(1);
-    let (times, origin) =
-        if tension.varies { (SAMPLES_IN_TIME, &[][..]) } else { (SAMPLES, &[[0.0; 3]][..]) };
-    let times = if tension.changes { times } else { 0 };
-    let at = |sample: u32| tension.until * f64::from(sample) / f64::from(times.max(1));
-    let looked = places.iter().step_by(every).chain(origin);
-    let values = looked.flat_map(|place| (0..=times).map(move |i| (tension.field)(*place, at(i))));
-    values.filter(|tension| tension.is_finite()).fold(0.0, f64::max)
+/// The largest tension, not below zero, and the largest size of it [Pa], as far as samples of it say.
+fn largest(tension: &TensionField, places: &[[f64; 3]]) -> (f64, f64) {
+    let among = |count: usize, most: usize| count.div_ceil(most).max(1);
+    let (origin, often) = if tension.varies { (&[][..], TIMES) } else { (&[[0.0; 3]][..], usize::MAX) };
+    let looked = places.iter().step_by(among(places.len(), PLACES)).chain(origin);
+    let times = || tension.times.iter().step_by(among(tension.times.len(), often));
+    let values = looked.flat_map(|place| times().map(|time| (tension.field)(*place, *time)));
+    let larger = |(most, size): (f64, f64), tension: f64| (most.max(tension), size.max(tension.abs()));
+    values.filter(|tension| tension.is_finite()).fold((0.0, 0.0), larger)
 }
 
 impl<const D: usize, const N: usize> EnergyTerm for ActiveTension<D, N> {
     fn name(&self) -> String {
-        format!("muscle of `{}`", self.body)
+        self.name.clone()
     }
 
     fn properties(&self) -> TermProperties {
@@ -188,7 +186,7 @@ impl<const D: usize, const N: usize> EnergyTerm for ActiveTension<D, N> {
 
     fn fault(&self, _x: &[f64]) -> Option<Fault> {
         let finite = self.packs.iter().all(FibrePack::is_finite);
-        (!finite).then(|| Fault::Load { load: format!("the tension of {}", self.name()), time: self.time })
+        (!finite).then(|| Fault::Load { load: format!("the tension of {}", self.name), time: self.time })
     }
 
     fn bytes(&self) -> usize {
@@ -229,7 +227,7 @@ impl<const D: usize, const N: usize> Driven for ActiveTension<D, N> {
         let mut circles = vec![0.0; inverse_mass.len() / D];
         for (_, vertices, pack, lane) in self.patches.stencils() {
             for point in &self.packs[pack * self.points..][..self.points] {
-                let row = point.row_sums(lane, self.largest);
+                let row = point.row_sums(lane, self.largest.0);
                 vertices.iter().zip(row).for_each(|(vertex, sum)| circles[*vertex as usize] += sum);
             }
         }
@@ -241,6 +239,6 @@ impl<const D: usize, const N: usize> Driven for ActiveTension<D, N> {
 impl<const D: usize, const N: usize> Measurements for ActiveTension<D, N> {
     /// The largest tension in all of the volume: fibres that shorten to nothing give half of it.
     fn scale(&mut self, _x: &[f64]) -> f64 {
-        self.largest * self.packs.iter().map(FibrePack::volume).sum::<f64>()
+        self.largest.1 * self.packs.iter().map(FibrePack::volume).sum::<f64>()
     }
 }

@@ -25,11 +25,11 @@ fn turned<const D: usize>(place: [f64; 3]) -> [f64; D] {
 /// Tension that differs from place to place and changes with time.
 fn wave() -> TensionField {
     let field = |x: [f64; 3], t: f64| (3.0 + x[0]) * (1.0 + 0.5 * x[1]) * (1.0 + t);
-    TensionField { field: Box::new(field), changes: true, varies: true, until: 2.0 }
+    TensionField { field: Box::new(field), changes: true, varies: true, times: vec![0.0, 1.0, 2.0] }
 }
 
 fn steady(tension: f64) -> TensionField {
-    TensionField { field: Box::new(move |_, _| tension), changes: false, varies: false, until: 1.0 }
+    TensionField { field: Box::new(move |_, _| tension), changes: false, varies: false, times: vec![0.0] }
 }
 
 /// A muscle and its rest positions.
@@ -52,7 +52,7 @@ fn simplices<const D: usize, const N: usize>(quadratic: bool, tension: TensionFi
     }
     let (cells, rest) = (mesh.elements::<N>(), mesh.points);
     let fibres = |element: usize| simplex_fibres::<D, N>(&points_of(&rest, &cells[element]), turned);
-    let term = ActiveTension::<D, N>::new("muscle", &cells, &rest, fibres, tension);
+    let term = ActiveTension::<D, N>::new("muscle 0".into(), &cells, &rest, fibres, tension);
     Case { term: Box::new(term), rest, dimension: D }
 }
 
@@ -64,7 +64,7 @@ fn cells<const D: usize, const N: usize>(
     let mesh = grid(D, Some(element));
     let (cells, rest) = (mesh.block().unwrap().of::<N>(), &mesh.points);
     let fibres = |element: usize| cell_fibres(cell, &points_of(rest, &cells[element]), turned);
-    let term = ActiveTension::<D, N>::new("muscle", cells, rest, fibres, tension);
+    let term = ActiveTension::<D, N>::new("muscle 0".into(), cells, rest, fibres, tension);
     Case { term: Box::new(term), rest: rest.clone(), dimension: D }
 }
 
@@ -172,7 +172,7 @@ fn a_uniform_stretch_has_the_energy_of_its_fibres() {
     let mesh = grid(2, None);
     let (cells, rest) = (mesh.elements::<3>(), &mesh.points);
     let fibres = |element: usize| simplex_fibres::<2, 3>(&points_of(rest, &cells[element]), |_| fibre);
-    let mut term = ActiveTension::<2, 3>::new("muscle", &cells, rest, fibres, steady(5.0));
+    let mut term = ActiveTension::<2, 3>::new("muscle 0".into(), &cells, rest, fibres, steady(5.0));
     let f = [[1.3, 0.2], [-0.4, 0.9]];
     let moved = |x: &[f64]| f.map(|row| row[0] * x[0] + row[1] * x[1] + 1e3);
     let x: Vec<f64> = rest.chunks_exact(2).flat_map(moved).collect();
@@ -215,13 +215,14 @@ fn what_a_muscle_may_add_bounds_what_it_adds() {
 #[test]
 fn a_tension_that_is_no_number_is_told_with_its_time() {
     let field = |_: [f64; 3], t: f64| 1.0 / (t - 1.0);
-    let tension = TensionField { field: Box::new(field), changes: true, varies: false, until: 2.0 };
+    let tension =
+        TensionField { field: Box::new(field), changes: true, varies: false, times: vec![0.0, 1.0, 2.0] };
     let mut case = simplices::<2, 3>(false, tension);
     let x = case.moved();
     assert!(case.term.evaluate(&x));
     case.term.driven().unwrap().set_time(1.0);
     assert!(!case.term.evaluate(&x));
     let fault = case.term.fault(&x).map(|fault| fault.to_string());
-    let expected = "the tension of muscle of `muscle` is not finite at t = 1.000000 s";
+    let expected = "the tension of muscle 0 is not finite at t = 1.000000 s";
     assert_eq!(fault.as_deref(), Some(expected));
 }
