@@ -22,7 +22,7 @@ const BYTES_PER_NODAL_ELEMENT: [u64; 2] = [300, 350];
 /// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
 const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
 /// The same of second order.
-const BYTES_PER_QUADRATIC_MUSCLE_ELEMENT: u64 = 750;
+const BYTES_PER_QUADRATIC_MUSCLE_ELEMENT: u64 = 1000;
 /// The same of quadrilaterals and hexahedra.
 const BYTES_PER_MUSCLE_CELL: [u64; 2] = [500, 1300];
 /// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
 
-    /// What a muscle holds is less than was predicted, by the lists of the assembly, and more than a fifth of it.
+    /// A muscle holds less than was predicted, by the lists of the assembly, and more than a fifth of it.
     #[test]
     fn muscles_take_no_more_memory_than_predicted() {
         for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {

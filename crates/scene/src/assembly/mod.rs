@@ -31,7 +31,6 @@ use std::path::Path;
 
 use crate::Body;
 use crate::KeyPath;
-use crate::OverTime;
 use crate::Problem;
 use crate::Scene;
 use crate::Tree;
@@ -138,8 +137,7 @@ fn assemble<const D: usize, const N: usize>(
         body.add_damping::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_holds(&position, &rest, &numbering, &mut system);
         body.add_loads(&rest, &numbering, &mut system);
-        let times = |tension: &OverTime| muscles::times(tension, scene.time.duration);
-        body.add_muscles::<D, N>(times, &rest, &numbering, &mut system);
+        body.add_muscles::<D, N>(scene.time.duration, &rest, &numbering, &mut system);
     }
     attachments.iter().for_each(|attachment| attachment.add_to(&mut system));
     let mut force_error = None;

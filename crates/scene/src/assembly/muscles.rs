@@ -99,10 +99,10 @@ fn centres(mesh: &Mesh) -> Vec<[f64; 3]> {
 
 impl BodyAssembly {
     /// Adds its muscles to `system`; `rest` holds the rest positions of the whole system, in its `numbering`;
-    /// `times` [s] are those at which the largest tension is looked for.
+    /// `duration` [s] is that of the run.
     pub(super) fn add_muscles<const D: usize, const N: usize>(
         &self,
-        times: impl Fn(&OverTime) -> Vec<f64>,
+        duration: f64,
         rest: &[f64],
         numbering: &Numbering,
         system: &mut System,
@@ -118,12 +118,12 @@ impl BodyAssembly {
                 rest,
                 directions,
             };
-            let (times, formula) = (times(tension), tension.clone());
+            let formula = tension.clone();
             let tension = TensionField {
                 changes: tension.depends_on_time(),
                 varies: tension.depends_on_place(),
                 field: Box::new(move |x, t| formula.value(x, t)),
-                times,
+                until: duration,
             };
             system.add_term(pliant_terms::muscle(fibres, tension));
         }
@@ -137,21 +137,4 @@ impl BodyAssembly {
             format!("muscle {i} of `{}`: {} elements{changes}", self.name, muscle.directions.len())
         })
     }
-}
-
-/// How many times are looked at, but for those at which formulas take other branches.
-const SAMPLES: u32 = 1000;
-
-/// Times from 0 to `duration` [s] at which a tension is looked at for its largest value: evenly spread, and on
-/// both sides of where it takes another branch, so that no pulse is missed.
-pub(super) fn times(tension: &OverTime, duration: f64) -> Vec<f64> {
-    if !tension.depends_on_time() {
-        return vec![0.0];
-    }
-    let beside = |at: f64| [at - 1e-9 * duration, at, at + 1e-9 * duration];
-    let even = (0..=SAMPLES).map(|i| duration * f64::from(i) / f64::from(SAMPLES));
-    let mut times: Vec<f64> =
-        tension.branch_times(0.0, duration).into_iter().flat_map(beside).chain(even).collect();
-    times.retain(|t| (0.0..=duration).contains(t));
-    times
 }

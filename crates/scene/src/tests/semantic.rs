@@ -451,7 +451,8 @@ fn loads() {
 #[test]
 fn muscles() {
     let case = |muscle: &str, underlined: &str, expected: &str| {
-        let text = changed(PIN, &format!("[]\nmuscle = [{{ {muscle} }}]"));
+        let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }";
+        let text = changed(PIN, &format!("[]\n{elastic}\nmuscle = [{{ {muscle} }}]"));
         let error = error(&text);
         let [problem] = error.problems() else { panic!("{muscle}: {error}") };
         assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{muscle}");
@@ -493,6 +494,9 @@ fn muscles() {
         "'1/t'",
         "body.0.muscle.0.tension: `tension` is inf [Pa] at t = 0.0 s",
     );
+    let failed = error(&changed(PIN, &format!("[]\nmuscle = [{{ {along}, tension = 1 }}]")));
+    let message = "17:1 body.0.muscle: `muscle` is in finite elements, and this body has no `elastic`";
+    assert_eq!(briefly(&failed), [message]);
 }
 
 /// Mistakes that only show once the vertices are known.
@@ -803,6 +807,11 @@ fn membranes() {
         (
             &[cloth, stvk, membrane, "order = 2"],
             "7:1 body.0.order: elements of a `membrane` are linear, and this body is of `order` 2",
+        ),
+        (
+            &[cloth, stvk, membrane, "muscle = [{ fibre = { direction = [1, 0, 0] }, tension = 1 }]"],
+            "7:1 body.0.muscle: `muscle` is for solids, and triangles of a `membrane` have no direction to be \
+             compared with",
         ),
         (
             &[grid, stvk, membrane],

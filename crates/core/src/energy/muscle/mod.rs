@@ -17,10 +17,10 @@ use crate::lanes::{WIDTH, dispatch_compact};
 use crate::material::Psd;
 use crate::numbering::along_curve;
 
-/// Places at which a tension is looked at for its largest value, at most.
-const PLACES: usize = 1000;
-/// Times at which one that differs from place to place is looked at for that, at most.
-const TIMES: usize = 100;
+/// How often a tension is looked at over the run for its largest value: shorter peaks are missed.
+const SAMPLES: u32 = 1000;
+/// Places at which one that differs from place to place is, at most.
+const PLACES: usize = 250;
 
 /// Tension over place and time.
 pub struct TensionField {
@@ -30,8 +30,8 @@ pub struct TensionField {
     pub changes: bool,
     /// True if it differs from place to place.
     pub varies: bool,
-    /// Times [s] at which its largest value is looked for.
-    pub times: Vec<f64>,
+    /// End of the run [s], up to which its largest value is looked for.
+    pub until: f64,
 }
 
 /// Active tension `T` [Pa] of muscles along unit directions `a` of the rest shape, which passive elements
@@ -120,11 +120,11 @@ impl<const D: usize, const N: usize> ActiveTension<D, N> {
 
 /// The largest tension, not below zero, and the largest size of it [Pa], as far as samples of it say.
 fn largest(tension: &TensionField, places: &[[f64; 3]]) -> (f64, f64) {
-    let among = |count: usize, most: usize| count.div_ceil(most).max(1);
-    let (origin, often) = if tension.varies { (&[][..], TIMES) } else { (&[[0.0; 3]][..], usize::MAX) };
-    let looked = places.iter().step_by(among(places.len(), PLACES)).chain(origin);
-    let times = || tension.times.iter().step_by(among(tension.times.len(), often));
-    let values = looked.flat_map(|place| times().map(|time| (tension.field)(*place, *time)));
+    let origin = if tension.varies { &[][..] } else { &[[0.0; 3]][..] };
+    let looked = places.iter().step_by(places.len().div_ceil(PLACES).max(1)).chain(origin);
+    let samples = if tension.changes { SAMPLES } else { 0 };
+    let at = |sample: u32| tension.until * f64::from(sample) / f64::from(SAMPLES);
+    let values = looked.flat_map(|place| (0..=samples).map(move |i| (tension.field)(*place, at(i))));
     let larger = |(most, size): (f64, f64), tension: f64| (most.max(tension), size.max(tension.abs()));
     values.filter(|tension| tension.is_finite()).fold((0.0, 0.0), larger)
 }

@@ -25,11 +25,11 @@ fn turned<const D: usize>(place: [f64; 3]) -> [f64; D] {
 /// Tension that differs from place to place and changes with time.
 fn wave() -> TensionField {
     let field = |x: [f64; 3], t: f64| (3.0 + x[0]) * (1.0 + 0.5 * x[1]) * (1.0 + t);
-    TensionField { field: Box::new(field), changes: true, varies: true, times: vec![0.0, 1.0, 2.0] }
+    TensionField { field: Box::new(field), changes: true, varies: true, until: 2.0 }
 }
 
 fn steady(tension: f64) -> TensionField {
-    TensionField { field: Box::new(move |_, _| tension), changes: false, varies: false, times: vec![0.0] }
+    TensionField { field: Box::new(move |_, _| tension), changes: false, varies: false, until: 1.0 }
 }
 
 /// A muscle and its rest positions.
@@ -215,8 +215,7 @@ fn what_a_muscle_may_add_bounds_what_it_adds() {
 #[test]
 fn a_tension_that_is_no_number_is_told_with_its_time() {
     let field = |_: [f64; 3], t: f64| 1.0 / (t - 1.0);
-    let tension =
-        TensionField { field: Box::new(field), changes: true, varies: false, times: vec![0.0, 1.0, 2.0] };
+    let tension = TensionField { field: Box::new(field), changes: true, varies: false, until: 2.0 };
     let mut case = simplices::<2, 3>(false, tension);
     let x = case.moved();
     assert!(case.term.evaluate(&x));
