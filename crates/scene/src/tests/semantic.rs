@@ -782,7 +782,7 @@ fn membranes() {
         help.contains("add `membrane = { thickness = \"1 mm\" }`") && help.contains("`springs`"),
         "{help}"
     );
-    let table: [(&[&str], &str); 7] = [
+    let table: [(&[&str], &str); 8] = [
         (
             &[cloth, stvk, "membrane = { thickness = 0 }"],
             "6:26 body.0.membrane.thickness: `thickness` must be positive and finite, got 0.0 [m]",

@@ -60,8 +60,8 @@ pub struct ActiveTension<const D: usize, const N: usize> {
     /// Place of each point of each lane, where the tension varies.
     places: Vec<[f64; 3]>,
     tension: TensionField,
-    /// Largest tension to be expected, not below zero, and largest size of it [Pa].
-    largest: (f64, f64),
+    /// Largest tension to be expected, not below zero [Pa].
+    largest: f64,
     time: f64,
     workspace: Workspace<D>,
 }
@@ -118,15 +118,14 @@ impl<const D: usize, const N: usize> ActiveTension<D, N> {
     }
 }
 
-/// The largest tension, not below zero, and the largest size of it [Pa], as far as samples of it say.
-fn largest(tension: &TensionField, places: &[[f64; 3]]) -> (f64, f64) {
+/// The largest tension [Pa], as far as samples of it say, not below zero.
+fn largest(tension: &TensionField, places: &[[f64; 3]]) -> f64 {
     let origin = if tension.varies { &[][..] } else { &[[0.0; 3]][..] };
     let looked = places.iter().step_by(places.len().div_ceil(PLACES).max(1)).chain(origin);
     let samples = if tension.changes { SAMPLES } else { 0 };
     let at = |sample: u32| tension.until * f64::from(sample) / f64::from(SAMPLES);
     let values = looked.flat_map(|place| (0..=samples).map(move |i| (tension.field)(*place, at(i))));
-    let larger = |(most, size): (f64, f64), tension: f64| (most.max(tension), size.max(tension.abs()));
-    values.filter(|tension| tension.is_finite()).fold((0.0, 0.0), larger)
+    values.filter(|tension| tension.is_finite()).fold(0.0, f64::max)
 }
 
 impl<const D: usize, const N: usize> EnergyTerm for ActiveTension<D, N> {
@@ -227,7 +226,7 @@ impl<const D: usize, const N: usize> Driven for ActiveTension<D, N> {
         let mut circles = vec![0.0; inverse_mass.len() / D];
         for (_, vertices, pack, lane) in self.patches.stencils() {
             for point in &self.packs[pack * self.points..][..self.points] {
-                let row = point.row_sums(lane, self.largest.0);
+                let row = point.row_sums(lane, self.largest);
                 vertices.iter().zip(row).for_each(|(vertex, sum)| circles[*vertex as usize] += sum);
             }
         }
@@ -237,8 +236,9 @@ impl<const D: usize, const N: usize> Driven for ActiveTension<D, N> {
 }
 
 impl<const D: usize, const N: usize> Measurements for ActiveTension<D, N> {
-    /// The largest tension in all of the volume: fibres that shorten to nothing give half of it.
+    /// The tension of now in all of the volume, by fibres that shorten to nothing; what a change of it brings
+    /// in counts where it is booked.
     fn scale(&mut self, _x: &[f64]) -> f64 {
-        self.largest.1 * self.packs.iter().map(FibrePack::volume).sum::<f64>()
+        0.5 * self.packs.iter().map(FibrePack::strength).sum::<f64>()
     }
 }

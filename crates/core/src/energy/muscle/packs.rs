@@ -116,9 +116,9 @@ impl<const N: usize> FibrePack<N> {
         self.pull.iter().all(|pull| pull.is_finite())
     }
 
-    /// Sum of the weights.
-    pub(super) fn volume(&self) -> f64 {
-        self.weight.iter().sum()
+    /// Sum of `|w T|` [J].
+    pub(super) fn strength(&self) -> f64 {
+        self.pull.iter().map(|pull| pull.abs()).sum()
     }
 
     /// `F a = sum_i c_i (x_i - x_0)` of every lane.
