@@ -91,7 +91,10 @@ fn the_matrix_of_muscles_is_their_hessian() {
                     "mass": { "density": 1000.0 },
                     "pin": [{ "vertices": [1] }, { "vertices": [2], "axes": ["x"] }],
                     "muscle": [
-                        { "fibre": { "direction": vec!["1", "Y", "-X"][..dimension] }, "tension": "5e3 * (1 + X) * cos(t)" },
+                        {
+                            "fibre": { "direction": vec!["1", "Y", "-X"][..dimension] },
+                            "tension": "5e3 * (1 + X) * cos(t)",
+                        },
                         { "fibre": { "direction": vec![1.0; dimension] }, "tension": -2e3 },
                     ],
                 }),

@@ -37,7 +37,8 @@ fn block(time: &str, (dimension, mesh, body): (usize, &str, &str), poisson: f64,
     format!(
         "dimension = {dimension}\ntime = {{ {time} }}\n[[body]]\n\
          mesh = {{ grid = {{ cells = {cells:?}, size = {size:?}{mesh} }} }}\n{body}\n\
-         elastic = {{ neo-hookean = {{ young = {YOUNG:?}, poisson = {poisson:?} }} }}\nmass = {{ density = 10.0 }}\n{keys}\n"
+         elastic = {{ neo-hookean = {{ young = {YOUNG:?}, poisson = {poisson:?} }} }}\n\
+         mass = {{ density = 10.0 }}\n{keys}\n"
     )
 }
 
@@ -64,8 +65,8 @@ fn muscle(dimension: usize, direction: [f64; 3], tension: &str) -> String {
 
 /// Stretches along the fibres and across, in which a block of the neo-Hookean law
 /// `psi = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2` is free of force under a tension `T`:
-/// `mu (f^2 - 1) + lambda ln J + T f^2 = 0` and `mu (a^2 - 1) + lambda ln J = 0`, with as many stretches `a` across as
-/// there are. By bisection of `ln J`.
+/// `mu (f^2 - 1) + lambda ln J + T f^2 = 0` and `mu (a^2 - 1) + lambda ln J = 0`, with as many stretches `a`
+/// across as there are. By bisection of `ln J`.
 fn stretches(poisson: f64, tension: f64, across: i32) -> [f64; 2] {
     let (mu, lambda) =
         (0.5 * YOUNG / (1.0 + poisson), YOUNG * poisson / (1.0 + poisson) / (1.0 - 2.0 * poisson));
@@ -107,8 +108,8 @@ fn the_closed_form_without_a_second_modulus_is_what_the_search_finds() {
     assert_relative(across, 1.0, 1e-14, "across");
 }
 
-/// Fibres at any angle: a free block is in equilibrium, node by node, where stress and tension balance along the
-/// fibres and the stress is zero across.
+/// Fibres at any angle: a free block is in equilibrium, node by node, where stress and tension balance
+/// along the fibres and the stress is zero across.
 #[test]
 fn a_free_block_is_at_rest_where_stress_and_tension_balance() {
     for element @ (dimension, mesh, body) in ELEMENTS {
@@ -158,8 +159,8 @@ fn a_muscle_contracts_to_the_length_of_its_equilibrium() {
 #[test]
 fn the_force_at_a_held_length_is_area_times_tension() {
     for element @ (dimension, mesh, body) in ELEMENTS {
-        let (mut from, mut to) = (vec![0.0; dimension], vec![0.0; dimension]);
-        (from[0], to[0]) = (1.0, -1.0);
+        let mut to = vec![0.0; dimension];
+        to[0] = -1.0;
         let pins = supported(dimension).replace(
             "pin = [",
             &format!(
@@ -212,8 +213,8 @@ fn a_muscle_brings_neither_momentum_nor_spin_in() {
     }
 }
 
-/// What a muscle will pull with later counts: explicit steps just below the limit stay bounded at full tension, those
-/// of the passive block do not. The stiffness of this material is the same at every length.
+/// What a muscle will pull with later counts: explicit steps just below the limit stay bounded at full
+/// tension, those of the passive block do not. The stiffness of this material is the same at every length.
 #[test]
 fn explicit_steps_are_stable_under_the_tension_to_come() {
     let simulation = |step: f64, tension: &str| {

@@ -65,7 +65,8 @@ fn increments(scene: &Scene, adaptive: &Adaptive, largest: f64, simulation: &mut
     simulation.system_mut().set_breaks(breaks(scene));
 }
 
-/// Times [s] at which formulas of loads, muscles, gravity and prescribed motion take other branches, ascending.
+/// Times [s] at which formulas of loads, muscles, gravity and prescribed motion take other branches,
+/// ascending.
 fn breaks(scene: &Scene) -> Vec<f64> {
     let loads = scene.body.iter().flat_map(|body| &body.load).flat_map(|load| {
         let vectors = load.vectors().into_iter().flat_map(|(.., vector)| vector);
