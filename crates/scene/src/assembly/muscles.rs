@@ -24,16 +24,21 @@ pub(super) fn placed(
 ) -> Vec<MusclePlan> {
     let mut placed = vec![];
     for (i, muscle) in spec.muscle.iter().enumerate() {
-        match directions(&muscle.fibre, mesh, &path.key("muscle").index(i).key("fibre")) {
-            Ok(directions) => placed.push(MusclePlan { directions, tension: muscle.tension.clone() }),
-            Err(problem) => problems.push(problem),
-        }
+        let path = path.key("muscle").index(i).key("fibre");
+        let tension = muscle.tension.clone();
+        let found = directions(&muscle.fibre, mesh, &path, problems);
+        placed.extend(found.map(|directions| MusclePlan { directions, tension }));
     }
     placed
 }
 
-/// Unit vector along the fibres of each element of `mesh`.
-fn directions(fibre: &FibreSpec, mesh: &Mesh, path: &KeyPath) -> Result<Vec<[f64; 3]>, Problem> {
+/// Unit vector along the fibres of each element of `mesh`; `None` with a problem where one has none.
+fn directions(
+    fibre: &FibreSpec,
+    mesh: &Mesh,
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Option<Vec<[f64; 3]>> {
     let centres = centres(mesh);
     let (path, vectors): (KeyPath, Vec<[f64; 3]>) = match fibre {
         FibreSpec::Direction(formulas) => {
@@ -46,7 +51,8 @@ fn directions(fibre: &FibreSpec, mesh: &Mesh, path: &KeyPath) -> Result<Vec<[f64
                 let counts = (rows.len(), centres.len());
                 let message =
                     format!("the list has {} directions, the body has {} elements", counts.0, counts.1);
-                return Err(Problem::semantic(path, message));
+                problems.push(Problem::semantic(path, message));
+                return None;
             }
             (path, rows.iter().map(|row| components(row, |number| *number)).collect())
         }
@@ -68,9 +74,10 @@ fn directions(fibre: &FibreSpec, mesh: &Mesh, path: &KeyPath) -> Result<Vec<[f64
             &vectors[element][..d],
         );
         let help = "a direction is a vector of finite numbers that are not all zero";
-        return Err(Problem::semantic(path, message).with_help(help));
+        problems.push(Problem::semantic(path, message).with_help(help));
+        return None;
     }
-    Ok(units)
+    Some(units)
 }
 
 /// A vector of two or three components.
