@@ -25,6 +25,7 @@ const BODIES: [(&str, &str); 9] = [
         elastic = { stable-neo-hookean-log = { young = 1e5, poisson = 0.4 } }
         mass = { density = 1000.0 }
         pin = [{ half_space = { normal = [1.0, 0.0, 0.0], offset = 0.0 } }]
+        muscle = [{ fibre = { direction = [0, 'X', 1] }, tension = '10 * X * t' }]
         load = [{ pressure = '10 * X * t' }, { traction = [1, 't', 0] }, { body_force = [0, 0, 'X * t'] }]",
     ),
     (

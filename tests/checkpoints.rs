@@ -29,6 +29,7 @@ pin = [
     { name = 'still', vertices = [4], axes = ['x'] },
 ]
 load = [{ vertices = [7], force = ['3*t', '2*sin(50*t)'] }]
+muscle = [{ fibre = { direction = [1, 'X'] }, tension = '2e3*sin(40*t)' }]
 [[body]]
 name = 'strand'
 mesh = { strand = { segments = 3, start = [0.3, 0.2], end = [0.3, 0.5] } }

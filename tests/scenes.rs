@@ -359,6 +359,24 @@ fn a_wrung_bar_twists_evenly_and_springs_back() {
     );
 }
 
+/// Where the tip of the trunk is, in the middle of its end.
+#[test]
+fn a_trunk_curls_up_over_its_root_and_bends_down_again() {
+    let (_, mut assembly) = assembled("trunk.toml");
+    let rest = assembly.topology.rest_positions.clone();
+    let end: Vec<usize> = (0..rest.len() / 3).filter(|v| rest[3 * v] > 0.2 - 1e-9).collect();
+    let mut tip = |steps: usize| {
+        (0..steps).for_each(|_| assembly.simulation.step().unwrap());
+        let x = assembly.simulation.positions();
+        [0, 1, 2].map(|c| end.iter().map(|v| x[3 * v + c]).sum::<f64>() / end.len() as f64)
+    };
+    let [start, curled, bent] = [0, 100, 60].map(&mut tip);
+    assert!((start[0] - 0.2).abs() < 1e-12 && start[2].abs() < 1e-12, "{start:?}");
+    assert!(curled[0].abs() < 0.05 && curled[2] > 0.05, "{curled:?}");
+    assert!(bent[0] > 0.0 && bent[2] < -0.05, "{bent:?}");
+    assert!([curled, bent].iter().all(|tip| tip[1].abs() < 1e-6), "{curled:?} {bent:?}");
+}
+
 #[test]
 fn a_sheared_plate_follows_its_jaw_and_its_rail() {
     let (assembly, summary) = simulated("sheared_plate_2d.toml", 0.125);

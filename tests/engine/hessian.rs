@@ -77,6 +77,35 @@ fn the_matrix_of_every_material_is_its_hessian() {
     }
 }
 
+#[test]
+fn the_matrix_of_muscles_is_their_hessian() {
+    let whole = ["quadrilateral", "hexahedron"];
+    for (dimension, cells) in [(2, vec![5, 4]), (3, vec![3, 3, 2])] {
+        for (order, element) in [(1, None), (2, None), (1, Some(whole[dimension - 2]))] {
+            let mut simulation = wavy(
+                dimension,
+                serde_json::json!({
+                    "mesh": { "grid": { "cells": cells, "spacing": 0.25, "element": element } },
+                    "order": order,
+                    "elastic": { "neo-hookean": { "young": 1e3, "poisson": 0.3 } },
+                    "mass": { "density": 1000.0 },
+                    "pin": [{ "vertices": [1] }, { "vertices": [2], "axes": ["x"] }],
+                    "muscle": [
+                        {
+                            "fibre": { "direction": vec!["1", "Y", "-X"][..dimension] },
+                            "tension": "5e3 * (1 + X) * cos(t)",
+                        },
+                        { "fibre": { "direction": vec![1.0; dimension] }, "tension": -2e3 },
+                    ],
+                }),
+            );
+            let defect =
+                if dimension == 2 { defect::<2>(&mut simulation) } else { defect::<3>(&mut simulation) };
+            assert!(defect < 1e-11, "order {order}, {element:?} in {dimension}D: {defect:e}");
+        }
+    }
+}
+
 /// A vertex in the middle of `n` others on a circle, and as many around these; in 3D the others are on the
 /// equator of two poles.
 fn wheel(dimension: usize, n: u32) -> serde_json::Value {

@@ -83,6 +83,14 @@ cases! {
         much: |balance| [balance.loads, None, None],
         order: WITHOUT,
     },
+    bar_with_muscles: Case {
+        world: "gravity = [0, -9.81]",
+        keys: "pin = [{ half_space = { normal = [1, 0], offset = 0 } }]\n\
+               muscle = [{ fibre = { direction = [1, 'X/4'] }, tension = '900 * (1 + Y) * sin(6*t)' },\n\
+               { fibre = { direction = [0, 1] }, tension = 300 }]",
+        much: |balance| [balance.loads, None, None],
+        order: WITHOUT,
+    },
     dragged_and_damped_body_on_a_wall: Case {
         world: "gravity = [0, -9.81], ether_drag = 0.7, walls = [{ normal = [0, 1], offset = -0.1 }]",
         keys: "damping = { stiffness_proportional = 1e-3 }",

@@ -14,6 +14,7 @@ mod loads;
 mod locking;
 mod manufactured;
 mod modes;
+mod muscles;
 mod nodal;
 mod patch;
 mod plane_stress;

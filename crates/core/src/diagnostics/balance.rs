@@ -15,8 +15,8 @@ pub struct Balance {
     /// `(dE/dx + dR/dv + c m v) . v` over these coordinates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<f64>,
-    /// Brought in by loads that change with time or have no potential, `dE/dt` at fixed `x` and `f . v`, integrated; those that stay
-    /// the same are in the potential energy.
+    /// Brought in by loads, and tension of muscles, that change with time or have no potential, `dE/dt` at
+    /// fixed `x` and `f . v`, integrated; those that stay the same are in the potential energy.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<f64>,
     /// Brought in by gravity that changes with time: the integral of `-sum m g'(t) . x`. With what the potential lost, it is the

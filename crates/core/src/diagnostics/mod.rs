@@ -14,7 +14,7 @@ pub struct Diagnostics {
     pub elastic: f64,
     /// `-sum m g.x` plus the mutual energy of gravitating bodies [J].
     pub gravitational: f64,
-    /// Potential energy of loads [J]; `None` without loads.
+    /// Potential energy of loads and of the tension of muscles [J]; `None` without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loads: Option<f64>,
     /// Energy stored between surfaces that touch [J]; `None` without contact.

@@ -7,6 +7,7 @@ pub mod gravity;
 pub mod gravity_over_time;
 pub mod load;
 pub mod measure;
+pub mod muscle;
 pub mod nbody;
 pub mod patch;
 mod rows;
@@ -28,7 +29,7 @@ pub enum EnergyKind {
     Elastic,
     /// Potential energy in a gravitational field, uniform or mutual.
     Gravitational,
-    /// Of loads: forces from outside that a scene puts on bodies.
+    /// Of loads, forces from outside that a scene puts on bodies, and of the tension of muscles.
     Load,
     /// Stored between surfaces that touch.
     Contact,

@@ -144,6 +144,13 @@ pub trait Driven {
         let _ = (x, v);
         0.0
     }
+
+    /// Bound of what it may yet add to the square of an angular frequency [1/s^2], beside what it does at the
+    /// time last said; `inverse_mass` [1/kg] of every coordinate, zero where it is held.
+    fn stiffening(&self, inverse_mass: &[f64]) -> f64 {
+        let _ = inverse_mass;
+        0.0
+    }
 }
 
 /// Answers to measurements: diagnostics, tolerances, the search of the largest frequency.

@@ -137,9 +137,13 @@ impl System {
         worst
     }
 
-    /// Most that such contact adds to the square of an angular frequency [1/s^2], whatever touches now.
-    pub(crate) fn stiffening(&self) -> f64 {
-        self.watched().map(|term| term.stiffening(self.inverse_mass())).sum()
+    /// Most that such contact adds to the square of an angular frequency [1/s^2], whatever touches now, and
+    /// what changes with time.
+    pub(crate) fn stiffening(&mut self) -> f64 {
+        let of_contact: f64 = self.watched().map(|term| term.stiffening(self.inverse_mass())).sum();
+        let System { terms, inverse_mass, .. } = self;
+        let driven = terms.iter_mut().filter_map(|term| term.driven());
+        of_contact + driven.map(|term| term.stiffening(inverse_mass.numbers())).sum::<f64>()
     }
 
     /// Makes dissipative terms hold what they take from the positions `x`; how often a solve may renew that,

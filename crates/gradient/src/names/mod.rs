@@ -125,7 +125,8 @@ fn of_body(scene: &Scene, spec: &Body, body: &BodyTopology) -> Vec<Cow<'static, 
         if let (MaterialSpec::ExpressedEnergy(energy), false) = (material, viscous) {
             of_formula.extend(energy.parameters().keys().map(|name| format!("{OF_FORMULA}{name}").into()));
         }
-        let is_even = spec.elastic_factor.is_none();
+        // Fibres are of the rest shape, too.
+        let is_even = spec.elastic_factor.is_none() && spec.muscle.is_empty();
         if linear && is_even && !is_static && spec.springs.is_none() && spec.bending.is_none() {
             keys.push("rest");
         }

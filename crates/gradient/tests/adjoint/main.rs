@@ -5,6 +5,7 @@
 mod chain;
 mod fit;
 mod kepler;
+mod muscle;
 mod oscillator;
 mod solid;
 mod support;

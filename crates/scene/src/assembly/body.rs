@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::bending::BendingPlan;
 use super::loads::{self, LoadPlan};
+use super::muscles::{self, MusclePlan};
 use super::pins::{self, PinPlan};
 use super::{initial, mass};
 use crate::{Body, KeyPath, ObstacleShape, OneOrMany, Problem};
@@ -38,6 +39,7 @@ pub(super) struct BodyAssembly {
     pub(super) mass: Vec<f64>,
     pub(super) held: Vec<PinPlan>,
     pub(super) loads: Vec<LoadPlan>,
+    pub(super) muscles: Vec<MusclePlan>,
     /// Share of each vertex, for its neighbours, in a force per volume, `integral of N_a N_b`, where a load
     /// asks for it [m^d].
     pub(super) shares: Vec<Vec<(u32, f64)>>,
@@ -105,6 +107,7 @@ impl BodyAssembly {
         let held = pins::held(spec, &mesh, path, &mut problems);
         let name = spec.name_or_default(index);
         let loads = loads::placed(spec, &name, &mesh, path, &mut problems);
+        let muscles = muscles::placed(spec, &mesh, path, &mut problems);
         let by_volume = spec.load.iter().any(|load| load.body_force.is_some());
         let mut shares = if by_volume { mesh.consistent_measure() } else { vec![] };
         shares.iter_mut().flatten().for_each(|(_, share)| *share *= thickness.unwrap_or(1.0));
@@ -129,6 +132,7 @@ impl BodyAssembly {
             mass,
             held,
             loads,
+            muscles,
             shares,
             position,
             velocity,

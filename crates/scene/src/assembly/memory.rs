@@ -19,6 +19,12 @@ const BYTES_PER_CELL: [u64; 2] = [700, 2400];
 /// Bytes more per triangle and per tetrahedron with nodal integration: half a vertex with 6 neighbours of 40 bytes, a fifth of one with 14
 /// of 56, twice while the list of them grows, and stresses.
 const BYTES_PER_NODAL_ELEMENT: [u64; 2] = [300, 350];
+/// Bytes per element of a muscle: fibres at its points, places of these, indices, patch rows, directions.
+const BYTES_PER_MUSCLE_ELEMENT: u64 = 250;
+/// The same of second order.
+const BYTES_PER_QUADRATIC_MUSCLE_ELEMENT: u64 = 1000;
+/// The same of quadrilaterals and hexahedra.
+const BYTES_PER_MUSCLE_CELL: [u64; 2] = [500, 1300];
 /// Bytes per spring: ends and constants as lists, then as seen from both ends, then in slots.
 const BYTES_PER_SPRING: u64 = 100;
 /// Bytes per coordinate: state, scratch states of the scheme, gradients, masses.
@@ -34,6 +40,8 @@ pub(super) fn check(scene: &Scene) -> Result<(), Vec<Problem>> {
             Ok(size) => {
                 let nodal = body.nodal_integration.is_some();
                 total = total.saturating_add(predicted_bytes(&size, scene.dimension, nodal));
+                let muscles = predicted_muscle_bytes(&size, scene.dimension);
+                total = total.saturating_add(muscles.saturating_mul(body.muscle.len() as u64));
                 reserved = reserved.saturating_add(reserved_bytes(body, &size, scene.dimension));
                 vertices = vertices.saturating_add(size.vertices);
                 if body.elastic.is_none() && body.springs.is_none() {
@@ -104,15 +112,15 @@ fn gravity_bytes(scene: &Scene, particles: u64) -> u64 {
 }
 
 /// Bytes of address space that the elements of a body of this size reserve for their forces, and for those of
-/// their damping.
+/// their damping and their muscles.
 fn reserved_bytes(body: &Body, size: &MeshSize, dimension: usize) -> u64 {
     let cells = size.triangles.max(size.tetrahedra).max(size.blocks);
-    let dissipates = body.damping.is_some();
+    let further = u64::from(body.damping.is_some()) + body.muscle.len() as u64;
     let workspace = match dimension {
         2 => Workspace::<2>::reserved_bytes(cells),
         _ => Workspace::<3>::reserved_bytes(cells),
     };
-    if body.elastic.is_some() { workspace * (1 + u64::from(dissipates)) } else { 0 }
+    if body.elastic.is_some() { workspace * (1 + further) } else { 0 }
 }
 
 /// Bytes that a body of this size takes, roughly, at the worst moment of its assembly.
@@ -134,6 +142,18 @@ fn predicted_bytes(size: &MeshSize, dimension: usize, nodal: bool) -> u64 {
         .saturating_add(size.vertices.saturating_mul(dimension as u64 * BYTES_PER_COORDINATE))
 }
 
+/// Bytes that a muscle in a body of this size takes, roughly.
+fn predicted_muscle_bytes(size: &MeshSize, dimension: usize) -> u64 {
+    let (count, each) = match (size.blocks, size.quadratic, dimension) {
+        (0, true, 2) => (size.triangles, BYTES_PER_QUADRATIC_MUSCLE_ELEMENT),
+        (0, true, _) => (size.tetrahedra, BYTES_PER_QUADRATIC_MUSCLE_ELEMENT),
+        (0, false, 2) => (size.triangles, BYTES_PER_MUSCLE_ELEMENT),
+        (0, false, _) => (size.tetrahedra, BYTES_PER_MUSCLE_ELEMENT),
+        (blocks, ..) => (blocks, BYTES_PER_MUSCLE_CELL[usize::from(dimension == 3)]),
+    };
+    count.saturating_mul(each)
+}
+
 /// `3.2 GB`.
 pub(crate) fn human(bytes: u64) -> String {
     let units = ["B", "kB", "MB", "GB", "TB", "PB", "EB"];
@@ -150,6 +170,41 @@ pub(crate) fn human(bytes: u64) -> String {
 mod tests {
     use super::*;
     use crate::assembly::UnstableStep;
+
+    /// A muscle holds less than was predicted, by the lists of the assembly, and more than a fifth of it.
+    #[test]
+    fn muscles_take_no_more_memory_than_predicted() {
+        for (dimension, cells) in [(2, vec![60, 60]), (3, vec![12, 12, 12])] {
+            let whole = if dimension == 2 { "quadrilateral" } else { "hexahedron" };
+            for (order, element) in [(1, None), (2, None), (1, Some(whole))] {
+                let along = vec![1.0; dimension];
+                let muscle =
+                    serde_json::json!([{ "fibre": { "direction": along }, "tension": "1e3 * (1 + X)" }]);
+                let scene = |muscle: serde_json::Value| -> Scene {
+                    serde_json::from_value(serde_json::json!({
+                        "dimension": dimension,
+                        "time": { "integrator": "symplectic-euler", "step": 1e-9, "duration": 1.0 },
+                        "body": [{
+                            "mesh": { "grid": { "cells": cells, "spacing": 0.1, "element": element } },
+                            "order": order,
+                            "elastic": { "linear": { "young": 1e5, "poisson": 0.4 } },
+                            "mass": { "density": 1000.0 },
+                            "muscle": muscle,
+                        }],
+                    }))
+                    .unwrap()
+                };
+                let held =
+                    |muscle| scene(muscle).assemble(UnstableStep::Refuse).unwrap().simulation.bytes() as u64;
+                let spec = scene(muscle.clone());
+                let size = predicted_body_size(&spec.body[0].body_mesh(), dimension, ".".as_ref()).unwrap();
+                let predicted = predicted_muscle_bytes(&size, dimension);
+                let more = held(muscle) - held(serde_json::json!([]));
+                let is_right = more < predicted && 5 * more > predicted;
+                assert!(is_right, "{dimension}D, order {order}, {element:?}: {more} of {predicted}");
+            }
+        }
+    }
 
     /// Explicit steps hold less than was predicted, by the mesh and lists of the assembly, and more than a
     /// fifth of it.

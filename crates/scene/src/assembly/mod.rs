@@ -16,6 +16,7 @@ mod locking;
 mod mass;
 mod memory;
 mod millimetres;
+mod muscles;
 mod obstacles;
 mod pins;
 mod places;
@@ -136,6 +137,7 @@ fn assemble<const D: usize, const N: usize>(
         body.add_damping::<D, N>(spec, &rest, &numbering, &mut system);
         body.add_holds(&position, &rest, &numbering, &mut system);
         body.add_loads(&rest, &numbering, &mut system);
+        body.add_muscles::<D, N>(scene.time.duration, &rest, &numbering, &mut system);
     }
     attachments.iter().for_each(|attachment| attachment.add_to(&mut system));
     let mut force_error = None;

@@ -297,6 +297,8 @@ fn uses(
         held.release(fixed.then(|| simulation.step_size()))
     });
     say(!released.is_empty(), released.join("; "), "release: no pin lets go");
+    let muscles: Vec<String> = bodies.iter().flat_map(BodyAssembly::described_muscles).collect();
+    say(!muscles.is_empty(), muscles.join("; "), "muscles: no body contracts by itself");
     let loads: Vec<String> =
         bodies.iter().flat_map(|body| body.loads.iter().map(|load| load.described(&body.fixed()))).collect();
     say(!loads.is_empty(), loads.join("; "), "loads: no force from outside");

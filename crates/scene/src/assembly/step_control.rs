@@ -65,7 +65,8 @@ fn increments(scene: &Scene, adaptive: &Adaptive, largest: f64, simulation: &mut
     simulation.system_mut().set_breaks(breaks(scene));
 }
 
-/// Times [s] at which formulas of loads, gravity and prescribed motion take other branches, ascending.
+/// Times [s] at which formulas of loads, muscles, gravity and prescribed motion take other branches,
+/// ascending.
 fn breaks(scene: &Scene) -> Vec<f64> {
     let loads = scene.body.iter().flat_map(|body| &body.load).flat_map(|load| {
         let vectors = load.vectors().into_iter().flat_map(|(.., vector)| vector);
@@ -76,7 +77,8 @@ fn breaks(scene: &Scene) -> Vec<f64> {
         let angle = motion.rotation.iter().filter_map(|rotation| rotation.angle.as_ref());
         motion.displacement.iter().flatten().chain(angle)
     });
-    let all = scene.world.gravity.iter().flatten().chain(loads).chain(moved);
+    let tensions = scene.body.iter().flat_map(|body| &body.muscle).map(|muscle| &muscle.tension);
+    let all = scene.world.gravity.iter().flatten().chain(loads).chain(tensions).chain(moved);
     let times = |formula: &OverTime| formula.branch_times(0.0, scene.time.duration);
     let mut breaks: Vec<f64> = all.flat_map(times).collect();
     breaks.sort_by(f64::total_cmp);

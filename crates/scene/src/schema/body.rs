@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, NodalIntegrationSpec,
-    ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
+    BendingSpec, BodyContactSpec, BodyMesh, DampingSpec, Load, MembraneSpec, MeshSpec, MuscleSpec,
+    NodalIntegrationSpec, ObstacleShape, OneOrMany, Pin, RepeatSpec, TransformSpec,
 };
 use pliant::energy::spring::{SpringFormula, SpringFormulaError};
 use pliant::material::{MaterialSpec, Preset, Stress};
@@ -78,6 +78,9 @@ pub struct Body {
     /// How it touches others, where the scene has `[contact]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<BodyContactSpec>,
+    /// Active stress along fibres of a solid, over time: it contracts by itself. Several add up.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub muscle: Vec<MuscleSpec>,
     /// Forces from outside: point loads, traction, pressure, forces per volume.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
@@ -254,6 +257,7 @@ impl Body {
             mass,
             pin: vec![],
             contact: None,
+            muscle: vec![],
             load: vec![],
             position: None,
             velocity: None,

@@ -448,6 +448,57 @@ fn loads() {
     case("pressure = '2 * x'", "x", "body.0.load.0.pressure: `pressure`: unknown name `x`");
 }
 
+#[test]
+fn muscles() {
+    let case = |muscle: &str, underlined: &str, expected: &str| {
+        let elastic = "elastic = { corotated = { young = 1e5, poisson = 0.3 } }";
+        let text = changed(PIN, &format!("[]\n{elastic}\nmuscle = [{{ {muscle} }}]"));
+        let error = error(&text);
+        let [problem] = error.problems() else { panic!("{muscle}: {error}") };
+        assert_eq!(format!("{}: {}", problem.path, problem.message), expected, "{muscle}");
+        assert_eq!(&text[problem.span.clone().unwrap()], underlined, "{muscle}");
+    };
+    let along = "fibre = { direction = [1, 0] }";
+    case(
+        "fibre = { direction = [1, 0, 0] }, tension = 1",
+        "[1, 0, 0]",
+        "body.0.muscle.0.fibre.direction: `direction` has 3 numbers, but `dimension` is 2: 2 are needed",
+    );
+    case(
+        "fibre = { direction = [0, 0] }, tension = 1",
+        "[0, 0]",
+        "body.0.muscle.0.fibre.direction: `direction` is zero: it needs a direction",
+    );
+    case(
+        "fibre = { direction = ['X', 't'] }, tension = 1",
+        "'t'",
+        "body.0.muscle.0.fibre.direction.1: this changes with time, and the fibres are those of the body at rest",
+    );
+    case(
+        "fibre = { per_element = [[1, 0], [0, 0]] }, tension = 1",
+        "[0, 0]",
+        "body.0.muscle.0.fibre.per_element.1: `per_element` is zero: it needs a direction",
+    );
+    case(
+        &format!("{along}, tension = 0"),
+        "0",
+        "body.0.muscle.0.tension: `tension` is zero: this muscle does nothing",
+    );
+    case(
+        &format!("{along}, tension = '3 N'"),
+        "'3 N'",
+        "body.0.muscle.0.tension: `tension`: `3 N` is a force [N], not a pressure [Pa]",
+    );
+    case(
+        &format!("{along}, tension = '1/t'"),
+        "'1/t'",
+        "body.0.muscle.0.tension: `tension` is inf [Pa] at t = 0.0 s",
+    );
+    let failed = error(&changed(PIN, &format!("[]\nmuscle = [{{ {along}, tension = 1 }}]")));
+    let message = "17:1 body.0.muscle: `muscle` is in finite elements, and this body has no `elastic`";
+    assert_eq!(briefly(&failed), [message]);
+}
+
 /// Mistakes that only show once the vertices are known.
 #[test]
 fn a_coordinate_that_moves_is_held_by_one_pin_only() {
@@ -731,7 +782,7 @@ fn membranes() {
         help.contains("add `membrane = { thickness = \"1 mm\" }`") && help.contains("`springs`"),
         "{help}"
     );
-    let table: [(&[&str], &str); 7] = [
+    let table: [(&[&str], &str); 8] = [
         (
             &[cloth, stvk, "membrane = { thickness = 0 }"],
             "6:26 body.0.membrane.thickness: `thickness` must be positive and finite, got 0.0 [m]",
@@ -756,6 +807,11 @@ fn membranes() {
         (
             &[cloth, stvk, membrane, "order = 2"],
             "7:1 body.0.order: elements of a `membrane` are linear, and this body is of `order` 2",
+        ),
+        (
+            &[cloth, stvk, membrane, "muscle = [{ fibre = { direction = [1, 0, 0] }, tension = 1 }]"],
+            "7:1 body.0.muscle: `muscle` is for solids, and triangles of a `membrane` have no direction to be \
+             compared with",
         ),
         (
             &[grid, stvk, membrane],

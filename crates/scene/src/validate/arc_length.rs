@@ -119,6 +119,9 @@ fn loads(check: &mut Checker, path: &KeyPath, scene: &Scene) {
             }
             formulas.extend(load.pressure.iter().map(|formula| (path.key("pressure"), formula)));
         }
+        for (m, muscle) in body.muscle.iter().enumerate() {
+            formulas.push((path.key("muscle").index(m).key("tension"), &muscle.tension));
+        }
         for (p, pin) in body.pin.iter().enumerate() {
             let Some(motion) = &pin.motion else { continue };
             let path = path.key("pin").index(p).key("motion");

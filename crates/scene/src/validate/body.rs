@@ -1,7 +1,7 @@
 //! A body: its name, what holds it together, its mass.
 
 use super::check::Checker;
-use super::{bending, damping, expression, loads, membrane, mesh, motion, nodal, pins, transform};
+use super::{bending, damping, expression, loads, membrane, mesh, motion, muscles, nodal, pins, transform};
 use crate::error::Problem;
 use crate::key_path::KeyPath;
 use crate::schema::{Body, MassSpec, MeshSpec, OneOrMany, SpringsSpec};
@@ -69,6 +69,7 @@ pub(super) fn body(check: &mut Checker, path: &KeyPath, body: &Body, attracted: 
     if let Some(factor) = &body.elastic_factor {
         elastic_factor(check, &path.key("elastic_factor"), factor, body);
     }
+    muscles::muscles(check, &path.key("muscle"), body, duration);
     if body.stress.is_some() && body.elastic.is_none() {
         let problem =
             Problem::semantic(path.key("stress"), "`stress` needs `elastic`, which this body does not have");

@@ -17,6 +17,7 @@ mod loads;
 mod membrane;
 mod mesh;
 mod motion;
+mod muscles;
 mod nodal;
 mod pins;
 mod probe;

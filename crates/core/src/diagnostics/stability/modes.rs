@@ -73,7 +73,8 @@ pub struct ModeRange {
 }
 
 /// The modes of `system` linearised at `(x, v)`; where forces alone keep surfaces apart, with the most that
-/// contact adds to them as long as no gap is closed, whatever touches at `x`.
+/// contact adds to them as long as no gap is closed, whatever touches at `x`; and with the most that muscles
+/// add later.
 pub fn mode_range(system: &mut System, x: &[f64], v: &[f64]) -> ModeRange {
     let mut modes = linearised_modes(system, x, v);
     let stiffening = system.stiffening();

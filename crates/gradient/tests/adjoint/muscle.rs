@@ -1,0 +1,119 @@
+//! Muscles, whose stiffness changes with time: against differences of runs.
+
+use pliant::simulation::Simulation;
+use pliant_gradient::{LossFrame, ParameterSelection, UNLIMITED, gradient, names, schemes, tangent};
+use pliant_scene::Scene;
+
+use crate::solid::{Further, assembled, scene};
+use crate::support::{case, solve_exactly};
+
+/// About a third of Young's modulus of the beam at its height, all over it and at an angle to it.
+const MUSCLE: &str =
+    "muscle = [{ fibre = { direction = [2, 'X + 1'] }, tension = '4e3 * (1 + Y) * sin(9*t + 0.5)' }]";
+
+fn beam(scheme: &str, steps: u64) -> Scene {
+    scene(
+        &case("beam")["setup"],
+        "neo-hookean",
+        scheme,
+        steps,
+        Further { body: MUSCLE, ..Further::default() },
+    )
+}
+
+fn start(scheme: &str, steps: u64) -> Simulation {
+    let mut simulation = assembled(&beam(scheme, steps)).0;
+    solve_exactly(&mut simulation);
+    simulation
+}
+
+/// Numbers without a pattern.
+fn scattered(count: usize, seed: f64) -> Vec<f64> {
+    (0..count).map(|i| (12.9898 * (i as f64 + seed)).sin()).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// A loss at the end of a run, `weights . x`.
+fn at_end(steps: u64, weights: &[f64]) -> impl FnMut(&LossFrame<'_>, &mut [f64], &mut [f64]) -> f64 {
+    move |frame, x_bar, _| {
+        if frame.step < steps {
+            return 0.0;
+        }
+        x_bar.copy_from_slice(weights);
+        dot(weights, frame.x)
+    }
+}
+
+/// By initial velocities: at a change of 1e-4, differences are good to the square of it, and to rounding over
+/// it.
+#[test]
+fn steps_with_a_muscle_have_derivatives_by_every_scheme() {
+    const STEPS: u64 = 12;
+    for scheme in schemes().into_iter().filter(|scheme| *scheme != "quasi-static") {
+        let inverse_mass = start(scheme, STEPS).system().inverse_mass().to_vec();
+        let n = inverse_mass.len();
+        let weights = scattered(n, 3.0);
+        // Held vertices have no velocity to change.
+        let free = |(c, w): (f64, &f64)| if *w > 0.0 { 1e-4 * c } else { 0.0 };
+        let change: Vec<f64> = scattered(n, 1.0).into_iter().zip(&inverse_mass).map(free).collect();
+        let end = |sign: f64| {
+            let mut simulation = start(scheme, STEPS);
+            simulation.state_mut().v_mut().iter_mut().zip(&change).for_each(|(v, dv)| *v += sign * dv);
+            (0..STEPS).for_each(|_| simulation.step().unwrap());
+            dot(&weights, simulation.state().x())
+        };
+        let difference = 0.5 * (end(1.0) - end(-1.0));
+        let mut loss = at_end(STEPS, &weights);
+        let found = gradient(&mut start(scheme, STEPS), STEPS, &mut loss, &mut [], UNLIMITED).unwrap();
+        let by = dot(&found.velocity, &change);
+        assert!((by / difference - 1.0).abs() < 1e-6, "{scheme}: {by:e}, by differences {difference:e}");
+        let forth = tangent(&mut start(scheme, STEPS), STEPS, (&vec![0.0; n], &change), &mut |_, _| {});
+        let along = dot(&weights, &forth.unwrap().position);
+        assert!((along / by - 1.0).abs() < 1e-10, "{scheme}: {along:e} forwards, {by:e} backwards");
+    }
+}
+
+#[test]
+fn equilibria_with_a_muscle_have_derivatives() {
+    const STEPS: u64 = 2;
+    let with_young = |factor: f64| {
+        let mut text = serde_json::to_value(beam("quasi-static", STEPS)).unwrap();
+        let key = &mut text["body"][0]["elastic"]["neo-hookean"]["young"];
+        let young = key.as_f64().unwrap() * factor;
+        *key = young.into();
+        let scene: Scene = serde_json::from_value(text).unwrap();
+        let (mut simulation, topology) = assembled(&scene);
+        solve_exactly(&mut simulation);
+        (young, scene, simulation, topology)
+    };
+    let (_, scene, mut simulation, topology) = with_young(1.0);
+    let weights = scattered(simulation.state().x().len(), 3.0);
+    let name = ["body.beam.elastic.young"];
+    let mut chosen = ParameterSelection::new(&scene, &topology, simulation.numbering(), &name).unwrap();
+    let mut loss = at_end(STEPS, &weights);
+    let found = gradient(&mut simulation, STEPS, &mut loss, chosen.parameters(), UNLIMITED).unwrap();
+    let by = chosen.parts(&found)[0][0];
+    let [(less, low), (more, high)] = [1.0 - 1e-4, 1.0 + 1e-4].map(|factor| {
+        let (young, _, mut simulation, _) = with_young(factor);
+        (0..STEPS).for_each(|_| simulation.step().unwrap());
+        (young, dot(&weights, simulation.state().x()))
+    });
+    let difference = (high - low) / (more - less);
+    assert!((by / difference - 1.0).abs() < 1e-6, "{by:e}, by differences {difference:e}");
+}
+
+/// Its fibres are of the rest shape, and what they do to a derivative by it is not known.
+#[test]
+fn the_rest_shape_of_a_muscle_is_no_parameter() {
+    let names_of = |body| {
+        let further = Further { body, ..Further::default() };
+        let scene = scene(&case("beam")["setup"], "neo-hookean", "velocity-verlet", 1, further);
+        names(&scene, &assembled(&scene).1)
+    };
+    let has = |body, name: &str| names_of(body).iter().any(|known| known == name);
+    assert!(has("", "body.beam.rest") && !has(MUSCLE, "body.beam.rest"));
+    assert!(has(MUSCLE, "body.beam.elastic.young"));
+}

@@ -1,0 +1,147 @@
+//! From the muscles of a scene to tension along the fibres of elements.
+
+use super::body::BodyAssembly;
+use crate::{Body, FibreSpec, KeyPath, OverTime, Problem};
+use pliant::energy::muscle::TensionField;
+use pliant::numbering::Numbering;
+use pliant::system::System;
+use pliant_mesh::Mesh;
+use pliant_terms::FibreSet;
+
+/// A muscle whose fibres are known.
+pub(super) struct MusclePlan {
+    /// Unit vector along the fibres of each element at rest, third component 0 in 2D.
+    directions: Vec<[f64; 3]>,
+    tension: OverTime,
+}
+
+/// The muscles of a body with this mesh.
+pub(super) fn placed(
+    spec: &Body,
+    mesh: &Mesh,
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Vec<MusclePlan> {
+    let mut placed = vec![];
+    for (i, muscle) in spec.muscle.iter().enumerate() {
+        let path = path.key("muscle").index(i).key("fibre");
+        let tension = muscle.tension.clone();
+        let found = directions(&muscle.fibre, mesh, &path, problems);
+        placed.extend(found.map(|directions| MusclePlan { directions, tension }));
+    }
+    placed
+}
+
+/// Unit vector along the fibres of each element of `mesh`; `None` with a problem where one has none.
+fn directions(
+    fibre: &FibreSpec,
+    mesh: &Mesh,
+    path: &KeyPath,
+    problems: &mut Vec<Problem>,
+) -> Option<Vec<[f64; 3]>> {
+    let centres = centres(mesh);
+    let (path, vectors): (KeyPath, Vec<[f64; 3]>) = match fibre {
+        FibreSpec::Direction(formulas) => {
+            let at = |centre: &[f64; 3]| components(formulas, |formula| formula.value(*centre, 0.0));
+            (path.key("direction"), centres.iter().map(at).collect())
+        }
+        FibreSpec::PerElement(rows) => {
+            let path = path.key("per_element");
+            if rows.len() != centres.len() {
+                let counts = (rows.len(), centres.len());
+                let message =
+                    format!("the list has {} directions, the body has {} elements", counts.0, counts.1);
+                problems.push(Problem::semantic(path, message));
+                return None;
+            }
+            (path, rows.iter().map(|row| components(row, |number| *number)).collect())
+        }
+    };
+    // Lengths by the largest component: squares of small numbers are zero.
+    let scaled = |v: &[f64; 3]| {
+        let largest = v.iter().fold(0.0, |largest: f64, c| largest.max(c.abs()));
+        let v = v.map(|c| c / largest);
+        let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        v.map(|c| c / length)
+    };
+    let units: Vec<[f64; 3]> = vectors.iter().map(scaled).collect();
+    let is_none = |v: &[f64; 3]| !v.iter().all(|c| c.is_finite());
+    if let Some(element) = units.iter().position(is_none) {
+        let d = mesh.dimension;
+        let message = format!(
+            "fibres of element {element}, whose centre is at {:?} m at rest, have the direction {:?}",
+            &centres[element][..d],
+            &vectors[element][..d],
+        );
+        let help = "a direction is a vector of finite numbers that are not all zero";
+        problems.push(Problem::semantic(path, message).with_help(help));
+        return None;
+    }
+    Some(units)
+}
+
+/// A vector of two or three components.
+fn components<T>(given: &[T], value: impl Fn(&T) -> f64) -> [f64; 3] {
+    let mut vector = [0.0; 3];
+    vector.iter_mut().zip(given).for_each(|(component, given)| *component = value(given));
+    vector
+}
+
+/// Mean of the corners of each element [m].
+fn centres(mesh: &Mesh) -> Vec<[f64; 3]> {
+    let centre = |corners: &[u32]| {
+        let mut centre = [0.0; 3];
+        for corner in corners {
+            let point = mesh.point(*corner as usize);
+            centre.iter_mut().zip(point).for_each(|(c, x)| *c += x / corners.len() as f64);
+        }
+        centre
+    };
+    match (mesh.block(), mesh.dimension) {
+        (Some(block), _) => block.cells().map(centre).collect(),
+        (None, 2) => mesh.triangles.iter().map(|cell| centre(cell)).collect(),
+        _ => mesh.tetrahedra.iter().map(|cell| centre(cell)).collect(),
+    }
+}
+
+impl BodyAssembly {
+    /// Adds its muscles to `system`; `rest` holds the rest positions of the whole system, in its `numbering`;
+    /// `duration` [s] is that of the run.
+    pub(super) fn add_muscles<const D: usize, const N: usize>(
+        &self,
+        duration: f64,
+        rest: &[f64],
+        numbering: &Numbering,
+        system: &mut System,
+    ) {
+        for (index, MusclePlan { directions, tension }) in self.muscles.iter().enumerate() {
+            let cells = self.element_vertices::<D, N>(numbering);
+            let fibres = FibreSet {
+                name: format!("muscle {index} of `{}`", self.name),
+                dimension: D,
+                kind: self.mesh.block().map(|block| block.kind),
+                nodes: cells.len() / directions.len().max(1),
+                cells: &cells,
+                rest,
+                directions,
+            };
+            let formula = tension.clone();
+            let tension = TensionField {
+                changes: tension.depends_on_time(),
+                varies: tension.depends_on_place(),
+                field: Box::new(move |x, t| formula.value(x, t)),
+                until: duration,
+            };
+            system.add_term(pliant_terms::muscle(fibres, tension));
+        }
+    }
+
+    /// Its muscles in words.
+    pub(super) fn described_muscles(&self) -> impl Iterator<Item = String> {
+        self.muscles.iter().enumerate().map(|(i, muscle)| {
+            let changes =
+                if muscle.tension.depends_on_time() { ", changes with time: it does work" } else { "" };
+            format!("muscle {i} of `{}`: {} elements{changes}", self.name, muscle.directions.len())
+        })
+    }
+}

@@ -1,0 +1,38 @@
+//! Muscles: tension along fibres of a solid.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{OverPlaceOf, OverTime};
+use pliant::value::*;
+
+/// A muscle in all elements of `elastic`: active stress along its fibres, added to that of the material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[serde(rename = "Muscle")]
+pub struct MuscleSpec {
+    /// Direction of its fibres at rest.
+    pub fibre: FibreSpec,
+    /// Tension `T` [Pa] along the direction `a` of the fibres: a number, or a formula of the time `t` and the
+    /// place at rest `X`, `Y`, `Z`. The active stress is `P = T (F a) a^T`, which is `S = T a a^T` and
+    /// `sigma = T/J (F a)(F a)^T`; positive contracts. Recorded stresses are those of the material alone.
+    #[serde(with = "As::<OverPlaceOf<Pressure>>")]
+    pub tension: OverTime,
+}
+
+/// Direction of fibres at rest, one for each element of `elastic`, after `transform` and `repeat`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[serde(rename = "Fibre")]
+pub enum FibreSpec {
+    /// A vector of any length but zero; each component a number or a formula of the place at rest `X`, `Y`,
+    /// `Z` [m], which is taken at the mean of the corners of each element: `["-Y", "X"]` runs around the
+    /// origin.
+    Direction(
+        #[serde(with = "As::<Vec<OverPlaceOf<Number>>>")]
+        #[schemars(length(min = 2, max = 3))]
+        Vec<OverTime>,
+    ),
+    /// A vector of any length but zero for each element, in the order of the mesh.
+    PerElement(#[serde(with = "As::<Vec<Vec<Number>>>")] Vec<Vec<f64>>),
+}
