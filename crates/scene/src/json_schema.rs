@@ -49,6 +49,31 @@ pub(super) fn published() -> &'static Value {
     SCHEMA.get_or_init(schema).as_value()
 }
 
+/// True if `field`, a table inside of a body, has a key of this name.
+pub(super) fn has_key(field: &str, name: &str) -> bool {
+    let of = |value: &Value| value.pointer("/$ref").and_then(Value::as_str).and_then(resolved);
+    let table = || {
+        let field = &fields_of_bodies()?.get(field)?;
+        let choices = field["anyOf"].as_array();
+        choices.map_or_else(|| of(field), |choices| choices.iter().find_map(of))
+    };
+    let has = |table: &Value| table["properties"].get(name).is_some();
+    table().is_some_and(|table| {
+        has(table) || table["oneOf"].as_array().is_some_and(|kinds| kinds.iter().any(has))
+    })
+}
+
+/// Keys of a body, and what may be there.
+fn fields_of_bodies() -> Option<&'static serde_json::Map<String, Value>> {
+    let body = published().pointer("/properties/body/items/$ref")?.as_str()?;
+    resolved(body)?["properties"].as_object()
+}
+
+/// What a reference inside of the schema says.
+fn resolved(reference: &str) -> Option<&'static Value> {
+    published().pointer(reference.strip_prefix('#')?)
+}
+
 /// The place of the table that has a key of this name, for messages: "in `[world]`".
 pub(super) fn table_with(name: &str) -> Option<String> {
     let schema = published();
@@ -58,11 +83,15 @@ pub(super) fn table_with(name: &str) -> Option<String> {
     }
     let of = |value: &serde_json::Value| {
         let reference = value.pointer("/$ref").or_else(|| value.pointer("/items/$ref"))?.as_str()?;
-        schema.pointer(&format!("{}/properties", reference.strip_prefix('#')?)).cloned()
+        resolved(reference)?.get("properties")
     };
-    top.iter().find_map(|(table, value)| {
+    let in_table = top.iter().find_map(|(table, value)| {
         of(value)?.get(name)?;
         let is_list = value.get("items").is_some();
         Some(if is_list { format!("in `[[{table}]]`") } else { format!("in `[{table}]`") })
+    });
+    in_table.or_else(|| {
+        let field = fields_of_bodies()?.keys().find(|field| has_key(field, name))?;
+        Some(format!("in `{field}` of a `[[body]]`"))
     })
 }

@@ -1,6 +1,6 @@
 //! "Did you mean".
 
-/// Keys of scenes with their names in other programs and papers, in small letters without separators.
+/// Keys and choices of scenes with their names in other programs and papers, in small letters without separators.
 const SYNONYMS: &[(&str, &[&str])] = &[
     ("step", &["dt", "h", "timestep", "stepsize", "deltat"]),
     ("duration", &["tend", "tmax", "endtime", "tfinal", "time", "length"]),
@@ -62,6 +62,21 @@ const SYNONYMS: &[(&str, &[&str])] = &[
     ("nodal_integration", &["meandilatation", "fbar", "bbar"]),
     ("tolerance", &["tol", "rtol", "atol", "newtontol"]),
     ("linear", &["linearsolver", "preconditioner"]),
+    ("forward-euler", &["expliciteuler", "euler"]),
+    ("symplectic-euler", &["semiimpliciteuler", "semiexpliciteuler", "eulercromer"]),
+    ("velocity-verlet", &["leapfrog", "stormerverlet", "centraldifference", "centraldifferences"]),
+    ("rk4", &["rungekutta", "rungekutta4"]),
+    ("bogacki-shampine3", &["rk23", "ode23", "bs3"]),
+    ("dormand-prince5", &["rk45", "ode45", "dopri", "dopri5", "dp5"]),
+    ("implicit-euler", &["backwardeuler", "bdf1", "be"]),
+    ("linearised-implicit-euler", &["semiimplicit", "baraffwitkin", "rosenbrock"]),
+    ("trapezoid", &["cranknicolson", "cn", "averageacceleration"]),
+    ("generalised-alpha", &["hht", "hhtalpha", "generalizedalpha", "chunghulbert"]),
+    ("quasi-static", &["static", "statics", "equilibrium", "newton"]),
+    ("stvk", &["saintvenantkirchhoff", "stvenantkirchhoff", "svk", "kirchhoff"]),
+    ("corotated", &["corotational", "fcr"]),
+    ("stable-neo-hookean", &["snh"]),
+    ("holzapfel-gasser-ogden", &["hgo", "holzapfelogden"]),
 ];
 
 /// Key of scenes, among `expected`, that is called `name` elsewhere.
@@ -75,8 +90,12 @@ fn synonym<'a>(name: &str, expected: &[&'a str]) -> Option<&'a str> {
 /// Lines of help for a name that is none of `expected`.
 pub(super) fn help(name: &str, expected: &[&str], what: &str) -> Vec<String> {
     let mut lines = Vec::new();
-    if let Some(nearest) = synonym(name, expected).or_else(|| nearest(name, expected)) {
-        lines.push(format!("did you mean `{nearest}`?"));
+    let meant =
+        synonym(name, expected).or_else(|| with_word(name, expected)).or_else(|| nearest(name, expected));
+    if let Some(meant) = meant {
+        lines.push(format!("did you mean `{meant}`?"));
+    } else if let Some(field) = expected.iter().find(|field| crate::json_schema::has_key(field, name)) {
+        lines.push(format!("`{name}` stands in `{field}`: `{field} = {{ {name} = .. }}`"));
     } else if let Some(table) = crate::json_schema::table_with(name) {
         lines.push(format!("`{name}` stands {table}"));
     }
@@ -87,6 +106,14 @@ pub(super) fn help(name: &str, expected: &[&str], what: &str) -> Vec<String> {
         format!("{what}: {}", names.join(", "))
     });
     lines
+}
+
+/// The only candidate of several words of which `name` is one: `verlet` of `velocity-verlet`.
+fn with_word<'a>(name: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    let mut found =
+        candidates.iter().filter(|candidate| candidate.split(['-', '_']).any(|word| word == name));
+    found.next().filter(|_| found.next().is_none()).copied()
 }
 
 /// The candidate that a typing mistake, another case or separator, or a longer form of the name explains.
@@ -148,10 +175,41 @@ mod tests {
     }
 
     #[test]
+    fn knows_the_names_of_choices() {
+        let choices =
+            ["forward-euler", "symplectic-euler", "velocity-verlet", "rk4", "implicit-euler", "rk2-midpoint"];
+        for (typed, meant) in [
+            ("verlet", "velocity-verlet"),
+            ("leapfrog", "velocity-verlet"),
+            ("backward_euler", "implicit-euler"),
+            ("euler", "forward-euler"),
+            ("RK-4", "rk4"),
+        ] {
+            assert_eq!(help(typed, &choices, "choices")[0], format!("did you mean `{meant}`?"), "{typed}");
+        }
+        let ambiguous = help("euler", &["implicit-euler", "linearised-implicit-euler"], "choices");
+        assert_eq!(ambiguous, ["choices: `implicit-euler`, `linearised-implicit-euler`"]);
+    }
+
+    #[test]
+    fn knows_the_field_that_has_a_key() {
+        let fields = ["mesh", "elastic", "mass", "springs"];
+        assert_eq!(
+            help("density", &fields, "fields here")[0],
+            "`density` stands in `mass`: `mass = { density = .. }`"
+        );
+    }
+
+    #[test]
     fn knows_the_table_of_a_key() {
-        for (key, table) in [("gravity", "[world]"), ("integrator", "[time]"), ("elastic", "[[body]]")] {
+        for (key, table) in [
+            ("gravity", "`[world]`"),
+            ("integrator", "`[time]`"),
+            ("elastic", "`[[body]]`"),
+            ("stvk", "`elastic` of a `[[body]]`"),
+        ] {
             let help = help(key, &["young", "poisson"], "fields here");
-            assert_eq!(help[0], format!("`{key}` stands in `{table}`"));
+            assert_eq!(help[0], format!("`{key}` stands in {table}"));
         }
         assert_eq!(
             help("dimension", &["young"], "fields here")[0],
