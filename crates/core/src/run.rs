@@ -28,6 +28,22 @@ const ENERGY_GROWTH_BOUND: f64 = 1e3;
 /// A state is judged before it is shown: observers see good ones alone, and the last frame is a good one
 /// whatever the outcome. Where a step cannot be taken, it is the state before that step. What is lost is
 /// counted as `simulation` was told to: [`count_losses_for`] asks for it only where it is read.
+///
+/// ```
+/// use std::sync::atomic::AtomicBool;
+///
+/// use pliant::integrator::IntegratorSpec;
+/// use pliant::run::{Outcome, Plan, run};
+/// use pliant::{simulation::Simulation, state::State, system::System};
+///
+/// let thrown = State::new(vec![0.0; 3], vec![1.0, 2.0, 3.0]);
+/// let mut simulation =
+///     Simulation::new(System::new(3, vec![1.0]), thrown, IntegratorSpec::Rk4.method(), 1e-2);
+/// let plan = Plan { duration: 1.0, rate: 10.0 };
+/// let summary = run(&mut simulation, &plan, &mut [], &AtomicBool::new(false));
+/// assert!(matches!(summary.outcome, Outcome::Done));
+/// assert_eq!(simulation.state().step, 100);
+/// ```
 pub fn run(
     simulation: &mut Simulation,
     plan: &Plan,

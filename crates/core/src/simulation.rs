@@ -152,6 +152,23 @@ impl Simulation {
     }
 
     /// Solves implicit steps as `options` say from now on; explicit schemes do not care.
+    ///
+    /// ```
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::solver::{LinearSolver, SolverOptions};
+    /// use pliant::{energy::spring::Springs, simulation::Simulation, state::State, system::System};
+    ///
+    /// let mut system = System::new(2, vec![1.0; 2]);
+    /// system.add_term(Box::new(Springs::<2>::new("spring", &[[0, 1]], &[100.0], &[1.0], 2)));
+    /// system.pin(&[0]);
+    /// let still = State::new(vec![0.0, 0.0, 0.0, -1.0], vec![0.0; 4]);
+    ///
+    /// let mut simulation = Simulation::new(system, still, IntegratorSpec::ImplicitMidpoint.method(), 1e-2);
+    /// let (tolerance, linear) = (Some(1e-9), LinearSolver::Cholesky);
+    /// simulation.set_solver(SolverOptions { tolerance, linear, ..SolverOptions::default() });
+    /// simulation.step()?;
+    /// # Ok::<(), pliant::simulation::StepError>(())
+    /// ```
     pub fn set_solver(&mut self, options: SolverOptions) {
         // Increments of statics have no error.
         let by_error = self.controller.as_ref().filter(|_| !self.method.is_static());
@@ -365,6 +382,20 @@ impl Simulation {
     /// The pure map `(x_n, v_n) -> (x_{n+1}, v_{n+1})` (lecture 3): one step from the given state, in place, vertices in the order
     /// of the scene. Time and step count go on.
     ///
+    /// ```
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::{energy::gravity::UniformGravity, simulation::Simulation, state::State, system::System};
+    ///
+    /// let mut system = System::new(2, vec![1.0]);
+    /// system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[1.0])));
+    /// let start = State::new(vec![0.0; 2], vec![0.0; 2]);
+    /// let mut simulation = Simulation::new(system, start, IntegratorSpec::VelocityVerlet.method(), 0.5);
+    /// let (mut x, mut v) = ([0.0, 8.0], [1.0, 0.0]);
+    /// simulation.advance(&mut x, &mut v)?;
+    /// assert_eq!((x, v), ([0.5, 6.75], [1.0, -5.0]));
+    /// # Ok::<(), pliant::simulation::StepError>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`step`](Self::step).
     ///
@@ -486,6 +517,22 @@ impl Simulation {
 
     /// The forces with which pins hold their vertices, now, and walls push, in the mean over the last step, each in
     /// the order of the scene; empty where the force is not finite.
+    ///
+    /// ```
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::{constraint::Wall, energy::gravity::UniformGravity};
+    /// use pliant::{simulation::Simulation, state::State, system::System};
+    ///
+    /// // 3 kg on a floor: it carries 30 N.
+    /// let mut system = System::new(2, vec![3.0]);
+    /// system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &[3.0])));
+    /// system.add_wall(Wall::new(&[0.0, 1.0], 0.0));
+    /// let still = State::new(vec![0.0; 2], vec![0.0; 2]);
+    /// let mut simulation = Simulation::new(system, still, IntegratorSpec::SymplecticEuler.method(), 1e-2);
+    /// simulation.step()?;
+    /// assert!((simulation.reactions()[0].force[1] - 30.0).abs() < 1e-12);
+    /// # Ok::<(), pliant::simulation::StepError>(())
+    /// ```
     pub fn reactions(&mut self) -> Vec<Reaction> {
         let time = self.state.time;
         let none = self.system.constraints().is_empty() && self.system.walls().is_empty();
@@ -581,6 +628,23 @@ impl Simulation {
 
     /// The largest stable step of the scheme for the system linearised at the present state; `duration` [s] matters only
     /// to schemes that gain energy at any step. Asked at the start, it is kept for the messages of steps that fail.
+    ///
+    /// ```
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::{energy::spring::Springs, simulation::Simulation, state::State, system::System};
+    ///
+    /// // 1 kg on a spring of 100 N/m, hung up at the origin: 10 rad/s.
+    /// let mut system = System::new(2, vec![1.0; 2]);
+    /// system.add_term(Box::new(Springs::<2>::new("spring", &[[0, 1]], &[100.0], &[1.0], 2)));
+    /// system.pin(&[0]);
+    /// let still = State::new(vec![0.0, 0.0, 0.0, -1.0], vec![0.0; 4]);
+    ///
+    /// let mut simulation = Simulation::new(system, still, IntegratorSpec::SymplecticEuler.method(), 1e-3);
+    /// // `h omega` up to 2.
+    /// let limit = simulation.stability_limit(1.0)?;
+    /// assert!((limit.frequency - 10.0).abs() < 1e-6 && (limit.step - 0.2).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`Stopped`] by the flag of [`set_stop`](Self::set_stop).

@@ -4,6 +4,12 @@ use crate::lanes::Numbers;
 use crate::system::{ForceId, System};
 
 /// Time, positions and velocities, and which evaluation of the force belongs to those positions.
+///
+/// ```
+/// let mut state = pliant::state::State::new(vec![0.0, 1.0], vec![2.0, 0.0]);
+/// state.x_mut()[1] = 1.5;
+/// assert_eq!((state.time, state.x(), state.v()), (0.0, &[0.0, 1.5][..], &[2.0, 0.0][..]));
+/// ```
 #[derive(Clone, Debug)]
 pub struct State {
     /// Steps taken.

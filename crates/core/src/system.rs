@@ -28,6 +28,20 @@ pub(crate) use wall_impulse::{WallImpulses, WallStop};
 pub(crate) use wall_loss::{WallLoss, WallLosses};
 
 /// Masses, energies and constraints of all bodies together. Generic types end here: terms are boxed.
+///
+/// ```
+/// use pliant::{energy::gravity::UniformGravity, system::System};
+///
+/// let mass = vec![1.0, 2.0];
+/// let mut system = System::new(2, mass.clone());
+/// system.add_term(Box::new(UniformGravity::new(&[0.0, -10.0], &mass)));
+/// system.pin(&[0]);
+/// let (x, mut gradient) = ([0.0, 1.0, 0.0, 3.0], [0.0; 4]);
+/// assert_eq!(system.potential_energy(&x), 10.0 + 60.0);
+/// system.gradient(&x, &mut gradient);
+/// assert_eq!(gradient[2..], [0.0, 20.0]);
+/// assert!(system.is_pinned(0) && !system.is_pinned(2));
+/// ```
 pub struct System {
     dimension: usize,
     mass: Vec<f64>,

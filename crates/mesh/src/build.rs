@@ -13,6 +13,15 @@ use crate::spec::{BodyMesh, MeshSpec};
 ///
 /// `base` is the directory that relative paths of mesh files start from: the one of the scene file.
 ///
+/// ```
+/// use std::path::Path;
+///
+/// let spec = serde_json::from_str(r#"{ "grid": { "cells": [4, 2], "spacing": 0.1 } }"#)?;
+/// let mesh = pliant_mesh::build(&spec, 2, Path::new("."))?;
+/// assert_eq!((mesh.vertex_count(), mesh.element_count(), mesh.point(14)), (15, 16, &[0.4, 0.2][..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// Faults that make the specification, the file or the mesh unusable; see [`MeshError`].
 pub fn build(spec: &MeshSpec, dimension: usize, base: &Path) -> Result<Mesh, MeshError> {

@@ -12,6 +12,17 @@ use super::{Drive, Motion, Waypoint};
 const SAME_PLACE: f64 = 1e-12;
 
 /// Holds coordinates of some vertices, still or on a prescribed motion.
+///
+/// ```
+/// use pliant::constraint::{Hold, Motion};
+///
+/// // Two vertices, held in x and z alone, go up at 0.1 m/s for two seconds.
+/// let (start, rest) = ([0.0; 6], [0.0; 6]);
+/// let up = Motion::new().along(|t| ([0.0, 0.0, 0.1 * t], [0.0, 0.0, 0.1]));
+/// let hold = Hold::new("clamp", vec![0, 1]).along([true, false, true]).until(2.0);
+/// let hold = hold.moving(up, &start, &rest, 3);
+/// assert_eq!((hold.axes(), hold.end(), hold.moves()), ([true, false, true], 2.0, true));
+/// ```
 #[derive(Debug)]
 pub struct Hold {
     name: String,

@@ -5,6 +5,16 @@ use crate::scalar::{Mask, Scalar};
 
 /// Keeps vertices in `normal . x >= offset`, as the lecture's cantilever does (lecture 21): a vertex that has
 /// crossed is put back on the plane and its velocity into the wall is zeroed. Inelastic, without friction.
+///
+/// ```
+/// use pliant::constraint::Wall;
+///
+/// let floor = Wall::new(&[0.0, 2.0], 0.5);
+/// let (mut x, mut v) = ([3.0, 0.4], [1.0, -2.0]);
+/// let moved = floor.apply(&[1.0, 1.0], &mut x, &mut v, |vertex, speed| assert_eq!((vertex, speed), (0, 2.0)));
+/// assert!(moved);
+/// assert_eq!((x, v), ([3.0, 0.5], [1.0, 0.0]));
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wall {
     normal: Vec<f64>,

@@ -71,6 +71,22 @@ impl Snapshot {
 
 impl Simulation {
     /// The present moment.
+    ///
+    /// ```
+    /// use pliant::integrator::IntegratorSpec;
+    /// use pliant::{simulation::Simulation, state::State, system::System};
+    ///
+    /// let thrown = State::new(vec![0.0; 3], vec![1.0, 2.0, 3.0]);
+    /// let mut simulation =
+    ///     Simulation::new(System::new(3, vec![1.0]), thrown, IntegratorSpec::Rk4.method(), 1e-2);
+    /// let moment = simulation.snapshot();
+    /// simulation.step()?;
+    /// let there = simulation.positions().into_owned();
+    /// simulation.restore(&moment)?;
+    /// simulation.step()?;
+    /// assert_eq!(simulation.positions(), there);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
             step: self.state.step,
